@@ -1,0 +1,41 @@
+"""The answer of a model to a scene: the one type that every model hands to the comparison."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number with an estimated bound of its numerical error, both in the same unit."""
+
+    value: float
+    error: float
+
+
+@dataclass(frozen=True)
+class Traces:
+    """Quantities over time: ``values[name]`` has one entry per entry of ``time`` (s); ``errors[name]`` bounds the
+    numerical error of all of them (from 10 us on), in the unit of the values."""
+
+    time: np.ndarray
+    values: dict[str, np.ndarray]
+    errors: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Result:
+    """A model's steady state, its traces over time (``None`` where not asked for) and remarks on the run.
+
+    Steady keys are those of summary.json (``peak_rise_K``, ``current_A`` ...), trace keys those of traces.csv without
+    the model's name (``peak_K``, ``current_A`` ...). ``details`` holds what only some models have (unknowns, steps,
+    energy imbalance, profiles, fields).
+    """
+
+    model: str
+    steady: dict[str, Estimate]
+    traces: Traces | None = None
+    details: dict[str, Any] = field(default_factory=dict)
