@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
+from scenes.checks import DEFAULT_TOLERANCES
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene
 
 SILICON = Material("silicon", 130.0, 2330.0, 712.0, 6e-5, 5e-4, 293.0)
@@ -16,7 +17,8 @@ class Sink:
     """Sizes in m, voltage in V, room temperature in K, convection in W/(m2 K), time in s.
 
     The beam lies along y from 0 to ``length``, its underside in z = 0, symmetric about x = 0. ``oxide_offset`` is the
-    paper's u_o, from the pad's edge at the beam to the oxide; ``None`` centres the oxide under its pad.
+    paper's u_o, from the pad's edge at the beam to the oxide; ``None`` centres the oxide under its pad. ``tolerances``
+    holds those that are declared, by check id; ``expected_to_differ`` is ``None`` where nothing is declared about it.
     """
 
     length: float = 1000e-6
@@ -38,7 +40,7 @@ class Sink:
     accuracy: float = 1e-3
     name: str = "sink"
     tolerances: dict[str, float] = field(default_factory=dict)
-    expected_to_differ: tuple[str, ...] = ()
+    expected_to_differ: tuple[str, ...] | None = None
 
     @property
     def anchor_distance(self) -> float:
@@ -49,6 +51,10 @@ class Sink:
     def cross_section(self) -> float:
         """The paper's A_c (m2)."""
         return self.width * self.thickness
+
+    def tolerance(self, check: str) -> float:
+        """The relative tolerance of a check: the declared one, or else its default (KeyError for an unknown id)."""
+        return self.tolerances[check] if check in self.tolerances else DEFAULT_TOLERANCES[check]
 
     def scene(self) -> Scene:
         """The sink as boxes, conditions and probes."""

@@ -1,0 +1,212 @@
+"""The electric problem: div(sigma(T) grad phi) = 0 in the conductors that carry current.
+
+Conductors are followed from electrode to electrode. A part that touches electrodes of one voltage only carries no
+current and gets no unknowns; neither do insulators.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy.sparse import coo_array, csc_array
+
+from fem3d import tensor
+from fem3d.errors import NumericsError
+from fem3d.operators import HeatProblem, condition_nodes, factorize
+from meshes.bricks import VOID, Block, BrickMesh, bricks_of
+from scenes.model import Material, Scene
+
+Field = list[np.ndarray]  # one array per conducting block: (qx, qy, qz), or (3, qx, qy, qz) for a vector
+
+
+@dataclass(frozen=True, eq=False)
+class Conductor:
+    """The current-carrying blocks, the numbering of their nodes (free first), and the voltages of the fixed ones."""
+
+    heat: HeatProblem
+    blocks: tuple[Block, ...]
+    number: np.ndarray
+    free: int
+    fixed_voltage: np.ndarray
+    electrodes: dict[str, np.ndarray]
+    touching: np.ndarray  # cells that the blocks are made of
+
+    @property
+    def size(self) -> int:
+        """Free and fixed nodes together."""
+        return self.free + len(self.fixed_voltage)
+
+    def material(self, block: Block) -> Material:
+        """The material of a block."""
+        return self.heat.mesh.boxes[block.box].material
+
+    @cached_property
+    def parts(self) -> list[tensor.Parts]:
+        """The 1D factors of each block."""
+        return [self.heat.mesh.parts(b) for b in self.blocks]
+
+    @cached_property
+    def local(self) -> list[np.ndarray]:
+        """For each block the numbers of its nodes, (nx, ny, nz)."""
+        return [self.number[self.heat.mesh.numbers(b)] for b in self.blocks]
+
+    def resistivity(self, rise: np.ndarray) -> Field:
+        """The resistivity at the Gauss points for a rise; NumericsError where it isn't positive."""
+        found = []
+        for block, parts in zip(self.blocks, self.parts, strict=True):
+            at_room, per_kelvin = law(self.material(block), self.heat.scene)
+            value = at_room + per_kelvin * tensor.values(parts, self.heat.on_block(block, rise))
+            if not value.min() > 0:
+                raise NumericsError("the resistivity falls to zero: its linear law does not reach this temperature")
+            found.append(value)
+        return found
+
+    @cached_property
+    def _precondition(self) -> Any:
+        rows, columns, entries = [], [], []
+        for block, parts, local in zip(self.blocks, self.parts, self.local, strict=True):
+            r, c = tensor.pattern(parts, local)
+            keep = (r < self.free) & (c < self.free)
+            rows.append(r[keep])
+            columns.append(c[keep])
+            entries.append((tensor.stiffness(parts) / law(self.material(block), self.heat.scene)[0])[keep])
+        joined = (np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns)))
+        return factorize(csc_array(coo_array(joined, shape=(self.free, self.free)))).solve
+
+    def gradient(self, potential: np.ndarray) -> Field:
+        """grad phi at the Gauss points."""
+        return [tensor.gradient(p, potential[n]) for p, n in zip(self.parts, self.local, strict=True)]
+
+    def flow(self, density: Field) -> np.ndarray:
+        """(nodes,): integral of density . grad v for every basis function."""
+        found = np.zeros(self.size)
+        for parts, local, j in zip(self.parts, self.local, density, strict=True):
+            found[local.ravel()] += tensor.gradient_load(parts, j).ravel()
+        return found
+
+    def solve(self, rise: np.ndarray, guess: np.ndarray | None = None, accuracy: float = 1e-11) -> Potential:
+        """The potential at a given rise, by conjugate gradients preconditioned with the cold conductor.
+
+        The accuracy is that of the field in the energy norm.
+        """
+        resistivity = self.resistivity(rise)
+
+        def apply(u: np.ndarray) -> np.ndarray:
+            return self.flow([g / r for g, r in zip(self.gradient(u), resistivity, strict=True)])
+
+        n = self.free
+        phi = np.concatenate([np.zeros(n) if guess is None else guess[:n], self.fixed_voltage])
+        residual = apply(phi)
+        power = float(phi @ residual)
+        if guess is None:
+            phi[:n] -= self._precondition(residual[:n])
+            residual = apply(phi)
+            power = float(phi @ residual)
+        r = -residual[:n]
+        z = self._precondition(r)
+        p, rz = z, float(r @ z)
+        steps = 0
+        while rz > accuracy**2 * power:
+            steps += 1
+            if steps > 200:
+                raise NumericsError("the electric potential does not converge")
+            ap = apply(np.concatenate([p, np.zeros(self.size - n)]))[:n]
+            step = rz / float(p @ ap)
+            phi[:n] += step * p
+            r -= step * ap
+            z = self._precondition(r)
+            rz, old = float(r @ z), rz
+            p = z + (rz / old) * p
+        density = [-g / q for g, q in zip(self.gradient(phi), resistivity, strict=True)]
+        return Potential(phi, density, -self.flow(density), steps)
+
+
+@dataclass(frozen=True, eq=False)
+class Potential:
+    """The potential (V) at the nodes, the current density (A/m2) at the Gauss points, and the current (A) that enters
+    at each node (zero at free ones)."""
+
+    potential: np.ndarray
+    density: Field
+    reaction: np.ndarray
+    steps: int
+
+    def current(self, electrode: np.ndarray) -> float:
+        """The current that enters through the nodes of an electrode (A)."""
+        return float(self.reaction[electrode].sum())
+
+
+def law(material: Material, scene: Scene) -> tuple[float, float]:
+    """The resistivity at the initial temperature (ohm m) and its change per kelvin (ohm m/K), eq 7."""
+    assert material.resistivity is not None
+    a = material.temperature_coefficient
+    offset = scene.initial_temperature - material.reference_temperature
+    return material.resistivity * (1 + a * offset), material.resistivity * a
+
+
+def find_conductor(heat: HeatProblem) -> Conductor | None:
+    """The current-carrying part of a scene; ``None`` where no part touches two voltages."""
+    mesh, scene = heat.mesh, heat.scene
+    electrodes = [b for b in scene.boundaries if b.kind == "voltage"]
+    conducting = {i for i, b in enumerate(mesh.boxes) if b.material.resistivity is not None}
+    if not electrodes or not conducting:
+        return None
+    labels = _connected(mesh, conducting, [(b.lower, b.upper) for b in electrodes])
+    live = np.full(labels.shape, VOID)
+    for label in np.unique(labels[labels != VOID]):
+        cells = labels == label
+        blocks = tuple(bricks_of(np.where(cells, mesh.owner, VOID)))
+        nodes = mesh.nodes_of(blocks)
+        levels = {
+            b.value for b in electrodes if nodes[condition_nodes(mesh, b.lower, b.upper, conducting)].any()
+        }  # fmt: skip
+        if len(levels) > 1:
+            live[cells] = mesh.owner[cells]
+    if (live == VOID).all():
+        return None
+    blocks = tuple(bricks_of(live))
+    mine = mesh.nodes_of(blocks)
+    voltage = np.full(mine.size, np.nan)
+    sets = {}
+    for b in electrodes:
+        nodes_at = condition_nodes(mesh, b.lower, b.upper, conducting)
+        nodes_at = nodes_at[mine[nodes_at]]
+        voltage[nodes_at] = b.value
+        sets[b.name] = nodes_at
+    given = ~np.isnan(voltage)
+    order = heat.order
+    free, fixed = order[(mine & ~given)[order]], order[(mine & given)[order]]
+    number = np.full(mine.size, -1)
+    number[free] = np.arange(len(free))
+    number[fixed] = len(free) + np.arange(len(fixed))
+    named = {name: number[nodes_at] for name, nodes_at in sets.items()}
+    return Conductor(heat, blocks, number, len(free), voltage[fixed], named, live != VOID)
+
+
+def _connected(mesh: BrickMesh, boxes: set[int], cuts: list[Any]) -> np.ndarray:
+    """A label for each cell of some boxes, equal where cells are joined by faces that no cut covers."""
+    inside = np.isin(mesh.owner, sorted(boxes))
+    labels = np.where(inside, np.arange(inside.size).reshape(inside.shape), VOID)
+    joined = []
+    for d in range(3):
+        low, high = [slice(None)] * 3, [slice(None)] * 3
+        low[d], high[d] = slice(None, -1), slice(1, None)
+        open_faces = inside[tuple(low)] & inside[tuple(high)]
+        for cut in cuts:
+            spans = mesh.spans(*cut)
+            if spans[d][0] == spans[d][1] and 0 < spans[d][0] < inside.shape[d]:
+                window = [slice(*span) for span in spans]
+                window[d] = slice(spans[d][0] - 1, spans[d][0])
+                open_faces[tuple(window)] = False
+        joined.append((tuple(low), tuple(high), open_faces))
+    while True:
+        before = labels.copy()
+        for low_at, high_at, open_faces in joined:
+            least = np.minimum(labels[low_at], labels[high_at])
+            for side in (low_at, high_at):
+                labels[side] = np.where(open_faces, np.minimum(labels[side], least), labels[side])
+        if (labels == before).all():
+            return labels

@@ -1,0 +1,158 @@
+"""The discrete heat problem on a mesh: M d(rise)/dt + K rise = source, with the fixed nodes kept for their reactions.
+
+The unknown is the rise above the scene's initial temperature. Nodes are numbered with the free ones first and the
+fixed ones (a given temperature) last, so that the reactions, the heat that enters at the fixed nodes, are the last rows
+of the same equations.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy.sparse import coo_array, csc_array
+from scipy.sparse.linalg import splu
+
+from fem3d import tensor
+from fem3d.ordering import nested_dissection
+from meshes.bricks import Block, BrickMesh
+from scenes.model import Probe, Scene
+
+
+def factorize(matrix: csc_array) -> Any:
+    """Sparse LU of a symmetric positive definite matrix whose rows are in elimination order already; no pivoting."""
+    return splu(matrix, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+
+
+@dataclass(frozen=True, eq=False)
+class HeatProblem:
+    """Matrices of one mesh. ``number`` maps grid nodes to unknowns (-1: void), ``free`` is the count of free ones."""
+
+    scene: Scene
+    mesh: BrickMesh
+    number: np.ndarray
+    free: int
+    stiffness: csc_array
+    mass: csc_array
+    constant_source: np.ndarray
+    order: np.ndarray  # grid nodes in elimination order
+
+    @property
+    def size(self) -> int:
+        """Free and fixed nodes together."""
+        return int(self.stiffness.shape[0])
+
+    @cached_property
+    def solve_steady(self) -> Any:
+        """Solves K rise = source on the free nodes, from one factorization."""
+        return factorize(self.stiffness[: self.free, : self.free].tocsc()).solve
+
+    def solve_shifted(self, shift: float) -> Any:
+        """Solves (M + shift K) u = b on the free nodes."""
+        shifted = self.mass + shift * self.stiffness
+        return factorize(shifted[: self.free, : self.free].tocsc()).solve
+
+    def norm(self, u: np.ndarray) -> float:
+        """Root of the integral of rho c u^2 of a field at the free nodes."""
+        n = self.free
+        return float(np.sqrt(u @ (self.mass[:n, :n] @ u)))
+
+    def on_block(self, block: Block, u: np.ndarray) -> np.ndarray:
+        """The nodal values of a vector (free or all nodes) on a block, zero at fixed nodes of a free vector."""
+        whole = np.zeros(self.size)
+        whole[: len(u)] = u
+        return whole[self.number[self.mesh.numbers(block)]]
+
+    def scatter(self, block: Block, nodal: np.ndarray, into: np.ndarray) -> None:
+        """Add a block's nodal values to a vector of all nodes."""
+        into[self.number[self.mesh.numbers(block)].ravel()] += nodal.ravel()
+
+    @cached_property
+    def fixed_sets(self) -> dict[str, np.ndarray]:
+        """For each boundary of given temperature, its unknowns (their reactions are its heat flow)."""
+        return {
+            b.name: self.number[condition_nodes(self.mesh, b.lower, b.upper)]
+            for b in self.scene.boundaries
+            if b.kind == "temperature"
+        }
+
+    def reaction(self, rise: np.ndarray, rate: np.ndarray, source: np.ndarray) -> np.ndarray:
+        """(fixed nodes,): heat that enters at each fixed node (W), from the rise and its rate at the free nodes."""
+        n = self.free
+        return self.stiffness[n:, :n] @ rise + self.mass[n:, :n] @ rate - source[n:]
+
+    def probe(self, probe: Probe) -> np.ndarray:
+        """(free nodes,): the weights whose product with the rise is the probe's mean rise."""
+        nodes, weights = [], []
+        for axis, low, high in zip(self.mesh.axes, probe.lower, probe.upper, strict=True):
+            if low == high:
+                found, weight = axis.interpolation(low)
+            else:
+                part = axis.part(*axis.span(low, high))
+                found = np.arange(part.node_slice.start, part.node_slice.stop)
+                weight = part.integral / (high - low)
+            nodes.append(found)
+            weights.append(weight)
+        x, y, z = nodes
+        grid = (x[:, None, None] * self.mesh.shape[1] + y[:, None]) * self.mesh.shape[2] + z
+        weight = weights[0][:, None, None] * weights[1][:, None] * weights[2]
+        keep = weight != 0
+        functional = np.zeros(self.size)
+        np.add.at(functional, self.number[grid[keep]], weight[keep])
+        return functional[: self.free]
+
+
+def condition_nodes(mesh: BrickMesh, lower: Any, upper: Any, boxes: set[int] | None = None) -> np.ndarray:
+    """Grid numbers of the nodes of a flat box where it touches the solid (or some boxes of it)."""
+    found = [mesh.numbers(face).ravel() for face in mesh.faces(lower, upper, boxes)]
+    return np.unique(np.concatenate(found)) if found else np.empty(0, dtype=int)
+
+
+def assemble(scene: Scene, mesh: BrickMesh) -> HeatProblem:
+    """The heat problem of a scene (or of its symmetric part) on a mesh."""
+    solid = mesh.solid
+    fixed = np.zeros(solid.size, dtype=bool)
+    for b in scene.boundaries:
+        if b.kind == "temperature":
+            fixed[condition_nodes(mesh, b.lower, b.upper)] = True
+    number = np.full(solid.size, -1)
+    order = np.argsort(nested_dissection(mesh))
+    free_nodes, fixed_nodes = order[(solid & ~fixed)[order]], order[(solid & fixed)[order]]
+    number[free_nodes] = np.arange(len(free_nodes))
+    number[fixed_nodes] = len(free_nodes) + np.arange(len(fixed_nodes))
+    size = len(free_nodes) + len(fixed_nodes)
+
+    rows, columns, entries = [], [], []
+    source = np.zeros(size)
+
+    def add(block: Block, data: np.ndarray) -> None:
+        r, c = tensor.pattern(mesh.parts(block), number[mesh.numbers(block)])
+        rows.append(r)
+        columns.append(c)
+        entries.append(data)
+
+    for block in mesh.blocks:
+        parts, box = mesh.parts(block), mesh.boxes[block.box]
+        k, c = box.material.thermal_conductivity, box.material.heat_capacity
+        # Both matrices share one pattern, so both travel through one conversion as a complex number.
+        add(block, k * tensor.stiffness(parts) + 1j * c * tensor.mass(parts))
+        if box.heat_source:
+            source[number[mesh.numbers(block)].ravel()] += box.heat_source * tensor.integral(parts).ravel()
+    for b in scene.boundaries:
+        if b.kind not in ("convection", "heat_flux"):
+            continue
+        for face in mesh.faces(b.lower, b.upper):
+            parts = mesh.parts(face)
+            flux = b.value
+            if b.kind == "convection":
+                add(face, b.value * tensor.mass(parts) + 0j)
+                flux = b.value * (b.ambient - scene.initial_temperature)
+            if flux:
+                source[number[mesh.numbers(face)].ravel()] += flux * tensor.integral(parts).ravel()
+    joined = (np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns)))
+    both = coo_array(joined, shape=(size, size)).tocsc()
+    stiffness = csc_array((both.data.real.copy(), both.indices, both.indptr), shape=both.shape)
+    mass = csc_array((both.data.imag.copy(), both.indices, both.indptr), shape=both.shape)
+    return HeatProblem(scene, mesh, number, len(free_nodes), stiffness, mass, source, order)

@@ -1,0 +1,186 @@
+"""Mirror symmetry of a scene: solve the smallest part that determines the rest.
+
+A scene is symmetric about a plane through the middle of its boxes if the mirror maps materials, sources, thermal
+conditions and probes onto themselves, and electrodes either onto electrodes of the same voltage (even: the plane is
+insulated) or onto electrodes whose voltages add to a constant (odd: the plane is at half of it).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from scenes.model import Boundary, Box, Point, Probe, Scene
+
+Corners = tuple[Point, Point]
+
+
+@dataclass(frozen=True)
+class Flow:
+    """How much of an original boundary's heat flow and current one kept boundary carries."""
+
+    boundary: str
+    heat: float
+    current: float
+
+
+@dataclass(frozen=True)
+class Symmetry:
+    """The part of a scene that is solved.
+
+    ``planes`` are (axis, coordinate, "even" | "odd"); the part is the lower side of each, ``copies`` times in the whole.
+    ``flows`` maps each boundary of the whole scene to the kept boundary that stands for it.
+    """
+
+    scene: Scene
+    planes: tuple[tuple[int, float, str], ...]
+    copies: int
+    flows: dict[str, Flow]
+
+    @property
+    def part(self) -> str:
+        """In words."""
+        return {1: "the whole", 2: "the half", 4: "the quarter", 8: "the eighth"}[self.copies]
+
+
+def reduce(scene: Scene) -> Symmetry:
+    """The part of a scene that its mirror symmetries leave to be solved."""
+    part, planes = scene, []
+    flows = {b.name: Flow(b.name, 1.0, 1.0) for b in scene.boundaries}
+    for axis in range(3):
+        middle = _middle(part, axis)
+        parity = _parity(part, axis, middle)
+        if parity is None:
+            continue
+        part, step = _cut(part, axis, middle, parity)
+        planes.append((axis, middle, parity))
+        flows = {
+            name: Flow(
+                step[f.boundary].boundary, f.heat * step[f.boundary].heat, f.current * step[f.boundary].current
+            )
+            for name, f in flows.items()
+        }
+    return Symmetry(part, tuple(planes), 2 ** len(planes), flows)
+
+
+def _middle(scene: Scene, axis: int) -> float:
+    lower = min(b.lower[axis] for b in scene.boxes)
+    return (lower + max(b.upper[axis] for b in scene.boxes)) / 2
+
+
+def _extent(scene: Scene) -> float:
+    return max(max(b.upper[d] for b in scene.boxes) - min(b.lower[d] for b in scene.boxes) for d in range(3))
+
+
+def _mirror(item: Box | Boundary | Probe, axis: int, middle: float) -> Corners:
+    lower, upper = list(item.lower), list(item.upper)
+    lower[axis], upper[axis] = 2 * middle - item.upper[axis], 2 * middle - item.lower[axis]
+    return (lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2])
+
+
+def _parity(scene: Scene, axis: int, middle: float) -> str | None:
+    """ "even", "odd", or None where the scene isn't symmetric about the plane."""
+    small = 1e-9 * _extent(scene)
+
+    def same(a: Corners, b: Corners) -> bool:
+        return all(abs(p - q) <= small for u, v in zip(a, b, strict=True) for p, q in zip(u, v, strict=True))
+
+    if not _same_solid(scene, axis, middle, small):
+        return None
+    thermal = [b for b in scene.boundaries if b.kind != "voltage"]
+    if not all(
+        any(
+            (b.kind, b.value, b.ambient) == (c.kind, c.value, c.ambient)
+            and same(_mirror(b, axis, middle), (c.lower, c.upper))
+            for c in thermal
+        )
+        for b in thermal
+    ):
+        return None
+    for probe in scene.probes:
+        if probe.quantity != "temperature":
+            continue
+        crosses = probe.lower[axis] < middle - small and probe.upper[axis] > middle + small
+        if crosses and not same(_mirror(probe, axis, middle), (probe.lower, probe.upper)):
+            return None
+    electrodes = [b for b in scene.boundaries if b.kind == "voltage"]
+    pairs = [
+        (b.value, c.value)
+        for b in electrodes
+        for c in electrodes
+        if same(_mirror(b, axis, middle), (c.lower, c.upper))
+    ]
+    if len(pairs) != len(electrodes):
+        return None
+    if all(a == b for a, b in pairs):
+        return "even"
+    return "odd" if len({a + b for a, b in pairs}) == 1 else None
+
+
+def _same_solid(scene: Scene, axis: int, middle: float, small: float) -> bool:
+    """Whether the mirror maps every cell of the boxes' grid onto a cell of the same material and source."""
+    breaks = []
+    for d in range(3):
+        found = [c for b in scene.boxes for c in (b.lower[d], b.upper[d])]
+        if d == axis:
+            found += [2 * middle - c for c in found]
+        found.sort()
+        breaks.append(np.array([c for i, c in enumerate(found) if i == 0 or c - found[i - 1] > small]))
+    x, y, z = ((b[:-1] + b[1:]) / 2 for b in breaks)
+    kinds: list[tuple[object, float]] = []
+    cells = np.full((len(x), len(y), len(z)), -1)
+    for box in scene.boxes:
+        kind = (box.material, box.heat_source)
+        if kind not in kinds:
+            kinds.append(kind)
+        inside = [(c > box.lower[d]) & (c < box.upper[d]) for d, c in enumerate((x, y, z))]
+        cells[np.ix_(*inside)] = kinds.index(kind)
+    return bool((cells == np.flip(cells, axis)).all())
+
+
+def _cut(scene: Scene, axis: int, middle: float, parity: str) -> tuple[Scene, dict[str, Flow]]:
+    """The lower side of a plane, and which kept boundary stands for each."""
+    small = 1e-9 * _extent(scene)
+
+    def below(item: Box | Boundary | Probe) -> Corners | None:
+        if item.lower[axis] >= middle - small and item.upper[axis] > middle + small:
+            return None
+        lower, upper = list(item.lower), list(item.upper)
+        lower[axis], upper[axis] = min(lower[axis], middle), min(upper[axis], middle)
+        return (lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2])
+
+    boxes = [replace(b, lower=c[0], upper=c[1]) for b in scene.boxes if (c := below(b))]
+    kept = [replace(b, lower=c[0], upper=c[1]) for b in scene.boundaries if (c := below(b))]
+    flows = {}
+    for boundary in scene.boundaries:
+        own = next((k for k in kept if k.name == boundary.name), None)
+        if own is not None:
+            copies = 2.0 if boundary.upper[axis] > middle + small else 1.0
+            flows[boundary.name] = Flow(own.name, copies, copies)
+        else:
+            lower, upper = _mirror(boundary, axis, middle)
+            twin = next(
+                k
+                for k in kept
+                if (k.kind == "voltage") == (boundary.kind == "voltage")
+                and all(
+                    abs(p - q) <= small for p, q in zip((*k.lower, *k.upper), (*lower, *upper), strict=True)
+                )
+            )
+            flows[boundary.name] = Flow(twin.name, 1.0, -1.0 if parity == "odd" else 1.0)
+    if parity == "odd":
+        level = sum(b.value for b in scene.boundaries if b.kind == "voltage") / sum(
+            b.kind == "voltage" for b in scene.boundaries
+        )
+        lower = [min(b.lower[d] for b in scene.boxes) for d in range(3)]
+        upper = [max(b.upper[d] for b in scene.boxes) for d in range(3)]
+        lower[axis] = upper[axis] = middle
+        corners = (lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2])
+        kept.append(Boundary(f"symmetry-{'xyz'[axis]}", "voltage", *corners, level))
+    probes = []
+    for probe in scene.probes:
+        here = below(probe)
+        lower_upper = here if here is not None else _mirror(probe, axis, middle)
+        probes.append(replace(probe, lower=lower_upper[0], upper=lower_upper[1]))
+    return replace(scene, boxes=tuple(boxes), boundaries=tuple(kept), probes=tuple(probes)), flows

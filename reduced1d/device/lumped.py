@@ -1,0 +1,107 @@
+"""The device as two lumped elements between two conducting layers: capacities, conductances and resistances.
+
+Sink (eq 20) and sensor (eq 8) are each one temperature; insulator and polymer (eq 3) are slabs of the beam's area.
+Heat that leaves the sink through the insulator enters the sensor:
+
+    C_sink   dT_sink/dt   = -q_insulator - G_sink (T_sink - T_room) + V_sink^2/R_sink(T_sink)
+    C_sensor dT_sensor/dt = +q_insulator - q_polymer                + V_sensor^2/R_sensor(T_sensor)
+
+Every array over the elements has the order (sink, sensor); temperatures are rises above room temperature, in K.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from reduced1d.equations import resistance, room_resistivity
+from reduced1d.sink import lump as lump_sink
+from scenes.device import Device
+
+
+@dataclass(frozen=True)
+class Element:
+    """A thermally thin heated film: capacity in J/K, conductance to room temperature in W/K, R and dR/dT of eq 7.
+
+    ``resistance`` is that at room temperature in ohm, ``coefficient`` the change of R per kelvin relative to it.
+    """
+
+    capacity: float
+    conductance: float
+    resistance: float
+    coefficient: float
+
+
+@dataclass(frozen=True)
+class Slab:
+    """A conducting layer: thickness in m, area in m2, conductivity in W/(m K), heat capacity in J/(m3 K)."""
+
+    thickness: float
+    area: float
+    conductivity: float
+    heat_capacity: float
+
+    @property
+    def conductance(self) -> float:
+        """k A/t in W/K."""
+        return self.conductivity * self.area / self.thickness
+
+    @property
+    def diffusivity(self) -> float:
+        """The paper's alpha = k/(rho C_p) in m2/s."""
+        return self.conductivity / self.heat_capacity
+
+
+@dataclass(frozen=True)
+class Lumped:
+    """Sink and sensor, insulator and polymer of one device, and the rise that the controllers are set to (K)."""
+
+    sink: Element
+    sensor: Element
+    insulator: Slab
+    polymer: Slab
+    set_rise: float
+
+    @property
+    def resistance(self) -> np.ndarray:
+        """R at room temperature of (sink, sensor) in ohm."""
+        return np.array([self.sink.resistance, self.sensor.resistance])
+
+    @property
+    def coefficient(self) -> np.ndarray:
+        """Relative change of R per kelvin of (sink, sensor)."""
+        return np.array([self.sink.coefficient, self.sensor.coefficient])
+
+    def power(self, voltage: np.ndarray, rise: np.ndarray) -> np.ndarray:
+        """Electrical power V^2/R(T) of (sink, sensor) in W; last axis of both arguments the elements (eqs 6, 7)."""
+        return voltage**2 / (self.resistance * (1 + self.coefficient * rise))
+
+
+def lump(device: Device) -> Lumped:
+    """Capacities, conductances and resistances of a device; the sink's are those of eq 20 as ``reduced1d.sink`` has it.
+
+    Raises ValueError where a thickness is not positive, where a film conducts no current, and where its
+    resistance does not rise with temperature, for then eq 21 has nothing to control.
+    """
+    sink, gold, area = device.sink, device.gold, device.contact_area
+    for key in ("sensor_thickness", "insulator_thickness", "polymer_thickness"):
+        if not getattr(device, key) > 0:
+            raise ValueError(f"device.{key} is {getattr(device, key):g} m: it must be positive")
+    alone = lump_sink(sink)
+    resistivity, change = room_resistivity(gold, sink.room_temperature)
+    section = sink.width * device.sensor_thickness
+    for material, coefficient in ((sink.silicon, alone.coefficient), (gold, change)):
+        if coefficient <= 0:
+            raise ValueError(
+                f"material {material.name!r} has the temperature_coefficient {material.temperature_coefficient:g} 1/K: "
+                "the controllers need a resistance that rises with temperature"
+            )
+    return Lumped(
+        Element(alone.capacity, alone.conductance, alone.resistance, alone.coefficient),
+        Element(gold.heat_capacity * section * sink.length, 0.0,
+                resistance(0.0, resistivity, change, sink.length, section), change),
+        Slab(device.insulator_thickness, area, device.pdms.thermal_conductivity, device.pdms.heat_capacity),
+        Slab(device.polymer_thickness, area, device.pdms.thermal_conductivity, device.pdms.heat_capacity),
+        device.set_rise,
+    )  # fmt: skip

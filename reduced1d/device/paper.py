@@ -1,0 +1,182 @@
+"""The paper's own scheme, kept as it is: partitioned, dt 1 us, N_x 25, N_t 10 (its sections 4.1 and 5, Appendix B).
+
+In each step both layers advance by N_t steps of Crank-Nicolson with the faces at the films' present temperatures; the
+heat flows follow from the first difference at each face, are held, and each film advances by the classical
+Runge-Kutta method of fourth order. The films see a flow that is late by a step, which limits dt; and the difference at
+the face blurs the first boundary layers, which is the scheme's error during the start.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from reduced1d.device.accurate import solve_accurate
+from reduced1d.device.controller import Law, law
+from reduced1d.device.crank_nicolson import layer_step
+from reduced1d.device.lumped import Lumped, Slab, lump
+from reduced1d.device.march import CEILING
+from reduced1d.device.result import QUANTITIES, DeviceResult, device_result
+from reduced1d.device.timetable import timetable
+from scenes.device import Device
+
+
+class UnstableStepError(ValueError):
+    """The scheme's time step is beyond its stability limit, which the message names."""
+
+
+@dataclass(frozen=True)
+class PaperScheme:
+    """Time step in s, intervals per layer, and steps of Crank-Nicolson per time step."""
+
+    dt: float = 1e-6
+    nx: int = 25
+    nt: int = 10
+
+    @property
+    def states(self) -> int:
+        """Inner temperatures of both layers, sink, sensor, and the outer temperature."""
+        return 2 * (self.nx - 1) + 3
+
+
+def step_matrix(lumped: Lumped, scheme: PaperScheme) -> np.ndarray:
+    """One step of both layers, (states, states): from (insulator, polymer, sink, sensor, outer) rises in K.
+
+    The rows of sink, sensor and outer give instead the heat flows in W: out of the sink into the insulator, out of the
+    insulator into the sensor, out of the sensor into the polymer.
+    """
+    n, size = scheme.nx - 1, scheme.states
+    sink, sensor, outer = range(size - 3, size)
+    M, keep = np.zeros((size, size)), np.eye(size)
+    for slab, at, faces in ((lumped.insulator, 0, [sink, sensor]), (lumped.polymer, n, [sensor, outer])):
+        step = layer_step(slab, scheme.nx, scheme.nt, scheme.dt)
+        rows = slice(at, at + n)
+        M[rows, rows] = step.inner
+        M[rows, faces] = step.ends
+    M[sink] = _difference(lumped.insulator, scheme, keep[sink] - M[0])
+    M[sensor] = _difference(lumped.insulator, scheme, M[n - 1] - keep[sensor])
+    M[outer] = _difference(lumped.polymer, scheme, keep[sensor] - M[n])
+    return M
+
+
+def _difference(slab: Slab, scheme: PaperScheme, drop: np.ndarray) -> np.ndarray:
+    return slab.conductivity * slab.area * scheme.nx / slab.thickness * drop
+
+
+def spectral_radius(lumped: Lumped, scheme: PaperScheme) -> float:
+    """Spectral radius of one step of the whole scheme without electrical power: stable up to 1."""
+    M = step_matrix(lumped, scheme)
+    size = scheme.states
+    sink, sensor, outer = range(size - 3, size)
+    x = scheme.dt * lumped.sink.conductance / lumped.sink.capacity
+    mean = 1 - x / 2 + x**2 / 6 - x**3 / 24  # Runge-Kutta's factors for a constant flow and linear losses
+    loop = M.copy()
+    loop[sink] = -mean * scheme.dt / lumped.sink.capacity * M[sink]
+    loop[sink, sink] += 1 - x * mean
+    loop[sensor] = scheme.dt / lumped.sensor.capacity * (M[sensor] - M[outer])
+    loop[sensor, sensor] += 1
+    return float(np.abs(np.linalg.eigvals(loop[:outer, :outer])).max())
+
+
+def stability_limit(device: Device, scheme: PaperScheme | None = None) -> float:
+    """The largest stable time step in s of the scheme on this device, N_x and N_t kept, by bisection to 1e-4."""
+    lumped, scheme = lump(device), scheme or PaperScheme()
+
+    def stable(dt: float) -> bool:
+        return spectral_radius(lumped, PaperScheme(dt, scheme.nx, scheme.nt)) <= 1 + 1e-12
+
+    low, high = scheme.dt / 2, scheme.dt
+    while not stable(low):
+        low, high = low / 2, low
+    while stable(high):
+        low, high = high, 2 * high
+        if high > 1.0:
+            return float("inf")
+    while high - low > 1e-4 * high:
+        middle = (low + high) / 2
+        low, high = (middle, high) if stable(middle) else (low, middle)
+    return low
+
+
+def solve_paper(
+    device: Device, scheme: PaperScheme | None = None, *, meter: tuple[float, float] = (0.0, 0.0)
+) -> DeviceResult:  # fmt: skip
+    """Traces of a device by the paper's scheme, and how far they are from the accurate scheme's (as ``errors``).
+
+    The step is shortened where the sample time is no multiple of it. Raises UnstableStepError where it is beyond the
+    stability limit, and ValueError for values that make no device.
+    """
+    lumped, table, scheme = lump(device), timetable(device), scheme or PaperScheme()
+    per_sample = int(np.ceil(table.sample_time / scheme.dt - 1e-9))
+    used = PaperScheme(table.sample_time / per_sample, scheme.nx, scheme.nt)
+    limit = stability_limit(device, used)
+    if used.dt > limit:
+        raise UnstableStepError(
+            f"the paper's scheme is unstable on this device with its time step of {used.dt * 1e6:.3g} us: "
+            f"it is stable only up to {limit * 1e6:.3g} us"
+        )
+    control = law(device, lumped.resistance, lumped.coefficient, meter)
+    steps = {k * per_sample + round(after / used.dt): outer for k, at in table.steps.items() for after, outer in at}
+    traces = _march(lumped, control, used, table.samples, per_sample, steps)
+    accurate = solve_accurate(device, meter=meter)
+    rows = min(len(traces), len(accurate.time_s))
+    room = device.sink.room_temperature
+    result = device_result("paper", table.times[: len(traces)], traces, room, {})
+    off = {q: np.abs(result.trace(q)[:rows] - accurate.trace(q)[:rows]) for q in QUANTITIES}
+    worst = {q: (float(d.max()), float(accurate.time_s[int(d.argmax())])) for q, d in off.items()}
+    late = accurate.time_s[:rows] >= 0.05
+    text = (
+        f"the paper's scheme is off by up to {worst['sink_K'][0]:.3g} K (sink, at {worst['sink_K'][1]:.4g} s) and "
+        f"{worst['sensor_K'][0]:.3g} K (sensor, at {worst['sensor_K'][1]:.4g} s)"
+    )
+    if late.any():
+        text += f"; after 50 ms by up to {max(off['sink_K'][late].max(), off['sensor_K'][late].max()):.2g} K"
+    text += "; most of that is an error in space, from the first differences at the faces, which a smaller step keeps"
+    return device_result(
+        "paper", table.times[: len(traces)], traces, room, {q: w for q, (w, _) in worst.items()},
+        findings=(text, *accurate.findings),
+        details={"dt_s": used.dt, "stability_limit_s": limit, "nx": used.nx, "nt": used.nt},
+    )  # fmt: skip
+
+
+def _march(
+    lumped: Lumped, control: Law, scheme: PaperScheme, samples: int, per_sample: int, steps: dict[int, float]
+) -> np.ndarray:  # fmt: skip
+    M, dt = step_matrix(lumped, scheme), scheme.dt
+    z, y = np.zeros(scheme.states), np.zeros(scheme.states)
+    voltage, traces = np.zeros(2), np.empty((samples, 7))
+    (r_sink, r_sensor), (a_sink, a_sensor) = lumped.resistance.tolist(), lumped.coefficient.tolist()
+    c_sink, c_sensor, loss = lumped.sink.capacity, lumped.sensor.capacity, lumped.sink.conductance
+    sink, sensor, face = 0.0, 0.0, scheme.nx - 1
+    for k in range(samples):
+        rises = np.array([sink, sensor])
+        voltage = control.next_voltage(voltage, rises)
+        flow = lumped.polymer.conductance * scheme.nx * (sensor - z[face])
+        traces[k] = np.r_[rises, voltage, lumped.power(voltage, rises), flow]
+        if k == samples - 1 or rises.max() > CEILING:
+            break
+        heat_sink, heat_sensor = (voltage**2).tolist()
+        heat_sink, heat_sensor = heat_sink / r_sink, heat_sensor / r_sensor
+        for i in range(k * per_sample, (k + 1) * per_sample):
+            if i in steps:
+                z[-1] = steps[i]
+            np.dot(M, z, out=y)
+            into, through, out = y[-3:].tolist()
+            sink = _runge_kutta(sink, -into, loss, heat_sink, a_sink, dt / c_sink)
+            sensor = _runge_kutta(sensor, through - out, 0.0, heat_sensor, a_sensor, dt / c_sensor)
+            y[-3:] = sink, sensor, z[-1]
+            z, y = y, z
+    return traces[: k + 1]
+
+
+def _runge_kutta(rise: float, flow: float, loss: float, heat: float, change: float, dt: float) -> float:
+    """One step of C dT/dt = flow - loss T + heat/(1 + change T) over ``dt`` (here divided by C) with a held flow."""
+    k1 = flow - loss * rise + heat / (1 + change * rise)
+    t = rise + dt / 2 * k1
+    k2 = flow - loss * t + heat / (1 + change * t)
+    t = rise + dt / 2 * k2
+    k3 = flow - loss * t + heat / (1 + change * t)
+    t = rise + dt * k3
+    k4 = flow - loss * t + heat / (1 + change * t)
+    return rise + dt / 6 * (k1 + 2 * k2 + 2 * k3 + k4)

@@ -1,0 +1,69 @@
+"""The steady state that the controllers bring the device to, in closed form."""
+
+# ruff: noqa: N815 - the symbols of units keep their capitals, as in the keys of the output
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from reduced1d.device.lumped import lump
+from scenes.device import Device
+
+
+@dataclass(frozen=True)
+class Steady:
+    """Temperatures in K; voltages in V; powers and the heat flow from the sensor into the polymer in W.
+
+    ``sink_saturated`` and ``sensor_saturated``: the element is above the set temperature without any power.
+    """
+
+    sink_K: float
+    sensor_K: float
+    sink_V: float
+    sensor_V: float
+    sink_power_W: float
+    sensor_power_W: float
+    polymer_flux_W: float
+    sink_saturated: bool
+    sensor_saturated: bool
+
+
+def steady(device: Device, external: float | None = None) -> Steady:
+    """The steady state at an outer temperature ``external`` (K; by default the final one).
+
+    An element with power sits at the set temperature; then sink and sensor exchange nothing and the sensor's power is
+    k A/t (T_set - T_external) of the polymer, whatever R(T) is. Where that asks for a negative power, the power is
+    zero and the element's temperature follows from its neighbours. A gain of zero leaves an element without power.
+    """
+    lumped, room = lump(device), device.sink.room_temperature
+    outer = (device.external.final_temperature if external is None else external) - room
+    sink, between, polymer = lumped.sink.conductance, lumped.insulator.conductance, lumped.polymer.conductance
+    K = np.array([[sink + between, -between], [-between, between + polymer]])
+    load = np.array([0.0, polymer * outer])
+    gains = np.array([device.control.sink_gain, device.control.sensor_gain])
+    rise, power, held = _complementary(K, load, lumped.set_rise, gains > 0)
+    volts = np.sqrt(power * lumped.resistance * (1 + lumped.coefficient * rise))
+    saturated = (gains > 0) & ~held
+    return Steady(
+        float(room + rise[0]), float(room + rise[1]), float(volts[0]), float(volts[1]), float(power[0]),
+        float(power[1]), float(polymer * (rise[1] - outer)), bool(saturated[0]), bool(saturated[1]),
+    )  # fmt: skip
+
+
+def _complementary(
+    K: np.ndarray, load: np.ndarray, target: float, controlled: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Rises and powers of both elements with K rise = load + power, where a controlled one has either the target rise
+    and a power of at least 0, or no power and more than the target; and which ones are held at the target."""
+    for choice in ((True, True), (True, False), (False, True), (False, False)):
+        held = np.array(choice) & controlled
+        rise = np.where(held, target, 0.0)
+        free = ~held
+        if free.any():
+            rise[free] = np.linalg.solve(K[np.ix_(free, free)], (load - K @ rise)[free])
+        power = np.where(held, K @ rise - load, 0.0)
+        tolerance = 1e-12 * np.abs(K).max() * max(abs(target), np.abs(rise).max())
+        if (power >= -tolerance).all() and (rise[controlled & free] >= target * (1 - 1e-12)).all():
+            return rise, np.maximum(power, 0.0), held
+    raise ArithmeticError("no steady state found: the conductances of the device are not positive")

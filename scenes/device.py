@@ -1,0 +1,67 @@
+"""The whole sensor: sink, insulator, sensor film and polymer with their controllers (sections 3 to 5 of the paper)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from scenes.model import Material
+from scenes.sink import Sink
+
+GOLD = Material("gold", 318.0, 19320.0, 129.0, 2.23e-8, 3.768e-3, 293.0)
+PDMS = Material("pdms", 0.15, 970.0, 1460.0)
+
+
+@dataclass(frozen=True)
+class Control:
+    """The two sampled controllers of eq 21: sample time in s, gains in V, the set temperature in K.
+
+    Sample k happens at ``k * sample_time``: each resistance is measured, its voltage is raised by ``gain`` times the
+    normalised error and held until the next sample. ``allow_negative_voltage`` takes eq 21 literally; otherwise a
+    voltage stops at zero.
+    """
+
+    sample_time: float = 1e-4
+    sink_gain: float = 1.0
+    sensor_gain: float = 0.05
+    set_temperature: float = 310.5
+    allow_negative_voltage: bool = False
+
+
+@dataclass(frozen=True)
+class External:
+    """The temperature of the polymer's outer face in K: initial until ``step_time`` (s), final from then on."""
+
+    initial_temperature: float = 293.0
+    final_temperature: float = 273.0
+    step_time: float = 0.25
+
+
+@dataclass(frozen=True)
+class Device:
+    """A sink and the layers on it, from below: insulator, sensor film, polymer; all as long and wide as the beam.
+
+    Thicknesses in m, ``end_time`` in s. ``accuracy`` is the largest numerical error of a temperature, as a fraction
+    of the set temperature's rise above room temperature. The sink's own voltage, end time and accuracy are not used.
+    """
+
+    sink: Sink = field(default_factory=Sink)
+    sensor_thickness: float = 0.2e-6
+    insulator_thickness: float = 10e-6
+    polymer_thickness: float = 100e-6
+    gold: Material = GOLD
+    pdms: Material = PDMS
+    control: Control = field(default_factory=Control)
+    external: External = field(default_factory=External)
+    end_time: float = 0.5
+    accuracy: float = 5e-6
+    name: str = "device"
+
+    @property
+    def contact_area(self) -> float:
+        """The paper's A (m2): the face that sink, layers and sensor share."""
+        return self.sink.length * self.sink.width
+
+    @property
+    def set_rise(self) -> float:
+        """The set temperature above room temperature, in K."""
+        return self.control.set_temperature - self.sink.room_temperature

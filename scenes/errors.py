@@ -1,0 +1,51 @@
+"""The error of a scene that cannot be solved as written, and the words that its messages are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+_LONGEST = 60
+_LONGEST_REASON = 200
+
+
+class SceneError(ValueError):
+    """Bad input: the message is one line that names the key, the value and what is allowed."""
+
+
+def quoted(value: object) -> str:
+    """A value as a person would have typed it, on one line and of bounded length; a path may be longer."""
+    if isinstance(value, Path):
+        return f'"{printable(str(value), _LONGEST_REASON)}"'
+    if isinstance(value, str):
+        return f'"{printable(value)}"'
+    if isinstance(value, bool):
+        return str(value).lower()
+    return printable(str(value))
+
+
+def reason(error: Exception) -> str:
+    """What another library says is wrong, on one line."""
+    said = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+    return printable(said, _LONGEST_REASON)
+
+
+def printable(text: str, longest: int = _LONGEST) -> str:
+    """The text without anything that would break a line or a terminal, cut to a bounded length."""
+    safe = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+    return safe if len(safe) <= longest else safe[: longest - 3] + "..."
+
+
+def nearest(word: str, known: Iterable[str]) -> str | None:
+    """The known word that is spelled most like this one, if any is at all like it."""
+    import difflib
+
+    by_case = {k.lower(): k for k in known}
+    near = difflib.get_close_matches(word.lower(), by_case, n=1, cutoff=0.5)
+    return by_case[near[0]] if near else None
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """The end of a message, ', did you mean "..."?', with the nearest known word, or nothing."""
+    near = nearest(word, known)
+    return f', did you mean "{near}"?' if near else ""

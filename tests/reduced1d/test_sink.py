@@ -1,0 +1,180 @@
+"""The reduction of a sink as a result: the default's numbers, signs, energy, and traces that may be interpolated."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from reduced1d.equations import equivalent_rise
+from reduced1d.errors import RunawayError
+from reduced1d.lumped import rise_at
+from reduced1d.rk4 import solve_rk4
+from reduced1d.sink import anchor_series_resistance, lump, solve
+from scenes.sink import SILICON, Sink
+
+TRACES = {"peak_K", "end_K", "mean_K", "current_A", "power_W"}
+
+
+@st.composite
+def sinks(draw):
+    um = 1e-6
+    length, width = draw(st.floats(50, 5000)) * um, draw(st.floats(2, 500)) * um
+    a = draw(st.floats(-2e-3, 5e-3))
+    sink = Sink(
+        length=length,
+        width=width,
+        thickness=draw(st.floats(0.2, 20)) * um,
+        oxide_thickness=draw(st.floats(0.2, 20)) * um,
+        silicon=dataclasses.replace(
+            SILICON, temperature_coefficient=a, reference_temperature=draw(st.floats(280, 310))
+        ),
+        convection_coefficient=draw(st.sampled_from([0.0, 10.0, 1e4])),
+        end_time=10 ** draw(st.floats(-5, 0)),
+        accuracy=10 ** draw(st.floats(-4, -1)),
+    )
+    # A voltage between nothing and a drive at which the feedback a P/G is -0.24 or 5.
+    strongest = -0.24 if lump(sink).coefficient < 0 else 5.0
+    feedback = lump(sink).feedback or strongest
+    return dataclasses.replace(sink, voltage=draw(st.floats(-1, 1)) * (strongest / feedback) ** 0.5)
+
+
+def test_default_sink_at_one_volt():
+    result = solve(Sink())
+    value = {key: estimate.value for key, estimate in result.steady.items()}
+    # Independently known to the digits given.
+    assert value["peak_rise_K"] == pytest.approx(19.00, abs=0.005)
+    assert value["end_rise_K"] == pytest.approx(3.082, abs=0.0005)
+    assert value["mean_rise_K"] == pytest.approx(13.69, abs=0.005)
+    assert value["current_A"] == pytest.approx(3.3107e-3, abs=5e-8)
+    assert value["anchor_resistance_K_per_W"] == pytest.approx(1861.76, abs=0.005)
+    assert set(value) == {
+        "peak_rise_K", "end_rise_K", "mean_rise_K", "current_A", "power_W", "heat_out_W", "anchor_resistance_K_per_W",
+    }  # fmt: skip
+    assert result.model == "reduced1d"
+    assert all(0 < estimate.error < 1e-14 * estimate.value for estimate in result.steady.values())
+
+
+def test_traces_start_at_room_and_end_in_the_steady_state():
+    sink = Sink(end_time=0.05)
+    result = solve(sink)
+    traces, steady = result.traces, result.steady
+    assert set(traces.values) == set(traces.errors) == TRACES
+    assert traces.time[0] == 0
+    assert traces.time[-1] == sink.end_time
+    for key in ("peak", "end", "mean"):
+        assert traces.values[f"{key}_K"][0] == 293
+        # After 36 time constants, to the rounding of 300 K.
+        assert traces.values[f"{key}_K"][-1] - 293 == pytest.approx(steady[f"{key}_rise_K"].value, abs=1e-12)
+    assert traces.values["current_A"][0] == pytest.approx(1 / 300, rel=1e-14)
+
+
+@pytest.mark.parametrize("end_time", [1e-9, 3e-4, 0.0123, 0.7, 100.0])
+def test_times_run_from_zero_to_exactly_the_end_time(end_time):
+    # 100 s is 73,000 time constants: the approach has long been lost in rounding, and the last line is level.
+    time = solve(Sink(end_time=end_time)).traces.time
+    assert (time[0], time[-1]) == (0, end_time)
+    assert np.all(np.diff(time) > 0)
+
+
+@given(sinks())
+@settings(max_examples=40, deadline=None, derandomize=True)
+def test_straight_lines_between_the_times_keep_the_accuracy(sink):
+    traces = solve(sink).traces
+    assert np.all(np.diff(traces.time) > 0)
+    between = (traces.time[:-1, None] + np.diff(traces.time)[:, None] * np.linspace(0, 1, 9)).ravel()
+    exact = solve(sink, times=between).traces.values
+    for key in ("peak_K", "end_K", "mean_K", "current_A", "power_W"):
+        deviation = np.abs(np.interp(between, traces.time, traces.values[key]) - exact[key])
+        if key.endswith("_K"):
+            scale = abs(traces.values[key][-1] - sink.room_temperature)
+            # Absolute temperatures carry the rounding of room temperature.
+            assert np.all(deviation <= sink.accuracy * scale + 1e-13 * sink.room_temperature)
+        else:
+            assert np.all(deviation <= sink.accuracy * np.abs(exact[key]))
+
+
+def test_the_times_are_not_much_denser_than_needed():
+    sink = Sink()
+    time, mean = solve(sink).traces.time, solve(sink).traces.values["mean_K"]
+    assert len(time) < 60
+    exact = solve(sink, times=np.linspace(0, sink.end_time, 20001)).traces
+    coarse = np.interp(exact.time, time[::4], mean[::4])
+    assert np.max(np.abs(coarse - exact.values["mean_K"])) > sink.accuracy * (mean[-1] - 293)
+
+
+def test_traces_at_given_times_are_the_exact_solution_there():
+    sink, times = Sink(voltage=3.0), np.array([1e-3, 0.0, 5e-3])
+    traces = solve(sink, times=times).traces
+    assert np.array_equal(traces.time, times)
+    assert traces.values["mean_K"] - 293 == pytest.approx(rise_at(lump(sink), times), abs=1e-13 * 293)
+
+
+def test_traces_agree_with_runge_kutta_within_its_estimate():
+    sink = Sink(voltage=3.0)
+    found = solve_rk4(lump(sink), sink.end_time, accuracy=1e-6)
+    traces = solve(sink, times=found.times).traces
+    difference = np.max(np.abs(traces.values["mean_K"] - sink.room_temperature - found.rises))
+    # The estimate's own next order, d h / 5 with d h some 0.1, and the sharpness of the check.
+    assert 0.5 * found.error < difference < 1.1 * found.error
+
+
+@given(sinks())
+@settings(max_examples=40, deadline=None, derandomize=True)
+def test_heat_out_and_air_loss_are_the_power(sink):
+    result = solve(sink, steady_only=True)
+    value = {key: estimate.value for key, estimate in result.steady.items()}
+    # Steady balance, lost in the double root's conditioning for feedbacks up to -0.24: some 10 eps.
+    balance = value["heat_out_W"] + result.details["air_loss_W"]
+    assert balance == pytest.approx(value["power_W"], rel=1e-13, abs=1e-300)
+    assert value["power_W"] == pytest.approx(sink.voltage * value["current_A"], rel=1e-15)
+    dT0 = value["peak_rise_K"] - value["end_rise_K"]
+    assert equivalent_rise(dT0, value["end_rise_K"]) == pytest.approx(value["mean_rise_K"], rel=1e-13, abs=1e-300)
+    assert result.traces is None
+
+
+def test_negative_voltage_turns_the_current_and_nothing_else():
+    forward, backward = solve(Sink(voltage=2.0)), solve(Sink(voltage=-2.0))
+    for key, estimate in forward.steady.items():
+        sign = -1 if key == "current_A" else 1
+        assert backward.steady[key].value == sign * estimate.value
+        assert backward.steady[key].error == estimate.error
+    assert np.array_equal(backward.traces.values["current_A"], -forward.traces.values["current_A"])
+    assert np.array_equal(backward.traces.values["peak_K"], forward.traces.values["peak_K"])
+
+
+def test_without_voltage_nothing_happens():
+    sink = Sink(voltage=0.0)
+    result = solve(sink)
+    for key in ("peak_rise_K", "end_rise_K", "mean_rise_K", "current_A", "power_W", "heat_out_W"):
+        assert result.steady[key].value == 0
+    assert result.steady["anchor_resistance_K_per_W"].value == anchor_series_resistance(sink)
+    assert np.all(result.traces.values["peak_K"] == sink.room_temperature)
+
+
+def test_convection_cools_by_its_share():
+    still, cooled = solve(Sink(), steady_only=True), solve(Sink(convection_coefficient=100.0), steady_only=True)
+    assert cooled.steady["mean_rise_K"].value < still.steady["mean_rise_K"].value
+    assert cooled.details["air_loss_W"] == pytest.approx(100 * 1e-7 * cooled.steady["mean_rise_K"].value, rel=1e-12)
+    assert still.details["air_loss_W"] == 0
+
+
+def test_room_temperature_away_from_the_reference_changes_the_cold_current():
+    traces = solve(Sink(room_temperature=313.0)).traces
+    assert traces.values["current_A"][0] == pytest.approx(1 / (300 * (1 + 5e-4 * 20)), rel=1e-14)
+    assert traces.values["mean_K"][0] == 313
+
+
+def test_electrodes_make_no_difference_to_a_model_without_pads():
+    assert solve(Sink(electrodes="pad-edge")).steady == solve(Sink()).steady
+
+
+def test_runaway_is_reported_with_the_voltage_it_starts_at():
+    falling = dataclasses.replace(SILICON, temperature_coefficient=-2e-3)
+    limit = solve(Sink(silicon=falling)).details["runaway_voltage_V"]
+    solve(Sink(silicon=falling, voltage=0.9999 * limit))
+    for steady_only in (True, False):
+        with pytest.raises(RunawayError, match=f"above {limit:.6g} V"):
+            solve(Sink(silicon=falling, voltage=-1.0001 * limit), steady_only=steady_only)
+    assert solve(Sink()).details["runaway_voltage_V"] is None

@@ -1,0 +1,175 @@
+"""Loading the sink: the built-in scene, files, overrides, and the dictionary that it can be rebuilt from."""
+
+import json
+import subprocess
+import sys
+import tomllib
+from dataclasses import replace
+
+import pytest
+
+from scenes.checks import DEFAULT_TOLERANCES
+from scenes.keys import SINK
+from scenes.load import as_dict, builtin_names, builtin_text, from_dict, load
+from scenes.model import Material
+from scenes.schema import nest
+from scenes.sink import Sink
+
+CHANGED = {
+    "sink.length": "800 um", "sink.width": "80 um", "sink.thickness": "3 um",
+    "anchor.pad_length": "200 um", "anchor.pad_width": "180 um", "anchor.oxide_length": "60 um",
+    "anchor.oxide_width": "40 um", "anchor.oxide_thickness": "1 um", "anchor.oxide_offset": "10 um",
+    "materials.silicon.thermal_conductivity": 148, "materials.silicon.density": "2.3 g/cm3",
+    "materials.silicon.specific_heat": 700, "materials.silicon.resistivity": "1e-2 ohm cm",
+    "materials.silicon.temperature_coefficient": "1000 ppm/K", "materials.silicon.reference_temperature": "20 degC",
+    "materials.oxide.thermal_conductivity": 1.1, "materials.oxide.density": 2100,
+    "materials.oxide.specific_heat": 1000, "materials.oxide.resistivity": "1e13 ohm m",
+    "materials.oxide.temperature_coefficient": 1e-3, "materials.oxide.reference_temperature": 300,
+    "drive.voltage": "-2.5 V", "drive.electrodes": "pad-edge",
+    "environment.room_temperature": "27 degC", "environment.convection_coefficient": 12,
+    "run.end_time": "5 ms", "run.accuracy": "0.2 %",
+    "scene.name": "mine", "checks.tolerances": {"eq12": "1 %"}, "checks.expect_differs": ["eq14"],
+}  # fmt: skip
+EXPECTED = Sink(
+    length=800e-6, width=80e-6, thickness=3e-6, pad_length=200e-6, pad_width=180e-6, oxide_length=60e-6,
+    oxide_width=40e-6, oxide_thickness=1e-6, oxide_offset=10e-6,
+    silicon=Material("silicon", 148.0, 2300.0, 700.0, 1e-4, 1e-3, 293.15),
+    oxide=Material("oxide", 1.1, 2100.0, 1000.0, None, 1e-3, 300.0),
+    voltage=-2.5, electrodes="pad-edge", room_temperature=300.15, convection_coefficient=12.0,
+    end_time=5e-3, accuracy=2e-3, name="mine", tolerances={"eq12": 0.01}, expected_to_differ=("eq14",),
+)  # fmt: skip
+
+
+def write(folder, text, name="my-sink.toml"):
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_the_built_in_sink_is_the_default_one():
+    sink = load("sink")
+    assert replace(sink, expected_to_differ=None) == Sink()
+    assert sink.expected_to_differ == ("eq14", "eq18", "fig4", "fig6_peak", "fig6_end", "fig7_current")
+    assert sink.anchor_distance == pytest.approx(50e-6, rel=1e-12)
+
+
+def test_the_built_in_file_shows_every_key():
+    stated = SINK.flatten(tomllib.loads(builtin_text("sink")))
+    shown_as_comments = set(SINK.paths) - set(stated)
+    assert shown_as_comments == {"anchor.oxide_offset", "checks.tolerances"}
+    for path in shown_as_comments:
+        assert f"\n# {path.rpartition('.')[2]} = " in builtin_text("sink")
+
+
+def test_the_comments_of_the_built_in_file_are_true(tmp_path):
+    for key in ("oxide_offset", "tolerances"):
+        line = next(x for x in builtin_text("sink").splitlines() if x.startswith(f"# {key}"))
+        section = "anchor" if key == "oxide_offset" else "checks"
+        assert load(write(tmp_path, f"[{section}]\n{line[2:]}\n")) != Sink(name="my-sink")
+    assert (DEFAULT_TOLERANCES["eq12"], DEFAULT_TOLERANCES["fig5"], DEFAULT_TOLERANCES["energy"]) == (0.02, 0.05, 1e-8)
+
+
+def test_every_name_of_a_built_in_scene_has_its_text():
+    for name in builtin_names():
+        assert tomllib.loads(builtin_text(name))["scene"]["name"] == name
+
+
+def test_every_key_reaches_its_own_attribute():
+    assert set(CHANGED) == set(SINK.paths)
+    assert from_dict(nest(CHANGED)) == EXPECTED
+
+
+def test_an_empty_file_is_the_default_sink_by_its_own_name(tmp_path):
+    assert load(write(tmp_path, "")) == Sink(name="my-sink")
+    assert load(write(tmp_path, "", "odd: (2).toml")).name == "odd_ _2_"
+    assert load(write(tmp_path, "[scene]\nname = 'other'\n")).name == "other"
+
+
+def test_a_copy_of_the_built_in_text_is_the_built_in_scene(tmp_path):
+    assert load(write(tmp_path, builtin_text("sink"), "copy.toml")) == load("sink")
+
+
+def test_a_byte_order_mark_is_no_part_of_the_text(tmp_path):
+    assert load(write(tmp_path, "\ufeff[drive]\nvoltage = 2\n")).voltage == 2.0
+
+
+def test_a_file_beats_the_default_and_an_override_beats_the_file(tmp_path):
+    path = write(tmp_path, '[sink]\nwidth = "50 um"\nlength = 9e-4\n')
+    sink = load(str(path), ["sink.width=20um"])
+    assert (sink.width, sink.length, sink.thickness) == (20e-6, 9e-4, 2e-6)
+
+
+@pytest.mark.parametrize(
+    ("setting", "attribute", "value"),
+    [
+        ("sink.width=20um", "width", 20e-6),
+        ("sink.width = 20 um", "width", 20e-6),
+        ('width="20 um"', "width", 20e-6),
+        ("width=2e-5", "width", 20e-6),
+        ("length=800um", "length", 800e-6),
+        ("voltage=2", "voltage", 2.0),
+        ("voltage=.5", "voltage", 0.5),
+        ("voltage=-3 V", "voltage", -3.0),
+        ("electrodes=pad-edge", "electrodes", "pad-edge"),
+        ("oxide_offset=centred", "oxide_offset", None),
+        ("oxide_offset=0", "oxide_offset", 0.0),
+        ("tolerances.eq12=5 %", "tolerances", {"eq12": 0.05}),
+        ("checks.tolerances={eq12 = 0.1, fig4 = 0.2}", "tolerances", {"eq12": 0.1, "fig4": 0.2}),
+        ('expect_differs=["eq14", "eq14", "eq18"]', "expected_to_differ", ("eq14", "eq18")),
+        ("expect_differs=eq14, eq18", "expected_to_differ", ("eq14", "eq18")),
+        ("expect_differs=[]", "expected_to_differ", ()),
+        ("expect_differs=undeclared", "expected_to_differ", None),
+        ("room_temperature=20 degC", "room_temperature", 293.15),
+    ],
+)
+def test_an_override_sets_one_key(setting, attribute, value):
+    sink = load("sink", [setting])
+    assert getattr(sink, attribute) == value
+    assert replace(sink, **{"expected_to_differ": None, attribute: getattr(Sink(), attribute)}) == Sink()
+
+
+def test_the_tail_of_a_path_is_enough_where_it_is_unambiguous():
+    assert load("sink", ["silicon.density=3000"]).silicon.density == 3000.0
+    assert load("sink", ["silicon.density=3000"]).oxide.density == 2200.0
+
+
+def test_a_later_override_wins_and_tolerances_add_up():
+    assert load("sink", ["voltage=2", "drive.voltage=3"]).voltage == 3.0
+    assert load("sink", ["tolerances.eq12=1", "tolerances.eq13=2"]).tolerances == {"eq12": 1.0, "eq13": 2.0}
+
+
+def test_expectations_hold_only_for_the_scene_that_declares_them(tmp_path):
+    declared = load("sink").expected_to_differ
+    assert load("sink", ["accuracy=1e-4", "name=mine", "tolerances.eq12=0.1"]).expected_to_differ == declared
+    assert load("sink", ["voltage=1 V", "oxide_offset=centred"]).expected_to_differ == declared
+    assert load("sink", ["voltage=2"]).expected_to_differ is None
+    assert load("sink", ["silicon.density=1000"]).expected_to_differ is None
+    assert load("sink", ["voltage=2", "expect_differs=eq18"]).expected_to_differ == ("eq18",)
+    path = write(tmp_path, '[sink]\nwidth = "20 um"\n[checks]\nexpect_differs = ["eq13"]\n')
+    assert load(path).expected_to_differ == ("eq13",)
+    assert load(path, ["width=30um"]).expected_to_differ is None
+    assert load(write(tmp_path, "[checks]\ntolerances = {eq12 = 1}\n")).expected_to_differ is None
+
+
+def test_a_declared_tolerance_is_told_from_a_default():
+    sink = load("sink", ["tolerances.eq12=0.5"])
+    assert sink.tolerances == {"eq12": 0.5}
+    assert (sink.tolerance("eq12"), sink.tolerance("eq13")) == (0.5, 0.02)
+    with pytest.raises(KeyError):
+        sink.tolerance("eq99")
+
+
+@pytest.mark.parametrize("sink", [Sink(), EXPECTED, load("sink"), Sink(voltage=2, length=1)], ids=range(4))
+def test_the_dictionary_survives_json_and_rebuilds_an_equal_sink(sink):
+    assert from_dict(json.loads(json.dumps(as_dict(sink), allow_nan=False))) == sink
+
+
+def test_the_dictionary_holds_every_key_in_si():
+    assert set(SINK.flatten(as_dict(Sink()))) == set(SINK.paths)
+    assert as_dict(Sink())["sink"] == {"length": 1e-3, "width": 1e-4, "thickness": 2e-6}
+
+
+def test_loading_imports_nothing_heavy():
+    code = "import sys, scenes.load as s; s.load('sink', ['voltage=2']); print('numpy' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"

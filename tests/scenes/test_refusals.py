@@ -1,0 +1,204 @@
+"""Bad scenes: each is refused in one line that names the key, the value and what is allowed."""
+
+import re
+from dataclasses import replace
+
+import pytest
+
+from scenes.errors import SceneError
+from scenes.load import builtin_text, check, from_dict, load
+from scenes.model import Material
+from scenes.sink import OXIDE, SILICON, Sink
+
+
+def refusal(call, *arguments):
+    """The message of a refusal, which is one sentence on one printable line."""
+    with pytest.raises(SceneError) as caught:
+        call(*arguments)
+    message = str(caught.value)
+    assert message.isprintable()
+    assert not re.search(r"\w\. ", message)
+    assert len(message) < 350
+    return message
+
+
+SIZE = "from 1 nm to 1 m"
+REFUSED_SETTINGS = [
+    # what is set, and what the message has to say
+    ("sink.width=2 V", 'sink.width = "2 V"', "a voltage, not a length", SIZE),
+    ("sink.width=2 A", 'sink.width = "2 A"', "another quantity, not a length"),
+    ("sink.width=20 %", "a plain number, not a length"),
+    ("sink.width=20 ym", 'unknown unit "ym"', 'did you mean "', SIZE),
+    ("sink.width=20 furlong", 'unknown unit "furlong"', SIZE),
+    ("sink.width=wide", 'sink.width = "wide"', "not a number with a unit", SIZE),
+    ("sink.width=none", 'sink.width = "none"', SIZE),
+    ("sink.width=0", "sink.width = 0 is out of range", SIZE),
+    ("sink.width=-20um", 'sink.width = "-20um" is out of range', SIZE),
+    ("sink.width=20", "sink.width = 20 is out of range", SIZE),
+    ("sink.width=1e300", "sink.width = 1e+300 is out of range", SIZE),
+    ("sink.width=1e-300", "sink.width = 1e-300 is out of range", SIZE),
+    ("sink.width=0.9 nm", 'sink.width = "0.9 nm" is out of range', SIZE),
+    ("sink.width=1e400", "sink.width = inf is not a finite number", SIZE),
+    ("sink.width=1e999999999 um", "is not a finite number", SIZE),
+    ("sink.width=nan", "sink.width = nan is not a finite number", SIZE),
+    ("sink.width=-inf", "sink.width = -inf is not a finite number", SIZE),
+    ("sink.width=1" + "0" * 400, "sink.width = 1000", "is not a finite number", SIZE),
+    ("sink.width=true", "sink.width = true is a boolean, not a length", SIZE),
+    ("sink.width=[1, 2]", "sink.width = [1, 2] is a list, not a length", SIZE),
+    ("sink.width={a = 1}", "sink.width = {'a': 1} is a table, not a length", SIZE),
+    ("sink.width=2020-01-01", "sink.width = 2020-01-01 is a date, not a length", SIZE),
+    ('sink.width="a\\nb"', 'sink.width = "a\\nb"', SIZE),
+    ("sink.width=\udcff", 'sink.width = "\\udcff"', SIZE),
+    ("oxide_thickness=0", "anchor.oxide_thickness = 0", SIZE),
+    ("oxide_offset=-1um", 'anchor.oxide_offset = "-1um"', "from 0 m to 1 m", '"centred"'),
+    ("oxide_offset=120um", 'anchor.oxide_offset = "120 um"', "anchor.pad_length - anchor.oxide_length", '"100 um"'),
+    ("oxide_length=0.2 mm", 'anchor.oxide_length = "200 um"', 'anchor.pad_length = "150 um"'),
+    ("oxide_width=0.2 mm", 'anchor.oxide_width = "200 um"', 'anchor.pad_width = "150 um"'),
+    ("pad_width=40 um", 'anchor.oxide_width = "50 um"', 'anchor.pad_width = "40 um"'),
+    ("drive.voltage=abc", 'drive.voltage = "abc"', "in V", "100 uV to 1000 V"),
+    ("voltage=0", "drive.voltage = 0 ", "100 uV to 1000 V", "no relative error is defined"),
+    ("voltage=1e6", "drive.voltage = 1000000.0 ", "100 uV to 1000 V"),
+    ("electrodes=pad-egde", 'drive.electrodes = "pad-egde"', '"beam-end" or "pad-edge", did you mean "pad-edge"?'),
+    ("electrodes=1", "drive.electrodes = 1 ", '"beam-end" or "pad-edge"'),
+    ("accuracy=0", "run.accuracy = 0 ", "from 1e-6 to 0.1"),
+    ("accuracy=2", "run.accuracy = 2 ", "from 1e-6 to 0.1"),
+    ("accuracy=1e-7", "run.accuracy = 1e-07 ", "from 1e-6 to 0.1"),
+    ("accuracy=1 um", 'run.accuracy = "1 um" is a length', "from 1e-6 to 0.1"),
+    ("end_time=0", "run.end_time = 0 ", "from 1 ns"),
+    ("end_time=-1 ms", 'run.end_time = "-1 ms" ', "from 1 ns"),
+    ("silicon.density=0", "materials.silicon.density = 0 ", "kg/m3"),
+    ("silicon.density=-1", "materials.silicon.density = -1 ", "kg/m3"),
+    ("silicon.thermal_conductivity=0", "materials.silicon.thermal_conductivity = 0 ", "W/(m K)"),
+    ("oxide.specific_heat=0", "materials.oxide.specific_heat = 0 ", "J/(kg K)"),
+    ("silicon.resistivity=0", "materials.silicon.resistivity = 0 ", "ohm m"),
+    ("silicon.resistivity=-1", "materials.silicon.resistivity = -1 ", "ohm m"),
+    ("silicon.resistivity=insulator", 'materials.silicon.resistivity = "insulator" ', "ohm m"),
+    ("oxide.resistivity=1", "materials.oxide.resistivity = 1 ", '"insulator"', "no current"),
+    ("room_temperature=0", "environment.room_temperature = 0 ", "from 1 K"),
+    ("room_temperature=-300 degC", 'environment.room_temperature = "-300 degC" ', "from 1 K"),
+    ("silicon.temperature_coefficient=0.01 1/K", "silicon.temperature_coefficient = ", "= 150.0 K", "above 0"),
+    ("convection_coefficient=-1", "environment.convection_coefficient = -1 ", "from 0 W/(m2 K)"),
+    ("name=../x", 'scene.name = "../x" ', "letters, digits"),
+    ("name=", "name=", "KEY=VALUE"),
+    ("name=.", 'scene.name = "." ', "letters, digits"),
+    ("name=1", "scene.name = 1 ", "letters, digits"),
+    ("name=" + "x" * 61, 'scene.name = "xxx', "1 to 60 letters"),
+    ("sink.width", '"sink.width" sets nothing', "KEY=VALUE"),
+    ("width=1e-5\nlength=1e-4", 'sink.width = "1e-5\\nlength=1e-4"', SIZE),
+    ("=3", '"=3" sets nothing', "KEY=VALUE"),
+    ("sink.widht=3", "unknown key sink.widht = 3", "length, width, thickness", 'did you mean "sink.width"?'),
+    ("widht=3", "unknown key widht = 3", 'did you mean "sink.width"?'),
+    ("pad_lenth=3", "unknown key pad_lenth = 3", 'did you mean "anchor.pad_length"?'),
+    ("sink.voltage=3", "unknown key sink.voltage = 3", 'did you mean "drive.voltage"?'),
+    ("snik.width=3", "unknown key snik.width = 3", 'did you mean "sink"?'),
+    ("materials.oxid.density=3", "unknown key materials.oxid.density", 'did you mean "materials.oxide"?'),
+    ("sink=5", "sink = 5 must be a section", "length, width, thickness"),
+    ("density=5", "density = 5 could mean", "materials.silicon.density, materials.oxide.density"),
+    ("checks.tolerances=0.1", "checks.tolerances = 0.1 must be a table"),
+    ("tolerances.eq12=0", "checks.tolerances.eq12 = 0 "),
+    ("tolerances.eq12=-1 %", 'checks.tolerances.eq12 = "-1 %" '),
+    ("tolerances.eq15=0.1", 'checks.tolerances names an unknown check "eq15"', "eq12, eq13", "did you mean"),
+    ("expect_differs=eq15", 'checks.expect_differs names an unknown check "eq15"', "eq12, eq13", "did you mean"),
+    ("expect_differs=5", "checks.expect_differs = 5 must be a list"),
+    ("expect_differs=[5]", "checks.expect_differs names an unknown check 5", "eq12, eq13"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("setting", "parts"), [(s, p) for s, *p in REFUSED_SETTINGS], ids=lambda x: repr(x)[:40])
+def test_a_refused_override_says_what_is_allowed(setting, parts):
+    settings = ["room_temperature=150 K", setting] if "0.01 1/K" in setting else [setting]
+    message = refusal(load, "sink", settings)
+    for part in parts:
+        assert part in message
+
+
+@pytest.mark.parametrize(
+    ("text", "parts"),
+    [
+        ("[sink]\nwidth = '2 V'\n", ['sink.width = "2 V"', "a length"]),
+        ("[snik]\nwidth = 1\n", ["unknown section [snik]", 'did you mean "sink"?']),
+        ("[materials.silicone]\ndensity = 1\n", ["unknown section [materials.silicone]", '"materials.silicon"?']),
+        ("[materials]\nsilicon = 3\n", ["materials.silicon = 3 must be a section", "thermal_conductivity"]),
+        ("[[box]]\nname = 'a'\n", ["unknown key box = ", "a scene file takes scene, sink, anchor"]),
+        ("[[sink]]\nwidth = 1\n", ["sink = [{'width': 1}] must be a section"]),
+        ("voltage = 2\n", ["unknown key voltage = 2", 'did you mean "drive.voltage"?']),
+        ("[sink]\n'a\\nb' = 2\n", ["unknown key sink.a", "length, width"]),
+        ("[sink]\nwidth = 20 um\n", ["not valid TOML", "line 2, column 12"]),
+        ("[sink]\nwidth = 1\nwidth = 2\n", ["not valid TOML", "line 3"]),
+        ("a = " + "[" * 5000, ["not valid TOML"]),
+        ("a = " + "1" * 5000, ["not valid TOML"]),
+    ],
+)
+def test_a_refused_file_says_where_and_why(tmp_path, text, parts):
+    path = tmp_path / "bad.toml"
+    path.write_text(text)
+    message = refusal(load, path)
+    for part in parts:
+        assert part in message
+
+
+def test_what_is_no_scene_file_is_refused_by_its_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "latin.toml").write_bytes(b"# \xb5m\n")
+    assert refusal(load, "snik") == '"snik" is no file: give a TOML file, or the built-in sink, did you mean "sink"?'
+    assert '"missing/a.toml" is no file' in refusal(load, "missing/a.toml")
+    assert '"." is a directory' in refusal(load, ".")
+    assert '"latin.toml" is not UTF-8 text (byte 2)' in refusal(load, "latin.toml")
+    assert "cannot be read" in refusal(load, "a\0b")
+    assert "cannot be read" in refusal(load, "a" * 5000)
+    assert "give sink" in refusal(builtin_text, "snk")
+
+
+@pytest.mark.parametrize(
+    ("changes", "parts"),
+    [
+        ({"width": float("nan")}, ["sink.width = nan"]),
+        ({"width": "20 um"}, ['sink.width = "20 um" must be given as 2e-05 in Python']),
+        ({"width": None}, ["sink.width = None is missing"]),
+        ({"width": True}, ["sink.width = true is a boolean"]),
+        ({"oxide_length": 1e-3}, ["anchor.oxide_length", "anchor.pad_length"]),
+        ({"silicon": replace(SILICON, resistivity=None)}, ["materials.silicon.resistivity = None is missing"]),
+        ({"oxide": replace(OXIDE, resistivity=1e13)}, ["materials.oxide.resistivity", "given as None"]),
+        ({"oxide": SILICON}, ["materials.oxide.resistivity = 6e-05", '"insulator"']),
+        ({"tolerances": {"eq1": 0.1}}, ["checks.tolerances", "eq12"]),
+        ({"tolerances": None}, ["checks.tolerances"]),
+        ({"expected_to_differ": ("eq1",)}, ["checks.expect_differs", "eq12"]),
+        ({"name": "a/b"}, ["scene.name"]),
+        ({"electrodes": "pad"}, ["drive.electrodes", "pad-edge"]),
+    ],
+)
+def test_a_sink_made_in_python_is_checked_as_a_file_is(changes, parts):
+    message = refusal(check, replace(Sink(), **changes))
+    for part in parts:
+        assert part in message
+
+
+def test_a_refused_dictionary():
+    assert "unknown key sink.widht" in refusal(from_dict, {"sink": {"widht": 1}})
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"width": 300e-6},
+        {"oxide_length": 150e-6, "oxide_width": 150e-6},
+        {"pad_length": 150e-6, "oxide_length": 50e-6, "oxide_offset": 100e-6},
+        {"oxide_offset": 0.0},
+        {"voltage": -1.0},
+        {"voltage": 2},
+        {"convection_coefficient": 0},
+        {"accuracy": 0.1},
+        {"accuracy": 1e-6},
+        {"width": 1e-9},
+        {"length": 1.0},
+        {"silicon": Material("doped", 100.0, 2330.0, 712.0, 1e-4, -1e-3, 293.0)},
+    ],
+)
+def test_what_can_be_solved_is_accepted(changes):
+    sink = replace(Sink(), **changes)
+    assert check(sink) is sink
+
+
+def test_numbers_of_numpy_are_numbers():
+    numpy = pytest.importorskip("numpy")
+    assert check(Sink(voltage=numpy.float64(2), length=numpy.int64(1)))
