@@ -38,6 +38,7 @@ class HeatProblem:
     mass: csc_array
     constant_source: np.ndarray
     order: np.ndarray  # grid nodes in elimination order
+    films: dict[str, tuple[float, np.ndarray]]  # per cooled boundary: heat that enters at no rise (W), and per kelvin
 
     @property
     def size(self) -> int:
@@ -83,6 +84,17 @@ class HeatProblem:
         n = self.free
         return self.stiffness[n:, :n] @ rise + self.mass[n:, :n] @ rate - source[n:]
 
+    def sample(self, rise: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """(n,): the rise (K) at points (n, 3) of the solved part, from values at the free nodes."""
+        whole = np.zeros(self.size)
+        whole[: len(rise)] = rise
+        found = np.empty(len(points))
+        for i, point in enumerate(points):
+            (x, wx), (y, wy), (z, wz) = (a.interpolation(c) for a, c in zip(self.mesh.axes, point, strict=True))
+            grid = (x[:, None, None] * self.mesh.shape[1] + y[:, None]) * self.mesh.shape[2] + z
+            found[i] = np.einsum("i,j,k,ijk", wx, wy, wz, whole[self.number[grid]])
+        return found
+
     def probe(self, probe: Probe) -> np.ndarray:
         """(free nodes,): the weights whose product with the rise is the probe's mean rise."""
         nodes, weights = [], []
@@ -126,6 +138,7 @@ def assemble(scene: Scene, mesh: BrickMesh) -> HeatProblem:
 
     rows, columns, entries = [], [], []
     source = np.zeros(size)
+    films: dict[str, tuple[float, np.ndarray]] = {}
 
     def add(block: Block, data: np.ndarray) -> None:
         r, c = tensor.pattern(mesh.parts(block), number[mesh.numbers(block)])
@@ -143,16 +156,17 @@ def assemble(scene: Scene, mesh: BrickMesh) -> HeatProblem:
     for b in scene.boundaries:
         if b.kind not in ("convection", "heat_flux"):
             continue
+        area = np.zeros(size)
         for face in mesh.faces(b.lower, b.upper):
             parts = mesh.parts(face)
-            flux = b.value
+            area[number[mesh.numbers(face)].ravel()] += tensor.integral(parts).ravel()
             if b.kind == "convection":
                 add(face, b.value * tensor.mass(parts) + 0j)
-                flux = b.value * (b.ambient - scene.initial_temperature)
-            if flux:
-                source[number[mesh.numbers(face)].ravel()] += flux * tensor.integral(parts).ravel()
+        flux = b.value if b.kind == "heat_flux" else b.value * (b.ambient - scene.initial_temperature)
+        source += flux * area
+        films[b.name] = (flux * float(area.sum()), -b.value * area if b.kind == "convection" else np.zeros(size))
     joined = (np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns)))
     both = coo_array(joined, shape=(size, size)).tocsc()
     stiffness = csc_array((both.data.real.copy(), both.indices, both.indptr), shape=both.shape)
     mass = csc_array((both.data.imag.copy(), both.indices, both.indptr), shape=both.shape)
-    return HeatProblem(scene, mesh, number, len(free_nodes), stiffness, mass, source, order)
+    return HeatProblem(scene, mesh, number, len(free_nodes), stiffness, mass, source, order, films)

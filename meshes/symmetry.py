@@ -30,13 +30,22 @@ class Symmetry:
     """The part of a scene that is solved.
 
     ``planes`` are (axis, coordinate, "even" | "odd"); the part is the lower side of each, ``copies`` times in the whole.
-    ``flows`` maps each boundary of the whole scene to the kept boundary that stands for it.
+    ``flows`` maps each boundary of the whole scene to the kept boundary that stands for it; ``box_copies`` says how many
+    times a kept box is in the box it was cut from.
     """
 
     scene: Scene
     planes: tuple[tuple[int, float, str], ...]
     copies: int
     flows: dict[str, Flow]
+    box_copies: dict[str, float]
+
+    def mirrored(self, points: np.ndarray) -> np.ndarray:
+        """Points (n, 3) of the whole scene, moved to where the part holds their value."""
+        found = np.array(points, dtype=float)
+        for axis, middle, _ in self.planes:
+            found[:, axis] = np.minimum(found[:, axis], 2 * middle - found[:, axis])
+        return found
 
     @property
     def part(self) -> str:
@@ -61,7 +70,13 @@ def reduce(scene: Scene) -> Symmetry:
             )
             for name, f in flows.items()
         }
-    return Symmetry(part, tuple(planes), 2 ** len(planes), flows)
+    whole = {b.name: _volume(b) for b in scene.boxes}
+    copies = {b.name: whole[b.name] / _volume(b) for b in part.boxes}
+    return Symmetry(part, tuple(planes), 2 ** len(planes), flows, copies)
+
+
+def _volume(box: Box) -> float:
+    return float(np.prod(np.subtract(box.upper, box.lower)))
 
 
 def _middle(scene: Scene, axis: int) -> float:

@@ -1,6 +1,6 @@
 """The closed loop from sample to sample, for several resolutions of one device at a time.
 
-All resolutions share the Python loop, block by block in one vector, so that estimating the error costs little more
+All resolutions share the Python loop, one after the other in its vectors, so that estimating the error costs little more
 than the run itself.
 """
 
@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from reduced1d.device.controller import Law
 from reduced1d.device.interval import interval
@@ -34,19 +33,18 @@ class Resolution:
 
 @dataclass(frozen=True)
 class Tables:
-    """Tables of one interval length for all resolutions, block by block in dense matrices.
+    """Tables of one interval length; one matrix per resolution in each list, small enough to stay on one core.
 
-    Their arguments: amplitudes ``b``, one resolution's modes after the other, then the energies (J) generated in sink
-    and sensor of the first resolution; and ``powers`` (W), at the start (sink, sensor of each resolution), then at the
-    nodes. ``readings`` maps b to the heat flow into the polymer (W) of each resolution, then to the rises (K) at the
-    places of the powers, with no power acting; ``kernel`` adds the powers' effect on those; ``decay`` and ``gain`` take
-    b and powers to the interval's end.
+    A resolution's amplitudes are those of its modes (in the first followed by the energies in J generated in sink and
+    sensor). Its places are the start (sink, sensor), the nodes, and the heat flow into the polymer, which has no power.
+    ``readings`` maps amplitudes to the rises (K) at the places and that flow (W), with no power acting; ``kernel`` adds
+    the effect of the powers at the places; ``decay`` and ``gain`` take amplitudes and powers to the interval's end.
     """
 
-    readings: np.ndarray
-    kernel: np.ndarray
+    readings: list[np.ndarray]
+    kernel: list[np.ndarray]
+    gain: list[np.ndarray]
     decay: np.ndarray
-    gain: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -88,23 +86,27 @@ def march(
     Raises ArithmeticError where that iteration fails.
     """
     spectra = [modes(lumped, r.degree, GRIDS) for r in resolutions]
-    count, n = len(spectra), spectra[0].count
-    jump = np.concatenate([*(m.jump for m in spectra), np.zeros(2)])
-    at_nodes = (2 * i + np.repeat([0, 1], r.nodes) for i, r in enumerate(resolutions))
-    owner = np.concatenate([np.arange(2 * count), *at_nodes])
-    conductance, change = (1 / lumped.resistance)[owner % 2], lumped.coefficient[owner % 2]
-    unit = np.concatenate([np.full(count, spectra[0].flux_external), spectra[0].external[owner % 2]])
-    static = np.zeros(len(unit))
-    rises = np.empty((table.samples, count, 2))
-    voltages, fluxes = np.empty((table.samples, count, 2)), np.empty((table.samples, count))
+    n = spectra[0].count
+    modal = _slices([n + 2, *(m.count for m in spectra[1:])])
+    places = _slices([3 + 2 * r.nodes for r in resolutions])
+    starts = np.array([[at.start, at.start + 1] for at in places])
+    flows = np.array([at.stop - 1 for at in places])
+    owner = np.concatenate([np.r_[0, 1, np.repeat([0, 1], r.nodes), 0] + 2 * i for i, r in enumerate(resolutions)])
+    conductance, change, unit = (
+        values[owner % 2] for values in (1 / lumped.resistance, lumped.coefficient, spectra[0].external)
+    )
+    conductance[flows], change[flows], unit[flows] = 0.0, 0.0, spectra[0].flux_external
+    jump = np.concatenate([spectra[0].jump, np.zeros(2), *(m.jump for m in spectra[1:])])
+    rises, voltages = np.empty((2, table.samples, len(spectra), 2))
+    fluxes = np.empty((table.samples, len(spectra)))
     lengths: dict[float, Tables] = {}
-    b, voltage, ratio = np.zeros(len(jump)), np.zeros((count, 2)), np.ones(len(owner))
+    b, voltage, ratio = np.zeros(len(jump)), np.zeros((len(spectra), 2)), np.ones(len(owner))
     stepped, outer, outer_time, stopped = np.zeros(n), 0.0, 0.0, False
-
     if start is not None:
-        b = np.concatenate([*(start.power @ m.shape / m.rates for m in spectra), np.zeros(2)])
-        voltage, outer, static = np.tile(start.voltage, (count, 1)), start.outer, start.outer * unit
-    initial, first = b[:n], outer
+        for m, at in zip(spectra, modal, strict=True):
+            b[at.start : at.start + m.count] = start.power @ m.shape / m.rates
+        voltage, outer = np.tile(start.voltage, (len(spectra), 1)), start.outer
+    static, initial, first = outer * unit, b[:n], outer
 
     for k, measure, step, length in table.pieces():
         if step is not None:
@@ -115,44 +117,63 @@ def march(
         if key not in lengths:
             lengths[key] = _tables(spectra, resolutions, key)
         t = lengths[key]
-        readings = t.readings @ b + static
-        free = readings[count:]
+        free = _apply(t.readings, b, modal, places)
+        free += static
         if measure:
-            rises[k] = now = free[: 2 * count].reshape(count, 2)
-            fluxes[k] = readings[:count]
+            rises[k] = now = free[starts]
+            fluxes[k] = free[flows]
             voltages[k] = voltage = law.next_voltage(voltage, now)
             heating = (voltage * voltage).ravel()[owner] * conductance
             stopped = bool(free[0] > CEILING or free[1] > CEILING)
             if stopped or not length:
                 break
-        powers, ratio = _powers(free, t.kernel, heating, change, ratio, tolerance)
-        b = t.decay * b + t.gain @ powers
+        powers, ratio = _powers(free, t.kernel, places, heating, change, ratio, tolerance)
+        b = t.decay * b
+        b += _apply(t.gain, powers, places, modal)
         outer_time += outer * length
     rows = slice(0, k + 1)
     traces = np.concatenate(
         [rises[rows], voltages[rows], lumped.power(voltages[rows], rises[rows]), fluxes[rows, :, None]], axis=2
     )
     limited = (voltages[rows, 0] == law.lowest) & (law.gain > 0)
-    return March(traces, limited, stopped, spectra[0], b[:n] - initial, stepped, b[-2:], outer_time, outer - first)
+    return March(
+        traces, limited, stopped, spectra[0], b[:n] - initial, stepped, b[n : n + 2], outer_time, outer - first
+    )
+
+
+def _slices(sizes: list[int]) -> list[slice]:
+    ends = np.cumsum(sizes).tolist()
+    return [slice(end - size, end) for size, end in zip(sizes, ends, strict=True)]
+
+
+def _apply(blocks: list[np.ndarray], vector: np.ndarray, columns: list[slice], rows: list[slice]) -> np.ndarray:
+    """The product of a block diagonal matrix with a vector."""
+    product = np.empty(rows[-1].stop)
+    for block, column, row in zip(blocks, columns, rows, strict=True):
+        np.dot(block, vector[column], out=product[row])
+    return product
 
 
 def _powers(
-    free: np.ndarray, kernel: np.ndarray, heating: np.ndarray, change: np.ndarray, ratio: np.ndarray, tolerance: float
-) -> tuple[np.ndarray, np.ndarray]:
+    free: np.ndarray, kernel: list[np.ndarray], places: list[slice], heating: np.ndarray, change: np.ndarray,
+    ratio: np.ndarray, tolerance: float,
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """Powers P = heating/ratio, ratio = 1 + change T, T = free + kernel P; by Picard's iteration, else by Newton's.
 
     ``ratio`` is a guess; returns the powers and the ratio that they belong to. Newton's iteration starts without any
     power: 1/ratio is convex, so that it then climbs to the solution from below.
     """
-    rise = free + kernel @ (heating / ratio)
+    rise = free + _apply(kernel, heating / ratio, places, places)
     for attempt in range(PICARD + NEWTON):
         if attempt == PICARD:
             rise = free
         ratio = 1 + change * rise
         powers = heating / ratio
-        residual = free + kernel @ powers - rise
+        residual = free + _apply(kernel, powers, places, places) - rise
         if attempt >= PICARD:
-            residual = np.linalg.solve(np.eye(len(free)) + kernel * (powers * change / ratio), residual)
+            slope = powers * change / ratio
+            for block, at in zip(kernel, places, strict=True):
+                residual[at] = np.linalg.solve(np.eye(len(block)) + block * slope[at], residual[at])
             tolerance = max(tolerance, 1e-12 * float(np.abs(rise).max()))
         rise = rise + residual
         if np.abs(residual).max() < tolerance:
@@ -161,15 +182,18 @@ def _powers(
 
 
 def _tables(spectra: list[Modes], resolutions: tuple[Resolution, ...], length: float) -> Tables:
-    parts = [interval(m, length, r.nodes, 2) for m, r in zip(spectra, resolutions, strict=True)]
-    first, later = block_diag(*(p.first for p in parts)), block_diag(*(p.later for p in parts))
-    rows = ([m.flux for m in spectra], [m.shape for m in spectra], [p.free for p in parts])
-    readings = np.vstack([block_diag(*blocks) for blocks in rows])
-    gain = np.hstack([block_diag(*(p.gain_first for p in parts)), block_diag(*(p.gain_later for p in parts))])
-    energy, q, starts = np.zeros((2, gain.shape[1])), resolutions[0].nodes, 2 * len(spectra)
-    for e in (0, 1):
-        energy[e, np.r_[e, starts + e * q + np.arange(q)]] = parts[0].weights
-    return Tables(
-        np.pad(readings, ((0, 0), (0, 2))), np.vstack([np.zeros((starts, gain.shape[1])), np.hstack([first, later])]),
-        np.concatenate([*(p.decay for p in parts), np.ones(2)]), np.vstack([gain, energy]),
-    )  # fmt: skip
+    columns: tuple[list[np.ndarray], ...] = ([], [], [], [])
+    for i, (m, r) in enumerate(zip(spectra, resolutions, strict=True)):
+        part, q = interval(m, length, r.nodes, 2), r.nodes
+        readings, powers = np.vstack([m.shape, part.free, m.flux]), np.hstack([part.gain_first, part.gain_later])
+        kernel, gain, decay = np.zeros((3 + 2 * q, 3 + 2 * q)), np.pad(powers, ((0, 0), (0, 1))), part.decay
+        kernel[2:-1, :2], kernel[2:-1, 2:-1] = part.first, part.later
+        if i == 0:
+            energy = np.zeros((2, 3 + 2 * q))
+            for e in (0, 1):
+                energy[e, np.r_[e, 2 + e * q + np.arange(q)]] = part.weights
+            readings = np.pad(readings, ((0, 0), (0, 2)))
+            gain, decay = np.vstack([gain, energy]), np.r_[decay, 1.0, 1.0]
+        for column, value in zip(columns, (readings, kernel, gain, decay), strict=True):
+            column.append(value)
+    return Tables(columns[0], columns[1], columns[2], np.concatenate(columns[3]))

@@ -14,6 +14,7 @@ from reduced1d.fin import fin_runaway_voltage, solve_fin
 from reduced1d.roots import increasing_root
 from reduced1d.sink import anchor_series_resistance, solve
 from scenes.sink import SILICON, Sink
+from tests.reduced1d import relative
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(40)
 
@@ -71,10 +72,10 @@ def test_fin_agrees_with_a_boundary_value_solver(voltage, a, h):
     fin = solve_fin(sink, 2663.0)
     reference = solved_by_collocation(sink, 2663.0)
     # The solver bounds its relative residual by 1e-9, and the problem amplifies it by the feedback, here below 10.
-    assert (fin.peak_rise, fin.end_rise, fin.mean_rise, fin.current) == pytest.approx(reference, rel=1e-8)
+    assert (fin.peak_rise, fin.end_rise, fin.mean_rise, fin.current) == relative(reference, 1e-8)
     # The check sees a change of 1e-5 in the anchor resistance.
     other = solve_fin(sink, 2663.0 * (1 + 1e-5))
-    assert other.end_rise != pytest.approx(reference[1], rel=1e-8)
+    assert other.end_rise != relative(reference[1], 1e-8)
 
 
 def test_without_feedback_and_air_the_fin_is_the_paper_s_parabola():
@@ -83,9 +84,9 @@ def test_without_feedback_and_air_the_fin_is_the_paper_s_parabola():
     fin, paper = solve_fin(sink, R), solve(sink, steady_only=True).steady
     y = np.linspace(0, sink.length, 11)
     dT0 = fin.peak_rise - fin.end_rise
-    assert fin.rise(y) == pytest.approx(parabola(y, dT0, fin.end_rise, sink.length), rel=1e-13)
+    assert fin.rise(y) == relative(parabola(y, dT0, fin.end_rise, sink.length), 1e-13)
     for key, value in (("peak_rise_K", fin.peak_rise), ("end_rise_K", fin.end_rise), ("mean_rise_K", fin.mean_rise)):
-        assert value == pytest.approx(paper[key].value, rel=1e-13)
+        assert value == relative(paper[key].value, 1e-13)
     # With feedback the profile is a cosine, and the paper's parabola is no longer exact.
     assert solve_fin(Sink(), R).peak_rise != pytest.approx(solve(Sink(), steady_only=True).steady["peak_rise_K"].value)
 
@@ -133,17 +134,17 @@ def test_balances_of_a_fin(case):
     # are down to a few um thick (the healing length is sqrt(k t / h)), between points up to 100 um apart.
     loose = 1e-13 if sink.convection_coefficient < 1e6 else 1e-3
     mean = quadrature(fin, lambda rise: rise) / fin.length
-    assert mean == pytest.approx(fin.mean_rise, rel=loose, abs=1e-300)
+    assert mean == relative(fin.mean_rise, loose)
     voltage = fin.current * quadrature(fin, lambda rise: rho / A_c * (1 + a * rise))
     # Near runaway the two currents draw together and lose digits, sqrt(1 - 0.999) of them here.
-    assert voltage == pytest.approx(sink.voltage, rel=max(loose, 1e-11), abs=1e-300)
+    assert voltage == relative(sink.voltage, max(loose, 1e-11))
     anchors = 2 * fin.end_rise / R if R else None
     air = sink.convection_coefficient * sink.width * sink.length * fin.mean_rise
     if anchors is not None:
-        assert anchors + air == pytest.approx(fin.power, rel=1e-11, abs=1e-300)
+        assert anchors + air == relative(fin.power, 1e-11)
     assert fin.power == fin.current * sink.voltage
     profile = fin.rise(np.array([0.0, fin.length / 2, fin.length]))
-    assert profile == pytest.approx([fin.end_rise, fin.peak_rise, fin.end_rise], rel=1e-13, abs=1e-300)
+    assert profile == relative([fin.end_rise, fin.peak_rise, fin.end_rise], 1e-13)
     assert fin.peak_rise >= fin.mean_rise >= fin.end_rise >= 0
 
 
@@ -161,13 +162,13 @@ def test_profile_satisfies_the_differential_equation_and_its_end_condition(volta
     assert np.max(np.abs(residual)) < 1e-9 * np.max(heat)
     ahead = fin.rise(np.arange(7) * step)
     slope = np.dot([-147, 360, -450, 400, -225, 72, -10], ahead) / (60 * step)
-    assert k * A_c * slope == pytest.approx(fin.end_rise / R, rel=1e-8)
+    assert k * A_c * slope == relative(fin.end_rise / R, 1e-8)
 
 
 def test_strong_drive_does_not_run_away_when_resistance_rises():
     fin = solve_fin(Sink(voltage=1e5), 2663.0)
     assert 0 < fin.z < math.pi**2 / 4
-    assert fin.current * 300 * (1 + 5e-4 * fin.mean_rise) == pytest.approx(1e5, rel=1e-9)
+    assert fin.current * 300 * (1 + 5e-4 * fin.mean_rise) == relative(1e5, 1e-9)
 
 
 @pytest.mark.parametrize(("voltage", "a", "h"), [(5.0, 5e-4, 800.0), (15.0, 5e-4, 0.0), (6.0, -5e-4, 3e3)])
@@ -185,7 +186,7 @@ def test_newton_s_slope_is_the_derivative(monkeypatch, voltage, a, h):
     monkeypatch.setattr("reduced1d.fin.increasing_root", checked)
     solve_fin(Sink(voltage=voltage, silicon=silicon(a), convection_coefficient=h), 2663.0)
     # The central difference: step^2 = 1e-10 of the third derivative, and rounding eps / step = 2e-11.
-    assert seen[0][0] == pytest.approx(seen[0][1], rel=1e-7)
+    assert seen[0][0] == relative(seen[0][1], 1e-7)
 
 
 def test_signs_and_limits_of_the_input():

@@ -13,6 +13,7 @@ from reduced1d.lumped import rise_at
 from reduced1d.rk4 import solve_rk4
 from reduced1d.sink import anchor_series_resistance, lump, solve
 from scenes.sink import SILICON, Sink
+from tests.reduced1d import relative
 
 TRACES = {"peak_K", "end_K", "mean_K", "current_A", "power_W"}
 
@@ -67,7 +68,7 @@ def test_traces_start_at_room_and_end_in_the_steady_state():
         assert traces.values[f"{key}_K"][0] == 293
         # After 36 time constants, to the rounding of 300 K.
         assert traces.values[f"{key}_K"][-1] - 293 == pytest.approx(steady[f"{key}_rise_K"].value, abs=1e-12)
-    assert traces.values["current_A"][0] == pytest.approx(1 / 300, rel=1e-14)
+    assert traces.values["current_A"][0] == relative(1 / 300, 1e-14)
 
 
 @pytest.mark.parametrize("end_time", [1e-9, 3e-4, 0.0123, 0.7, 100.0])
@@ -127,10 +128,10 @@ def test_heat_out_and_air_loss_are_the_power(sink):
     value = {key: estimate.value for key, estimate in result.steady.items()}
     # Steady balance, lost in the double root's conditioning for feedbacks up to -0.24: some 10 eps.
     balance = value["heat_out_W"] + result.details["air_loss_W"]
-    assert balance == pytest.approx(value["power_W"], rel=1e-13, abs=1e-300)
-    assert value["power_W"] == pytest.approx(sink.voltage * value["current_A"], rel=1e-15)
+    assert balance == relative(value["power_W"], 1e-13)
+    assert value["power_W"] == relative(sink.voltage * value["current_A"], 1e-15)
     dT0 = value["peak_rise_K"] - value["end_rise_K"]
-    assert equivalent_rise(dT0, value["end_rise_K"]) == pytest.approx(value["mean_rise_K"], rel=1e-13, abs=1e-300)
+    assert equivalent_rise(dT0, value["end_rise_K"]) == relative(value["mean_rise_K"], 1e-13)
     assert result.traces is None
 
 
@@ -156,13 +157,13 @@ def test_without_voltage_nothing_happens():
 def test_convection_cools_by_its_share():
     still, cooled = solve(Sink(), steady_only=True), solve(Sink(convection_coefficient=100.0), steady_only=True)
     assert cooled.steady["mean_rise_K"].value < still.steady["mean_rise_K"].value
-    assert cooled.details["air_loss_W"] == pytest.approx(100 * 1e-7 * cooled.steady["mean_rise_K"].value, rel=1e-12)
+    assert cooled.details["air_loss_W"] == relative(100 * 1e-7 * cooled.steady["mean_rise_K"].value, 1e-12)
     assert still.details["air_loss_W"] == 0
 
 
 def test_room_temperature_away_from_the_reference_changes_the_cold_current():
     traces = solve(Sink(room_temperature=313.0)).traces
-    assert traces.values["current_A"][0] == pytest.approx(1 / (300 * (1 + 5e-4 * 20)), rel=1e-14)
+    assert traces.values["current_A"][0] == relative(1 / (300 * (1 + 5e-4 * 20)), 1e-14)
     assert traces.values["mean_K"][0] == 313
 
 

@@ -21,6 +21,7 @@ from reduced1d.equations import (
 from reduced1d.sink import anchor_series_resistance, lump
 from scenes.model import Material
 from scenes.sink import SILICON, Sink
+from tests.reduced1d import relative
 
 L, A_C, K = 1000e-6, 200e-12, 130.0
 RHO, A = 6e-5, 5e-4
@@ -33,8 +34,8 @@ def printed_parabola(y, dT0, dT_end):
 
 
 def test_eq_7_gives_the_cold_resistance_of_300_ohm():
-    assert resistance(0.0, RHO, A, L, A_C) == pytest.approx(300, rel=ROUNDING)
-    assert resistance(np.array([0.0, 20.0]), RHO, A, L, A_C) == pytest.approx([300, 303], rel=ROUNDING)
+    assert resistance(0.0, RHO, A, L, A_C) == relative(300, ROUNDING)
+    assert resistance(np.array([0.0, 20.0]), RHO, A, L, A_C) == relative([300, 303], ROUNDING)
 
 
 @given(st.floats(200, 400), st.floats(200, 400), st.floats(-2e-3, 5e-3), st.floats(0, 100))
@@ -49,8 +50,8 @@ def test_resistivity_about_room_is_the_material_s_own_law(reference, room, a_ref
 
 def test_resistivity_of_another_reference_is_not_the_reference_resistivity():
     rho, a = room_resistivity(Material("m", 1.0, 1.0, 1.0, RHO, A, 393.0), 293.0)
-    assert rho == pytest.approx(0.95 * RHO, rel=ROUNDING)
-    assert a == pytest.approx(A / 0.95, rel=ROUNDING)
+    assert rho == relative(0.95 * RHO, ROUNDING)
+    assert a == relative(A / 0.95, ROUNDING)
 
 
 def test_silicon_that_does_not_conduct_is_named():
@@ -62,10 +63,10 @@ def test_silicon_that_does_not_conduct_is_named():
 
 def test_eq_9_has_its_peak_in_the_middle_and_its_ends_at_the_ends():
     y = np.array([0, L / 2, L])
-    assert parabola(y, 16.0, 3.0, L) == pytest.approx([3, 19, 3], rel=ROUNDING)
+    assert parabola(y, 16.0, 3.0, L) == relative([3, 19, 3], ROUNDING)
     printed = printed_parabola(y, 16.0, 3.0)
     assert printed[1] < printed[0]
-    assert printed[0] != pytest.approx(3, rel=0.5)
+    assert printed[0] != relative(3, 0.5)
 
 
 def test_eq_12_is_the_integral_of_eq_11_with_resistivity_over_cross_section():
@@ -74,18 +75,18 @@ def test_eq_12_is_the_integral_of_eq_11_with_resistivity_over_cross_section():
     dT0, dT_end, current = 16.0, 3.0, 3.3e-3
     expected = power(current, dT0, dT_end, RHO, A, L, A_C)
     corrected = np.sum(weights * current**2 * RHO / A_C * (1 + A * parabola(y, dT0, dT_end, L)))
-    assert corrected == pytest.approx(expected, rel=ROUNDING)
+    assert corrected == relative(expected, ROUNDING)
     # As printed: resistance in place of resistance per length, and the parabola's sign.
-    assert np.sum(weights * current**2 * RHO * L / A_C) == pytest.approx(expected * L, rel=0.02)
+    assert np.sum(weights * current**2 * RHO * L / A_C) == relative(expected * L, 0.02)
     wrong_sign = np.sum(weights * current**2 * RHO / A_C * (1 + A * printed_parabola(y, dT0, dT_end)))
-    assert wrong_sign - expected == pytest.approx(current**2 * 300 * A * 2 / 3 * dT0, rel=1e-9)
+    assert wrong_sign - expected == relative(current**2 * 300 * A * 2 / 3 * dT0, 1e-9)
 
 
 def test_eq_13_is_the_mean_of_the_parabola_and_gives_eq_10_the_power_of_eq_12():
     nodes, weights = np.polynomial.legendre.leggauss(3)
     mean = np.sum(weights / 2 * parabola(L / 2 * (1 + nodes), 16.0, 3.0, L))
     dT_c = equivalent_rise(16.0, 3.0)
-    assert dT_c == pytest.approx(mean, rel=ROUNDING)
+    assert dT_c == relative(mean, ROUNDING)
     assert uniform_power(3.3e-3, dT_c, RHO, A, L, A_C) == power(3.3e-3, 16.0, 3.0, RHO, A, L, A_C)
 
 
@@ -93,16 +94,16 @@ def test_eq_14_of_the_default_sink():
     pad, oxide = series_resistance(50e-6, 130, 300e-12, 0, 1, 1), series_resistance(0, 1, 1, 2e-6, 1.38, 2500e-12)
     assert (pad, oxide) == pytest.approx((1282.05, 579.71), abs=0.005)
     total = anchor_series_resistance(Sink())
-    assert total == pytest.approx(pad + oxide, rel=ROUNDING)
+    assert total == relative(pad + oxide, ROUNDING)
     # The paper's q_end = 1.9e6 dT_end: 1.9e3 K/W is the resistance, so 1 K drives 0.54 mW and not 1.9 MW.
-    assert end_flow(peak_above_end(1.0, total, K, A_C, L), K, A_C, L) == pytest.approx(1 / total, rel=ROUNDING)
+    assert end_flow(peak_above_end(1.0, total, K, A_C, L), K, A_C, L) == relative(1 / total, ROUNDING)
 
 
 def test_eq_16_is_the_flow_that_leaves_the_corrected_parabola():
     step = 1e-9
     slope = (parabola(step, 16.0, 3.0, L) - parabola(0.0, 16.0, 3.0, L)) / step
     # The forward difference of a parabola is off by step / L, its rounding by 3 eps L / (step dT0).
-    assert K * A_C * slope == pytest.approx(end_flow(16.0, K, A_C, L), rel=2e-6)
+    assert K * A_C * slope == relative(end_flow(16.0, K, A_C, L), 2e-6)
     printed = (printed_parabola(step, 16.0, 3.0) - printed_parabola(0.0, 16.0, 3.0)) / step
     assert printed < 0
 
@@ -112,9 +113,9 @@ def test_eq_16_is_the_flow_that_leaves_the_corrected_parabola():
 def test_eqs_17_to_19_follow_from_13_14_and_16(dT_c, R_series):
     dT_end = end_rise_from_equivalent(dT_c, R_series, K, A_C, L)
     dT0 = peak_above_end(dT_end, R_series, K, A_C, L)
-    assert equivalent_rise(dT0, dT_end) == pytest.approx(dT_c, rel=ROUNDING)
-    assert anchor_flow(dT_c, R_series, K, A_C, L) == pytest.approx(2 * end_flow(dT0, K, A_C, L), rel=ROUNDING)
-    assert anchor_flow(dT_c, R_series, K, A_C, L) == pytest.approx(2 * dT_end / R_series, rel=ROUNDING)
+    assert equivalent_rise(dT0, dT_end) == relative(dT_c, ROUNDING)
+    assert anchor_flow(dT_c, R_series, K, A_C, L) == relative(2 * end_flow(dT0, K, A_C, L), ROUNDING)
+    assert anchor_flow(dT_c, R_series, K, A_C, L) == relative(2 * dT_end / R_series, ROUNDING)
 
 
 def test_eq_20_conserves_energy_without_the_printed_volume_and_not_with_it():
@@ -122,9 +123,9 @@ def test_eq_20_conserves_energy_without_the_printed_volume_and_not_with_it():
     model = lump(sink)
     heat = model.voltage**2 / model.resistance
     stored = model.capacity * model.rate(0.0)
-    assert stored == pytest.approx(heat, rel=ROUNDING)
+    assert stored == relative(heat, ROUNDING)
     volume = sink.length * sink.cross_section
-    assert heat * volume == pytest.approx(stored * 2e-13, rel=1e-9)
+    assert heat * volume == relative(stored * 2e-13, 1e-9)
 
 
 def test_equivalent_values_come_back_in_the_shape_they_went_in():
@@ -136,8 +137,8 @@ def test_equivalent_values_come_back_in_the_shape_they_went_in():
 
 def test_parameters_of_the_default_sink():
     model = lump(Sink(silicon=SILICON))
-    assert model.capacity == pytest.approx(2330 * 712 * 2e-13, rel=ROUNDING)
-    assert model.resistance == pytest.approx(300, rel=ROUNDING)
+    assert model.capacity == relative(2330 * 712 * 2e-13, ROUNDING)
+    assert model.resistance == relative(300, ROUNDING)
     # h A of the beam's top face, by itself: the anchors' part does not change.
     cooled = lump(Sink(convection_coefficient=100.0))
-    assert cooled.conductance - model.conductance == pytest.approx(100 * 1e-7, rel=1e-12)
+    assert cooled.conductance - model.conductance == relative(100 * 1e-7, 1e-12)

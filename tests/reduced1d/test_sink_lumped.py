@@ -23,6 +23,7 @@ from reduced1d.lumped import (
 )
 from reduced1d.sink import lump
 from scenes.sink import Sink
+from tests.reduced1d import relative
 
 
 def scaled(feedback):
@@ -54,13 +55,13 @@ def test_exact_solution_agrees_with_an_independent_integrator(feedback):
 def test_exact_solution_of_the_sink_in_si_units():
     model = lump(Sink(voltage=5.0))
     times = np.array([0, 1e-5, 1e-4, 1e-3, 2e-2])
-    assert rise_at(model, times) == pytest.approx(integrated(model, times), rel=3e-12)
+    assert rise_at(model, times) == relative(integrated(model, times), 3e-12)
 
 
 def test_without_feedback_it_is_the_exponential():
     times = np.geomspace(1e-12, 30, 40)
     # Newton ends at the rounding of the time: a few eps, whatever the size of the result.
-    assert rise_at(scaled(0.0), times) == pytest.approx(-np.expm1(-times), rel=1e-15 * 8)
+    assert rise_at(scaled(0.0), times) == relative(-np.expm1(-times), 1e-15 * 8)
 
 
 @pytest.mark.parametrize("feedback", FEEDBACKS)
@@ -68,14 +69,14 @@ def test_it_starts_with_the_heating_rate_to_full_relative_precision(feedback):
     times = np.array([1e-14, 1e-11, 1e-9])
     # x = s - (1 + b) s^2 / 2 + ...; the next term is of relative size ((1 + b) s)^2, 1e-12 at most for b = 1e3.
     expected = times * (1 - (1 + feedback) * times / 2)
-    assert rise_at(scaled(feedback), times) == pytest.approx(expected, rel=2e-12 if feedback > 100 else 1e-14)
+    assert rise_at(scaled(feedback), times) == relative(expected, 2e-12 if feedback > 100 else 1e-14)
 
 
 @pytest.mark.parametrize("feedback", [-0.25, 0.0, 1.0, 1e6])
 def test_time_keeps_its_relative_precision_down_to_nothing(feedback):
     # ds/dv = 2/(1 + q) at the start; the next term is of relative size (q - 1) v / 4, below 1e-14 here.
     expected = 1e-17 * 2 / (1 + math.sqrt(1 + 4 * feedback))
-    assert time_at_progress(scaled(feedback), np.array(1e-17)) == pytest.approx(expected, rel=2e-14)
+    assert time_at_progress(scaled(feedback), np.array(1e-17)) == relative(expected, 2e-14)
 
 
 @given(st.floats(-0.25, 50.0), st.floats(1e-6, 1e6))
@@ -87,8 +88,8 @@ def test_time_and_progress_are_inverse(feedback, last):
     # Above a progress of 700 the steady state is reached to rounding, and times are no longer told apart.
     inside = progress < 700
     assert inside[0]
-    assert time_at_progress(model, progress[inside]) == pytest.approx(times[inside], rel=1e-13)
-    assert rise_at(model, times) == pytest.approx(rise_at_progress(model, progress), rel=1e-15)
+    assert time_at_progress(model, progress[inside]) == relative(times[inside], 1e-13)
+    assert rise_at(model, times) == relative(rise_at_progress(model, progress), 1e-15)
 
 
 @given(st.floats(-0.249, 50.0), st.floats(0.01, 8.0))
@@ -104,9 +105,9 @@ def test_energy_stored_and_lost_is_the_energy_supplied(feedback, last):
     supplied, lost = (float(np.sum(half * weights * f)) for f in (1 / (1 + feedback * rises), rises))
     stored = float(rise_at(model, np.array([last]))[0])
     # Gauss's rule is exact to rounding on these panels; the sums have 336 terms.
-    assert stored + lost == pytest.approx(supplied, rel=1e-12)
+    assert stored + lost == relative(supplied, 1e-12)
     # The check sees an error of 1e-6 in the rise.
-    assert stored + lost * (1 + 1e-6) != pytest.approx(supplied, rel=1e-8 * min(1, last**2))
+    assert stored + lost * (1 + 1e-6) != relative(supplied, 1e-8 * min(1, last**2))
 
 
 @given(st.floats(-0.2499, 1e4))
@@ -120,7 +121,7 @@ def test_the_trajectory_from_rest_climbs_to_the_stable_root(feedback):
     assert all(model.rate(fraction * reached) > 0 for fraction in np.linspace(0, 0.999, 20))
     rises = rise_at(model, np.geomspace(1e-6, 5e3, 60))
     assert np.all(np.diff(rises) >= -1e-15 * reached)
-    assert rises[-1] == pytest.approx(reached, rel=1e-12)
+    assert rises[-1] == relative(reached, 1e-12)
 
 
 @pytest.mark.parametrize("feedback", [-0.01, -0.1, -0.24])
@@ -152,10 +153,10 @@ def test_runaway_voltage_is_where_bisection_finds_the_last_steady_state():
         return 1.0
 
     limit = runaway_voltage(model)
-    assert bisect(exists, 1.0, 50.0, xtol=1e-12, rtol=1e-14) == pytest.approx(limit, rel=1e-13)
+    assert bisect(exists, 1.0, 50.0, xtol=1e-14, rtol=1e-15) == relative(limit, 1e-13)
     with pytest.raises(RunawayError, match=f"above {limit:.6g} V") as caught:
         steady_rise(_at(model, 1.01 * limit))
-    assert caught.value.limit_voltage == pytest.approx(limit, rel=1e-14)
+    assert caught.value.limit_voltage == relative(limit, 1e-14)
     assert math.isinf(runaway_voltage(lump(Sink())))
 
 
@@ -164,7 +165,7 @@ def test_runaway_is_seen_by_an_integrator_that_knows_no_roots():
     limit = runaway_voltage(model)
     long = 300 * model.time_constant
     below = integrated(_at(model, 0.999 * limit), np.array([0.0, long]))[-1]
-    assert below == pytest.approx(steady_rise(_at(model, 0.999 * limit)), rel=1e-6)
+    assert below == relative(steady_rise(_at(model, 0.999 * limit)), 1e-6)
     assert below < 1 / (2 * 2e-3) < 1 / 2e-3
     beyond = _at(model, 1.001 * limit)
     assert vanishing_time(beyond) < long
@@ -187,7 +188,7 @@ def test_runaway_transient_and_the_time_the_resistance_vanishes(feedback):
     # Near the end 1 + b x falls as sqrt(2 |b| (last - s)), so 1e-5 is 5e-11 / |b| before it.
     assert found.t_events[0][0] == pytest.approx(last - 5e-11 / -feedback, abs=1e-11 * max(1, last))
     times = last * np.array([0.0, 0.01, 0.5, 0.9, 0.999])
-    assert rise_at(model, times) == pytest.approx(integrated(model, times), rel=1e-10)
+    assert rise_at(model, times) == relative(integrated(model, times), 1e-10)
     with pytest.raises(RunawayError, match="the resistance vanishes after"):
         rise_at(model, np.array([0.0, last]))
 

@@ -1,0 +1,81 @@
+"""Temperature fields of the whole structure as linear hexahedra, for pictures and files."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from fem3d.steady import SteadyState
+from fem3d.transient import Transient
+from meshes.symmetry import Symmetry
+from meshes.unstructured import hexahedra
+
+
+class Fields:
+    """Points (n, 3) in m, hexahedra (m, 8) between neighbouring nodes, materials (m,), temperatures (n,) in K.
+
+    The solved part stands once for each of its mirror images; images share no points.
+    """
+
+    def __init__(self, state: SteadyState, symmetry: Symmetry, transient: Transient | None) -> None:
+        self._state, self._symmetry, self._transient = state, symmetry, transient
+
+    @cached_property
+    def _part(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Points, hexahedra, the box of each hexahedron, and the unknown at each point."""
+        mesh, number = self._state.heat.mesh, self._state.heat.number
+        points, hexes, boxes, nodes = hexahedra(mesh)
+        return points, hexes, boxes, number[nodes]
+
+    @cached_property
+    def points(self) -> np.ndarray:
+        """(n, 3) in m."""
+        found = [self._part[0]]
+        for axis, middle, _ in self._symmetry.planes:
+            images = []
+            for points in found:
+                image = points.copy()
+                image[:, axis] = 2 * middle - image[:, axis]
+                images.append(image)
+            found += images
+        return np.concatenate(found)
+
+    @cached_property
+    def hexes(self) -> np.ndarray:
+        """(m, 8) point numbers, in VTK's order."""
+        found = [self._part[1]]
+        for _ in self._symmetry.planes:
+            count = len(found) * len(self._part[0])
+            # A mirror image turns a brick inside out; exchanging its two faces turns it back.
+            found += [np.roll(h, 4, axis=1) + count for h in found]
+        return np.concatenate(found)
+
+    @cached_property
+    def material_names(self) -> list[str]:
+        """Names of the materials, in the order of ``material``."""
+        return list(dict.fromkeys(b.material.name for b in self._state.heat.mesh.boxes))
+
+    @cached_property
+    def material(self) -> np.ndarray:
+        """(m,): the material of each hexahedron."""
+        boxes = self._state.heat.mesh.boxes
+        of_box = np.array([self.material_names.index(b.material.name) for b in boxes])
+        return np.tile(of_box[self._part[2]], self._symmetry.copies)
+
+    @cached_property
+    def steady(self) -> np.ndarray:
+        """(n,) in K."""
+        return self._whole(self._state.rise[None])[0]
+
+    def at(self, times: np.ndarray) -> np.ndarray:
+        """(times, n) in K; ValueError where the run has no transient."""
+        if self._transient is None:
+            raise ValueError("the run has no transient")
+        return self._whole(self._transient.rises(np.asarray(times, dtype=float)))
+
+    def _whole(self, rises: np.ndarray) -> np.ndarray:
+        heat = self._state.heat
+        nodal = np.zeros((len(rises), heat.size))
+        nodal[:, : heat.free] = rises
+        return heat.scene.initial_temperature + np.tile(nodal[:, self._part[3]], (1, self._symmetry.copies))

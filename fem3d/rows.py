@@ -1,0 +1,42 @@
+"""At which times traces are written: as few as linear interpolation between them allows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from fem3d.exponential import Step
+
+
+def choose(
+    steps: list[Step], evaluate: Callable[[np.ndarray], dict[str, np.ndarray]], allowed: dict[str, float]
+) -> np.ndarray:
+    """Times (s) from 0 on between which linear interpolation errs by at most ``allowed`` in each trace.
+
+    The error of a straight line over h is h^2 |y''| / 8, so the rows take equal shares of the integral of
+    sqrt(|y''| / 8 / allowed) (de Boor's equidistribution), with a margin checked against the traces themselves.
+    """
+    inner = (1 - np.cos(np.linspace(0, np.pi, 25)[:-1])) / 2
+    fine = np.concatenate([s.start + s.length * inner for s in steps] + [[steps[-1].start + steps[-1].length]])
+    traces = evaluate(fine)
+    h = np.diff(fine)
+    density = np.zeros(len(fine))
+    for name, y in traces.items():
+        slope = np.diff(y) / h
+        bend = np.abs(np.diff(slope)) / ((h[1:] + h[:-1]) / 2)
+        bend = np.concatenate([bend[:1], bend, bend[-1:]])
+        density = np.maximum(density, np.sqrt(bend / 8 / allowed[name]))
+    share = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * h)])
+    share += 1e-9 * np.arange(len(fine))
+    count = max(int(np.ceil(1.3 * share[-1])), 40)
+    while True:
+        times = np.interp(np.linspace(0, share[-1], count + 1), share, fine)
+        times[0], times[-1] = fine[0], fine[-1]
+        at_rows = evaluate(times)
+        worst = max(
+            float(np.abs(np.interp(fine, times, at_rows[name]) - y).max()) / allowed[name] for name, y in traces.items()
+        )
+        if worst <= 1.0 or count > 50_000:
+            return times
+        count = int(count * 1.05 * max(np.sqrt(worst), 1.05)) + 1

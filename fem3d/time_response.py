@@ -1,0 +1,99 @@
+"""Traces over time with their errors: of space, of the reduced space, of time stepping and of the rows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fem3d import outputs, rows, sink_quantities, transient
+from fem3d.sink_quantities import Quantities
+from fem3d.steady import SteadyState
+from fem3d.transient import EARLIEST, Krylov, Transient
+from meshes.symmetry import Symmetry
+from scenes.sink import Sink
+
+OF_DIFFERENCE = 0.5  # as for the steady state
+ROW_SHARE = 0.25  # part of the accuracy left to linear interpolation between rows
+TIME_SHARE = 0.01  # part of the accuracy for time stepping
+SPACE_SHARE = 0.1  # part of the accuracy for the reduced space
+FIELDS, DROPPED, MOST_FIELDS = 6, 2, 60
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """Traces and their errors (in their units), the heat balance, and what refinement needs if they are too large."""
+
+    times: np.ndarray
+    traces: Quantities
+    errors: dict[str, float]
+    worst: float  # largest error over its scale
+    imbalance: float  # stored + lost - supplied heat over the supplied, the largest over time
+    transient: Transient
+    snapshots: list[np.ndarray]
+
+
+def respond(
+    sink: Sink, symmetry: Symmetry, fine: SteadyState, coarse: SteadyState, steady_values: Quantities
+) -> Response:
+    """The response of the fine mesh, with its error estimated from the coarse one."""
+    accuracy, end = sink.accuracy, sink.end_time
+    scales = sink_quantities.trace_scales(sink, steady_values)
+    checked = np.unique(np.concatenate([np.geomspace(min(EARLIEST, end), end, 40), np.linspace(0, end, 21)[1:]]))
+
+    def traces(response: Transient, times: np.ndarray) -> Quantities:
+        return sink_quantities.traces(sink, outputs.of_transient(response, symmetry, times))
+
+    def distance(a: Quantities, b: Quantities) -> dict[str, float]:
+        return {name: float(np.abs(a[name] - b[name]).max()) for name in a}
+
+    space = Krylov(fine, transient.shift(fine))
+    count = FIELDS + int(max(0.0, -np.log10(accuracy) - 3) * 2)
+    while True:
+        reduced = transient.reduced_problem(fine, space.fields(count))
+        answer = transient.march(fine, reduced, end, TIME_SHARE * accuracy)
+        there = traces(answer, checked)
+        # One comparison for two errors: fewer fields and a looser step.
+        fewer = transient.march(fine, reduced, end, 10 * TIME_SHARE * accuracy, DROPPED)
+        lost = distance(there, traces(fewer, checked))
+        if max(lost[name] / scales[name] for name in lost) <= SPACE_SHARE * accuracy or count >= MOST_FIELDS:
+            break
+        count += 4
+    below = Krylov(coarse, transient.shift(fine))
+    low = transient.run(coarse, below.fields(count), end, TIME_SHARE * accuracy)
+    space_error = distance(there, traces(low, checked))
+    allowed = {name: ROW_SHARE * accuracy * scale for name, scale in scales.items()}
+    errors = {name: OF_DIFFERENCE * space_error[name] + lost[name] + allowed[name] for name in scales}
+    import os
+    if os.environ.get("DBG"): print({k:(f"{space_error[k]/scales[k]:.1e}",f"{lost[k]/scales[k]:.1e}") for k in scales}, count)
+    worst = max(errors[name] / scales[name] for name in errors)
+    if worst > accuracy:
+        snapshots = list(answer.rises(np.geomspace(min(EARLIEST, end), min(1e-3, end), 3)))
+        return Response(checked, there, errors, worst, np.nan, answer, snapshots)
+    times = rows.choose(answer.trajectory.steps, lambda t: traces(answer, t), allowed)
+    return Response(times, traces(answer, times), errors, worst, _imbalance(answer, symmetry), answer, [])
+
+
+def _imbalance(answer: Transient, symmetry: Symmetry) -> float:
+    """Largest |stored + lost - supplied| over the heat supplied until then, from the earliest time of interest on.
+
+    The integrals over time run over the steps by Gauss's rule, apart from how the steps were made; what is lost comes
+    from the reactions of the full equations, so the figure sees the error of the reduced space too.
+    """
+    points, weights = np.polynomial.legendre.leggauss(12)
+    steps = answer.trajectory.steps
+    # The loss starts like a power of t below any step: halve the first step's interval a few times.
+    edges = np.concatenate([steps[0].length * 0.25 ** np.arange(8, 0, -1), [s.start + s.length for s in steps]])
+    edges = np.concatenate([[0.0], edges])
+    times = (edges[:-1, None] + np.diff(edges)[:, None] * (points + 1) / 2).ravel()
+    out = outputs.of_transient(answer, symmetry, times)
+    entered = out["power"] + sum(v for name, v in out.items() if name.startswith("flow:"))
+    per_step = np.diff(edges) / 2
+
+    def until(rate: np.ndarray) -> np.ndarray:
+        return np.cumsum(per_step * (rate.reshape(-1, len(points)) @ weights))
+
+    supplied = until(np.abs(out["power"]))
+    gap = np.abs(outputs.stored_heat(answer, symmetry, edges[1:]) - until(entered))
+    late = edges[1:] >= min(EARLIEST, edges[-1])
+    return float((gap / np.maximum(supplied, 1e-300))[late].max())
