@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -50,7 +51,7 @@ class Trajectory:
             kernel = convolution(self.rates * step.length, tau, len(step.source))
             decay = np.exp(-np.outer(tau, self.rates * step.length))
             states[here] = decay * step.state + step.length * np.einsum("tkr,kr->tr", kernel, step.source)
-            sources[here] = legendre.legvander(2 * tau - 1, len(step.source) - 1) @ step.source
+            sources[here] = _legendre(2 * tau - 1, len(step.source)) @ step.source
         return states, sources
 
 
@@ -71,11 +72,12 @@ def integrate(
     to_legendre = np.linalg.inv(legendre.legvander(2 * nodes - 1, degree))
     time, state, length = 0.0, np.zeros(len(rates)), end * 1e-4
     steps: list[Step] = []
+    convolve = Convolution(nodes, degree + 1)
     while time < end:
         length = min(length, end - time)
         if length < 1e-13 * end:
             raise NumericsError(f"the heating runs away at {time:.3g} s")
-        kernel = convolution(rates * length, nodes, degree + 1)
+        kernel = convolve(rates * length)
         decay = np.exp(-np.outer(nodes, rates * length)) * state
         values = np.repeat(source(state[None]), len(nodes), axis=0)
         scale = float(np.abs(values[0]).max())
@@ -106,27 +108,67 @@ def integrate(
 
 def convolution(decay: np.ndarray, tau: np.ndarray, count: int) -> np.ndarray:
     """(tau, count, decay): integral from 0 to tau of exp(-decay (tau - x)) P_k(2 x - 1) dx for k below count."""
+    return Convolution(tau, count)(decay)
+
+
+class Convolution:
+    """The integrals of `convolution` at fixed times, for any decay."""
+
+    def __init__(self, tau: np.ndarray, count: int) -> None:
+        points, weights = _gauss()
+        x = np.outer(tau, (points + 1) / 2)
+        self._tau = tau
+        self._before = tau[:, None] - x
+        self._polynomials = _legendre(2 * x - 1, count) * (weights * tau[:, None] / 2)[..., None]
+        slopes = _derivatives(count)
+        # (orders, tau, count): the derivatives of each polynomial at tau; (orders, count): at zero.
+        self._at_tau = _legendre(2 * tau - 1, count) @ slopes
+        self._at_zero = _legendre(np.array([-1.0]), count)[0] @ slopes
+
+    def __call__(self, decay: np.ndarray) -> np.ndarray:
+        """(tau, count, decay) for decays (decay,) over the unit interval."""
+        slow = self._tau[:, None] * decay < FAST
+        exponent = np.where(slow[..., None], decay[:, None] * self._before[:, None], 0.0)
+        found = np.exp(-exponent) @ self._polynomials
+        if not slow.all():
+            found = np.where(slow[..., None], found, self._by_parts(decay))
+        return found.transpose(0, 2, 1)
+
+    def _by_parts(self, decay: np.ndarray) -> np.ndarray:
+        """By repeated integration by parts, a finite sum in 1 / decay: (tau, decay, count)."""
+        rate = np.maximum(decay, 1.0)
+        powers = -np.cumprod(np.broadcast_to(-1 / rate, (len(self._at_zero), len(rate))), axis=0)
+        vanishing = np.exp(-np.minimum(np.outer(self._tau, decay), 700.0))
+        end = np.einsum("mr,mtk->trk", powers, self._at_tau)
+        start = np.einsum("mr,mk->rk", powers, self._at_zero)
+        found: np.ndarray = end - vanishing[..., None] * start
+        return found
+
+
+@lru_cache(maxsize=1)
+def _gauss() -> tuple[np.ndarray, np.ndarray]:
     points, weights = legendre.leggauss(48)
-    x = np.outer(tau, (points + 1) / 2)
-    polynomials = legendre.legvander(2 * x - 1, count - 1) * (weights * tau[:, None] / 2)[..., None]
-    slow = decay[None] * tau[:, None] < FAST
-    exponent = np.where(slow[..., None], decay[None, :, None] * (tau[:, None] - x)[:, None], 0.0)
-    found = np.matmul(np.exp(-exponent), polynomials)
-    if not slow.all():
-        found = np.where(slow[..., None], found, _by_parts(decay, tau, count))
-    return np.moveaxis(found, -1, 1)
+    return points, weights
 
 
-def _by_parts(decay: np.ndarray, tau: np.ndarray, count: int) -> np.ndarray:
-    """The same by repeated integration by parts, a finite sum in 1 / decay; (tau, decay, count)."""
-    found = np.zeros((len(tau), len(decay), count))
-    rate = np.maximum(decay, 1e-300)
-    vanishing = np.exp(-np.minimum(np.outer(tau, decay), 700.0))
-    for k in range(count):
-        polynomial, power = np.eye(count)[k], 1 / rate
-        for _ in range(k + 1):
-            at_tau = legendre.legval(2 * tau - 1, polynomial)
-            at_zero = legendre.legval(-1.0, polynomial)
-            found[:, :, k] += power * (at_tau[:, None] - vanishing * at_zero)
-            polynomial, power = 2 * legendre.legder(polynomial), -power / rate
+@lru_cache(maxsize=8)
+def _derivatives(count: int) -> np.ndarray:
+    """(orders, count, count): column k holds the Legendre coefficients of the derivative of P_k(2 x - 1) in x."""
+    first = np.zeros((count, count))
+    for k in range(1, count):
+        first[:k, k] = 2 * legendre.legder(np.eye(count)[k])[:k]
+    found = [np.eye(count)]
+    for _ in range(count - 1):
+        found.append(first @ found[-1])
+    return np.array(found)
+
+
+def _legendre(x: np.ndarray, count: int) -> np.ndarray:
+    """(..., count): P_0 to P_(count - 1) at x, by their recurrence."""
+    found = np.empty((*x.shape, count))
+    found[..., 0] = 1.0
+    if count > 1:
+        found[..., 1] = x
+    for k in range(2, count):
+        found[..., k] = ((2 * k - 1) * x * found[..., k - 1] - (k - 1) * found[..., k - 2]) / k
     return found

@@ -77,7 +77,7 @@ def project(
     """Project on temperature fields (free nodes, r; any basis) and current fields at the scene's voltages."""
     basis = orthonormal(heat, basis)
     r, m, n = basis.shape[1], len(densities), heat.free
-    stiffness = basis.T @ (heat.stiffness[:n, :n] @ basis)
+    stiffness = basis.T @ (heat.inner_stiffness @ basis)
     cold, warm = np.zeros((m, m)), np.zeros((m, m, r))
     cold_load, warm_load = np.zeros((m, m, r)), np.zeros((m, m, r, r))
     in_box: dict[str, tuple[np.ndarray, np.ndarray]] = {}
@@ -111,7 +111,7 @@ def orthonormal(heat: HeatProblem, fields: np.ndarray) -> np.ndarray:
 
     Twice-repeated Gram-Schmidt (Giraud et al., Numer. Math. 101, 2005).
     """
-    mass = heat.mass[: heat.free, : heat.free]
+    mass = heat.inner_mass
     done = np.empty((heat.free, 0))
     for u in fields.T:
         size = np.sqrt(u @ (mass @ u))

@@ -129,5 +129,5 @@ def _warnings(sink: Sink, peak: float) -> list[str]:
 def _profile(sink: Sink, state: SteadyState, part: Symmetry) -> dict[str, np.ndarray]:
     """The steady rise along the beam's axis."""
     y = np.linspace(0.0, sink.length, 401)
-    points = np.column_stack([np.zeros_like(y), y, np.full_like(y, sink.thickness / 2)])
-    return {"y_m": y, "rise_K": state.heat.sample(state.rise, part.mirrored(points))}
+    points = part.mirrored(np.column_stack([np.zeros_like(y), y, np.full_like(y, sink.thickness / 2)]))
+    return {"y_m": y, "rise_K": state.heat.sample(state.rise, points[:1, 0], points[:, 1], points[:1, 2])[0, :, 0]}

@@ -64,8 +64,6 @@ def respond(
     space_error = distance(there, traces(low, checked))
     allowed = {name: ROW_SHARE * accuracy * scale for name, scale in scales.items()}
     errors = {name: OF_DIFFERENCE * space_error[name] + lost[name] + allowed[name] for name in scales}
-    import os
-    if os.environ.get("DBG"): print({k:(f"{space_error[k]/scales[k]:.1e}",f"{lost[k]/scales[k]:.1e}") for k in scales}, count)
     worst = max(errors[name] / scales[name] for name in errors)
     if worst > accuracy:
         snapshots = list(answer.rises(np.geomspace(min(EARLIEST, end), min(1e-3, end), 3)))

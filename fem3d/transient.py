@@ -38,7 +38,7 @@ class Krylov:
     def __init__(self, state: SteadyState, shift: float) -> None:
         self._state = state
         heat, n = state.heat, state.heat.free
-        self._mass = heat.mass[:n, :n]
+        self._mass = heat.inner_mass
         self._solve: Any = heat.solve_shifted(shift)
         cold = state.conductor
         load = heat.constant_source.copy()
@@ -81,7 +81,7 @@ def run(state: SteadyState, fields: np.ndarray, end: float, accuracy: float, dro
 def march(state: SteadyState, reduced: Reduced, end: float, accuracy: float, drop: int = 0) -> Transient:
     """The response of a reduced problem, without its last ``drop`` fields."""
     modal, rates = diagonal(truncate(reduced, reduced.states - drop))
-    size = float(np.linalg.norm(modal.basis.T @ (state.heat.mass[: state.heat.free, : state.heat.free] @ state.rise)))
+    size = float(np.linalg.norm(modal.basis.T @ (state.heat.inner_mass @ state.rise)))
 
     def source(a: np.ndarray) -> np.ndarray:
         return modal.source + modal.joule(a, modal.currents(a)) if len(modal.supply) else np.tile(modal.source, (len(a), 1))

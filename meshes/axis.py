@@ -83,13 +83,18 @@ class Axis:
         """The half-open range of intervals between two breakpoints."""
         return self.at(lower), self.at(upper)
 
-    def interpolation(self, coordinate: float) -> tuple[np.ndarray, np.ndarray]:
-        """Node numbers and weights whose weighted sum is the value at a coordinate inside the axis."""
-        i = int(np.clip(np.searchsorted(self.breaks, coordinate) - 1, 0, len(self.degrees) - 1))
-        a, b, p = self.breaks[i], self.breaks[i + 1], int(self.degrees[i])
-        xi = np.clip(2 * (coordinate - a) / (b - a) - 1, -1.0, 1.0)
-        to_legendre = np.linalg.inv(legendre.legvander(reference(p).nodes, p))
-        return np.arange(self.offsets[i], self.offsets[i] + p + 1), (legendre.legvander(xi, p) @ to_legendre).ravel()
+    def interpolation(self, coordinates: np.ndarray) -> np.ndarray:
+        """(coordinates, nodes): the matrix that takes nodal values to values at coordinates inside the axis."""
+        found = np.zeros((len(coordinates), self.size))
+        which = np.clip(np.searchsorted(self.breaks, coordinates) - 1, 0, len(self.degrees) - 1)
+        for i in np.unique(which):
+            here = np.flatnonzero(which == i)
+            a, b, p = self.breaks[i], self.breaks[i + 1], int(self.degrees[i])
+            xi = np.clip(2 * (coordinates[here] - a) / (b - a) - 1, -1.0, 1.0)
+            to_legendre = np.linalg.inv(legendre.legvander(reference(p).nodes, p))
+            nodes = slice(self.offsets[i], self.offsets[i] + p + 1)
+            found[here, nodes] = legendre.legvander(xi, p) @ to_legendre
+        return found
 
     def part(self, first: int, last: int) -> Part:
         """The restriction to the intervals first..last-1; an empty range is the breakpoint itself, with weight one."""

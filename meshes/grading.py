@@ -16,6 +16,7 @@ from meshes.axis import Axis
 from meshes.bricks import BrickMesh
 from scenes.model import Scene
 
+FIRST_RATIO = 0.25  # of neighbouring intervals in the first mesh, which resolves heat fronts too
 RATIO = 0.15  # of neighbouring intervals towards a feature; 0.15 is optimal for corner singularities (Gui and Babuska)
 HIGHEST_DEGREE = 8
 
@@ -42,11 +43,11 @@ def first_mesh(scene: Scene, degree: int = 3) -> BrickMesh:
 
 def _graded(a: float, b: float, at_a: bool, at_b: bool, longest: float) -> list[float]:
     """Breakpoints inside (a, b) such that intervals at its features are at most of a length."""
-    inner = _inner(a, b, at_a, at_b)
+    inner = _inner(a, b, at_a, at_b, FIRST_RATIO)
     while inner and at_a and inner[0] - a > longest:
-        inner.insert(0, a + RATIO * (inner[0] - a))
+        inner.insert(0, a + FIRST_RATIO * (inner[0] - a))
     while inner and at_b and b - inner[-1] > longest:
-        inner.append(b - RATIO * (b - inner[-1]))
+        inner.append(b - FIRST_RATIO * (b - inner[-1]))
     return inner
 
 
@@ -66,13 +67,13 @@ def scene_features(scene: Scene, axis: int) -> list[float]:
     return scene_planes(scene, axis)[1:-1]
 
 
-def _inner(a: float, b: float, at_a: bool, at_b: bool) -> list[float]:
+def _inner(a: float, b: float, at_a: bool, at_b: bool, ratio: float) -> list[float]:
     if at_a and at_b:
-        return [a + RATIO * (b - a), b - RATIO * (b - a)]
+        return [a + ratio * (b - a), b - ratio * (b - a)]
     if at_a:
-        return [a + RATIO * (b - a)]
+        return [a + ratio * (b - a)]
     if at_b:
-        return [b - RATIO * (b - a)]
+        return [b - ratio * (b - a)]
     return []
 
 
@@ -93,7 +94,7 @@ def refine(
             inner: list[float] = []
             if marks[i]:
                 if uneven[i] and (near[i] or near[i + 1]):
-                    inner = _inner(a, b, near[i], near[i + 1])
+                    inner = _inner(a, b, near[i], near[i + 1], RATIO)
                 elif degree < HIGHEST_DEGREE:
                     degree += 1
                 else:

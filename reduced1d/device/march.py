@@ -1,7 +1,7 @@
 """The closed loop from sample to sample, for several resolutions of one device at a time.
 
-All resolutions share the Python loop, one after the other in its vectors, so that estimating the error costs little more
-than the run itself.
+All resolutions share the Python loop, one after the other in its vectors, so that estimating the error costs little
+more than the run itself.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from reduced1d.device.controller import Law
 from reduced1d.device.interval import interval
@@ -20,6 +21,7 @@ INSULATOR_GRID = np.array([0.0, 1.0])
 POLYMER_GRID = np.array([0.0, 0.1, 0.5, 1.0])
 GRIDS = (INSULATOR_GRID, POLYMER_GRID)
 CEILING = 2000.0
+SMALL = 8000
 PICARD, NEWTON = 8, 30
 
 
@@ -33,18 +35,23 @@ class Resolution:
 
 @dataclass(frozen=True)
 class Tables:
-    """Tables of one interval length; one matrix per resolution in each list, small enough to stay on one core.
+    """Tables of one interval length: in each list one matrix per resolution, or a single block diagonal one.
+
+    A single one takes fewer calls, as long as it is small enough for the library behind it to stay on one core.
 
     A resolution's amplitudes are those of its modes (in the first followed by the energies in J generated in sink and
     sensor). Its places are the start (sink, sensor), the nodes, and the heat flow into the polymer, which has no power.
     ``readings`` maps amplitudes to the rises (K) at the places and that flow (W), with no power acting; ``kernel`` adds
     the effect of the powers at the places; ``decay`` and ``gain`` take amplitudes and powers to the interval's end.
+    ``modal`` and ``places`` are the parts of amplitudes and places that the matrices act on.
     """
 
     readings: list[np.ndarray]
     kernel: list[np.ndarray]
     gain: list[np.ndarray]
     decay: np.ndarray
+    modal: list[slice]
+    places: list[slice]
 
 
 @dataclass(frozen=True)
@@ -97,8 +104,7 @@ def march(
     )
     conductance[flows], change[flows], unit[flows] = 0.0, 0.0, spectra[0].flux_external
     jump = np.concatenate([spectra[0].jump, np.zeros(2), *(m.jump for m in spectra[1:])])
-    rises, voltages = np.empty((2, table.samples, len(spectra), 2))
-    fluxes = np.empty((table.samples, len(spectra)))
+    history, voltages = np.empty((table.samples, len(owner))), np.empty((table.samples, len(spectra), 2))
     lengths: dict[float, Tables] = {}
     b, voltage, ratio = np.zeros(len(jump)), np.zeros((len(spectra), 2)), np.ones(len(owner))
     stepped, outer, outer_time, stopped = np.zeros(n), 0.0, 0.0, False
@@ -117,25 +123,23 @@ def march(
         if key not in lengths:
             lengths[key] = _tables(spectra, resolutions, key)
         t = lengths[key]
-        free = _apply(t.readings, b, modal, places)
+        free = _apply(t.readings, b, t.modal, t.places)
         free += static
         if measure:
-            rises[k] = now = free[starts]
-            fluxes[k] = free[flows]
-            voltages[k] = voltage = law.next_voltage(voltage, now)
+            history[k] = free
+            voltages[k] = voltage = law.next_voltage(voltage, free[starts])
             heating = (voltage * voltage).ravel()[owner] * conductance
             stopped = bool(free[0] > CEILING or free[1] > CEILING)
             if stopped or not length:
                 break
-        powers, ratio = _powers(free, t.kernel, places, heating, change, ratio, tolerance)
+        powers, ratio = _powers(free, t.kernel, t.places, heating, change, ratio, tolerance)
         b = t.decay * b
-        b += _apply(t.gain, powers, places, modal)
+        b += _apply(t.gain, powers, t.places, t.modal)
         outer_time += outer * length
-    rows = slice(0, k + 1)
-    traces = np.concatenate(
-        [rises[rows], voltages[rows], lumped.power(voltages[rows], rises[rows]), fluxes[rows, :, None]], axis=2
-    )
-    limited = (voltages[rows, 0] == law.lowest) & (law.gain > 0)
+    history, voltages = history[: k + 1], voltages[: k + 1]
+    rises, fluxes = history[:, starts], history[:, flows, None]
+    traces = np.concatenate([rises, voltages, lumped.power(voltages, rises), fluxes], axis=2)
+    limited = (voltages[:, 0] == law.lowest) & (law.gain > 0)
     return March(
         traces, limited, stopped, spectra[0], b[:n] - initial, stepped, b[n : n + 2], outer_time, outer - first
     )
@@ -176,24 +180,32 @@ def _powers(
                 residual[at] = np.linalg.solve(np.eye(len(block)) + block * slope[at], residual[at])
             tolerance = max(tolerance, 1e-12 * float(np.abs(rise).max()))
         rise = rise + residual
-        if np.abs(residual).max() < tolerance:
+        if residual @ residual < tolerance * tolerance:
             return powers, ratio
     raise ArithmeticError("the iteration for the electrical powers between two samples did not converge")
 
 
 def _tables(spectra: list[Modes], resolutions: tuple[Resolution, ...], length: float) -> Tables:
-    columns: tuple[list[np.ndarray], ...] = ([], [], [], [])
+    readings: list[np.ndarray] = []
+    kernels: list[np.ndarray] = []
+    gains: list[np.ndarray] = []
+    decays: list[np.ndarray] = []
     for i, (m, r) in enumerate(zip(spectra, resolutions, strict=True)):
         part, q = interval(m, length, r.nodes, 2), r.nodes
-        readings, powers = np.vstack([m.shape, part.free, m.flux]), np.hstack([part.gain_first, part.gain_later])
-        kernel, gain, decay = np.zeros((3 + 2 * q, 3 + 2 * q)), np.pad(powers, ((0, 0), (0, 1))), part.decay
+        kernel = np.zeros((3 + 2 * q, 3 + 2 * q))
         kernel[2:-1, :2], kernel[2:-1, 2:-1] = part.first, part.later
+        reading, decay = np.vstack([m.shape, part.free, m.flux]), part.decay
+        gain = np.pad(np.hstack([part.gain_first, part.gain_later]), ((0, 0), (0, 1)))
         if i == 0:
             energy = np.zeros((2, 3 + 2 * q))
             for e in (0, 1):
                 energy[e, np.r_[e, 2 + e * q + np.arange(q)]] = part.weights
-            readings = np.pad(readings, ((0, 0), (0, 2)))
-            gain, decay = np.vstack([gain, energy]), np.r_[decay, 1.0, 1.0]
-        for column, value in zip(columns, (readings, kernel, gain, decay), strict=True):
-            column.append(value)
-    return Tables(columns[0], columns[1], columns[2], np.concatenate(columns[3]))
+            reading, decay, gain = np.pad(reading, ((0, 0), (0, 2))), np.r_[decay, 1.0, 1.0], np.vstack([gain, energy])
+        readings.append(reading)
+        kernels.append(kernel)
+        gains.append(gain)
+        decays.append(decay)
+    if sum(map(len, readings)) * sum(map(len, gains)) < SMALL:
+        readings, kernels, gains = [block_diag(*readings)], [block_diag(*kernels)], [block_diag(*gains)]
+    modal, places = _slices([len(g) for g in gains]), _slices([len(k) for k in kernels])
+    return Tables(readings, kernels, gains, np.concatenate(decays), modal, places)

@@ -36,19 +36,19 @@ def test_known_error_of_the_start(start):
 
 
 def test_its_error_is_mostly_in_space():
-    device = Device(end_time=0.006)
+    device = Device(end_time=0.002)
 
     def error(scheme):
         return solve_paper(device, scheme).errors["sensor_K"]
 
     assert error(PaperScheme(2.5e-7)) > 0.9 * error(PaperScheme())
-    assert error(PaperScheme(2.5e-7, nx=100)) < 0.35 * error(PaperScheme())
+    assert error(PaperScheme(5e-7, nx=50)) < 0.7 * error(PaperScheme())
 
 
 def test_it_converges_to_the_accurate_scheme():
     device = Device(end_time=0.001, external=External(293, 293, 1.0))
-    errors = [solve_paper(device, PaperScheme(1e-6 / n, 25 * n)).errors["sensor_K"] for n in (1, 2, 4)]
-    assert errors[0] > 1.6 * errors[1] > 2.8 * errors[2]
+    errors = [solve_paper(device, PaperScheme(1e-6 / n, 25 * n)).errors["sensor_K"] for n in (1, 2)]
+    assert errors[0] > 1.6 * errors[1]
 
 
 def test_stability_limits():
