@@ -22,13 +22,15 @@ from fem3d.steady import SteadyState
 from fem3d.time_response import Response, respond
 from meshes import grading
 from meshes.bricks import BrickMesh
+from meshes.grading import Features
 from meshes.symmetry import Symmetry
 from scenes.sink import Sink
 
 OF_DIFFERENCE = 0.5  # the error of the fine solution over its difference from the coarse one, at most
 OF_LARGEST = 0.1  # of the largest difference of any temperature, where a quantity's own one vanishes by chance
+OF_ESTIMATE = 0.5  # the error over its dual-weighted estimate, at most
+CLEARLY = 2.0  # times the accuracy: estimates above it need no second solution to refine
 MARKED = 0.9  # part of the estimated error whose intervals are refined
-ROUGH = 0.3  # above this ratio of missing to resolved energy an interval at a feature is cut instead of raised
 MOST_UNKNOWNS = 150_000
 
 RISES = {"peak_rise_K": "peak", "end_rise_K": "end", "mean_rise_K": "mean"}
@@ -60,8 +62,8 @@ def solve(
     Raises RunawayError where no steady state exists, NumericsError where the accuracy can't be reached.
     """
     accuracy = sink.accuracy
-    features = [grading.scene_features(symmetry.scene, d) for d in range(3)]
-    mesh = grading.first_mesh(symmetry.scene, degree=2 if accuracy >= 5e-3 else 3)
+    features = grading.features(symmetry.scene)
+    mesh = grading.first_mesh(symmetry.scene, accuracy)
     previous_limit = None
     for level in range(1, 40):
         try:
@@ -77,9 +79,9 @@ def solve(
             continue
         size = fine.state.heat.size
         progress(f"level {level}: {size} unknowns")
-        goals = _goals(fine, [])
+        goals = _goals(fine, [], features)
         estimate = {name: goals[i].remaining for i, name in enumerate(RISES)}
-        if max(estimate.values()) <= accuracy:
+        if max(estimate.values()) <= CLEARLY * accuracy:
             coarse = _coarse(sink, symmetry, mesh)
             if coarse is not None:
                 errors = steady_errors(fine.quantities, coarse.quantities, estimate)
@@ -91,7 +93,7 @@ def solve(
                     response = respond(sink, symmetry, fine.state, coarse.state, fine.quantities)
                     if response.worst <= accuracy:
                         return Answer(fine, errors, response, level)
-                    goals = _goals(fine, response.snapshots)
+                    goals = _goals(fine, response.snapshots, features)
         if size > MOST_UNKNOWNS:
             raise NumericsError(f"an accuracy of {accuracy:g} takes more than {MOST_UNKNOWNS} unknowns in this scene")
         mesh = _refined(mesh, goals, features)
@@ -118,28 +120,22 @@ def steady_errors(fine: Quantities, coarse: Quantities, estimate: dict[str, floa
     largest = max(difference[name] for name in RISES)
     errors = {name: OF_DIFFERENCE * d for name, d in difference.items()}
     for name in RISES:
-        errors[name] = max(errors[name], estimate[name] * abs(float(fine[name])), OF_LARGEST * largest)
+        errors[name] = max(errors[name], OF_ESTIMATE * estimate[name] * abs(float(fine[name])), OF_LARGEST * largest)
     resistance = "anchor_resistance_K_per_W"
-    errors[resistance] = max(errors[resistance], estimate["end_rise_K"] * abs(float(fine[resistance])))
+    errors[resistance] = max(errors[resistance], OF_ESTIMATE * estimate["end_rise_K"] * abs(float(fine[resistance])))
     # Rounding in the solves; nothing is known better than that.
     return {name: e + 1e-10 * abs(float(fine[name])) for name, e in errors.items()}
 
 
-def _goals(fine: Solution, snapshots: list[np.ndarray]) -> list[Indicators]:
+def _goals(fine: Solution, snapshots: list[np.ndarray], features: Features) -> list[Indicators]:
     state = fine.state
-    probes = {p.name: p for p in state.heat.scene.probes}
-    functionals = [state.heat.probe(probes[name]) for name in RISES.values()]
-    return indicators.of_goals(state, [state.rise, *snapshots], functionals)
+    functionals = [state.heat.probes[name] for name in RISES.values()]
+    return indicators.of_goals(state, [state.rise, *snapshots], functionals, features)
 
 
-def _refined(mesh: BrickMesh, goals: list[Indicators], features: list[list[float]]) -> BrickMesh:
+def _refined(mesh: BrickMesh, goals: list[Indicators], features: Features) -> BrickMesh:
     missing = [np.sum([g.missing[d] for g in goals], axis=0) for d in range(3)]
-    highest = [np.sum([g.highest[d] for g in goals], axis=0) for d in range(3)]
     ordered = np.sort(np.concatenate(missing))[::-1]
     total = np.cumsum(ordered)
     cut = ordered[min(int(np.searchsorted(total, MARKED * total[-1])), len(ordered) - 1)]
-    marked = [m >= cut for m in missing]
-    rough = [
-        (m > ROUGH * h) & (axis.degrees >= 3) for m, h, axis in zip(missing, highest, mesh.axes, strict=True)
-    ]
-    return grading.refine(mesh, marked, rough, features)
+    return grading.refine(mesh, [m >= cut for m in missing], features)

@@ -19,6 +19,7 @@ from fem3d.operators import HeatProblem
 from fem3d.steady import SteadyState
 from meshes.axis import reference
 from meshes.bricks import Block, BrickMesh
+from meshes.grading import Features, at_planes
 
 SMALLEST_RATIO, UNKNOWN_RATIO, LARGEST_RATIO = 0.05, 0.3, 0.8
 
@@ -33,23 +34,15 @@ class Indicators:
     highest: tuple[np.ndarray, np.ndarray, np.ndarray]
     missing: tuple[np.ndarray, np.ndarray, np.ndarray]
 
-    def ratio(self, axis: int) -> np.ndarray:
-        """(intervals,): missing over highest; large where the solution is rough."""
-        return self.missing[axis] / np.maximum(self.highest[axis], 1e-300)
-
     @property
     def remaining(self) -> float:
         """The estimated relative error in all."""
         return float(sum(m.sum() for m in self.missing))
 
-    @property
-    def contraction(self) -> float:
-        """The estimated error over that of degrees lower by one."""
-        top = float(sum(h.sum() for h in self.highest))
-        return self.remaining / (self.remaining + top) if top > 0 else 0.0
 
-
-def of_goals(state: SteadyState, rises: Sequence[np.ndarray], functionals: Sequence[np.ndarray]) -> list[Indicators]:
+def of_goals(
+    state: SteadyState, rises: Sequence[np.ndarray], functionals: Sequence[np.ndarray], features: Features
+) -> list[Indicators]:
     """For each functional (free nodes,) of the rise, where its relative error comes from.
 
     ``rises`` are temperature fields (free nodes) that must be resolved, the steady one first; values of the functional
@@ -59,11 +52,13 @@ def of_goals(state: SteadyState, rises: Sequence[np.ndarray], functionals: Seque
     blocks = heat.mesh.blocks
     k = [heat.mesh.boxes[b.box].material.thermal_conductivity for b in blocks]
 
+    near = [at_planes(axis, list(found)) for axis, found in zip(heat.mesh.axes, features.exponents, strict=True)]
+
     def cells(field: np.ndarray) -> Cells:
-        return _cells(heat.mesh, blocks, [heat.on_block(b, field) for b in blocks], k)
+        return _cells(heat.mesh, blocks, [heat.on_block(b, field) for b in blocks], k, near)
 
     solutions = [cells(rise) for rise in rises]
-    electric = _electric(state)
+    electric = _electric(state, near)
     found = []
     for functional in functionals:
         dual = cells(heat.solve_steady(functional))
@@ -75,13 +70,13 @@ def of_goals(state: SteadyState, rises: Sequence[np.ndarray], functionals: Seque
     return found
 
 
-def _electric(state: SteadyState) -> tuple[list[np.ndarray], list[np.ndarray]]:
+def _electric(state: SteadyState, near: list[list[bool]]) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """The potential is its own dual: its relative energy error is that of the power, and so of every rise."""
     mesh, c = state.heat.mesh, state.conductor
     if c is None or state.potential is None:
         return [np.zeros(len(a.degrees)) for a in mesh.axes], [np.zeros(len(a.degrees)) for a in mesh.axes]
     sigma = [1 / (c.material(b).resistivity or 1.0) for b in c.blocks]
-    cells = _cells(mesh, c.blocks, [state.potential[n] for n in c.local], sigma)
+    cells = _cells(mesh, c.blocks, [state.potential[n] for n in c.local], sigma, near)
     total = sum(
         s * float((tensor.weights(p) * (g * g).sum(axis=0)).sum())
         for s, p, g in zip(sigma, c.parts, c.gradient(state.potential), strict=True)
@@ -97,8 +92,17 @@ def _product(mesh: BrickMesh, u: Cells, z: Cells, unit: float) -> tuple[list[np.
     return highest, missing
 
 
-def _cells(mesh: BrickMesh, blocks: tuple[Block, ...], nodal: list[np.ndarray], coefficients: list[float]) -> Cells:
-    """For each block, axis and interval: the energies of its cells in the highest mode, and beyond it."""
+def _cells(
+    mesh: BrickMesh,
+    blocks: tuple[Block, ...],
+    nodal: list[np.ndarray],
+    coefficients: list[float],
+    near: list[list[bool]],
+) -> Cells:
+    """For each block, axis and interval: the energies of its cells in the highest mode, and beyond it.
+
+    At a singular plane the modes decay algebraically, like degree^-3 or so, and so does the tail.
+    """
     found: Cells = []
     for block, u, coefficient in zip(blocks, nodal, coefficients, strict=True):
         parts = mesh.parts(block)
@@ -118,5 +122,6 @@ def _cells(mesh: BrickMesh, blocks: tuple[Block, ...], nodal: list[np.ndarray], 
                 # The lowest mode is the mean flux, which says nothing of smoothness.
                 below = cells[0] / (2 * degree - 3) if degree > 2 else top / UNKNOWN_RATIO
                 ratio = np.clip((top + 1e-300) / (below + 1e-300), SMALLEST_RATIO, LARGEST_RATIO)
-                found.append((d, part.first + i, top, top * ratio / (1 - ratio)))
+                singular = near[d][part.first + i] or near[d][part.first + i + 1]
+                found.append((d, part.first + i, top, top * (degree / 3 if singular else ratio / (1 - ratio))))
     return found

@@ -48,7 +48,7 @@ class HeatProblem:
     @cached_property
     def inner_stiffness(self) -> csc_array:
         """The stiffness matrix of the free nodes."""
-        return self.stiffness[: self.free, : self.free].tocsc()
+        return self.stiffness[: self.free, : self.free]
 
     @cached_property
     def _solve(self) -> Any:
@@ -64,12 +64,12 @@ class HeatProblem:
 
     def solve_shifted(self, shift: float) -> Any:
         """Solves (M + shift K) u = b on the free nodes."""
-        return factorize((self.inner_mass + shift * self.inner_stiffness).tocsc()).solve
+        return factorize(_combined(self.inner_mass, shift, self.inner_stiffness)).solve
 
     @cached_property
     def inner_mass(self) -> csc_array:
         """The mass matrix of the free nodes."""
-        return self.mass[: self.free, : self.free].tocsc()
+        return self.mass[: self.free, : self.free]
 
     def norm(self, u: np.ndarray) -> float:
         """Root of the integral of rho c u^2 of a field at the free nodes."""
@@ -96,14 +96,31 @@ class HeatProblem:
 
     def reaction(self, rise: np.ndarray, rate: np.ndarray, source: np.ndarray) -> np.ndarray:
         """(fixed nodes,): heat that enters at each fixed node (W), from the rise and its rate at the free nodes."""
-        n = self.free
-        return self.stiffness[n:, :n] @ rise + self.mass[n:, :n] @ rate - source[n:]
+        n, none = self.free, np.zeros(self.size - self.free)
+        flow = self.stiffness @ np.concatenate([rise, none]) + self.mass @ np.concatenate([rate, none])
+        found: np.ndarray = flow[n:] - source[n:]
+        return found
+
+    @cached_property
+    def fixed_rows(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """For each boundary of given temperature the rows (free nodes,) of its heat flow per rise and per rate."""
+        found = {}
+        for name, nodes in self.fixed_sets.items():
+            chosen = np.zeros(self.size)
+            chosen[nodes] = 1.0
+            found[name] = (self.stiffness @ chosen)[: self.free], (self.mass @ chosen)[: self.free]
+        return found
 
     def sample(self, rise: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
         """(x, y, z): the rise (K) on a grid of coordinates inside the solved part, from values at the free nodes."""
         grid = np.append(rise, np.zeros(self.size - len(rise) + 1))[self.number].reshape(self.mesh.shape)
         a, b, c = (axis.interpolation(at) for axis, at in zip(self.mesh.axes, (x, y, z), strict=True))
         return tensor.along(a, b, c, grid)
+
+    @cached_property
+    def probes(self) -> dict[str, np.ndarray]:
+        """For each temperature probe the weights (free nodes,) whose product with the rise is its mean rise."""
+        return {p.name: self.probe(p) for p in self.scene.probes if p.quantity == "temperature"}
 
     def probe(self, probe: Probe) -> np.ndarray:
         """(free nodes,): the weights whose product with the rise is the probe's mean rise."""
@@ -126,6 +143,11 @@ class HeatProblem:
         functional = np.zeros(self.size)
         np.add.at(functional, self.number[grid[keep]], weight[keep])
         return functional[: self.free]
+
+
+def _combined(a: csc_array, factor: float, b: csc_array) -> csc_array:
+    """a + factor * b of two matrices on one pattern."""
+    return csc_array((a.data + factor * b.data, a.indices, a.indptr), shape=a.shape)
 
 
 def condition_nodes(mesh: BrickMesh, lower: Any, upper: Any, boxes: set[int] | None = None) -> np.ndarray:

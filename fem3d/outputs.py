@@ -20,7 +20,7 @@ def of_steady(state: SteadyState, symmetry: Symmetry) -> Outputs:
     """The outputs of a steady state."""
     heat = state.heat
     reaction = heat.reaction(state.rise, np.zeros(heat.free), state.source)
-    rises = {p.name: heat.probe(p) @ state.rise for p in _temperatures(state)}
+    rises = {name: row @ state.rise for name, row in heat.probes.items()}
     fixed = {name: reaction[nodes - heat.free].sum() for name, nodes in heat.fixed_sets.items()}
     films = {name: constant + per_kelvin[: heat.free] @ state.rise for name, (constant, per_kelvin) in heat.films.items()}
     return _whole(symmetry, rises, {**fixed, **films}, state.currents, state.joule, np.float64(state.power))
@@ -33,11 +33,11 @@ def of_transient(transient: Transient, symmetry: Symmetry, times: np.ndarray) ->
     a, sources = transient.trajectory(times)
     basis = reduced.basis
     rates = sources - a * transient.trajectory.rates
-    rises = {p.name: a @ (heat.probe(p) @ basis) for p in _temperatures(state)}
+    rises = {name: a @ (row @ basis) for name, row in heat.probes.items()}
     fixed = {}
-    for name, nodes in heat.fixed_sets.items():
-        rows = heat.stiffness[nodes, :n].sum(axis=0) @ basis, heat.mass[nodes, :n].sum(axis=0) @ basis
-        fixed[name] = a @ rows[0] + rates @ rows[1] - heat.constant_source[nodes].sum()
+    for name, (per_rise, per_rate) in heat.fixed_rows.items():
+        given = heat.constant_source[heat.fixed_sets[name]].sum()
+        fixed[name] = a @ (per_rise @ basis) + rates @ (per_rate @ basis) - given
     films = {name: constant + a @ (per_kelvin[:n] @ basis) for name, (constant, per_kelvin) in heat.films.items()}
     c = reduced.currents(a) if state.patterns else np.zeros((len(times), 0))
     pairs = c[:, :, None] * c[:, None, :]
@@ -53,12 +53,10 @@ def of_transient(transient: Transient, symmetry: Symmetry, times: np.ndarray) ->
 
 def stored_heat(transient: Transient, symmetry: Symmetry, times: np.ndarray) -> np.ndarray:
     """(times,): heat stored since the start (J), in the whole structure."""
-    heat, n = transient.state.heat, transient.state.heat.free
-    return symmetry.copies * (transient.trajectory(times)[0] @ (heat.mass[:, :n].sum(axis=0) @ transient.reduced.basis))
-
-
-def _temperatures(state: SteadyState) -> list:
-    return [p for p in state.heat.scene.probes if p.quantity == "temperature"]
+    heat = transient.state.heat
+    capacity = (heat.mass @ np.ones(heat.size))[: heat.free]
+    stored: np.ndarray = transient.trajectory(times)[0] @ (capacity @ transient.reduced.basis)
+    return symmetry.copies * stored
 
 
 def _whole(symmetry: Symmetry, rises: dict, flows: dict, currents: dict, joule: dict, power: np.ndarray) -> Outputs:

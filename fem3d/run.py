@@ -77,7 +77,7 @@ def _electric_steps(sink: Sink, part: Symmetry, answer: Answer | None) -> list[S
     from fem3d.operators import assemble
 
     if answer is None:
-        mesh = grading.first_mesh(part.scene, degree=1)
+        mesh = grading.first_mesh(part.scene, 1e-2)
         conductor = find_conductor(assemble(part.scene, mesh))
     else:
         mesh, conductor = answer.fine.state.heat.mesh, answer.fine.state.conductor

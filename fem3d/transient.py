@@ -63,7 +63,7 @@ class Krylov:
 def time_constant(state: SteadyState) -> float:
     """Stored heat over the power that keeps it (s): the scale of the slowest response."""
     heat, n = state.heat, state.heat.free
-    stored = float((heat.mass[:, :n] @ state.rise).sum())
+    stored = float((heat.mass @ np.ones(heat.size))[:n] @ state.rise)
     supplied = float(np.abs(state.source).sum())
     return abs(stored) / supplied if supplied > 0 else 1.0
 

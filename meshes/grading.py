@@ -1,54 +1,43 @@
 """Where the intervals of a brick mesh lie: the first mesh of a scene, and its refinement by marked intervals.
 
-Solutions are smooth but at a few planes of each axis, the *features*, where a box begins or ends inside the solid and
-a re-entrant edge or a jump of material may sit. Towards these, intervals shrink geometrically; away from them the
-degree rises. Both together converge exponentially (Babuska and Guo, The h-p version of the finite element method,
-1986).
+Solutions are smooth but near some planes of each axis, the *features*, where a box begins or ends inside the solid.
+Towards these, intervals shrink geometrically; where an edge in the plane is singular they go on shrinking, elsewhere
+the degree rises. Both together converge exponentially (Babuska and Guo, The h-p version of the finite element method,
+Computational Mechanics 1, 1986).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
+from meshes import singular
 from meshes.axis import Axis
 from meshes.bricks import BrickMesh
 from scenes.model import Scene
 
-FIRST_RATIO = 0.25  # of neighbouring intervals in the first mesh, which resolves heat fronts too
 RATIO = 0.15  # of neighbouring intervals towards a feature; 0.15 is optimal for corner singularities (Gui and Babuska)
 HIGHEST_DEGREE = 8
+LONG = 4.0  # times the narrowest spacing: longer intervals start with one degree more
+LAYERS = 200.0  # times the accuracy: where the first mesh expects singular edges to matter no more
 
 
-def first_mesh(scene: Scene, degree: int = 3) -> BrickMesh:
-    """The coarsest graded mesh of a scene: every plane of its boxes, conditions and probes is a breakpoint.
+@dataclass(frozen=True)
+class Features:
+    """Per axis, coordinates (m) of the planes inside the solid, and the exponents of those that are singular."""
 
-    In x and y intervals at a feature are no longer than half the narrowest spacing of the planes of both axes, the
-    length over which a constriction spreads. Across thin layers, along z, degree 2 on one interval is where to start.
-    """
+    planes: tuple[list[float], list[float], list[float]]
+    exponents: tuple[dict[float, float], dict[float, float], dict[float, float]]
+
+
+def features(scene: Scene) -> Features:
+    """The features of a scene."""
     planes = [scene_planes(scene, d) for d in range(3)]
-    narrowest = min(float(np.diff(p).min()) for p in planes[:2])
-    axes = []
-    for d in range(3):
-        features = scene_features(scene, d)
-        breaks = [planes[d][0]]
-        for a, b in zip(planes[d][:-1], planes[d][1:], strict=True):
-            inner = [] if d == 2 else _graded(a, b, a in features, b in features, narrowest / 2)
-            breaks += [*inner, b]
-        axes.append(Axis(np.array(breaks), np.full(len(breaks) - 1, 2 if d == 2 else degree)))
-    x, y, z = axes
-    return BrickMesh((x, y, z), scene.boxes)
-
-
-def _graded(a: float, b: float, at_a: bool, at_b: bool, longest: float) -> list[float]:
-    """Breakpoints inside (a, b) such that intervals at its features are at most of a length."""
-    inner = _inner(a, b, at_a, at_b, FIRST_RATIO)
-    while inner and at_a and inner[0] - a > longest:
-        inner.insert(0, a + FIRST_RATIO * (inner[0] - a))
-    while inner and at_b and b - inner[-1] > longest:
-        inner.append(b - FIRST_RATIO * (b - inner[-1]))
-    return inner
+    x, y, z = (Axis(np.array(p), np.ones(len(p) - 1, dtype=int)) for p in planes)
+    a, b, c = singular.exponents(BrickMesh((x, y, z), scene.boxes))
+    return Features((planes[0][1:-1], planes[1][1:-1], planes[2][1:-1]), (a, b, c))
 
 
 def scene_planes(scene: Scene, axis: int) -> list[float]:
@@ -62,39 +51,78 @@ def scene_planes(scene: Scene, axis: int) -> list[float]:
     return [c for i, c in enumerate(found) if i == 0 or c - found[i - 1] > small]
 
 
-def scene_features(scene: Scene, axis: int) -> list[float]:
-    """The breakpoints inside the solid's extent, where an edge of a box may be singular."""
-    return scene_planes(scene, axis)[1:-1]
+def first_mesh(scene: Scene, accuracy: float) -> BrickMesh:
+    """The mesh with which the search for an accuracy starts: every plane of the scene is a breakpoint.
+
+    In x and y intervals at a feature are no longer than half the narrowest spacing of the planes of both axes, the
+    length over which a constriction spreads, and at a singular edge of exponent s so short that their energy, which
+    falls with the length to the power 2 s, suits the accuracy. Across thin layers, along z, degree 2 is where to start.
+    """
+    marks = features(scene)
+    planes = [scene_planes(scene, d) for d in range(3)]
+    narrowest = min(float(np.diff(p).min()) for p in planes[:2])
+    degree = int(np.clip(np.round(-np.log10(accuracy)), 2, 6))
+    axes = []
+    for d in range(3):
+        breaks = [planes[d][0]]
+        for a, b in zip(planes[d][:-1], planes[d][1:], strict=True):
+            longest = [_longest(c, marks, d, narrowest, accuracy) for c in (a, b)]
+            breaks += [*_graded(a, b, *longest), b]
+        axes.append(Axis(np.array(breaks), _degrees(np.array(breaks), marks, d, degree, narrowest)))
+    x, y, z = axes
+    return BrickMesh((x, y, z), scene.boxes)
 
 
-def _inner(a: float, b: float, at_a: bool, at_b: bool, ratio: float) -> list[float]:
-    if at_a and at_b:
-        return [a + ratio * (b - a), b - ratio * (b - a)]
-    if at_a:
-        return [a + ratio * (b - a)]
-    if at_b:
-        return [b - ratio * (b - a)]
-    return []
+def _degrees(breaks: np.ndarray, marks: Features, axis: int, degree: int, narrowest: float) -> np.ndarray:
+    """Degrees that rise away from singular planes: one less at them, one more where intervals are long."""
+    found = np.full(len(breaks) - 1, 2 if axis == 2 else degree)
+    if axis < 2:
+        found[np.diff(breaks) > LONG * narrowest] += 1
+    near = at_planes(Axis(breaks, found), list(marks.exponents[axis]))
+    for i in range(len(found)):
+        if near[i] or near[i + 1]:
+            found[i] = max(found[i] - 1, 2)
+    return found
 
 
-def refine(
-    mesh: BrickMesh, marked: Sequence[np.ndarray], rough: Sequence[np.ndarray], features: Sequence[Sequence[float]]
-) -> BrickMesh:
-    """The mesh with marked intervals of each axis refined.
+def _longest(plane: float, marks: Features, axis: int, narrowest: float, accuracy: float) -> float | None:
+    """The longest first interval at a plane; None where it needn't be graded."""
+    s = marks.exponents[axis].get(plane)
+    if s is not None:
+        return narrowest * min(0.5, (LAYERS * accuracy) ** (1 / (2 * s)))
+    return narrowest / 2 if axis < 2 and plane in marks.planes[axis] else None
 
-    ``marked`` and ``rough`` hold one boolean array (intervals,) per axis: a marked interval that is rough and touches a
-    feature is cut towards it; any other marked one gains a degree, or is halved at the highest degree.
+
+def _graded(a: float, b: float, longest_at_a: float | None, longest_at_b: float | None) -> list[float]:
+    """Breakpoints inside (a, b): one towards each feature, and more until its first interval is short enough."""
+    inner = _inner(a, b, longest_at_a is not None, longest_at_b is not None)
+    while longest_at_a is not None and inner[0] - a > longest_at_a:
+        inner.insert(0, a + RATIO * (inner[0] - a))
+    while longest_at_b is not None and b - inner[-1] > longest_at_b:
+        inner.append(b - RATIO * (b - inner[-1]))
+    return inner
+
+
+def _inner(a: float, b: float, at_a: bool, at_b: bool) -> list[float]:
+    left, right = a + RATIO * (b - a), b - RATIO * (b - a)
+    return [left] * at_a + [right] * at_b
+
+
+def refine(mesh: BrickMesh, marked: Sequence[np.ndarray], marks: Features) -> BrickMesh:
+    """The mesh with the marked intervals (one boolean array per axis) refined.
+
+    An interval at a singular plane is cut towards it; any other gains a degree, or is halved at the highest degree.
     """
     axes = []
-    for axis, marks, uneven, planes in zip(mesh.axes, marked, rough, features, strict=True):
-        near = [any(abs(c - p) <= axis.tolerance for p in planes) for c in axis.breaks]
+    for d, axis in enumerate(mesh.axes):
+        near = at_planes(axis, list(marks.exponents[d]))
         breaks, degrees = [axis.breaks[0]], []
         for i, degree in enumerate(axis.degrees.tolist()):
             a, b = axis.breaks[i], axis.breaks[i + 1]
             inner: list[float] = []
-            if marks[i]:
-                if uneven[i] and (near[i] or near[i + 1]):
-                    inner = _inner(a, b, near[i], near[i + 1], RATIO)
+            if marked[d][i]:
+                if near[i] or near[i + 1]:
+                    inner = _inner(a, b, near[i], near[i + 1])
                 elif degree < HIGHEST_DEGREE:
                     degree += 1
                 else:
@@ -104,3 +132,8 @@ def refine(
         axes.append(Axis(np.array(breaks), np.array(degrees)))
     x, y, z = axes
     return BrickMesh((x, y, z), mesh.boxes)
+
+
+def at_planes(axis: Axis, planes: Sequence[float]) -> list[bool]:
+    """For each breakpoint of an axis, whether it is one of some planes."""
+    return [any(abs(c - p) <= axis.tolerance for p in planes) for c in axis.breaks]

@@ -8,6 +8,7 @@ start (known) and at Chebyshev points; its response at those points is a product
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -41,7 +42,7 @@ def interval(modes: Modes, length: float, q: int, p: int) -> Interval:
     kernel = np.einsum("in,mnl,jn->imjl", modes.shape, response, modes.shape)
     free = np.einsum("in,mn->imn", modes.shape, np.exp(-np.outer(x[1:] ** p, modes.rates * length)))
     last = np.einsum("nl,jn->njl", response[-1], modes.shape)
-    points, w = _graded(x[-1])
+    points, w = _graded(x[-1], 4, q + 8)
     return Interval(
         length, length * x**p, free.reshape(2 * q, -1),
         kernel[..., 0].reshape(2 * q, 2), kernel[..., 1:].reshape(2 * q, 2 * q),
@@ -52,16 +53,21 @@ def interval(modes: Modes, length: float, q: int, p: int) -> Interval:
 
 def _response(decay: np.ndarray, x: np.ndarray, m: int, p: int) -> np.ndarray:
     """Integrals of exp(-decay (x_m^p - s^p)) times the Lagrange polynomials in s over ds^p, (modes, nodes)."""
-    s, w = _graded(x[m])
+    s, w = _graded(x[m], int(np.ceil(np.log2(p * decay.max() + 1))) + 4, len(x) + 7)
     return np.exp(np.outer(decay, s**p - x[m] ** p)) @ ((w * p * s ** (p - 1))[:, None] * _lagrange(x, s))
 
 
-def _graded(end: float, panels: int = 36, order: int = 14) -> tuple[np.ndarray, np.ndarray]:
+def _graded(end: float, panels: int, order: int) -> tuple[np.ndarray, np.ndarray]:
     """Gauss points and weights on panels of (0, end) that halve towards the end."""
     edges = end * np.r_[1 - 0.5 ** np.arange(panels), 1.0]
-    x, w = np.polynomial.legendre.leggauss(order)
+    x, w = _gauss(order)
     half = np.diff(edges)[:, None] / 2
     return (edges[:-1, None] + half * (1 + x)).ravel(), (half * w).ravel()
+
+
+@lru_cache
+def _gauss(order: int) -> tuple[np.ndarray, np.ndarray]:
+    return np.polynomial.legendre.leggauss(order)
 
 
 def _lagrange(nodes: np.ndarray, x: np.ndarray) -> np.ndarray:
