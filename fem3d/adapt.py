@@ -1,9 +1,10 @@
 """Refining until every quantity is known well enough.
 
-A level is a pair of solutions on the same cells: the fine one, whose numbers are reported, and one with every degree
-lower by one. Degrees converge so fast that their difference bounds the error of the fine one with room to spare: over
-sinks of all kinds the error came out between a tenth and a third of it. Where the difference happens to vanish, the
-dual-weighted estimate of the fine solution alone takes over.
+A level is three solutions on the same cells: the fine one, whose numbers are reported; a coarse one, of degrees lower
+by one in x and y; and a tall one, like the coarse one but of degrees higher by one in z. Degrees converge so fast that
+the difference of fine and coarse bounds the error in x and y with room to spare: over sinks of all kinds that error
+came out between a tenth and a third of it. The difference of tall and coarse is the error in z itself. Where a
+difference happens to vanish, the dual-weighted estimate of the fine solution alone takes over.
 """
 
 from __future__ import annotations
@@ -26,9 +27,11 @@ from meshes.grading import Features
 from meshes.symmetry import Symmetry
 from scenes.sink import Sink
 
-OF_DIFFERENCE = 0.5  # the error of the fine solution over its difference from the coarse one, at most
+IN_PLANE = 0.5  # the error in x and y over the difference of fine and coarse, at most
+IN_DEPTH = 1.2  # the error in z over the difference of tall and coarse, at most
+NEGLIGIBLE = 0.2  # part of the accuracy below which an error in z isn't worth refining
 OF_LARGEST = 0.1  # of the largest difference of any temperature, where a quantity's own one vanishes by chance
-OF_ESTIMATE = 0.5  # the error over its dual-weighted estimate, at most
+OF_ESTIMATE = 1.0  # the error over its dual-weighted estimate, at most
 CLEARLY = 2.0  # times the accuracy: estimates above it need no second solution to refine
 MARKED = 0.9  # part of the estimated error whose intervals are refined
 MOST_UNKNOWNS = 150_000
@@ -75,28 +78,36 @@ def solve(
             ) - 0.1 + max(accuracy, 1e-3):
                 raise
             previous_limit = runaway.limit
-            mesh = mesh.with_degrees(1)
+            mesh = mesh.with_degrees(1, 1, 1)
             continue
         size = fine.state.heat.size
         progress(f"level {level}: {size} unknowns")
         goals = _goals(fine, [], features)
         estimate = {name: goals[i].remaining for i, name in enumerate(RISES)}
-        if max(estimate.values()) <= CLEARLY * accuracy:
-            coarse = _coarse(sink, symmetry, mesh)
-            if coarse is not None:
-                errors = steady_errors(fine.quantities, coarse.quantities, estimate)
-                worst = max(e / abs(float(fine.quantities[q])) for q, e in errors.items())
-                if worst <= accuracy:
-                    if not transient:
-                        return Answer(fine, errors, None, level)
-                    progress("transient")
-                    response = respond(sink, symmetry, fine.state, coarse.state, fine.quantities)
-                    if response.worst <= accuracy:
-                        return Answer(fine, errors, response, level)
-                    goals = _goals(fine, response.snapshots, features)
+        deep = True
+        pair = _pair(sink, symmetry, mesh) if max(estimate.values()) <= CLEARLY * accuracy else None
+        if pair is not None:
+            coarse, tall = pair
+            depth = {q: IN_DEPTH * abs(float(tall.quantities[q] - coarse.quantities[q])) for q in coarse.quantities}
+            deep = max(depth[q] / abs(float(fine.quantities[q])) for q in depth) > NEGLIGIBLE * accuracy
+            if not deep:
+                estimate = {name: goals[i].in_plane for i, name in enumerate(RISES)}
+            errors = steady_errors(fine.quantities, coarse.quantities, depth, estimate)
+            worst = max(e / abs(float(fine.quantities[q])) for q, e in errors.items())
+            if worst <= accuracy:
+                if not transient:
+                    return Answer(fine, errors, None, level)
+                progress("transient")
+                # What hardly depends on the degree in z when steady doesn't depend on it more on the way there.
+                over_time = tall.state if deep else None
+                response = respond(sink, symmetry, fine.state, coarse.state, over_time, fine.quantities)
+                if response.worst <= accuracy:
+                    return Answer(fine, errors, response, level)
+                goals = _goals(fine, response.snapshots, features)
+                deep = response.deep
         if size > MOST_UNKNOWNS:
             raise NumericsError(f"an accuracy of {accuracy:g} takes more than {MOST_UNKNOWNS} unknowns in this scene")
-        mesh = _refined(mesh, goals, features)
+        mesh = _refined(mesh, goals, features, deep)
     raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene")
 
 
@@ -106,25 +117,31 @@ def solution(sink: Sink, symmetry: Symmetry, mesh: BrickMesh) -> Solution:
     return Solution(state, sink_quantities.steady(sink, outputs.of_steady(state, symmetry)))
 
 
-def _coarse(sink: Sink, symmetry: Symmetry, mesh: BrickMesh) -> Solution | None:
-    """The solution of degrees lower by one; None where it runs away although the fine one doesn't."""
+def _pair(sink: Sink, symmetry: Symmetry, mesh: BrickMesh) -> tuple[Solution, Solution] | None:
+    """The coarse and the tall solution; None where either runs away although the fine one doesn't."""
     try:
-        return solution(sink, symmetry, mesh.with_degrees(-1))
+        coarse = solution(sink, symmetry, mesh.with_degrees(-1, -1, 0))
+        return coarse, solution(sink, symmetry, mesh.with_degrees(-1, -1, 1))
     except RunawayError:
         return None
 
 
-def steady_errors(fine: Quantities, coarse: Quantities, estimate: dict[str, float]) -> dict[str, float]:
-    """Estimated error of each quantity of the fine solution, in its unit; ``estimate`` is relative, of the rises."""
+def steady_errors(
+    fine: Quantities, coarse: Quantities, depth: dict[str, float], estimate: dict[str, float]
+) -> dict[str, float]:
+    """Estimated error of each quantity of the fine solution, in its unit.
+
+    ``depth`` are errors in z, in the quantities' units; ``estimate`` is the relative dual-weighted one of the rises.
+    """
     difference = {name: abs(float(fine[name] - coarse[name])) for name in fine}
     largest = max(difference[name] for name in RISES)
-    errors = {name: OF_DIFFERENCE * d for name, d in difference.items()}
+    errors = {name: IN_PLANE * d for name, d in difference.items()}
     for name in RISES:
         errors[name] = max(errors[name], OF_ESTIMATE * estimate[name] * abs(float(fine[name])), OF_LARGEST * largest)
     resistance = "anchor_resistance_K_per_W"
     errors[resistance] = max(errors[resistance], OF_ESTIMATE * estimate["end_rise_K"] * abs(float(fine[resistance])))
     # Rounding in the solves; nothing is known better than that.
-    return {name: e + 1e-10 * abs(float(fine[name])) for name, e in errors.items()}
+    return {name: e + depth[name] + 1e-10 * abs(float(fine[name])) for name, e in errors.items()}
 
 
 def _goals(fine: Solution, snapshots: list[np.ndarray], features: Features) -> list[Indicators]:
@@ -133,9 +150,11 @@ def _goals(fine: Solution, snapshots: list[np.ndarray], features: Features) -> l
     return indicators.of_goals(state, [state.rise, *snapshots], functionals, features)
 
 
-def _refined(mesh: BrickMesh, goals: list[Indicators], features: Features) -> BrickMesh:
+def _refined(mesh: BrickMesh, goals: list[Indicators], features: Features, deep: bool) -> BrickMesh:
     missing = [np.sum([g.missing[d] for g in goals], axis=0) for d in range(3)]
+    if not deep:
+        missing[2][:] = 0.0
     ordered = np.sort(np.concatenate(missing))[::-1]
     total = np.cumsum(ordered)
     cut = ordered[min(int(np.searchsorted(total, MARKED * total[-1])), len(ordered) - 1)]
-    return grading.refine(mesh, [m >= cut for m in missing], features)
+    return grading.refine(mesh, [m >= max(cut, 1e-300) for m in missing], features)

@@ -39,6 +39,11 @@ class Indicators:
         """The estimated relative error in all."""
         return float(sum(m.sum() for m in self.missing))
 
+    @property
+    def in_plane(self) -> float:
+        """The estimated relative error from x and y alone."""
+        return float(self.missing[0].sum() + self.missing[1].sum())
+
 
 def of_goals(
     state: SteadyState, rises: Sequence[np.ndarray], functionals: Sequence[np.ndarray], features: Features

@@ -54,7 +54,7 @@ def solve(heat: HeatProblem, voltage: float, accuracy: float) -> SteadyState:
     conductor = find_conductor(heat)
     n = heat.free
     if conductor is None:
-        rise = heat.solve_steady(heat.constant_source[:n])
+        rise = heat.improve(heat.solve_steady(heat.constant_source[:n]), heat.constant_source[:n])
         none = np.empty((n, 0))
         return SteadyState(heat, None, rise, heat.constant_source, {}, {}, 0.0, None, none, [], 0.0, False, 1)
     cold = conductor.solve(np.zeros(n))
@@ -93,6 +93,7 @@ def solve(heat: HeatProblem, voltage: float, accuracy: float) -> SteadyState:
         raise NumericsError(f"the coupled steady state does not converge at {voltage:g} V")
     if point.folded:
         raise RunawayError(voltage, point.fraction * abs(voltage))
+    answer = heat.improve(answer, source[:n])
     final = potentials[-1]
     scale = 1.0 if follows else float(point.c[0])
     density = combine([final.density], np.array([scale]))

@@ -13,7 +13,7 @@ from fem3d.transient import EARLIEST, Krylov, Transient
 from meshes.symmetry import Symmetry
 from scenes.sink import Sink
 
-OF_DIFFERENCE = 0.5  # as for the steady state
+IN_PLANE, IN_DEPTH, NEGLIGIBLE = 0.5, 1.2, 0.2  # as for the steady state
 ROW_SHARE = 0.25  # part of the accuracy left to linear interpolation between rows
 TIME_SHARE = 0.01  # part of the accuracy for time stepping
 SPACE_SHARE = 0.1  # part of the accuracy for the reduced space
@@ -31,12 +31,18 @@ class Response:
     imbalance: float  # stored + lost - supplied heat over the supplied, the largest over time
     transient: Transient
     snapshots: list[np.ndarray]
+    deep: bool  # whether degrees in z matter
 
 
 def respond(
-    sink: Sink, symmetry: Symmetry, fine: SteadyState, coarse: SteadyState, steady_values: Quantities
+    sink: Sink,
+    symmetry: Symmetry,
+    fine: SteadyState,
+    coarse: SteadyState,
+    tall: SteadyState | None,
+    steady_values: Quantities,
 ) -> Response:
-    """The response of the fine mesh, with its error estimated from the coarse one."""
+    """The response of the fine mesh, with its error estimated from the coarse one and, where z matters, the tall one."""
     accuracy, end = sink.accuracy, sink.end_time
     scales = sink_quantities.trace_scales(sink, steady_values)
     checked = np.unique(np.concatenate([np.geomspace(min(EARLIEST, end), end, 40), np.linspace(0, end, 21)[1:]]))
@@ -59,17 +65,25 @@ def respond(
         if max(lost[name] / scales[name] for name in lost) <= SPACE_SHARE * accuracy or count >= MOST_FIELDS:
             break
         count += 4
-    below = Krylov(coarse, transient.shift(fine))
-    low = transient.run(coarse, below.fields(count), end, TIME_SHARE * accuracy)
-    space_error = distance(there, traces(low, checked))
+
+    def below(state: SteadyState) -> Quantities:
+        basis = Krylov(state, transient.shift(fine)).fields(count)
+        return traces(transient.run(state, basis, end, TIME_SHARE * accuracy), checked)
+
+    low = below(coarse)
+    in_plane = distance(there, low)
+    in_depth = dict.fromkeys(in_plane, 0.0) if tall is None else distance(below(tall), low)
     allowed = {name: ROW_SHARE * accuracy * scale for name, scale in scales.items()}
-    errors = {name: OF_DIFFERENCE * space_error[name] + lost[name] + allowed[name] for name in scales}
+    errors = {
+        name: IN_PLANE * in_plane[name] + IN_DEPTH * in_depth[name] + lost[name] + allowed[name] for name in scales
+    }
     worst = max(errors[name] / scales[name] for name in errors)
     if worst > accuracy:
         snapshots = list(answer.rises(np.geomspace(min(EARLIEST, end), min(1e-3, end), 3)))
-        return Response(checked, there, errors, worst, np.nan, answer, snapshots)
+        deep = max(IN_DEPTH * in_depth[name] / scales[name] for name in scales) > NEGLIGIBLE * accuracy
+        return Response(checked, there, errors, worst, np.nan, answer, snapshots, deep)
     times = rows.choose(answer.trajectory.steps, lambda t: traces(answer, t), allowed)
-    return Response(times, traces(answer, times), errors, worst, _imbalance(answer, symmetry), answer, [])
+    return Response(times, traces(answer, times), errors, worst, _imbalance(answer, symmetry), answer, [], False)
 
 
 def _imbalance(answer: Transient, symmetry: Symmetry) -> float:

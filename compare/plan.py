@@ -1,0 +1,57 @@
+"""The plan of a comparison: the 3D model's own lines, then the 1D model, checks and files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from compare import scope
+from scenes.plan import Request, Step
+from scenes.sink import Sink
+
+
+def plan(sink: Sink, request: Request) -> tuple[Step, ...]:
+    """What ``compare.run.run`` will do, before it does it."""
+    if "fem3d" not in request.models:
+        return assemble(sink, request, (Step("3D model", "skipped", "only the 1D model was asked for"),))
+    from fem3d.run import plan as plan_3d
+
+    return assemble(sink, request, plan_3d(sink, request))
+
+
+def assemble(
+    sink: Sink, request: Request, solver_steps: tuple[Step, ...], notes: Mapping[str, str] | None = None
+) -> tuple[Step, ...]:
+    """The whole plan around the 3D model's lines; ``notes`` says of a figure how it came to be drawn otherwise."""
+    steps = [*solver_steps, _reduction(request)]
+    made = scope.made_checks(sink, request)
+    if made:
+        steps.append(Step("checks", "done", ", ".join(made)))
+    steps += _grouped("check", scope.skipped_checks(sink, request))
+    skipped = scope.skipped_figures(request)
+    for name, what in scope.FIGURES.items():
+        if name not in skipped:
+            steps.append(Step(name, "done", (notes or {}).get(name, what)))
+    steps += _grouped("figure", skipped)
+    if request.transient:
+        steps.append(Step("traces.csv", "done", "every quantity against time"))
+    else:
+        steps.append(Step("traces.csv", "skipped", "only the steady state was asked for"))
+    why = scope.fields_reason(request)
+    steps.append(Step("field files", "skipped" if why else "done", why or "fem3d.pvd with its .vtu files"))
+    return tuple(steps)
+
+
+def _reduction(request: Request) -> Step:
+    if "reduced1d" not in request.models:
+        return Step("1D model", "skipped", "only the 3D model was asked for")
+    when = "steady and at the 3D model's times" if "fem3d" in request.models else "steady and over time"
+    return Step("1D model", "done", f"eq 20, exact in time, {when if request.transient else 'steady only'}")
+
+
+def _grouped(kind: str, skipped: Mapping[str, str]) -> list[Step]:
+    """One line for all that is skipped for the same reason."""
+    lines = []
+    for reason in dict.fromkeys(skipped.values()):
+        names = [name for name, why in skipped.items() if why == reason]
+        lines.append(Step(f"{kind}s {', '.join(names)}", "skipped", reason))
+    return lines

@@ -1,0 +1,60 @@
+"""Numbers as a person reads them: engineering prefixes, and as many digits as the error leaves."""
+
+from __future__ import annotations
+
+import math
+
+_PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+# Units that carry no prefix: a rise of 2e-7 K reads better than 200 nK, and K/W is quoted in full in the paper.
+_WITHOUT_PREFIX = ("K", "K/W", "1", "")
+
+
+def scale(value: float, unit: str) -> tuple[float, str]:
+    """The factor to multiply a value by, and the unit with its prefix: 0.0033 A gives (1000, "mA")."""
+    if unit in _WITHOUT_PREFIX or value == 0 or not math.isfinite(value):
+        return 1.0, unit
+    power = min(max(3 * math.floor(math.log10(abs(value)) / 3 + 1e-12), -12), 9)
+    return 10.0**-power, _PREFIXES[power] + unit
+
+
+def decimals(error: float) -> int:
+    """Decimals that an error leaves meaningful: up to its second digit, at most 12."""
+    if not error > 0 or not math.isfinite(error):
+        return 6
+    return min(max(1 - math.floor(math.log10(error)), 0), 12)
+
+
+def with_error(value: float, error: float, unit: str) -> tuple[str, str, str, int, float]:
+    """Value, error and unit as texts, then the decimals and the factor used, for others to stand in the same column."""
+    factor, shown = scale(value, unit)
+    places = decimals(error * factor)
+    return f"{value * factor:.{places}f}", f"{error * factor:.{places}f}", shown, places, factor
+
+
+def quantity(value: float, unit: str, digits: int = 4) -> str:
+    """A value with its unit, to some significant digits: "3.309 mA", "1862 K/W"."""
+    factor, shown = scale(value, unit)
+    return f"{_significant(value * factor, digits)} {shown}".rstrip()
+
+
+def signed(value: float, unit: str, digits: int = 3) -> str:
+    """As ``quantity``, with the sign in any case."""
+    return ("+" if value >= 0 else "") + quantity(value, unit, digits)
+
+
+def percent(ratio: float, digits: int = 2, sign: bool = False) -> str:
+    """A ratio in percent: "30 %", "0.021 %", "+6.5 %"."""
+    if not math.isfinite(ratio):
+        return "infinite"
+    plus = "+" if sign and ratio >= 0 else ""
+    return f"{plus}{_significant(100 * ratio, digits)} %"
+
+
+def _significant(value: float, digits: int) -> str:
+    """To some significant digits, without an exponent where that stays readable."""
+    if value == 0 or not math.isfinite(value):
+        return f"{value:g}"
+    places = digits - 1 - math.floor(math.log10(abs(value)) + 1e-12)
+    if abs(value) < 1e-4 or abs(value) >= 1e7:
+        return f"{value:.{digits - 1}e}"
+    return f"{value:.{max(places, 0)}f}"
