@@ -57,9 +57,7 @@ class Answer:
     levels: int
 
 
-def solve(
-    sink: Sink, symmetry: Symmetry, transient: bool, progress: Callable[[str], None] = lambda _: None
-) -> Answer:
+def solve(sink: Sink, symmetry: Symmetry, transient: bool, progress: Callable[[str], None] = lambda _: None) -> Answer:
     """Levels until every estimated error is within ``sink.accuracy``.
 
     Raises RunawayError where no steady state exists, NumericsError where the accuracy can't be reached.

@@ -24,7 +24,7 @@ SWEEPS = 30
 
 @dataclass(frozen=True)
 class Step:
-    """One step: from ``start`` (s) over ``length``, initial state (r,) and Legendre coefficients (q, r) of the source."""
+    """One step: ``start`` and ``length`` (s), initial state (r,), Legendre coefficients (q, r) of the source."""
 
     start: float
     length: float

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem3d import tensor
-from fem3d.operators import HeatProblem
 from fem3d.steady import SteadyState
 from meshes.axis import reference
 from meshes.bricks import Block, BrickMesh

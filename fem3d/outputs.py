@@ -22,8 +22,10 @@ def of_steady(state: SteadyState, symmetry: Symmetry) -> Outputs:
     reaction = heat.reaction(state.rise, np.zeros(heat.free), state.source)
     rises = {name: row @ state.rise for name, row in heat.probes.items()}
     fixed = {name: reaction[nodes - heat.free].sum() for name, nodes in heat.fixed_sets.items()}
-    films = {name: constant + per_kelvin[: heat.free] @ state.rise for name, (constant, per_kelvin) in heat.films.items()}
-    return _whole(symmetry, rises, {**fixed, **films}, state.currents, state.joule, np.float64(state.power))
+    films = {
+        name: constant + per_kelvin[: heat.free] @ state.rise for name, (constant, per_kelvin) in heat.films.items()
+    }
+    return _whole(symmetry, rises, {**fixed, **films}, state.currents, state.joule, np.array(state.power))
 
 
 def of_transient(transient: Transient, symmetry: Symmetry, times: np.ndarray) -> Outputs:

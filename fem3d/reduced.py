@@ -21,7 +21,6 @@ from fem3d import tensor
 from fem3d.conductor import Conductor, Field, law
 from fem3d.operators import HeatProblem
 
-
 DEPENDENT = 1e-6  # fields are dropped whose part independent of earlier ones is smaller than this
 
 

@@ -92,7 +92,9 @@ def _electric_steps(sink: Sink, part: Symmetry, answer: Answer | None) -> list[S
         steps.append(Step("electric iteration", "skipped", "the resistivity doesn't depend on temperature"))
     elif answer is None:
         steps.append(Step("electric iteration", "done", "the resistance follows the temperature"))
-        steps.append(Step(what, "done", "checked once at the hot state; followed only if that matters at this accuracy"))
+        steps.append(
+            Step(what, "done", "checked once at the hot state; followed only if that matters at this accuracy")
+        )
     else:
         state = answer.fine.state
         steps.append(Step("electric iteration", "done", f"{state.steps} coupled steps to the steady state"))

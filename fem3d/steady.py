@@ -177,4 +177,6 @@ def box_heat(conductor: Conductor, density: Field, rise: np.ndarray) -> dict[str
 
 def reduced_problem(state: SteadyState, fields: np.ndarray) -> Reduced:
     """The reduced problem on the steady state's current fields and some temperature fields."""
-    return project(state.heat, state.conductor, fields, [p.density for p in state.patterns], [p.supply for p in state.patterns])
+    return project(
+        state.heat, state.conductor, fields, [p.density for p in state.patterns], [p.supply for p in state.patterns]
+    )

@@ -84,7 +84,11 @@ def march(state: SteadyState, reduced: Reduced, end: float, accuracy: float, dro
     size = float(np.linalg.norm(modal.basis.T @ (state.heat.inner_mass @ state.rise)))
 
     def source(a: np.ndarray) -> np.ndarray:
-        return modal.source + modal.joule(a, modal.currents(a)) if len(modal.supply) else np.tile(modal.source, (len(a), 1))
+        return (
+            modal.source + modal.joule(a, modal.currents(a))
+            if len(modal.supply)
+            else np.tile(modal.source, (len(a), 1))
+        )
 
     return Transient(state, modal, integrate(rates, source, end, accuracy, size))
 

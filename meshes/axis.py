@@ -148,9 +148,9 @@ def _part(axis: Axis, first: int, last: int) -> Part:
     start = int(axis.offsets[first])
     one, none = np.ones(1), np.zeros(1, dtype=int)
     if first == last:
-        at = axis.breaks[first : first + 1]
+        here = axis.breaks[first : first + 1]
         flat = (none, none, one, np.zeros(1))
-        return Part(first, last, slice(start, start + 1), at, one, np.ones((1, 1)), np.zeros((1, 1)), none, *flat)
+        return Part(first, last, slice(start, start + 1), here, one, np.ones((1, 1)), np.zeros((1, 1)), none, *flat)
     degrees = axis.degrees[first:last]
     offsets = axis.offsets[first : last + 1] - axis.offsets[first]
     point_offsets = np.concatenate([[0], np.cumsum(degrees + 1)])

@@ -45,8 +45,9 @@ def scene_planes(scene: Scene, axis: int) -> list[float]:
     found = [c for b in scene.boxes for c in (b.lower[axis], b.upper[axis])]
     low, high = min(found), max(found)
     small = 1e-9 * (high - low)
-    for item in (*scene.boundaries, *(p for p in scene.probes if p.quantity == "temperature" and p.lower != p.upper)):
-        found += [c for c in (item.lower[axis], item.upper[axis]) if low - small <= c <= high + small]
+    extended = [p for p in scene.probes if p.quantity == "temperature" and p.lower != p.upper]
+    corners = [(b.lower, b.upper) for b in scene.boundaries] + [(p.lower, p.upper) for p in extended]
+    found += [c for pair in corners for c in (pair[0][axis], pair[1][axis]) if low - small <= c <= high + small]
     found.sort()
     return [c for i, c in enumerate(found) if i == 0 or c - found[i - 1] > small]
 

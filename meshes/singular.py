@@ -59,6 +59,8 @@ def exponent(quadrants: tuple[float, float, float, float]) -> float:
     root = np.linalg.cholesky(b[np.ix_(solid, solid)])
     half = np.linalg.solve(root, a[np.ix_(solid, solid)])
     squares = np.linalg.eigvalsh(np.linalg.solve(root, half.T))
-    pieces = int(sum(1 for q, p in zip(quadrants, quadrants[-1:] + quadrants[:-1], strict=True) if q > 0 and p == 0)) or 1
-    # One constant per separate solid piece has exponent zero.
+    # Each separate solid piece has a constant of exponent zero.
+    pieces = (
+        sum(1 for q, before in zip(quadrants, quadrants[-1:] + quadrants[:-1], strict=True) if q > 0 == before) or 1
+    )
     return float(np.sqrt(max(squares[pieces], 0.0))) if len(squares) > pieces else 1.0

@@ -29,9 +29,9 @@ class Flow:
 class Symmetry:
     """The part of a scene that is solved.
 
-    ``planes`` are (axis, coordinate, "even" | "odd"); the part is the lower side of each, ``copies`` times in the whole.
-    ``flows`` maps each boundary of the whole scene to the kept boundary that stands for it; ``box_copies`` says how many
-    times a kept box is in the box it was cut from.
+    ``planes`` are (axis, coordinate, "even" | "odd"); the part is the lower side of each, ``copies`` times in the
+    whole. ``flows`` maps each boundary of the whole scene to the kept boundary that stands for it; ``box_copies`` says
+    how many times a kept box is in the box it was cut from.
     """
 
     scene: Scene
@@ -65,9 +65,7 @@ def reduce(scene: Scene) -> Symmetry:
         part, step = _cut(part, axis, middle, parity)
         planes.append((axis, middle, parity))
         flows = {
-            name: Flow(
-                step[f.boundary].boundary, f.heat * step[f.boundary].heat, f.current * step[f.boundary].current
-            )
+            name: Flow(step[f.boundary].boundary, f.heat * step[f.boundary].heat, f.current * step[f.boundary].current)
             for name, f in flows.items()
         }
     whole = {b.name: _volume(b) for b in scene.boxes}
@@ -121,10 +119,7 @@ def _parity(scene: Scene, axis: int, middle: float) -> str | None:
             return None
     electrodes = [b for b in scene.boundaries if b.kind == "voltage"]
     pairs = [
-        (b.value, c.value)
-        for b in electrodes
-        for c in electrodes
-        if same(_mirror(b, axis, middle), (c.lower, c.upper))
+        (b.value, c.value) for b in electrodes for c in electrodes if same(_mirror(b, axis, middle), (c.lower, c.upper))
     ]
     if len(pairs) != len(electrodes):
         return None
@@ -179,19 +174,17 @@ def _cut(scene: Scene, axis: int, middle: float, parity: str) -> tuple[Scene, di
                 k
                 for k in kept
                 if (k.kind == "voltage") == (boundary.kind == "voltage")
-                and all(
-                    abs(p - q) <= small for p, q in zip((*k.lower, *k.upper), (*lower, *upper), strict=True)
-                )
+                and all(abs(p - q) <= small for p, q in zip((*k.lower, *k.upper), (*lower, *upper), strict=True))
             )
             flows[boundary.name] = Flow(twin.name, 1.0, -1.0 if parity == "odd" else 1.0)
     if parity == "odd":
         level = sum(b.value for b in scene.boundaries if b.kind == "voltage") / sum(
             b.kind == "voltage" for b in scene.boundaries
         )
-        lower = [min(b.lower[d] for b in scene.boxes) for d in range(3)]
-        upper = [max(b.upper[d] for b in scene.boxes) for d in range(3)]
-        lower[axis] = upper[axis] = middle
-        corners = (lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2])
+        low = [min(b.lower[d] for b in scene.boxes) for d in range(3)]
+        high = [max(b.upper[d] for b in scene.boxes) for d in range(3)]
+        low[axis] = high[axis] = middle
+        corners = (low[0], low[1], low[2]), (high[0], high[1], high[2])
         kept.append(Boundary(f"symmetry-{'xyz'[axis]}", "voltage", *corners, level))
     probes = []
     for probe in scene.probes:
