@@ -27,7 +27,7 @@ class SteadyState:
     """The converged state of one mesh.
 
     ``rise`` at the free nodes, the ``source`` (W per node, all nodes) that it answers, the Joule heat of each box and
-    the current that enters at each electrode; the temperature fields and current patterns that the reduced problem needs;
+    the current that enters at each electrode; the temperature fields and current patterns of the reduced problem;
     ``pattern_change``: how far heating moves the current's pattern (its relative effect on the rise).
     """
 

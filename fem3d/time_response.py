@@ -42,7 +42,7 @@ def respond(
     tall: SteadyState | None,
     steady_values: Quantities,
 ) -> Response:
-    """The response of the fine mesh, with its error estimated from the coarse one and, where z matters, the tall one."""
+    """The response of the fine mesh, its error estimated from the coarse one and, where z matters, the tall one."""
     accuracy, end = sink.accuracy, sink.end_time
     scales = sink_quantities.trace_scales(sink, steady_values)
     checked = np.unique(np.concatenate([np.geomspace(min(EARLIEST, end), end, 40), np.linspace(0, end, 21)[1:]]))
