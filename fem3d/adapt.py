@@ -99,7 +99,7 @@ def solve(sink: Sink, symmetry: Symmetry, transient: bool, progress: Callable[[s
                 # What hardly depends on the degree in z when steady doesn't depend on it more on the way there.
                 over_time = tall.state if deep else None
                 response = respond(sink, symmetry, fine.state, coarse.state, over_time, fine.quantities)
-                if response.worst <= accuracy:
+                if response.accepted:
                     return Answer(fine, errors, response, level)
                 goals = _goals(fine, response.snapshots, features)
                 deep = response.deep

@@ -8,11 +8,13 @@ import numpy as np
 
 from fem3d.exponential import Step
 
+MOST_ROWS = 50_000
+
 
 def choose(
     steps: list[Step], evaluate: Callable[[np.ndarray], dict[str, np.ndarray]], allowed: dict[str, float]
-) -> np.ndarray:
-    """Times (s) from 0 on between which linear interpolation errs by at most ``allowed`` in each trace.
+) -> tuple[np.ndarray, dict[str, float]]:
+    """Times (s) from 0 on between which linear interpolation errs by at most ``allowed`` in each trace; the errors.
 
     The error of a straight line over h is h^2 |y''| / 8, so the rows take equal shares of the integral of
     sqrt(|y''| / 8 / allowed) (de Boor's equidistribution), with a margin checked against the traces themselves.
@@ -34,9 +36,8 @@ def choose(
         times = np.interp(np.linspace(0, share[-1], count + 1), share, fine)
         times[0], times[-1] = fine[0], fine[-1]
         at_rows = evaluate(times)
-        worst = max(
-            float(np.abs(np.interp(fine, times, at_rows[name]) - y).max()) / allowed[name] for name, y in traces.items()
-        )
-        if worst <= 1.0 or count > 50_000:
-            return times
+        found = {name: float(np.abs(np.interp(fine, times, at_rows[name]) - y).max()) for name, y in traces.items()}
+        worst = max(found[name] / allowed[name] for name in found)
+        if worst <= 1.0 or count > MOST_ROWS:
+            return times, found
         count = int(count * 1.05 * max(np.sqrt(worst), 1.05)) + 1

@@ -27,7 +27,7 @@ class Response:
     times: np.ndarray
     traces: Quantities
     errors: dict[str, float]
-    worst: float  # largest error over its scale
+    accepted: bool  # whether the errors are within the accuracy
     imbalance: float  # stored + lost - supplied heat over the supplied, the largest over time
     transient: Transient
     snapshots: list[np.ndarray]
@@ -73,17 +73,16 @@ def respond(
     low = below(coarse)
     in_plane = distance(there, low)
     in_depth = dict.fromkeys(in_plane, 0.0) if tall is None else distance(below(tall), low)
-    allowed = {name: ROW_SHARE * accuracy * scale for name, scale in scales.items()}
-    errors = {
-        name: IN_PLANE * in_plane[name] + IN_DEPTH * in_depth[name] + lost[name] + allowed[name] for name in scales
-    }
+    errors = {name: IN_PLANE * in_plane[name] + IN_DEPTH * in_depth[name] + lost[name] for name in scales}
     worst = max(errors[name] / scales[name] for name in errors)
-    if worst > accuracy:
+    if worst > (1 - ROW_SHARE) * accuracy:
         snapshots = list(answer.rises(np.geomspace(min(EARLIEST, end), min(1e-3, end), 3)))
         deep = max(IN_DEPTH * in_depth[name] / scales[name] for name in scales) > NEGLIGIBLE * accuracy
-        return Response(checked, there, errors, worst, np.nan, answer, snapshots, deep)
-    times = rows.choose(answer.trajectory.steps, lambda t: traces(answer, t), allowed)
-    return Response(times, traces(answer, times), errors, worst, _imbalance(answer, symmetry), answer, [], False)
+        return Response(checked, there, errors, False, np.nan, answer, snapshots, deep)
+    allowed = {name: ROW_SHARE * accuracy * scale for name, scale in scales.items()}
+    times, between = rows.choose(answer.trajectory.steps, lambda t: traces(answer, t), allowed)
+    errors = {name: errors[name] + between[name] for name in errors}
+    return Response(times, traces(answer, times), errors, True, _imbalance(answer, symmetry), answer, [], False)
 
 
 def _imbalance(answer: Transient, symmetry: Symmetry) -> float:

@@ -116,8 +116,8 @@ class Part(NamedTuple):
     """A run of intervals of an axis: its nodes, its Gauss points and the 1D matrices on them.
 
     ``values`` and ``slopes`` (points, nodes) give a function and its derivative at the Gauss points; ``weights``
-    integrate. ``rows``, ``columns`` list the node pairs that share an interval; ``mass`` and ``stiffness`` (integrals of u v and
-    u' v') are their values on it.
+    integrate. ``rows``, ``columns`` list the node pairs that share an interval; ``mass`` and ``stiffness`` (integrals
+    of u v and u' v') are their values on it.
     """
 
     first: int
