@@ -33,6 +33,7 @@ NEGLIGIBLE = 0.2  # part of the accuracy below which an error in z isn't worth r
 OF_LARGEST = 0.1  # of the largest difference of any temperature, where a quantity's own one vanishes by chance
 OF_ESTIMATE = 1.0  # the error over its dual-weighted estimate, at most
 CLEARLY = 2.0  # times the accuracy: estimates above it need no second solution to refine
+SURELY = 3.0  # times the change of the runaway voltage from mesh to mesh by which a voltage must exceed it
 MARKED = 0.9  # part of the estimated error whose intervals are refined
 MOST_UNKNOWNS = 150_000
 
@@ -49,9 +50,11 @@ class Solution:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """What the last level gives: the fine solution, the steady errors by name, and the response over time."""
+    """What the last level gives: its solutions, the steady errors by name, and the response over time."""
 
     fine: Solution
+    coarse: Solution
+    tall: Solution
     errors: dict[str, float]
     response: Response | None
     levels: int
@@ -71,9 +74,8 @@ def solve(sink: Sink, symmetry: Symmetry, transient: bool, progress: Callable[[s
             fine = solution(sink, symmetry, mesh)
         except RunawayError as runaway:
             # The voltage of the fold is a number of this mesh; it stands once another mesh agrees with it.
-            if previous_limit is not None and abs(previous_limit / runaway.limit - 1) < 0.1 * abs(
-                sink.voltage / runaway.limit
-            ) - 0.1 + max(accuracy, 1e-3):
+            known_to = np.inf if previous_limit is None else abs(runaway.limit - previous_limit)
+            if abs(sink.voltage) - runaway.limit > SURELY * known_to or _size(mesh) > MOST_UNKNOWNS:
                 raise
             previous_limit = runaway.limit
             mesh = mesh.with_degrees(1, 1, 1)
@@ -94,19 +96,23 @@ def solve(sink: Sink, symmetry: Symmetry, transient: bool, progress: Callable[[s
             worst = max(e / abs(float(fine.quantities[q])) for q, e in errors.items())
             if worst <= accuracy:
                 if not transient:
-                    return Answer(fine, errors, None, level)
+                    return Answer(fine, coarse, tall, errors, None, level)
                 progress("transient")
                 # What hardly depends on the degree in z when steady doesn't depend on it more on the way there.
                 over_time = tall.state if deep else None
                 response = respond(sink, symmetry, fine.state, coarse.state, over_time, fine.quantities)
                 if response.accepted:
-                    return Answer(fine, errors, response, level)
+                    return Answer(fine, coarse, tall, errors, response, level)
                 goals = _goals(fine, response.snapshots, features)
                 deep = response.deep
         if size > MOST_UNKNOWNS:
             raise NumericsError(f"an accuracy of {accuracy:g} takes more than {MOST_UNKNOWNS} unknowns in this scene")
         mesh = _refined(mesh, goals, features, deep)
     raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene")
+
+
+def _size(mesh: BrickMesh) -> int:
+    return int(mesh.solid.sum())
 
 
 def solution(sink: Sink, symmetry: Symmetry, mesh: BrickMesh) -> Solution:

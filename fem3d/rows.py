@@ -13,8 +13,9 @@ MOST_ROWS = 50_000
 
 def choose(
     steps: list[Step], evaluate: Callable[[np.ndarray], dict[str, np.ndarray]], allowed: dict[str, float]
-) -> tuple[np.ndarray, dict[str, float]]:
-    """Times (s) from 0 on between which linear interpolation errs by at most ``allowed`` in each trace; the errors.
+) -> tuple[np.ndarray, dict[str, np.ndarray], dict[str, float]]:
+    """Times (s) from 0 on between which linear interpolation errs by at most ``allowed`` in each trace;
+    the traces there, and those errors.
 
     The error of a straight line over h is h^2 |y''| / 8, so the rows take equal shares of the integral of
     sqrt(|y''| / 8 / allowed) (de Boor's equidistribution), with a margin checked against the traces themselves.
@@ -39,5 +40,5 @@ def choose(
         found = {name: float(np.abs(np.interp(fine, times, at_rows[name]) - y).max()) for name, y in traces.items()}
         worst = max(found[name] / allowed[name] for name in found)
         if worst <= 1.0 or count > MOST_ROWS:
-            return times, found
+            return times, at_rows, found
         count = int(count * 1.05 * max(np.sqrt(worst), 1.05)) + 1

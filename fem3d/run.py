@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from fem3d import adapt
+from fem3d import adapt, another_voltage
 from fem3d.adapt import Answer
 from fem3d.conductor import find_conductor
 from fem3d.fields import Fields
@@ -19,13 +20,22 @@ from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
 
 
-def solve(sink: Sink, request: Request, progress: Callable[[str], None] | None = None) -> Result:
+def solve(
+    sink: Sink, request: Request, progress: Callable[[str], None] | None = None, earlier: Result | None = None
+) -> Result:
     """Steady state and, if asked for, transient of a sink in 3D, every number with its estimated error.
 
-    Raises fem3d.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
+    ``earlier`` is a result of the same sink, perhaps at another voltage: its meshes and fields serve again, which
+    costs a tenth. Raises fem3d.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
     """
     part = symmetry.reduce(sink.scene())
-    answer = adapt.solve(sink, part, request.transient, progress or (lambda _: None))
+    answer = None
+    if earlier is not None and request.transient:
+        first: Sink = earlier.details["sink"]
+        if replace(first, voltage=sink.voltage) == sink:
+            answer = another_voltage.solve(sink, part, earlier.details["answer"], sink.voltage / first.voltage)
+    if answer is None:
+        answer = adapt.solve(sink, part, request.transient, progress or (lambda _: None))
     state, values = answer.fine.state, answer.fine.quantities
     steady = {name: Estimate(float(values[name]), answer.errors[name]) for name in values}
     response = answer.response
@@ -42,6 +52,8 @@ def solve(sink: Sink, request: Request, progress: Callable[[str], None] | None =
         "plan": _plan(sink, part, request, answer),
         "warnings": _warnings(sink, float(values["peak_rise_K"])),
         "profile": _profile(sink, state, part),
+        "sink": sink,
+        "answer": answer,
         "fields": Fields(answer.fine.state, part, None if response is None else response.transient),
     }
     return Result("fem3d", steady, traces, details)

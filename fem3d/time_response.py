@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from fem3d import outputs, rows, sink_quantities, transient
+from fem3d.reduced import Reduced
 from fem3d.sink_quantities import Quantities
-from fem3d.steady import SteadyState
+from fem3d.steady import SteadyState, reduced_problem
 from fem3d.transient import EARLIEST, Krylov, Transient
 from meshes.symmetry import Symmetry
 from scenes.sink import Sink
@@ -30,8 +31,10 @@ class Response:
     accepted: bool  # whether the errors are within the accuracy
     imbalance: float  # stored + lost - supplied heat over the supplied, the largest over time
     transient: Transient
+    reduced: Reduced
     snapshots: list[np.ndarray]
     deep: bool  # whether degrees in z matter
+    relative: dict[str, float] = field(default_factory=dict)  # errors without the rows' own, over their scales
 
 
 def respond(
@@ -56,7 +59,7 @@ def respond(
     space = Krylov(fine, transient.shift(fine))
     count = FIELDS + int(max(0.0, -np.log10(accuracy) - 3) * 2)
     while True:
-        reduced = transient.reduced_problem(fine, space.fields(count))
+        reduced = reduced_problem(fine, space.fields(count))
         answer = transient.march(fine, reduced, end, TIME_SHARE * accuracy)
         there = traces(answer, checked)
         # One comparison for two errors: fewer fields and a looser step.
@@ -67,8 +70,8 @@ def respond(
         count += 4
 
     def below(state: SteadyState) -> Quantities:
-        basis = Krylov(state, transient.shift(fine)).fields(count)
-        return traces(transient.run(state, basis, end, TIME_SHARE * accuracy), checked)
+        space = reduced_problem(state, Krylov(state, transient.shift(fine)).fields(count))
+        return traces(transient.march(state, space, end, TIME_SHARE * accuracy), checked)
 
     low = below(coarse)
     in_plane = distance(there, low)
@@ -78,11 +81,39 @@ def respond(
     if worst > (1 - ROW_SHARE) * accuracy:
         snapshots = list(answer.rises(np.geomspace(min(EARLIEST, end), min(1e-3, end), 3)))
         deep = max(IN_DEPTH * in_depth[name] / scales[name] for name in scales) > NEGLIGIBLE * accuracy
-        return Response(checked, there, errors, False, np.nan, answer, snapshots, deep)
-    allowed = {name: ROW_SHARE * accuracy * scale for name, scale in scales.items()}
-    times, between = rows.choose(answer.trajectory.steps, lambda t: traces(answer, t), allowed)
+        return Response(checked, there, errors, False, np.nan, answer, reduced, snapshots, deep)
+    return _with_rows(sink, symmetry, answer, reduced, errors, scales)
+
+
+def repeat(
+    sink: Sink, symmetry: Symmetry, fine: SteadyState, reduced: Reduced, steady_values: Quantities, before: Response
+) -> Response:
+    """The response at another voltage, in the reduced problem of an earlier one, which has the same relative errors."""
+    scales = sink_quantities.trace_scales(sink, steady_values)
+    answer = transient.march(fine, reduced, sink.end_time, TIME_SHARE * sink.accuracy)
+    errors = {name: before.relative[name] * scale for name, scale in scales.items()}
+    return _with_rows(sink, symmetry, answer, reduced, errors, scales)
+
+
+def _with_rows(
+    sink: Sink,
+    symmetry: Symmetry,
+    answer: Transient,
+    reduced: Reduced,
+    errors: dict[str, float],
+    scales: dict[str, float],
+) -> Response:
+    """The response at as many rows as the accuracy takes; ``errors`` are those at any time without the rows' own."""
+
+    def traces(times: np.ndarray) -> Quantities:
+        return sink_quantities.traces(sink, outputs.of_transient(answer, symmetry, times))
+
+    allowed = {name: ROW_SHARE * sink.accuracy * scale for name, scale in scales.items()}
+    times, found, between = rows.choose(answer.trajectory.steps, traces, allowed)
+    relative = {name: errors[name] / scales[name] for name in errors}
     errors = {name: errors[name] + between[name] for name in errors}
-    return Response(times, traces(answer, times), errors, True, _imbalance(answer, symmetry), answer, [], False)
+    imbalance = _imbalance(answer, symmetry)
+    return Response(times, found, errors, True, imbalance, answer, reduced, [], False, relative)
 
 
 def _imbalance(answer: Transient, symmetry: Symmetry) -> float:

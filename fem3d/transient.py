@@ -14,7 +14,7 @@ import numpy as np
 
 from fem3d.exponential import Trajectory, integrate
 from fem3d.reduced import Reduced
-from fem3d.steady import SteadyState, joule_load, reduced_problem
+from fem3d.steady import SteadyState, joule_load
 
 EARLIEST = 1e-5  # s: from here on the traces hold their accuracy
 
@@ -71,11 +71,6 @@ def time_constant(state: SteadyState) -> float:
 def shift(state: SteadyState) -> float:
     """The shift g (s): between the earliest time of interest and the slowest response."""
     return float(np.sqrt(EARLIEST * max(time_constant(state), EARLIEST)))
-
-
-def run(state: SteadyState, fields: np.ndarray, end: float, accuracy: float, drop: int = 0) -> Transient:
-    """The response up to ``end`` (s); ``drop`` leaves out that many of the last fields, to see what they matter."""
-    return march(state, reduced_problem(state, fields), end, accuracy, drop)
 
 
 def march(state: SteadyState, reduced: Reduced, end: float, accuracy: float, drop: int = 0) -> Transient:
