@@ -9,7 +9,7 @@ Alexander's stiffly accurate SDIRK of order 3 (SIAM J. Numer. Anal. 14, 1977, 10
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -25,7 +25,7 @@ from fem3d.errors import NumericsError
 from fem3d.sink_quantities import Quantities
 from meshes.bricks import VOID, BrickMesh
 from meshes.symmetry import Symmetry
-from scenes.model import Boundary, Point, Scene
+from scenes.model import Boundary, Probe, Scene
 from scenes.sink import Sink
 
 CONVERGED, MOST_STEPS = 3e-12, 400
@@ -49,9 +49,8 @@ def hexahedra(mesh: BrickMesh) -> tuple[MeshHex, np.ndarray]:
 class FullOrder:
     """The matrices (nodes, nodes) of a scene in W/K and J/K and the load (nodes,) in W without Joule heat.
 
-    ``owner`` is the box of each element, ``fixed`` are nodes of a given temperature, ``conducting`` elements. ``law``:
-    resistivity at the initial temperature, and per kelvin, (elements, 1) each, NaN in insulators. ``films``: matrix and
-    load of each face with convection or a given flux.
+    ``owner`` is the box of each element; ``resistivity`` (elements, 1), NaN in insulators, that at the initial
+    temperature, and what each kelvin adds. ``films``: matrix and load of each face with convection or a given flux.
     """
 
     scene: Scene
@@ -60,59 +59,58 @@ class FullOrder:
     stiffness: Any
     mass: Any
     load: np.ndarray
-    fixed: np.ndarray
-    conducting: np.ndarray
-    law: tuple[np.ndarray, np.ndarray]
+    resistivity: tuple[np.ndarray, np.ndarray]
     films: dict[str, tuple[Any, np.ndarray]]
 
-    def nodes(self, boundary: Boundary) -> np.ndarray:
-        """The nodes of a flat box."""
-        facets = _facets(self.basis.mesh, boundary.lower, boundary.upper)
-        return np.asarray(self.basis.get_dofs(facets=facets).flatten())
+    @cached_property
+    def held(self) -> dict[str, tuple[np.ndarray, float]]:
+        """The nodes of each boundary of given temperature or voltage, and its value (K or V)."""
+        mesh, held = self.basis.mesh, [b for b in self.scene.boundaries if b.kind in ("temperature", "voltage")]
+        return {b.name: (self.basis.get_dofs(facets=_facets(mesh, b)).flatten(), b.value) for b in held}
+
+    def names(self, kind: str) -> list[str]:
+        """The names of the boundaries of a kind."""
+        return [b.name for b in self.scene.boundaries if b.kind == kind]
 
     @cached_property
-    def conductor(self) -> tuple[Basis, np.ndarray]:
-        """The basis on all conductors, and their nodes."""
-        return self.basis.with_elements(self.conducting), self.basis.get_dofs(elements=self.conducting).flatten()
+    def free(self) -> np.ndarray:
+        """The nodes whose temperature isn't given."""
+        fixed = [self.held[name][0] for name in self.names("temperature")]
+        return np.setdiff1d(np.arange(self.basis.N), np.concatenate([*fixed, np.empty(0, int)]))
 
     @cached_property
-    def electrodes(self) -> dict[str, tuple[np.ndarray, float]]:
-        """The nodes of each electrode and its voltage (V)."""
-        return {b.name: (self.nodes(b), b.value) for b in self.scene.boundaries if b.kind == "voltage"}
+    def conductors(self) -> tuple[np.ndarray, Basis, np.ndarray]:
+        """The elements that conduct, the basis on them, and its nodes without those of electrodes."""
+        elements = np.flatnonzero(~np.isnan(self.resistivity[0][:, 0]))
+        held = np.concatenate([self.held[name][0] for name in self.names("voltage")])
+        nodes = self.basis.get_dofs(elements=elements).flatten()
+        return elements, self.basis.with_elements(elements), np.setdiff1d(nodes, held)
 
     def heated(self, rise: np.ndarray) -> tuple[np.ndarray, dict[str, float]]:
         """The Joule load (nodes,) in W at a rise (nodes,), and the currents (A), Joule heats and power (W)."""
-        part, inside = self.conductor
-        rho = (self.law[0] + self.law[1] * np.asarray(self.basis.interpolate(rise)))[self.conducting]
+        elements, part, inside = self.conductors
+        rho = (self.resistivity[0] + self.resistivity[1] * np.asarray(self.basis.interpolate(rise)))[elements]
         matrix = forms.conduction.assemble(part, conductivity=1 / rho)
         phi = np.zeros(self.basis.N)
-        for nodes, value in self.electrodes.values():
-            phi[nodes] = value
-        held = np.concatenate([nodes for nodes, _ in self.electrodes.values()])
-        phi = solve_linear(*condense(csc_matrix(matrix), np.zeros(len(phi)), x=phi, I=np.setdiff1d(inside, held)))
-        flow = matrix @ phi
-        read = {f"current:{name}": float(flow[nodes].sum()) for name, (nodes, _) in self.electrodes.items()}
-        field = part.interpolate(phi)
+        for name in self.names("voltage"):
+            phi[self.held[name][0]] = self.held[name][1]
+        phi = solve_linear(*condense(csc_matrix(matrix), np.zeros(len(phi)), x=phi, I=inside))
+        entering, field = matrix @ phi, part.interpolate(phi)
+        read = {f"current:{name}": float(entering[self.held[name][0]].sum()) for name in self.names("voltage")}
         heat = (dot(field.grad, field.grad) / rho * part.dx).sum(axis=1)
-        for number in np.unique(self.owner[self.conducting]):
-            read[f"joule:{self.scene.boxes[number].name}"] = float(heat[self.owner[self.conducting] == number].sum())
-        read["power"] = float(phi @ flow)
+        for number in np.unique(self.owner[elements]):
+            read[f"joule:{self.scene.boxes[number].name}"] = float(heat[self.owner[elements] == number].sum())
+        read["power"] = float(phi @ entering)
         return forms.joule_heat.assemble(part, conductivity=1 / rho, potential=field), read
 
     def outputs(self, rise: np.ndarray, rate: np.ndarray) -> dict[str, float]:
         """Means of the probes (K above the start), heat flows into the solid (W), currents, Joule heats and power."""
         joule, read = self.heated(rise)
         entering = self.stiffness @ rise + self.mass @ rate - self.load - joule
-        for b in self.scene.boundaries:
-            if b.kind == "temperature":
-                read[f"flow:{b.name}"] = float(entering[self.nodes(b)].sum())
-            elif b.name in self.films:
-                matrix, load = self.films[b.name]
-                read[f"flow:{b.name}"] = float((load - matrix @ rise).sum())
-        for p in self.scene.probes:
-            if p.quantity == "temperature":
-                read[f"rise:{p.name}"] = _mean(self.basis, rise, p.lower, p.upper)
-        return read
+        read |= {f"flow:{name}": float(entering[self.held[name][0]].sum()) for name in self.names("temperature")}
+        read |= {f"flow:{name}": float((load - matrix @ rise).sum()) for name, (matrix, load) in self.films.items()}
+        probes = [p for p in self.scene.probes if p.quantity == "temperature"]
+        return read | {f"rise:{p.name}": _mean(self.basis, rise, p) for p in probes}
 
 
 def assemble(scene: Scene, mesh: BrickMesh) -> FullOrder:
@@ -132,26 +130,22 @@ def assemble(scene: Scene, mesh: BrickMesh) -> FullOrder:
     mass = forms.capacity.assemble(basis, heat_capacity=per_element([m.heat_capacity for m in materials]))
     load = np.asarray(_integral.assemble(basis, density=per_element([box.heat_source for box in scene.boxes])))
     room = scene.initial_temperature
-    films, fixed = {}, [np.empty(0, dtype=int)]
+    films = {}
     for b in scene.boundaries:
         if b.kind in ("convection", "heat_flux"):
-            face = FacetBasis(cells, element, facets=_facets(cells, b.lower, b.upper), intorder=order)
+            face = FacetBasis(cells, element, facets=_facets(cells, b), intorder=order)
             h, flux = (b.value, b.value * (b.ambient - room)) if b.kind == "convection" else (0.0, b.value)
             films[b.name] = forms.film.assemble(face, coefficient=h), _integral.assemble(face, density=flux)
             stiffness, load = stiffness + films[b.name][0], load + films[b.name][1]
-    cold = [np.nan if m.resistivity is None else m.resistivity for m in materials]
-    slope = [r * m.temperature_coefficient for r, m in zip(cold, materials, strict=True)]
-    offset = [s * (room - m.reference_temperature) for s, m in zip(slope, materials, strict=True)]
-    law = per_element((np.array(cold) + np.array(offset)).tolist())[:, :1], per_element(slope)[:, :1]
-    conducting = np.flatnonzero(~np.isnan(law[0][:, 0]))
-    full = FullOrder(scene, basis, owner, stiffness, mass, load, np.empty(0, int), conducting, law, films)
-    fixed += [full.nodes(b) for b in scene.boundaries if b.kind == "temperature"]
-    return replace(full, fixed=np.unique(np.concatenate(fixed)))
+    cold = np.array([np.nan if m.resistivity is None else m.resistivity for m in materials])
+    slope = cold * [m.temperature_coefficient for m in materials]
+    at_room = cold + slope * [room - m.reference_temperature for m in materials]
+    return FullOrder(scene, basis, owner, stiffness, mass, load, (at_room[owner, None], slope[owner, None]), films)
 
 
 def steady(full: FullOrder) -> np.ndarray:
     """(nodes,): the coupled steady rise (K), by Picard's iteration; NumericsError where it doesn't converge."""
-    free = np.setdiff1d(np.arange(full.basis.N), full.fixed)
+    free = full.free
     solve = splu(csc_matrix(full.stiffness[free][:, free])).solve
     rise = np.zeros(full.basis.N)
     for _ in range(MOST_STEPS):
@@ -164,7 +158,7 @@ def steady(full: FullOrder) -> np.ndarray:
 
 def transient(full: FullOrder, times: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
     """Rise (K) and its rate (K/s), (nodes,) each, at each of some times (s, from 0), each interval being one step."""
-    free = np.setdiff1d(np.arange(full.basis.N), full.fixed)
+    free = full.free
     mass, stiffness = (csc_matrix(m[free][:, free]) for m in (full.mass, full.stiffness))
     rise, rate = np.zeros(full.basis.N), np.zeros(full.basis.N)
     rate[free] = splu(mass).solve((full.load + full.heated(rise)[0])[free])
@@ -205,9 +199,11 @@ def quantities(
     return sink_quantities.steady(sink, {name: np.array(value) for name, value in whole.items()})
 
 
-def _facets(mesh: MeshHex, lower: Point, upper: Point) -> np.ndarray:
+def _facets(mesh: MeshHex, where: Boundary | Probe) -> np.ndarray:
     middle, small = mesh.p[:, mesh.facets].mean(axis=1).T, 1e-9 * np.ptp(mesh.p)
-    return np.flatnonzero(((middle > np.array(lower) - small) & (middle < np.array(upper) + small)).all(axis=1))
+    return np.flatnonzero(
+        ((middle > np.array(where.lower) - small) & (middle < np.array(where.upper) + small)).all(axis=1)
+    )
 
 
 @LinearForm
@@ -215,14 +211,14 @@ def _integral(v: Any, w: Any) -> Any:
     return w.density * v
 
 
-def _mean(basis: Basis, u: np.ndarray, lower: Point, upper: Point) -> float:
+def _mean(basis: Basis, u: np.ndarray, probe: Probe) -> float:
     """The mean over a point, a flat box or a volume (not a line)."""
-    if lower == upper:
-        return float((basis.probes(np.array(lower)[:, None]) @ u)[0])
     part: Any
-    if any(a == b for a, b in zip(lower, upper, strict=True)):
-        part = FacetBasis(basis.mesh, basis.elem, facets=_facets(basis.mesh, lower, upper), intorder=5)
+    if probe.lower == probe.upper:
+        return float((basis.probes(np.array(probe.lower)[:, None]) @ u)[0])
+    if any(a == b for a, b in zip(probe.lower, probe.upper, strict=True)):
+        part = FacetBasis(basis.mesh, basis.elem, facets=_facets(basis.mesh, probe), intorder=5)
     else:
         middle = basis.mesh.p[:, basis.mesh.t].mean(axis=1).T
-        part = basis.with_elements(np.flatnonzero(((middle > lower) & (middle < upper)).all(axis=1)))
+        part = basis.with_elements(np.flatnonzero(((middle > probe.lower) & (middle < probe.upper)).all(axis=1)))
     return float((np.asarray(part.interpolate(u)) * part.dx).sum() / part.dx.sum())

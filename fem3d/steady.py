@@ -18,7 +18,7 @@ from fem3d.operators import HeatProblem
 from fem3d.reduced import Reduced, project
 
 CONVERGED = 1e-10  # largest change of the rise in the last step, relative
-SETTLED = 1e-8  # below this the iteration also ends where rounding keeps it from getting better
+SETTLED = 1e-7  # below this the iteration also ends where rounding keeps it from getting better
 UNIFORM = 5e-2  # part of the accuracy below which a change of the current's pattern isn't followed
 
 
@@ -82,7 +82,7 @@ def solve(heat: HeatProblem, voltage: float, accuracy: float) -> SteadyState:
         if not follows:
             load = joule_load(conductor, combine(densities, point.c), rise)
         source = load + heat.constant_source
-        answer = heat.solve_steady(source[:n])
+        answer = heat.improve(heat.solve_steady(source[:n]), source[:n])
         moved = float(np.abs(answer - rise).max() / np.abs(answer).max())
         stalled = moved < SETTLED and moved > before / 2
         before = moved
@@ -93,7 +93,6 @@ def solve(heat: HeatProblem, voltage: float, accuracy: float) -> SteadyState:
         raise NumericsError(f"the coupled steady state does not converge at {voltage:g} V")
     if point.folded:
         raise RunawayError(voltage, point.fraction * abs(voltage))
-    answer = heat.improve(answer, source[:n])
     final = potentials[-1]
     scale = 1.0 if follows else float(point.c[0])
     density = combine([final.density], np.array([scale]))
