@@ -27,8 +27,8 @@ from meshes.grading import Features
 from meshes.symmetry import Symmetry
 from scenes.sink import Sink
 
-IN_PLANE = 0.5  # the error in x and y over the difference of fine and coarse, at most
-IN_DEPTH = 1.2  # the error in z over the difference of tall and coarse, at most
+IN_PLANE = 0.6  # the error in x and y over the difference of fine and coarse, at most
+IN_DEPTH = 1.5  # the error in z over the difference of tall and coarse, at most
 NEGLIGIBLE = 0.2  # part of the accuracy below which an error in z isn't worth refining
 OF_LARGEST = 0.1  # of the largest difference of any temperature, where a quantity's own one vanishes by chance
 OF_ESTIMATE = 1.0  # the error over its dual-weighted estimate, at most

@@ -55,9 +55,9 @@ def scene_planes(scene: Scene, axis: int) -> list[float]:
 def first_mesh(scene: Scene, accuracy: float) -> BrickMesh:
     """The mesh with which the search for an accuracy starts: every plane of the scene is a breakpoint.
 
-    In x and y intervals at a feature are no longer than half the narrowest spacing of the planes of both axes, the
-    length over which a constriction spreads, and at a singular edge of exponent s so short that their energy, which
-    falls with the length to the power 2 s, suits the accuracy. Across thin layers, along z, degree 2 is where to start.
+    Intervals at a feature are no longer than half the narrowest spacing of the planes in x and y, the length over which
+    a constriction spreads, and at a singular edge of exponent s so short that their energy, which falls with the length
+    to the power 2 s, suits the accuracy. Across layers in z that are thinner than that, degree 2 is where to start.
     """
     marks = features(scene)
     planes = [scene_planes(scene, d) for d in range(3)]
@@ -65,20 +65,20 @@ def first_mesh(scene: Scene, accuracy: float) -> BrickMesh:
     degree = int(np.clip(np.round(-np.log10(accuracy)), 2, 6))
     axes = []
     for d in range(3):
-        breaks = [planes[d][0]]
+        breaks, degrees = [planes[d][0]], []
         for a, b in zip(planes[d][:-1], planes[d][1:], strict=True):
             longest = [_longest(c, marks, d, narrowest, accuracy) for c in (a, b)]
-            breaks += [*_graded(a, b, *longest), b]
-        axes.append(Axis(np.array(breaks), _degrees(np.array(breaks), marks, d, degree, narrowest)))
+            inner = [] if d == 2 and b - a <= narrowest / 2 else _graded(a, b, *longest)
+            breaks += [*inner, b]
+            degrees += [2 if d == 2 and not inner else degree] * (len(inner) + 1)
+        axes.append(Axis(np.array(breaks), _degrees(np.array(breaks), np.array(degrees), marks, d, narrowest)))
     x, y, z = axes
     return BrickMesh((x, y, z), scene.boxes)
 
 
-def _degrees(breaks: np.ndarray, marks: Features, axis: int, degree: int, narrowest: float) -> np.ndarray:
+def _degrees(breaks: np.ndarray, degrees: np.ndarray, marks: Features, axis: int, narrowest: float) -> np.ndarray:
     """Degrees that rise away from singular planes: one less at them, one more where intervals are long."""
-    found = np.full(len(breaks) - 1, 2 if axis == 2 else degree)
-    if axis < 2:
-        found[np.diff(breaks) > LONG * narrowest] += 1
+    found = degrees + (np.diff(breaks) > LONG * narrowest)
     near = at_planes(Axis(breaks, found), list(marks.exponents[axis]))
     for i in range(len(found)):
         if near[i] or near[i + 1]:
@@ -91,7 +91,7 @@ def _longest(plane: float, marks: Features, axis: int, narrowest: float, accurac
     s = marks.exponents[axis].get(plane)
     if s is not None:
         return narrowest * min(0.5, (LAYERS * accuracy) ** (1 / (2 * s)))
-    return narrowest / 2 if axis < 2 and plane in marks.planes[axis] else None
+    return narrowest / 2 if plane in marks.planes[axis] else None
 
 
 def _graded(a: float, b: float, longest_at_a: float | None, longest_at_b: float | None) -> list[float]:
