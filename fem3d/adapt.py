@@ -30,7 +30,7 @@ from scenes.sink import Sink
 IN_PLANE = 0.6  # the error in x and y over the difference of fine and coarse, at most
 IN_DEPTH = 1.5  # the error in z over the difference of tall and coarse, at most
 NEGLIGIBLE = 0.2  # part of the accuracy below which an error in z isn't worth refining
-OF_LARGEST = 0.1  # of the largest difference of any temperature, where a quantity's own one vanishes by chance
+OF_LARGEST = 0.3  # of the largest difference of any temperature, where a quantity's own one vanishes by chance
 OF_ESTIMATE = 1.0  # the error over its dual-weighted estimate, at most
 CLEARLY = 2.0  # times the accuracy: estimates above it need no second solution to refine
 SURELY = 3.0  # times the change of the runaway voltage from mesh to mesh by which a voltage must exceed it

@@ -20,7 +20,7 @@ from scenes.model import Scene
 
 RATIO = 0.15  # of neighbouring intervals towards a feature; 0.15 is optimal for corner singularities (Gui and Babuska)
 HIGHEST_DEGREE = 8
-LONG = 4.0  # times the narrowest spacing: longer intervals start with one degree more
+LONG = 1.2  # times the narrowest spacing: longer intervals start with one degree more
 LAYERS = 200.0  # times the accuracy: where the first mesh expects singular edges to matter no more
 
 
@@ -62,7 +62,7 @@ def first_mesh(scene: Scene, accuracy: float) -> BrickMesh:
     marks = features(scene)
     planes = [scene_planes(scene, d) for d in range(3)]
     narrowest = min(float(np.diff(p).min()) for p in planes[:2])
-    degree = int(np.clip(np.round(-np.log10(accuracy)), 2, 6))
+    degree = int(np.clip(np.round(-np.log10(accuracy)), 3, 6))
     axes = []
     for d in range(3):
         breaks, degrees = [planes[d][0]], []
@@ -82,7 +82,7 @@ def _degrees(breaks: np.ndarray, degrees: np.ndarray, marks: Features, axis: int
     near = at_planes(Axis(breaks, found), list(marks.exponents[axis]))
     for i in range(len(found)):
         if near[i] or near[i + 1]:
-            found[i] = max(found[i] - 1, 2)
+            found[i] = max(found[i] - 1, min(found[i], 3))
     return found
 
 
