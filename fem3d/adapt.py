@@ -1,10 +1,10 @@
 """Refining until every quantity is known well enough.
 
-A level is three solutions on the same cells: the fine one, whose numbers are reported; a coarse one, of degrees lower
-by one in x and y; and a tall one, like the coarse one but of degrees higher by one in z. Degrees converge so fast that
-the difference of fine and coarse bounds the error in x and y with room to spare: over sinks of all kinds that error
-came out between a tenth and a third of it. The difference of tall and coarse is the error in z itself. Where a
-difference happens to vanish, the dual-weighted estimate of the fine solution alone takes over.
+A level is four solutions on the same cells: the fine one, whose numbers are reported; a coarse one, of degrees lower
+by one in x and y; a low one, of degrees lower by two, and a tall one that differs from it by degrees higher by one in
+z. Degrees converge so fast that the difference of fine and coarse bounds the error in x and y with room to spare: over
+sinks of all kinds that error came out between a tenth and a half of it. The difference of tall and low is the error in
+z itself. Where a difference happens to vanish, the dual-weighted estimate of the fine solution alone takes over.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from meshes.grading import Features
 from meshes.symmetry import Symmetry
 from scenes.sink import Sink
 
-IN_PLANE = 0.6  # the error in x and y over the difference of fine and coarse, at most
+IN_PLANE = 1.0  # the error in x and y over the difference of fine and coarse, at most
 IN_DEPTH = 1.5  # the error in z over the difference of tall and coarse, at most
 NEGLIGIBLE = 0.2  # part of the accuracy below which an error in z isn't worth refining
 OF_LARGEST = 0.3  # of the largest difference of any temperature, where a quantity's own one vanishes by chance
@@ -53,8 +53,6 @@ class Answer:
     """What the last level gives: its solutions, the steady errors by name, and the response over time."""
 
     fine: Solution
-    coarse: Solution
-    tall: Solution
     errors: dict[str, float]
     response: Response | None
     levels: int
@@ -85,10 +83,10 @@ def solve(sink: Sink, symmetry: Symmetry, transient: bool, progress: Callable[[s
         goals = _goals(fine, [], features)
         estimate = {name: goals[i].remaining for i, name in enumerate(RISES)}
         deep = True
-        pair = _pair(sink, symmetry, mesh) if max(estimate.values()) <= CLEARLY * accuracy else None
-        if pair is not None:
-            coarse, tall = pair
-            depth = {q: IN_DEPTH * abs(float(tall.quantities[q] - coarse.quantities[q])) for q in coarse.quantities}
+        lesser = _lesser(sink, symmetry, mesh) if max(estimate.values()) <= CLEARLY * accuracy else None
+        if lesser is not None:
+            coarse, low, tall = lesser
+            depth = {q: IN_DEPTH * abs(float(tall.quantities[q] - low.quantities[q])) for q in low.quantities}
             deep = max(depth[q] / abs(float(fine.quantities[q])) for q in depth) > NEGLIGIBLE * accuracy
             if not deep:
                 estimate = {name: goals[i].in_plane for i, name in enumerate(RISES)}
@@ -96,13 +94,13 @@ def solve(sink: Sink, symmetry: Symmetry, transient: bool, progress: Callable[[s
             worst = max(e / abs(float(fine.quantities[q])) for q, e in errors.items())
             if worst <= accuracy:
                 if not transient:
-                    return Answer(fine, coarse, tall, errors, None, level)
+                    return Answer(fine, errors, None, level)
                 progress("transient")
                 # What hardly depends on the degree in z when steady doesn't depend on it more on the way there.
-                over_time = tall.state if deep else None
-                response = respond(sink, symmetry, fine.state, coarse.state, over_time, fine.quantities)
+                in_z = (low.state, tall.state) if deep else None
+                response = respond(sink, symmetry, fine.state, coarse.state, in_z, fine.quantities)
                 if response.accepted:
-                    return Answer(fine, coarse, tall, errors, response, level)
+                    return Answer(fine, errors, response, level)
                 goals = _goals(fine, response.snapshots, features)
                 deep = response.deep
         if size > MOST_UNKNOWNS:
@@ -121,11 +119,16 @@ def solution(sink: Sink, symmetry: Symmetry, mesh: BrickMesh) -> Solution:
     return Solution(state, sink_quantities.steady(sink, outputs.of_steady(state, symmetry)))
 
 
-def _pair(sink: Sink, symmetry: Symmetry, mesh: BrickMesh) -> tuple[Solution, Solution] | None:
-    """The coarse and the tall solution; None where either runs away although the fine one doesn't."""
+def _lesser(sink: Sink, symmetry: Symmetry, mesh: BrickMesh) -> tuple[Solution, Solution, Solution] | None:
+    """The coarse, the low and the tall solution; None where any runs away although the fine one doesn't."""
     try:
         coarse = solution(sink, symmetry, mesh.with_degrees(-1, -1, 0))
-        return coarse, solution(sink, symmetry, mesh.with_degrees(-1, -1, 1))
+        low_mesh = mesh.with_degrees(-2, -2, 0, least=2)
+        same = all(
+            (a.degrees == b.degrees).all() for a, b in zip(low_mesh.axes, coarse.state.heat.mesh.axes, strict=True)
+        )
+        low = coarse if same else solution(sink, symmetry, low_mesh)
+        return coarse, low, solution(sink, symmetry, low_mesh.with_degrees(0, 0, 1))
     except RunawayError:
         return None
 

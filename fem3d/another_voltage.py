@@ -43,7 +43,7 @@ def solve(sink: Sink, symmetry: Symmetry, before: Answer, factor: float) -> Answ
     if max(errors[name] / abs(float(fine.quantities[name])) for name in errors) > sink.accuracy:
         return None
     response = time_response.repeat(sink, symmetry, fine.state, reduced, fine.quantities, before.response)
-    return Answer(fine, before.coarse, before.tall, errors, response, before.levels)
+    return Answer(fine, errors, response, before.levels)
 
 
 def _scaled(reduced: Reduced, factor: float) -> Reduced:

@@ -164,7 +164,7 @@ def assemble(scene: Scene, mesh: BrickMesh) -> HeatProblem:
     for b in scene.boundaries:
         if b.kind == "temperature":
             fixed[condition_nodes(mesh, b.lower, b.upper)] = True
-    number = np.full(solid.size, -1)
+    number = np.full(solid.size, -1, dtype=np.int32)
     order = np.argsort(nested_dissection(mesh))
     free_nodes, fixed_nodes = order[(solid & ~fixed)[order]], order[(solid & fixed)[order]]
     number[free_nodes] = np.arange(len(free_nodes))

@@ -11,7 +11,7 @@ import numpy as np
 
 from meshes.bricks import BrickMesh
 
-LEAF = 1  # cells along every axis below which a piece isn't cut further
+LEAF = 2  # cells along every axis up to which a piece isn't cut further
 
 
 def nested_dissection(mesh: BrickMesh) -> np.ndarray:

@@ -111,20 +111,22 @@ def project(
 def orthonormal(heat: HeatProblem, fields: np.ndarray) -> np.ndarray:
     """The fields (free nodes, r) made orthonormal in the mass matrix, those dropped that depend on earlier ones.
 
-    Gram-Schmidt on the Gram matrix, then once more by Cholesky, which restores what squaring lost (CholeskyQR2;
-    Fukaya et al., SIAM J. Sci. Comput. 42, 2020).
+    Gram-Schmidt, twice, of the fields together with their products with the mass matrix, whose rounding a last pass by
+    Cholesky takes out (Giraud et al., Numer. Math. 101, 2005; Fukaya et al., SIAM J. Sci. Comput. 42, 2020).
     """
-    fields = fields / np.maximum(np.sqrt((fields * (heat.inner_mass @ fields)).sum(axis=0)), 1e-300)
-    gram = fields.T @ (heat.inner_mass @ fields)
-    kept: list[np.ndarray] = []
-    for j in range(gram.shape[0]):
-        v = np.eye(gram.shape[0])[j]
+    weighted = heat.inner_mass @ fields
+    size = np.maximum(np.sqrt((fields * weighted).sum(axis=0)), 1e-300)
+    kept, kept_weighted = (np.empty(fields.shape, order="F") for _ in range(2))
+    r = 0
+    for u, v in zip((fields / size).T, (weighted / size).T, strict=True):
         for _ in range(2):
-            for u in kept:
-                v = v - u * (u @ gram @ v)
-        left = float(v @ gram @ v)
+            part = kept_weighted[:, :r].T @ u
+            u, v = u - kept[:, :r] @ part, v - kept_weighted[:, :r] @ part
+        left = float(u @ v)
         if left > DEPENDENT**2:
-            kept.append(v / np.sqrt(left))
-    basis = fields @ np.array(kept).T
+            kept[:, r], kept_weighted[:, r] = u / np.sqrt(left), v / np.sqrt(left)
+            r += 1
+    basis = kept[:, :r]
     again = np.linalg.cholesky(basis.T @ (heat.inner_mass @ basis))
-    return np.linalg.solve(again, basis.T).T
+    found: np.ndarray = np.linalg.solve(again, basis.T).T
+    return found

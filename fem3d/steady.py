@@ -17,7 +17,7 @@ from fem3d.errors import NumericsError, RunawayError
 from fem3d.operators import HeatProblem
 from fem3d.reduced import Reduced, project
 
-CONVERGED = 1e-10  # largest change of the rise in the last step, relative
+CONVERGED = 1e-3  # part of the accuracy that the last step may change the rise by
 SETTLED = 1e-7  # below this the iteration also ends where rounding keeps it from getting better
 UNIFORM = 5e-2  # part of the accuracy below which a change of the current's pattern isn't followed
 
@@ -86,7 +86,7 @@ def solve(heat: HeatProblem, voltage: float, accuracy: float) -> SteadyState:
         moved = float(np.abs(answer - rise).max() / np.abs(answer).max())
         stalled = moved < SETTLED and moved > before / 2
         before = moved
-        if moved < CONVERGED or stalled or (point.folded and moved < 1e-4) or not warms:
+        if moved < CONVERGED * accuracy or stalled or (point.folded and moved < 1e-4) or not warms:
             break
         fields = np.column_stack([fields, answer - rise])
     else:

@@ -14,7 +14,7 @@ from fem3d.transient import EARLIEST, Krylov, Transient
 from meshes.symmetry import Symmetry
 from scenes.sink import Sink
 
-IN_PLANE, IN_DEPTH, NEGLIGIBLE = 0.75, 1.5, 0.2  # as for the steady state, with room for more than one instant
+IN_PLANE, IN_DEPTH, NEGLIGIBLE = 1.0, 1.5, 0.2  # as for the steady state, with room for more than one instant
 ROW_SHARE = 0.25  # part of the accuracy left to linear interpolation between rows
 TIME_SHARE = 0.01  # part of the accuracy for time stepping
 SPACE_SHARE = 0.1  # part of the accuracy for the reduced space
@@ -43,10 +43,11 @@ def respond(
     symmetry: Symmetry,
     fine: SteadyState,
     coarse: SteadyState,
-    tall: SteadyState | None,
+    in_z: tuple[SteadyState, SteadyState] | None,
     steady_values: Quantities,
 ) -> Response:
-    """The response of the fine mesh, its error estimated from the coarse one and, where z matters, the tall one."""
+    """The response of the fine mesh, its error estimated from the coarse one and, where z matters, from two that differ
+    by their degrees in z."""
     accuracy, end = sink.accuracy, sink.end_time
     scales = sink_quantities.trace_scales(sink, steady_values)
     checked = np.unique(np.concatenate([np.geomspace(min(EARLIEST, end), end, 40), np.linspace(0, end, 21)[1:]]))
@@ -74,9 +75,8 @@ def respond(
         space = reduced_problem(state, Krylov(state, transient.shift(fine)).fields(count))
         return traces(transient.march(state, space, end, TIME_SHARE * accuracy), checked)
 
-    low = below(coarse)
-    in_plane = distance(there, low)
-    in_depth = dict.fromkeys(in_plane, 0.0) if tall is None else distance(below(tall), low)
+    in_plane = distance(there, below(coarse))
+    in_depth = dict.fromkeys(in_plane, 0.0) if in_z is None else distance(below(in_z[0]), below(in_z[1]))
     errors = {name: IN_PLANE * in_plane[name] + IN_DEPTH * in_depth[name] + lost[name] for name in scales}
     worst = max(errors[name] / scales[name] for name in errors)
     if worst > (1 - ROW_SHARE) * accuracy:

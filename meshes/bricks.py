@@ -80,10 +80,13 @@ class BrickMesh:
         """(3, nodes of the grid): where the nodes are (m)."""
         return np.stack(np.meshgrid(*(axis.nodes for axis in self.axes), indexing="ij")).reshape(3, -1)
 
-    def with_degrees(self, in_x: int, in_y: int, in_z: int) -> BrickMesh:
-        """The same cells with the degrees along each axis changed by a number, but none below 1."""
+    def with_degrees(self, in_x: int, in_y: int, in_z: int, least: int = 1) -> BrickMesh:
+        """The same cells with the degrees along each axis changed by a number, but none lowered below ``least``."""
         changes = zip(self.axes, (in_x, in_y, in_z), strict=True)
-        x, y, z = (axis.with_degrees(np.maximum(axis.degrees + change, 1)) for axis, change in changes)
+        x, y, z = (
+            axis.with_degrees(np.maximum(axis.degrees + change, np.minimum(axis.degrees, least)))
+            for axis, change in changes
+        )
         return BrickMesh((x, y, z), self.boxes)
 
     def faces(self, lower: Point, upper: Point, boxes: set[int] | None = None) -> list[Block]:

@@ -21,7 +21,7 @@ from scenes.model import Scene
 RATIO = 0.15  # of neighbouring intervals towards a feature; 0.15 is optimal for corner singularities (Gui and Babuska)
 HIGHEST_DEGREE = 8
 LONG = 1.2  # times the narrowest spacing: longer intervals start with one degree more
-LAYERS = 200.0  # times the accuracy: where the first mesh expects singular edges to matter no more
+LAYERS = 75.0  # times the accuracy: where the first mesh expects singular edges to matter no more
 
 
 @dataclass(frozen=True)
