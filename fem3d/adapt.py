@@ -29,8 +29,9 @@ from scenes.sink import Sink
 
 IN_PLANE = 1.0  # the error in x and y over the difference of fine and coarse, at most
 IN_DEPTH = 1.5  # the error in z over the difference of tall and coarse, at most
+SHARPEN = 0.3  # of the difference in x and y: if that in z is larger, it is measured at the higher degrees
 NEGLIGIBLE = 0.2  # part of the accuracy below which an error in z isn't worth refining
-OF_LARGEST = 0.3  # of the largest difference of any temperature, where a quantity's own one vanishes by chance
+OF_LARGEST = 1.0  # every temperature may be off by the largest difference of any: what the anchors miss shifts all
 OF_ESTIMATE = 1.0  # the error over its dual-weighted estimate, at most
 CLEARLY = 2.0  # times the accuracy: estimates above it need no second solution to refine
 SURELY = 3.0  # times the change of the runaway voltage from mesh to mesh by which a voltage must exceed it
@@ -83,7 +84,7 @@ def solve(sink: Sink, symmetry: Symmetry, transient: bool, progress: Callable[[s
         goals = _goals(fine, [], features)
         estimate = {name: goals[i].remaining for i, name in enumerate(RISES)}
         deep = True
-        lesser = _lesser(sink, symmetry, mesh) if max(estimate.values()) <= CLEARLY * accuracy else None
+        lesser = _lesser(sink, symmetry, mesh, fine) if max(estimate.values()) <= CLEARLY * accuracy else None
         if lesser is not None:
             coarse, low, tall = lesser
             depth = {q: IN_DEPTH * abs(float(tall.quantities[q] - low.quantities[q])) for q in low.quantities}
@@ -119,7 +120,9 @@ def solution(sink: Sink, symmetry: Symmetry, mesh: BrickMesh) -> Solution:
     return Solution(state, sink_quantities.steady(sink, outputs.of_steady(state, symmetry)))
 
 
-def _lesser(sink: Sink, symmetry: Symmetry, mesh: BrickMesh) -> tuple[Solution, Solution, Solution] | None:
+def _lesser(
+    sink: Sink, symmetry: Symmetry, mesh: BrickMesh, fine: Solution
+) -> tuple[Solution, Solution, Solution] | None:
     """The coarse, the low and the tall solution; None where any runs away although the fine one doesn't."""
     try:
         coarse = solution(sink, symmetry, mesh.with_degrees(-1, -1, 0))
@@ -128,9 +131,17 @@ def _lesser(sink: Sink, symmetry: Symmetry, mesh: BrickMesh) -> tuple[Solution, 
             (a.degrees == b.degrees).all() for a, b in zip(low_mesh.axes, coarse.state.heat.mesh.axes, strict=True)
         )
         low = coarse if same else solution(sink, symmetry, low_mesh)
-        return coarse, low, solution(sink, symmetry, low_mesh.with_degrees(0, 0, 1))
+        tall = solution(sink, symmetry, low_mesh.with_degrees(0, 0, 1))
+        if not same and _apart(tall, low) > SHARPEN * _apart(fine, coarse):
+            low, tall = coarse, solution(sink, symmetry, mesh.with_degrees(-1, -1, 1))
+        return coarse, low, tall
     except RunawayError:
         return None
+
+
+def _apart(a: Solution, b: Solution) -> float:
+    """The largest relative difference of their rises."""
+    return max(abs(float(a.quantities[q] / b.quantities[q]) - 1) for q in RISES)
 
 
 def steady_errors(
