@@ -10,7 +10,7 @@ FIRST_TIME = 10e-6
 """The time (s) from which on traces are compared: before it, the step's first instants would decide."""
 
 FIGURES = {
-    "figure4": "the 3D temperature field",
+    "figure4": "the steady 3D temperature field, rendered off screen",
     "figure5": "the rise along the beam and eq 9's parabola",
     "figure6": "rises against time",
     "figure7": "current against time",

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-from scenes.result import Estimate
+if TYPE_CHECKING:
+    from scenes.result import Estimate
 
 Verdict = Literal["agrees", "differs", "unresolved"]
 

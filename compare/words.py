@@ -25,10 +25,15 @@ def decimals(error: float) -> int:
 
 
 def with_error(value: float, error: float, unit: str) -> tuple[str, str, str, int, float]:
-    """Value, error and unit as texts, then the decimals and the factor used, for others to stand in the same column."""
+    """Value, error and unit as texts, then the decimals and the factor used, for others to stand in the same column.
+
+    At most eight digits of the value; an error below the last one is rounded up to it, and so stays a bound.
+    """
     factor, shown = scale(value, unit)
-    places = decimals(error * factor)
-    return f"{value * factor:.{places}f}", f"{error * factor:.{places}f}", shown, places, factor
+    most = 7 - math.floor(math.log10(abs(value * factor))) if value and math.isfinite(value) else 6
+    places = min(decimals(error * factor), max(most, 0))
+    bound = max(error * factor, 10.0**-places) if error > 0 else 0.0
+    return f"{value * factor:.{places}f}", f"{bound:.{places}f}", shown, places, factor
 
 
 def quantity(value: float, unit: str, digits: int = 4) -> str:
@@ -48,6 +53,16 @@ def percent(ratio: float, digits: int = 2, sign: bool = False) -> str:
         return "infinite"
     plus = "+" if sign and ratio >= 0 else ""
     return f"{plus}{_significant(100 * ratio, digits)} %"
+
+
+def difference_text(difference: float, u_num: float, plus_minus: str) -> str:
+    """A relative difference with its error, in percent: "-30.07 ± 0.05 %", to the error's first digit."""
+    if not (math.isfinite(difference) and math.isfinite(u_num)):
+        return f"{percent(difference, sign=True)} {plus_minus} {percent(u_num)}"
+    if u_num < 1e-6 * abs(difference) or u_num < 1e-8:
+        return f"{percent(difference, sign=True).removesuffix(' %')} {plus_minus} {percent(u_num, 1)}"
+    places = max(-math.floor(math.log10(100 * u_num)), 0)
+    return f"{100 * difference:+.{places}f} {plus_minus} {100 * u_num:.{places}f} %"
 
 
 def _significant(value: float, digits: int) -> str:

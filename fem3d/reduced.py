@@ -111,22 +111,20 @@ def project(
 def orthonormal(heat: HeatProblem, fields: np.ndarray) -> np.ndarray:
     """The fields (free nodes, r) made orthonormal in the mass matrix, those dropped that depend on earlier ones.
 
-    Gram-Schmidt, twice, of the fields together with their products with the mass matrix, whose rounding a last pass by
-    Cholesky takes out (Giraud et al., Numer. Math. 101, 2005; Fukaya et al., SIAM J. Sci. Comput. 42, 2020).
+    Gram-Schmidt, twice for each field (Giraud et al., Numer. Math. 101, 2005), and a last pass by Cholesky.
     """
-    weighted = heat.inner_mass @ fields
-    size = np.maximum(np.sqrt((fields * weighted).sum(axis=0)), 1e-300)
-    kept, kept_weighted = (np.empty(fields.shape, order="F") for _ in range(2))
+    kept, weighted = (np.empty(fields.shape, order="F") for _ in range(2))
     r = 0
-    for u, v in zip((fields / size).T, (weighted / size).T, strict=True):
-        for _ in range(2):
-            part = kept_weighted[:, :r].T @ u
-            u, v = u - kept[:, :r] @ part, v - kept_weighted[:, :r] @ part
+    for u, v in zip(fields.T, (heat.inner_mass @ fields).T, strict=True):
+        size = float(u @ v)
+        u = u - kept[:, :r] @ (weighted[:, :r].T @ u)
+        u = u - kept[:, :r] @ (weighted[:, :r].T @ u)
+        v = heat.inner_mass @ u
         left = float(u @ v)
-        if left > DEPENDENT**2:
-            kept[:, r], kept_weighted[:, r] = u / np.sqrt(left), v / np.sqrt(left)
+        if left > DEPENDENT**2 * size:
+            kept[:, r], weighted[:, r] = u / np.sqrt(left), v / np.sqrt(left)
             r += 1
     basis = kept[:, :r]
-    again = np.linalg.cholesky(basis.T @ (heat.inner_mass @ basis))
+    again = np.linalg.cholesky(basis.T @ weighted[:, :r])
     found: np.ndarray = np.linalg.solve(again, basis.T).T
     return found

@@ -82,7 +82,7 @@ def solve(heat: HeatProblem, voltage: float, accuracy: float) -> SteadyState:
         if not follows:
             load = joule_load(conductor, combine(densities, point.c), rise)
         source = load + heat.constant_source
-        answer = heat.improve(heat.solve_steady(source[:n]), source[:n])
+        answer = heat.solve_steady(source[:n])
         moved = float(np.abs(answer - rise).max() / np.abs(answer).max())
         stalled = moved < SETTLED and moved > before / 2
         before = moved
@@ -93,6 +93,7 @@ def solve(heat: HeatProblem, voltage: float, accuracy: float) -> SteadyState:
         raise NumericsError(f"the coupled steady state does not converge at {voltage:g} V")
     if point.folded:
         raise RunawayError(voltage, point.fraction * abs(voltage))
+    answer = heat.improve(answer, source[:n])
     final = potentials[-1]
     scale = 1.0 if follows else float(point.c[0])
     density = combine([final.density], np.array([scale]))

@@ -1,0 +1,79 @@
+"""The checks of the paper's reduction of the sink against the 3D solution of the same sink, by id."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from compare import equation_checks, figure_checks
+from compare.comparison import Comparison, Models
+from compare.scope import made_checks
+from compare.verdict import Check, Verdict, judge
+from compare.words import difference_text, percent
+from scenes.plan import Request
+from scenes.result import Result
+from scenes.sink import Sink
+
+DEFINITIONS: dict[str, Callable[[Models], Comparison]] = {
+    "eq12": equation_checks.eq12,
+    "eq13": equation_checks.eq13,
+    "eq14": equation_checks.eq14,
+    "eq16": equation_checks.eq16,
+    "eq18": equation_checks.eq18,
+    "eq18_measured": equation_checks.eq18_measured,
+    "fig4": figure_checks.fig4,
+    "fig5": figure_checks.fig5,
+    "fig6_peak": figure_checks.fig6_peak,
+    "fig6_end": figure_checks.fig6_end,
+    "fig7_current": figure_checks.fig7_current,
+    "energy": equation_checks.energy,
+}
+
+
+def evaluate(sink: Sink, request: Request, fem3d: Result, reduced1d: Result | None) -> tuple[Check, ...]:
+    """The checks that the run allows (``compare.scope``), in the order of ``DEFINITIONS``.
+
+    ``fem3d`` has the steady state, and the traces if the request is for the transient; ``reduced1d``, ``None`` where
+    it was not asked for, has its traces at the same times.
+    """
+    models = Models(sink, fem3d, reduced1d)
+    return tuple(_check(name, DEFINITIONS[name](models), sink) for name in made_checks(sink, request))
+
+
+def expected(sink: Sink, check: str) -> Verdict | None:
+    """The verdict that a scene declares. Its list of checks that differ is complete: those not in it agree."""
+    if sink.expected_to_differ is None:
+        return None
+    return "differs" if check in sink.expected_to_differ else "agrees"
+
+
+def _check(name: str, found: Comparison, sink: Sink) -> Check:
+    tolerance = sink.tolerance(name)
+    verdict = judge(found.difference, tolerance, found.u_num)
+    because = ""
+    if verdict == "differs":
+        because = found.reason()
+    elif verdict == "unresolved":
+        because = (
+            f"{difference_text(found.difference, found.u_num, 'give or take')} may be on either side of the "
+            f"tolerance of {percent(tolerance)}: ask for a smaller accuracy"
+        )
+    return Check(
+        name, found.title, found.predicted, found.measured, found.unit, found.difference, tolerance, found.u_num,
+        verdict, expected(sink, name), because, found.time,
+    )  # fmt: skip
+
+
+def contradicts(check: Check, sink: Sink, strict: bool) -> bool:
+    """Whether a check came out other than the scene declares.
+
+    Only what is declared can be contradicted: a verdict that is the opposite of the declared one, or a difference
+    beyond a tolerance that the scene itself sets. ``strict`` takes every check without a declaration as expected to
+    agree, and takes "unresolved" for a contradiction of either.
+    """
+    if strict:
+        return check.verdict != (check.expected or "agrees")
+    if check.verdict == "unresolved":
+        return False
+    if check.expected is not None:
+        return check.verdict != check.expected
+    return check.id in sink.tolerances and check.verdict == "differs"

@@ -1,0 +1,135 @@
+"""The folder of one run's results: made beside its place, swapped in whole, and never at the cost of a user's file."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import uuid
+from pathlib import Path
+from types import TracebackType
+
+from scenes.errors import SceneError, quoted, reason
+from scenes.load import distinguishes
+from scenes.sink import Sink
+
+SCHEMA = 1
+"""The version of summary.json."""
+
+_OURS = re.compile(r"summary\.json|traces\.csv|figure\d+\.(png|svg)|fem3d\.pvd|fem3d_\w+\.vtu|report\.html")
+
+
+def results_folder(sink: Sink) -> Path:
+    """The default folder of a sink's run, under the current directory: "results/sink-1V"."""
+    return Path("results") / f"{sink.name}-{distinguishes(sink)}"
+
+
+class Folder:
+    """A context in which ``partial`` is a new folder to write into; on leaving, it takes the place of ``target``.
+
+    An earlier run there is replaced; what else a user has put into it is kept. On an exception ``target`` stays as it
+    was and ``partial`` is removed. Entering raises SceneError where ``target`` can't be written or is not ours to
+    replace: a file, or a folder with content that is not a run.
+    """
+
+    def __init__(self, target: Path) -> None:
+        self._given = target
+        # A link stays a link: it is what it points to that is replaced.
+        self.target = Path(os.path.realpath(target))
+        self.partial = self.target.with_name(f".{self.target.name}.{uuid.uuid4().hex[:8]}")
+        self._parents: list[Path] = []
+
+    def __enter__(self) -> Folder:
+        try:
+            self._check_target()
+            for parent in reversed([p for p in self.partial.parents if not p.exists()]):
+                parent.mkdir()
+                self._parents.append(parent)
+            self.partial.mkdir()
+        except SceneError:
+            raise
+        except (OSError, ValueError) as error:
+            self._clear()
+            raise SceneError(
+                f"output folder {quoted(self._given)} cannot be written ({reason(error)}): give another with --out"
+            ) from None
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            if kind is None:
+                self._swap()
+        except OSError as error:
+            raise SceneError(f"output folder {quoted(self._given)} cannot be replaced ({reason(error)})") from None
+        finally:
+            self._clear()
+
+    def _check_target(self) -> None:
+        target = self.target
+        if not target.exists():
+            return
+        shown = quoted(self._given)
+        if not target.is_dir():
+            raise SceneError(f"output folder {shown} is a file: give a folder with --out")
+        if not os.access(target, os.W_OK | os.X_OK):
+            raise PermissionError("it is not writable")
+        here = Path(os.path.realpath(os.curdir))
+        if os.path.ismount(target) or target == here or target in here.parents:
+            raise SceneError(f"output folder {shown} is where you are or a mount: give a folder inside it with --out")
+        if any(target.iterdir()) and not is_run(target):
+            raise SceneError(
+                f"output folder {shown} has files that are not a run of this program, and is left as it is: give a new "
+                "or empty folder with --out"
+            )
+
+    def _swap(self) -> None:
+        """``partial`` at ``target``'s place; an earlier run is left at ``partial``'s, less what is the user's."""
+        if not self.target.exists():
+            self.partial.rename(self.target)
+            return
+        if not _exchange(self.partial, self.target):
+            # There is a moment without a folder then; if the second step fails, the first is undone.
+            old = self.partial.with_name(f"{self.partial.name}.old")
+            self.target.rename(old)
+            try:
+                self.partial.rename(self.target)
+            except OSError:
+                old.rename(self.target)
+                raise
+            old.rename(self.partial)
+        for entry in list(self.partial.iterdir()):
+            if not _OURS.fullmatch(entry.name):
+                entry.rename(self.target / entry.name)
+
+    def _clear(self) -> None:
+        """Removes ``partial`` and the parents made for it that have remained empty."""
+        shutil.rmtree(self.partial, ignore_errors=True)
+        for parent in reversed(self._parents):
+            try:
+                parent.rmdir()
+            except OSError:
+                return
+
+
+def is_run(folder: Path) -> bool:
+    """Whether a folder has the summary of a run."""
+    try:
+        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False
+    return isinstance(summary, dict) and isinstance(summary.get("schema"), int) and "plan" in summary
+
+
+def _exchange(a: Path, b: Path) -> bool:
+    """Swaps two folders' names in one step, where the system can (Linux); False where it can't."""
+    import ctypes
+
+    try:
+        rename = ctypes.CDLL(None, use_errno=True).renameat2
+    except (OSError, AttributeError, TypeError):
+        return False
+    current_directory, exchange = -100, 2
+    return rename(current_directory, os.fsencode(a), current_directory, os.fsencode(b), exchange) == 0

@@ -1,0 +1,54 @@
+"""The files of one run: traces.csv, figures, fields and, last, summary.json."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from compare import scope
+from compare.folder import Folder
+from compare.plan import assemble
+from compare.render import Renderer
+from compare.summary import write_summary
+
+if TYPE_CHECKING:
+    from compare.run import Clock, Outcome
+    from scenes.plan import Request
+
+
+def prepare(request: Request) -> Renderer:
+    """A renderer for figure 4, started now where that figure is drawn, so that it is ready when the solution is."""
+    renderer = Renderer()
+    if "figure4" not in scope.skipped_figures(request):
+        renderer.start()
+    return renderer
+
+
+def write(outcome: Outcome, folder: Folder, renderer: Renderer, clock: Clock) -> Outcome:
+    """Writes the files into ``folder.partial``; the outcome comes back with their names and the plan as carried out."""
+    request, names = outcome.request, []
+    skipped = scope.skipped_figures(request)
+    drawn = [name for name in scope.FIGURES if name not in skipped]
+    if "figure4" in drawn and outcome.fem3d is not None:
+        renderer.send(outcome.fem3d.details["fields"], outcome.sink.room_temperature)
+    with clock.stage("files"):
+        if request.transient:
+            from compare.traces import write_traces
+
+            names.append(write_traces(folder.partial / "traces.csv", outcome.fem3d, outcome.reduced1d))
+        if not scope.fields_reason(request) and outcome.fem3d is not None:
+            from compare.fields import write_fields
+
+            names += write_fields(folder.partial, outcome.sink, outcome.fem3d, request.transient)
+    if drawn:
+        with clock.stage("figures"):
+            from compare.figures import draw
+
+            files, notes = draw(outcome, drawn, folder.partial, renderer)
+        names += files
+        if notes and outcome.fem3d is not None:
+            solver_steps = tuple(outcome.fem3d.details["plan"])
+            outcome = replace(outcome, plan=assemble(outcome.sink, request, solver_steps, notes))
+    outcome = replace(outcome, files=(*names, "summary.json"), timing=clock.all())
+    write_summary(folder.partial / "summary.json", outcome)
+    return outcome

@@ -1,0 +1,44 @@
+"""Figure 5: the steady rise along the beam, and the parabola that the reduction takes it for."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from matplotlib.figure import Figure
+
+from compare.colours import INK, LINES
+from compare.comparison import Models
+from compare.drawing import new_figure
+from compare.figure_checks import profile
+from reduced1d.equations import parabola
+
+if TYPE_CHECKING:
+    from compare.run import Outcome
+
+
+def draw(outcome: Outcome) -> Figure:
+    """The 3D profile with eq 9's parabola through its own end and peak, and the 1D model's; below, the distances."""
+    assert outcome.fem3d is not None
+    sink = outcome.sink
+    y, rise, fitted = profile(Models(sink, outcome.fem3d, outcome.reduced1d))
+    checks = [check for check in outcome.checks if check.id == "fig5"]
+    text = f"Figure 5: steady rise along the beam, {sink.name} at {sink.voltage:g} V"
+    figure = new_figure(7.5, 5.4, text, checks, left=0.95)
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1.2))
+    um = y * 1e6
+    above.plot(um, rise, color=INK, label="3D, along the axis")
+    above.plot(um, fitted, color=LINES["mean_K"], ls=(0, (5, 3)), label="eq 9's parabola through the 3D end and peak")
+    below.plot(um, rise - fitted, color=LINES["mean_K"], label="3D less its parabola")
+    if outcome.reduced1d is not None:
+        steady = outcome.reduced1d.steady
+        end = steady["end_rise_K"].value
+        reduction = parabola(y, steady["peak_rise_K"].value - end, end, sink.length)
+        above.plot(um, reduction, color=LINES["end_K"], ls=":", lw=2.2, label="1D, eqs 9, 17 and 18")
+    below.axhline(0.0, color=INK, lw=0.8)
+    above.set_ylabel("rise above room (K)")
+    below.set_ylabel("3D less its\nparabola (K)")
+    below.set_xlabel("place along the beam y (µm)")
+    above.set_ylim(bottom=0.0)
+    above.set_xlim(um[0], um[-1])
+    above.legend(loc="lower center")
+    return figure

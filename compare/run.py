@@ -1,0 +1,121 @@
+"""One comparison: plan, 3D model, 1D model at its times, checks, and the folder that keeps them.
+
+Nothing here imports numpy before the renderer's process has been started, which takes the longest to get ready.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from compare import output
+from compare.folder import Folder, results_folder
+from compare.plan import assemble
+from scenes.plan import Request, Step
+
+if TYPE_CHECKING:
+    from compare.verdict import Check
+    from scenes.result import Result
+    from scenes.sink import Sink
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run found: the plan as carried out, each model's result (``None`` where not asked for), the checks, the
+    remarks on the run, how long each stage took (s), and the folder with its files."""
+
+    sink: Sink
+    request: Request
+    plan: tuple[Step, ...]
+    fem3d: Result | None
+    reduced1d: Result | None
+    checks: tuple[Check, ...]
+    warnings: tuple[str, ...] = ()
+    timing: dict[str, float] = field(default_factory=dict)
+    folder: Path = Path()
+    files: tuple[str, ...] = ()
+
+
+def run(
+    sink: Sink, request: Request, out: Path | None = None, progress: Callable[[str], None] | None = None
+) -> Outcome:
+    """Solve a sink as asked, compare the models, and write the results folder (``out``, or one named after the sink).
+
+    The folder is there, whole, when this returns, and as it was before when this raises. Raises SceneError for a folder
+    that can't be used (before anything is solved), RunawayError (of either model) and NumericsError.
+    """
+    say = progress or (lambda _: None)
+    clock = Clock()
+    with Folder(out or results_folder(sink)) as folder:
+        drawing = output.prepare(request)
+        try:
+            outcome = _solve(sink, request, say, clock)
+            say("writing the results")
+            outcome = output.write(outcome, folder, drawing, clock)
+        finally:
+            drawing.close()
+    return replace(outcome, folder=folder.target, timing=clock.all())
+
+
+def _solve(sink: Sink, request: Request, say: Callable[[str], None], clock: Clock) -> Outcome:
+    """Both models and the checks, without any file."""
+    fem3d = reduced1d = None
+    checks: tuple[Check, ...] = ()
+    solver_steps: tuple[Step, ...] = (Step("3D model", "skipped", "only the 1D model was asked for"),)
+    if "fem3d" in request.models:
+        with clock.stage("imports"):
+            from fem3d.run import solve as solve_3d
+        say("solving in 3D")
+        with clock.stage("fem3d"):
+            fem3d = solve_3d(sink, request, say)
+        solver_steps = tuple(fem3d.details["plan"])
+    if "reduced1d" in request.models:
+        with clock.stage("reduced1d"):
+            reduced1d = _reduction(sink, request, fem3d)
+    if fem3d is not None:
+        from compare.checks import evaluate
+
+        with clock.stage("checks"):
+            checks = evaluate(sink, request, fem3d, reduced1d)
+    warnings = tuple(fem3d.details.get("warnings", ())) if fem3d else ()
+    return Outcome(sink, request, assemble(sink, request, solver_steps), fem3d, reduced1d, checks, warnings)
+
+
+def _reduction(sink: Sink, request: Request, fem3d: Result | None) -> Result:
+    """The 1D model, at the times of the 3D model's traces where there are any."""
+    from reduced1d.errors import RunawayError
+    from reduced1d.sink import solve as solve_1d
+
+    times = fem3d.traces.time if fem3d is not None and fem3d.traces is not None else None
+    try:
+        return solve_1d(sink, steady_only=not request.transient, times=times)
+    except RunawayError as error:
+        if fem3d is None:
+            raise
+        raise RunawayError(f"in 1D (3D has a steady state, see --only 3d) {error}", error.limit_voltage) from None
+
+
+class Clock:
+    """Seconds by stage, and since it was made as "total"."""
+
+    def __init__(self) -> None:
+        self._start = time.perf_counter()
+        self._stages: dict[str, float] = {}
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.add(name, time.perf_counter() - start)
+
+    def add(self, name: str, seconds: float) -> None:
+        self._stages[name] = self._stages.get(name, 0.0) + seconds
+
+    def all(self) -> dict[str, float]:
+        return {**self._stages, "total": time.perf_counter() - self._start}

@@ -1,0 +1,103 @@
+"""summary.json: everything about a run that a program may want, as plain numbers and texts."""
+
+from __future__ import annotations
+
+import json
+import math
+import platform
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from compare.folder import SCHEMA
+from scenes.load import as_dict
+
+if TYPE_CHECKING:
+    from compare.run import Outcome
+    from compare.verdict import Check
+    from scenes.result import Result
+
+_LIBRARIES = {"numpy": "numpy", "scipy": "scipy", "skfem": "scikit-fem", "matplotlib": "matplotlib"}
+
+
+def write_summary(path: Path, outcome: Outcome) -> None:
+    """Writes ``document`` of an outcome."""
+    path.write_text(json.dumps(document(outcome), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def document(outcome: Outcome) -> dict[str, Any]:
+    """The summary as JSON types: full precision, and null for what is not a finite number."""
+    plain = _plain(
+        {
+            "schema": SCHEMA,
+            "scene": as_dict(outcome.sink),
+            "plan": [asdict(step) for step in outcome.plan],
+            "provenance": provenance(),
+            "fem3d": None if outcome.fem3d is None else _fem3d(outcome.fem3d),
+            "reduced1d": None if outcome.reduced1d is None else _reduced1d(outcome.reduced1d),
+            "checks": [_check(check) for check in outcome.checks],
+            "warnings": list(outcome.warnings),
+            "files": list(outcome.files),
+            "timing_s": outcome.timing,
+        }
+    )
+    assert isinstance(plain, dict)
+    return plain
+
+
+def provenance() -> dict[str, str]:
+    """Versions of what computed the run: this program, Python and the libraries in use, and the kind of machine."""
+    versions = {"validate": version(), "python": platform.python_version(), "machine": platform.machine()}
+    for module, name in _LIBRARIES.items():
+        if module in sys.modules:
+            versions[name] = str(getattr(sys.modules[module], "__version__", "unknown"))
+    return versions
+
+
+def version() -> str:
+    """The version of this program, "unknown" where it runs without being installed."""
+    from importlib import metadata
+
+    try:
+        return metadata.version("heated-microstructure-validation")
+    except metadata.PackageNotFoundError:
+        return "unknown"
+
+
+def _fem3d(result: Result) -> dict[str, Any]:
+    details = result.details
+    found = {
+        "steady": {key: {"value": e.value, "error": e.error} for key, e in result.steady.items()},
+        "energy_imbalance": details["energy_imbalance"],
+        "dofs": details["unknowns"],
+        "steps": details["steps"],
+        "symmetry": details.get("symmetry"),
+        "mesh": details.get("mesh"),
+    }
+    if result.traces is not None:
+        found["transient"] = {"errors": result.traces.errors, "imbalance": details.get("transient_imbalance")}
+    return found
+
+
+def _reduced1d(result: Result) -> dict[str, Any]:
+    return {"steady": {key: {"value": e.value} for key, e in result.steady.items()}, "details": result.details}
+
+
+def _check(check: Check) -> dict[str, Any]:
+    found = asdict(check)
+    time = found.pop("time")
+    return found if time is None else found | {"time_s": time}
+
+
+def _plain(value: Any) -> Any:
+    """Numpy's numbers and arrays as Python's; NaN and infinities, which JSON lacks, as ``None``."""
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    if hasattr(value, "tolist"):
+        return _plain(value.tolist())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

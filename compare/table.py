@@ -1,0 +1,187 @@
+"""What a run says in the terminal, at most 80 columns wide: the verdict first, then the numbers, then the reasons."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from compare.verdict import Check, relative
+from compare.words import difference_text, percent, quantity, with_error
+
+if TYPE_CHECKING:
+    from compare.run import Outcome
+    from scenes.plan import Step
+    from scenes.result import Result
+
+WIDTH = 80
+
+QUANTITIES = {
+    "peak_rise_K": ("peak rise", "K"),
+    "end_rise_K": ("end rise", "K"),
+    "mean_rise_K": ("mean rise", "K"),
+    "current_A": ("current", "A"),
+    "power_W": ("power", "W"),
+    "heat_out_W": ("heat to the substrate", "W"),
+    "anchor_resistance_K_per_W": ("anchor resistance", "K/W"),
+}
+_COLOURS = {"agrees": "32", "differs": "31", "unresolved": "33", "heading": "1"}
+_MARKS = {"agrees": ("\N{CHECK MARK}", "+"), "differs": ("\N{BALLOT X}", "x"), "unresolved": ("?", "?")}
+
+
+@dataclass(frozen=True)
+class Style:
+    """Whether to colour, and whether to keep to ASCII; every verdict is a word as well."""
+
+    colour: bool = False
+    ascii_only: bool = False
+
+    def paint(self, text: str, kind: str) -> str:
+        """The text in a verdict's colour, or bold for a "heading"."""
+        return f"\x1b[{_COLOURS[kind]}m{text}\x1b[0m" if self.colour else text
+
+    def mark(self, verdict: str) -> str:
+        """One sign for a verdict."""
+        return _MARKS[verdict][self.ascii_only]
+
+    @property
+    def plus_minus(self) -> str:
+        """The sign between a value and its error."""
+        return "+-" if self.ascii_only else "\N{PLUS-MINUS SIGN}"
+
+
+def outcome_text(
+    outcome: Outcome, contrary: Sequence[Check], style: Style, planned: tuple[Step, ...] | None = None
+) -> str:
+    """Everything about a run; ``contrary`` are the checks that contradict the scene, ``planned`` the plan if it has
+    been printed, so that only what turned out otherwise is added."""
+    parts = [headline(outcome, contrary, style), _quantities(outcome, style)]
+    if outcome.checks:
+        parts.append(_checks(outcome.checks, style))
+    parts += [_reasons(outcome.checks, contrary, style), _plan_changes(outcome, planned, style)]
+    parts += [_wrapped(f"Warning: {text.rstrip('.')}.") for text in outcome.warnings]
+    parts.append(_where(outcome))
+    return "\n\n".join(part for part in parts if part)
+
+
+def headline(outcome: Outcome, contrary: Sequence[Check], style: Style) -> str:
+    """The verdict of the run, in one line where it fits."""
+    name = f"{outcome.sink.name} at {outcome.sink.voltage:g} V"
+    checks = outcome.checks
+    if not checks:
+        return style.paint(_wrapped(f"{name}: solved in 1D only, so nothing was compared."), "heading")
+    count = {v: sum(check.verdict == v for check in checks) for v in ("agrees", "differs", "unresolved")}
+    said = f"{name}: {count['differs']} of {len(checks)} checks differ"
+    if count["unresolved"]:
+        said += f", {count['unresolved']} unresolved"
+    if contrary:
+        said += f"; not as expected: {', '.join(check.id for check in contrary)}."
+    elif outcome.sink.expected_to_differ is not None and not count["unresolved"]:
+        said += ", as the scene declares."
+    else:
+        said += "."
+    return style.paint(_wrapped(said), "heading")
+
+
+def plan_text(steps: Sequence[Step], style: Style) -> str:
+    """The plan: what is done and what is skipped, each with its reason."""
+    lines = [style.paint("Plan", "heading")]
+    for step in steps:
+        text = f"{'-' if step.state == 'skipped' else '+'} {step.state:<8}{step.step}: {step.reason}"
+        lines.append(textwrap.fill(text, WIDTH, initial_indent="  ", subsequent_indent=" " * 12))
+    return "\n".join(lines)
+
+
+def _quantities(outcome: Outcome, style: Style) -> str:
+    """Steady quantities: 3D with its error, 1D, and how far 1D is off."""
+    heads = ("steady state", "3D" if outcome.fem3d else "", "1D" if outcome.reduced1d else "")
+    both = outcome.fem3d is not None and outcome.reduced1d is not None
+    lines = [
+        style.paint(
+            f"  {heads[0]:<23}{heads[1]:>26}{heads[2]:>15}{'1D/3D - 1' if both else '':>13}".rstrip(), "heading"
+        )
+    ]
+    for key, (name, unit) in QUANTITIES.items():
+        lines.append(_quantity_line(key, name, unit, outcome.fem3d, outcome.reduced1d, style))
+    return "\n".join(lines)
+
+
+def _quantity_line(
+    key: str, name: str, unit: str, fem3d: Result | None, reduced1d: Result | None, style: Style
+) -> str:  # fmt: skip
+    left, right, off = "", "", ""
+    if fem3d is not None:
+        found = fem3d.steady[key]
+        value, error, shown, places, factor = with_error(found.value, found.error, unit)
+        left = f"{value} {style.plus_minus} {error} {shown}"
+        if reduced1d is not None:
+            other = reduced1d.steady[key].value
+            right = f"{other * factor:.{min(places, 4)}f} {shown}"
+            off = percent(relative(other, found.value), sign=True)
+    elif reduced1d is not None:
+        right = quantity(reduced1d.steady[key].value, unit, 6)
+    return f"  {name:<23}{left:>26}{right:>15}{off:>13}".rstrip()
+
+
+def _checks(checks: Sequence[Check], style: Style) -> str:
+    lines = [style.paint(f"  {'check':<16}{'':<26}{'difference':>18}{'tolerance':>10}  ", "heading").rstrip()]
+    for check in checks:
+        difference = difference_text(check.difference, check.u_num, style.plus_minus)
+        word = style.paint(check.verdict, check.verdict)
+        mark = style.paint(style.mark(check.verdict), check.verdict)
+        lines.append(f"{mark} {check.id:<14}{check.title:<23}{difference:>20}{percent(check.tolerance, 1):>9}  {word}")
+    return "\n".join(lines)
+
+
+def _reasons(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -> str:
+    """Why, for every check that does not agree, and for those that contradict the scene what it declares."""
+    lines = []
+    declared = {check.id: _declared(check) for check in contrary}
+    for check in checks:
+        said = "; ".join(text for text in (declared.get(check.id, ""), check.because) if text)
+        if said:
+            lines.append(_wrapped(f"{check.id}: {said}.", "  ", "    "))
+    if not lines:
+        return ""
+    return "\n".join([style.paint("Why", "heading"), *lines])
+
+
+def _declared(check: Check) -> str:
+    if check.expected is not None and check.verdict != check.expected:
+        return f"the scene declares that it {check.expected} (checks.expect_differs)"
+    return ""
+
+
+def _plan_changes(outcome: Outcome, planned: tuple[Step, ...] | None, style: Style) -> str:
+    if planned is None:
+        return ""
+    changed = [step for step in outcome.plan if step not in planned]
+    if not changed:
+        return ""
+    return plan_text(changed, style).replace("Plan", "As it turned out", 1)
+
+
+def _where(outcome: Outcome) -> str:
+    folder = outcome.folder
+    here = Path.cwd()
+    shown = folder.relative_to(here) if folder.is_relative_to(here) else folder
+    kinds = ["summary.json"]
+    kinds += ["traces.csv"] if "traces.csv" in outcome.files else []
+    figures = sorted({Path(file).stem for file in outcome.files if file.startswith("figure")})
+    kinds += [f"{len(figures)} figures"] if figures else []
+    kinds += ["fem3d.pvd"] if "fem3d.pvd" in outcome.files else []
+    timing = outcome.timing
+    parts = [f"{name} {timing[key]:.1f} s" for key, name in (("fem3d", "3D"), ("figures", "figures")) if key in timing]
+    spent = f"Took {timing['total']:.1f} s" + (f" ({', '.join(parts)})" if parts else "")
+    # A path is not broken over lines, so that it can be copied.
+    return f"Results in {shown}/\n" + _wrapped(f"{', '.join(kinds)}. {spent}.", "  ", "  ")
+
+
+def _wrapped(text: str, first: str = "", then: str = "  ") -> str:
+    """Lines of at most 80 columns in which no number loses its unit."""
+    kept = re.sub(r"(?<=\d) (?=[A-Za-z%])", "\N{NO-BREAK SPACE}", text)
+    filled = textwrap.fill(kept, WIDTH, initial_indent=first, subsequent_indent=then, break_on_hyphens=False)
+    return filled.replace("\N{NO-BREAK SPACE}", " ")

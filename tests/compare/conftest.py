@@ -1,0 +1,106 @@
+"""A 3D result that is made of the 1D models, so that the comparison can be tested without a 3D solver."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from reduced1d import sink as reduction
+from reduced1d.fin import solve_fin
+from scenes.plan import Request, Step
+from scenes.result import Estimate, Result, Traces
+from scenes.sink import Sink
+
+RESISTANCE = 2663.0
+
+
+@dataclass(frozen=True)
+class Case:
+    """A sink with the two results that are compared."""
+
+    sink: Sink
+    fem3d: Result
+    reduced1d: Result
+
+    def change(self, **steady: float) -> Case:
+        """With other values of steady 3D quantities, their errors kept."""
+        changed = {k: Estimate(v, self.fem3d.steady[k].error) for k, v in steady.items()}
+        return replace(self, fem3d=replace(self.fem3d, steady={**self.fem3d.steady, **changed}))
+
+    def errors(self, relative: float) -> Case:
+        """With all steady 3D errors at a part of their values."""
+        steady = {k: Estimate(e.value, relative * abs(e.value)) for k, e in self.fem3d.steady.items()}
+        return replace(self, fem3d=replace(self.fem3d, steady=steady))
+
+
+def stand_in(
+    sink: Sink, request: Request | None = None, progress: object = None, resistance: float = RESISTANCE
+) -> Result:
+    """A result like the 3D model's: the exact fin on a given anchor resistance, its traces the 1D model's in shape."""
+    request = request or Request()
+    fin = solve_fin(sink, resistance)
+    values = {
+        "peak_rise_K": fin.peak_rise, "end_rise_K": fin.end_rise, "mean_rise_K": fin.mean_rise,
+        "current_A": fin.current, "power_W": fin.power, "heat_out_W": fin.power,
+        "anchor_resistance_K_per_W": resistance, "end_flow_W": fin.end_rise / resistance,
+    }  # fmt: skip
+    y = np.linspace(0.0, sink.length, 401)
+    points = np.array(
+        [[x, y, z] for z in (0, sink.thickness) for y in (0, sink.length) for x in (0, sink.width)], float
+    )
+    fields = SimpleNamespace(
+        points=points, hexes=np.array([[0, 1, 3, 2, 4, 5, 7, 6]]), material=np.array([0]), material_names=["silicon"],
+        steady=np.linspace(293.0, 300.0, 8), at=lambda times: np.full((len(times), 8), 293.0),
+    )  # fmt: skip
+    return Result(
+        "fem3d",
+        {key: Estimate(value, 1e-4 * abs(value)) for key, value in values.items()},
+        _traces(sink, values) if request.transient else None,
+        {
+            "unknowns": 8, "steps": 5, "energy_imbalance": 1e-11, "transient_imbalance": 1e-5, "mesh": {"cells": 1},
+            "symmetry": "the whole", "plan": plan_of_stand_in(sink, request), "warnings": [],
+            "profile": {"y_m": y, "rise_K": fin.rise(y)}, "fields": fields,
+        },
+    )  # fmt: skip
+
+
+def _traces(sink: Sink, steady: dict[str, float]) -> Traces:
+    time = np.concatenate([[0.0], np.geomspace(1e-6, sink.end_time, 200)])
+    traces = reduction.solve(sink, times=time).traces
+    assert traces is not None
+    grown = (traces.values["mean_K"] - sink.room_temperature) / reduction.solve(sink).steady["mean_rise_K"].value
+    room, cold = sink.room_temperature, float(traces.values["current_A"][0])
+    values = {
+        "peak_K": room + steady["peak_rise_K"] * grown,
+        "end_K": room + steady["end_rise_K"] * grown,
+        "mean_K": room + steady["mean_rise_K"] * grown,
+        "current_A": cold + (steady["current_A"] - cold) * grown,
+    }
+    values["power_W"] = sink.voltage * values["current_A"]
+    return Traces(time, values, {"peak_K": 2e-3, "end_K": 4e-4, "mean_K": 2e-3, "current_A": 3e-8, "power_W": 3e-8})
+
+
+def plan_of_stand_in(sink: Sink, request: Request) -> tuple[Step, ...]:
+    """One line, by which it is known."""
+    return (Step("stand-in", "done", "a fin in place of the 3D model"),)
+
+
+@pytest.fixture(scope="session")
+def case() -> Case:
+    """The built-in sink, undeclared."""
+    sink = Sink()
+    fem3d = stand_in(sink)
+    assert fem3d.traces is not None
+    return Case(sink, fem3d, reduction.solve(sink, times=fem3d.traces.time))
+
+
+@pytest.fixture
+def no_solver(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The stand-in in place of the 3D solver."""
+    import fem3d.run
+
+    monkeypatch.setattr(fem3d.run, "solve", stand_in)
+    monkeypatch.setattr(fem3d.run, "plan", plan_of_stand_in)

@@ -1,0 +1,212 @@
+"""Each check's definition on made-up results, and a twin that is off by a known part and must be caught."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from compare.checks import DEFINITIONS, evaluate
+from compare.figure_checks import largest_distance
+from compare.scope import made_checks, skipped_checks
+from compare.verdict import Check
+from scenes.checks import DEFAULT_TOLERANCES
+from scenes.plan import Request
+from scenes.result import Estimate, Result, Traces
+from scenes.sink import Sink
+from tests.compare.conftest import RESISTANCE, Case, stand_in
+
+PRINTED = 50e-6 / (130 * 150e-6 * 2e-6) + 2e-6 / (1.38 * 50e-6 * 50e-6)
+
+
+def checks_of(case: Case) -> dict[str, Check]:
+    return {c.id: c for c in evaluate(case.sink, Request(), case.fem3d, case.reduced1d)}
+
+
+def value(case: Case, key: str) -> float:
+    return case.fem3d.steady[key].value
+
+
+def test_definitions_cover_the_contract() -> None:
+    assert tuple(DEFINITIONS) == tuple(DEFAULT_TOLERANCES)
+
+
+def test_equations_by_hand(case: Case) -> None:
+    found = checks_of(case)
+    peak, end, mean = (value(case, f"{q}_rise_K") for q in ("peak", "end", "mean"))
+    current, power = value(case, "current_A"), value(case, "power_W")
+    dT0 = peak - end
+    predicted = {
+        "eq12": current**2 * 300 * (1 + 5e-4 * (2 / 3 * dT0 + end)),
+        "eq13": 2 / 3 * dT0 + end,
+        "eq14": PRINTED,
+        "eq16": 4 * 130 * 200e-12 * dT0 / 1e-3,
+        "eq18": mean / (1 + 1e-3 / (6 * 130 * 200e-12 * PRINTED)),
+        "eq18_measured": mean / (1 + 1e-3 / (6 * 130 * 200e-12 * RESISTANCE)),
+    }
+    measured = {
+        "eq12": power, "eq13": mean, "eq14": RESISTANCE, "eq16": end / RESISTANCE, "eq18": end, "eq18_measured": end,
+    }  # fmt: skip
+    for name, expected in predicted.items():
+        assert found[name].predicted == pytest.approx(expected, rel=1e-12)
+        assert found[name].measured == pytest.approx(measured[name], rel=1e-12)
+        assert found[name].difference == pytest.approx(expected / measured[name] - 1, abs=1e-12)
+    assert abs(PRINTED - 1861.76) < 0.005
+
+
+def test_what_a_fin_says_of_the_paper(case: Case) -> None:
+    """The fin on the 3D anchor resistance: all is well but what stands on eq 14's."""
+    verdicts = {name: check.verdict for name, check in checks_of(case).items()}
+    differ = {"eq14", "eq18", "fig4", "fig6_peak", "fig6_end", "fig7_current"}
+    assert verdicts == {name: "differs" if name in differ else "agrees" for name in DEFAULT_TOLERANCES}
+
+
+TWINS = {
+    "eq12": {"power_W": 1.04},
+    "eq13": {"mean_rise_K": 0.96},
+    "eq14": {"anchor_resistance_K_per_W": 1.05},
+    "eq16": {"end_flow_W": 1.03},
+    "eq18": {"end_rise_K": 0.9},
+    "eq18_measured": {"mean_rise_K": 1.05},
+    "fig4": {"peak_rise_K": 1.1},
+}
+
+
+@pytest.mark.parametrize("name", TWINS)
+def test_a_steady_quantity_that_is_off_is_caught(name: str, case: Case) -> None:
+    """The 3D quantity on the left is moved by a few percent: the difference moves as its definition says."""
+    ((key, factor),) = TWINS[name].items()
+    before = checks_of(case)[name]
+    after = checks_of(case.change(**{key: factor * value(case, key)}))[name]
+    moved = (1 + after.difference) / (1 + before.difference)
+    assert moved == pytest.approx(factor if name == "eq18_measured" else 1 / factor, rel=1e-9)
+    assert after.verdict == "differs"
+    assert after.because
+
+
+def test_fig5_is_the_distance_from_the_parabola(case: Case) -> None:
+    L = case.sink.length
+    y = np.linspace(0.0, L, 401)
+    parabola = 5.0 + 16.0 * (1 - 4 * (y / L - 0.5) ** 2)
+    bump = np.sin(2 * np.pi * y / L)  # vanishes at the ends and the middle; its RMS is 1/sqrt 2
+    for size in (0.0, 1.2):
+        fem3d = replace(
+            case.fem3d, details={**case.fem3d.details, "profile": {"y_m": y, "rise_K": parabola + size * bump}}
+        )
+        found = checks_of(replace(case, fem3d=fem3d))["fig5"]
+        assert found.difference == pytest.approx(size / math.sqrt(2) / 16.0, rel=1e-4, abs=1e-12)
+        assert found.measured == pytest.approx(size / math.sqrt(2), rel=1e-4, abs=1e-12)
+        assert found.verdict == ("differs" if size else "agrees")
+
+
+def test_energy(case: Case) -> None:
+    assert checks_of(case)["energy"].difference == 1e-11
+    off = replace(case, fem3d=replace(case.fem3d, details={**case.fem3d.details, "energy_imbalance": 2e-8}))
+    assert checks_of(off)["energy"].verdict == "differs"
+
+
+def _over_time(case: Case, key: str, bump: np.ndarray) -> Case:
+    """The 1D traces equal to the 3D ones but for a bump of one quantity."""
+    solution = case.fem3d.traces
+    assert solution is not None
+    values = {**solution.values, key: solution.values[key] + bump}
+    return replace(
+        case, reduced1d=replace(case.reduced1d, traces=Traces(solution.time, values, dict.fromkeys(values, 0.0)))
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "key", "steady"),
+    [
+        ("fig6_peak", "peak_K", "peak_rise_K"),
+        ("fig6_end", "end_K", "end_rise_K"),
+        ("fig7_current", "current_A", "current_A"),
+    ],
+)
+def test_largest_distance_over_time(name: str, key: str, steady: str, case: Case) -> None:
+    assert case.fem3d.traces is not None
+    time = case.fem3d.traces.time
+    final = value(case, steady) - (1 / 300 if key == "current_A" else 0.0)
+    i = int(np.searchsorted(time, 1e-3))
+    early = np.where(time < 9e-6, 10.0, 0.0)  # before 10 us: not compared
+    for part in (0.02, -0.2):
+        bump = np.where(np.arange(len(time)) == i, part * abs(final), 0.0) + early
+        found = checks_of(_over_time(case, key, bump))[name]
+        assert found.difference == pytest.approx(part, rel=1e-6)
+        assert found.time == time[i]
+        assert found.verdict == ("agrees" if part == 0.02 else "differs")
+        # An isolated maximum is known no better than its neighbours allow; the 3D errors come on top.
+        assert found.u_num >= case.fem3d.traces.errors[key] / abs(final)
+
+
+def test_at_ten_microseconds_too(case: Case) -> None:
+    time = np.array([0.0, 8e-6, 12e-6, 1.0])
+    flat = {"peak_K": np.zeros(4)}
+    off = {"peak_K": np.array([0.0, 4.0, 2.0, 0.0])}
+    found = largest_distance(Traces(time, off, {}), Traces(time, flat, {}), "peak_K")
+    assert (found.time, found.distance) == (1e-5, pytest.approx(3.0))
+    with pytest.raises(ValueError, match="same times"):
+        largest_distance(Traces(time[1:], off, {}), Traces(time, flat, {}), "peak_K")
+
+
+def test_maximum_between_two_times(case: Case) -> None:
+    """A parabola whose top lies between the times: the bound reaches it."""
+    time = np.array([0.0, 1e-5, 1e-3, 2e-3, 3e-3])
+    off = {"peak_K": 3 - ((time - 1.7e-3) / 1e-3) ** 2}
+    found = largest_distance(Traces(time, off, {}), Traces(time, {"peak_K": 0 * time}, {}), "peak_K")
+    assert found.distance + found.beyond == pytest.approx(3.0, rel=1e-12)
+
+
+def test_current_that_does_not_change() -> None:
+    sink = Sink(silicon=replace(Sink().silicon, temperature_coefficient=0.0))
+    fem3d = stand_in(sink)
+    assert fem3d.traces is not None
+    off = replace(fem3d.traces, values={k: 1.1 * v if k == "current_A" else v for k, v in fem3d.traces.values.items()})
+    for traces, difference in ((fem3d.traces, 0.0), (off, 0.1)):
+        found = checks_of(Case(sink, fem3d, Result("reduced1d", fem3d.steady, traces)))["fig7_current"]
+        assert found.difference == pytest.approx(difference, abs=1e-12)
+        assert "of itself" in found.title
+
+
+def test_large_errors_leave_a_check_unresolved(case: Case) -> None:
+    exact, rough = checks_of(case.errors(0.0)), checks_of(case.errors(0.05))
+    assert exact["eq13"].u_num == 0.0
+    assert exact["eq13"].verdict == "agrees"
+    assert rough["eq13"].verdict == "unresolved"
+    assert "smaller accuracy" in rough["eq13"].because
+    # The peak's error counts 2/3, the end's 1/3 and the mean's whole: for eq 13 with equal relative errors e about 2 e.
+    assert rough["eq13"].u_num == pytest.approx(0.1, rel=0.06)
+    peak = Case(
+        case.sink, replace(case.fem3d, steady={**case.fem3d.steady, "peak_rise_K": Estimate(20.0, 0.2)}), case.reduced1d
+    )
+    assert checks_of(peak)["fig4"].u_num == pytest.approx(19.0 / 19.8 - 19.0 / 20.0, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("request_", "missing"),
+    [
+        (Request(), set()),
+        (Request(transient=False), {"fig6_peak", "fig6_end", "fig7_current"}),
+        (Request(models=("fem3d",)), {"fig4", "fig6_peak", "fig6_end", "fig7_current"}),
+        (Request(models=("reduced1d",)), set(DEFAULT_TOLERANCES)),
+    ],
+)
+def test_which_checks_a_run_makes(request_: Request, missing: set[str], case: Case) -> None:
+    assert set(skipped_checks(case.sink, request_)) == missing
+    assert set(made_checks(case.sink, request_)) == set(DEFAULT_TOLERANCES) - missing
+    if "fem3d" in request_.models:
+        reduced1d = case.reduced1d if "reduced1d" in request_.models else None
+        ids = {c.id for c in evaluate(case.sink, request_, case.fem3d, reduced1d)}
+        assert ids == set(DEFAULT_TOLERANCES) - missing
+
+
+def test_reference_temperature_other_than_room() -> None:
+    """Eq 12's slope is about room temperature, whatever the material's coefficient refers to."""
+    silicon = replace(Sink().silicon, reference_temperature=350.0)
+    sink = replace(Sink(), silicon=silicon)
+    fem3d = stand_in(sink)
+    assert fem3d.traces is not None
+    found = {c.id: c for c in evaluate(sink, Request(transient=False, models=("fem3d",)), fem3d, None)}
+    assert abs(found["eq12"].difference) < 1e-4

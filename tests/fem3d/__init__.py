@@ -1,0 +1,85 @@
+"""Tests of the 3D model: meshes and scenes that several of them solve."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from fem3d import outputs, sink_quantities, steady
+from fem3d.operators import assemble
+from fem3d.sink_quantities import Quantities
+from fem3d.steady import SteadyState
+from meshes import grading, symmetry
+from meshes.axis import Axis
+from meshes.bricks import BrickMesh
+from meshes.symmetry import Flow, Symmetry
+from scenes.model import Boundary, Box, Material, Probe, Scene
+from scenes.sink import SILICON, Sink
+
+BAR = (20e-6, 1000e-6, 2e-6)
+
+
+def silicon(coefficient: float) -> Material:
+    """Silicon of another temperature coefficient of the resistivity."""
+    return replace(SILICON, temperature_coefficient=coefficient)
+
+
+def plain_mesh(scene: Scene, degree: int = 2, cuts: int = 1, also: tuple[tuple[int, float], ...] = ()) -> BrickMesh:
+    """The planes of a scene and some more (axis, coordinate), each interval longer than 100 um in ``cuts`` pieces that
+    differ in length, one degree everywhere."""
+    axes = []
+    for d in range(3):
+        planes = np.union1d(grading.scene_planes(scene, d), [c for axis, c in also if axis == d])
+        pieces = [
+            a + (b - a) * (1 - np.cos(np.linspace(0, np.pi, 2 * cuts + 1))[:-1]) / 2 if b - a > 1e-4 else [a]
+            for a, b in zip(planes[:-1], planes[1:], strict=True)
+        ]
+        breaks = np.concatenate([*pieces, planes[-1:]])
+        axes.append(Axis(breaks, np.full(len(breaks) - 1, degree)))
+    x, y, z = axes
+    return BrickMesh((x, y, z), scene.boxes)
+
+
+def whole(scene: Scene) -> Symmetry:
+    """A scene that isn't reduced, whatever its symmetry."""
+    flows = {b.name: Flow(b.name, 1.0, 1.0) for b in scene.boundaries}
+    return Symmetry(scene, (), 1, flows, {b.name: 1.0 for b in scene.boxes})
+
+
+def state_on(sink: Sink, mesh: BrickMesh, part: Symmetry | None = None) -> tuple[SteadyState, Quantities]:
+    """The steady state on a mesh, the current's pattern followed as far as it goes, and its quantities."""
+    part = part or symmetry.reduce(sink.scene())
+    state = steady.solve(assemble(part.scene, mesh), sink.voltage, 1e-13)
+    return state, sink_quantities.steady(sink, outputs.of_steady(state, part))
+
+
+def bar(material: Material, *boundaries: Boundary, heat_source: float = 0.0, boxes: Any = None) -> Scene:
+    """A bar along y of one material (or of some boxes), with probes of its middle and its mean."""
+    box = Box("bar", material, (0.0, 0.0, 0.0), BAR, heat_source)
+    middle = (0.0, BAR[1] / 2, 0.0)
+    probes = (Probe("middle", "temperature", middle, middle), Probe("mean", "temperature", box.lower, box.upper))
+    return Scene("bar", boxes or (box,), boundaries, probes)
+
+
+def end(side: int, kind: Any, value: float, ambient: float = 293.0) -> Boundary:
+    """A condition on the bar's end face at y = 0 (side 0) or at its length (side 1)."""
+    y = BAR[1] * side
+    return Boundary(f"{kind}-{side}", kind, (0.0, y, 0.0), (BAR[0], y, BAR[2]), value, ambient)
+
+
+def bar_mesh(scene: Scene, intervals: int, degree: int) -> BrickMesh:
+    """A mesh of a bar with equal intervals along it (between the planes of the scene) and one across."""
+    planes = np.array(grading.scene_planes(scene, 1))
+    y = np.concatenate([np.linspace(a, b, intervals + 1)[:-1] for a, b in zip(planes[:-1], planes[1:], strict=True)])
+    y = np.append(y, planes[-1])
+    one = np.array([degree])
+    x, z = Axis(np.array([0.0, BAR[0]]), one), Axis(np.array([0.0, BAR[2]]), one)
+    return BrickMesh((x, Axis(y, np.full(len(y) - 1, degree)), z), scene.boxes)
+
+
+def off(found: Any, expected: Any) -> float:
+    """The largest difference over the largest expected value: a relative error without any hidden tolerance."""
+    found, expected = np.asarray(found, dtype=float), np.asarray(expected, dtype=float)
+    return float(np.abs(found - expected).max() / np.abs(expected).max())

@@ -1,0 +1,142 @@
+"""Bars whose solution is known in closed form."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fem3d import adapt, outputs, steady, transient
+from fem3d.operators import assemble
+from fem3d.steady import reduced_problem
+from meshes import symmetry
+from meshes.axis import Axis
+from meshes.bricks import BrickMesh
+from reduced1d.fin import solve_fin
+from scenes.model import Box, Material
+from scenes.sink import SILICON, Sink
+from tests.fem3d import BAR, bar, bar_mesh, end, off, silicon, whole
+
+K, LENGTH, AREA = 130.0, BAR[1], BAR[0] * BAR[2]
+OXIDE = Material("oxide", 1.38, 2200.0, 703.0)
+
+
+def solved(scene, intervals=4, degree=2, voltage=1.0):
+    state = steady.solve(assemble(scene, bar_mesh(scene, intervals, degree)), voltage, 1e-13)
+    return state, outputs.of_steady(state, whole(scene))
+
+
+def test_a_heated_bar_between_cold_ends_is_a_parabola():
+    q = 1e12
+    _, out = solved(bar(SILICON, end(0, "temperature", 293.0), end(1, "temperature", 293.0), heat_source=q))
+    assert off(out["rise:middle"], q * LENGTH**2 / (8 * K)) < 1e-11
+    assert off(out["rise:mean"], q * LENGTH**2 / (12 * K)) < 1e-11
+    assert off(out["flow:temperature-0"], -q * LENGTH * AREA / 2) < 1e-11
+
+
+def test_two_layers_in_series_add_their_resistances():
+    middle = 0.3 * LENGTH
+    boxes = (
+        Box("a", SILICON, (0.0, 0.0, 0.0), (BAR[0], middle, BAR[2])),
+        Box("b", OXIDE, (0.0, middle, 0.0), BAR),
+    )
+    scene = bar(SILICON, end(0, "heat_flux", 1e5), end(1, "temperature", 293.0), boxes=boxes)
+    scene = replace(scene, probes=(replace(scene.probes[0], lower=(0.0, 0.0, 0.0), upper=(0.0, 0.0, 0.0)),))
+    _, out = solved(scene)
+    assert off(out["rise:middle"], 1e5 * (middle / K + 0.7 * LENGTH / 1.38)) < 1e-8
+    assert off(out["flow:temperature-1"], -1e5 * AREA) < 1e-8
+
+
+def test_a_flux_that_leaves_through_a_film():
+    scene = bar(SILICON, end(0, "heat_flux", 1e5), end(1, "convection", 2e4, 303.0))
+    _, out = solved(scene)
+    assert off(out["rise:middle"], 10.0 + 1e5 / 2e4 + 1e5 * LENGTH / 2 / K) < 1e-8
+    assert off(out["flow:convection-1"], -1e5 * AREA) < 1e-8
+
+
+def joule_bar(sink):
+    """The beam of a sink alone, its ends at room temperature and on the electrodes."""
+    room = sink.room_temperature
+    scene = bar(
+        sink.silicon,
+        end(0, "temperature", room), end(1, "temperature", room), end(0, "voltage", sink.voltage), end(1, "voltage", 0.0),
+    )  # fmt: skip
+    return replace(scene, initial_temperature=room)
+
+
+@pytest.mark.parametrize("coefficient", [0.0, 5e-4, -5e-4])
+@pytest.mark.parametrize("voltage", [-1.0, 7.0])
+def test_the_joule_heated_bar_is_the_exact_fin(coefficient, voltage):
+    sink = Sink(width=BAR[0], silicon=silicon(coefficient), voltage=voltage, room_temperature=310.0)
+    exact = solve_fin(sink, 0.0)
+    state, out = solved(joule_bar(sink), 6, 6)
+    assert off(out["rise:middle"], exact.peak_rise) < 1e-9
+    assert off(out["rise:mean"], exact.mean_rise) < 1e-9
+    assert off(out["current:voltage-0"], exact.current) < 1e-9
+    assert off(out["power"], exact.power) < 1e-9
+    # Electrodes of one temperature (Kohlrausch): the integral of k rho over the peak rise is V^2 / 8, for any shape.
+    rho = 6e-5 * (1 + coefficient * (310.0 - 293.0))
+    assert off(K * (rho * out["rise:middle"] + 6e-5 * coefficient * out["rise:middle"] ** 2 / 2), voltage**2 / 8) < 1e-9
+    assert state.conductor is not None
+
+
+def test_a_twin_of_the_fin_that_forgets_the_room_is_seen():
+    sink = Sink(width=BAR[0], voltage=7.0, room_temperature=310.0)
+    _, out = solved(joule_bar(replace(sink, room_temperature=309.0)), 6, 6)
+    assert off(out["rise:middle"], solve_fin(sink, 0.0).peak_rise) > 1e-4
+
+
+def test_a_bar_of_pads_of_its_own_width_is_a_fin_behind_a_known_resistance():
+    # Pads as wide as the beam and oxide under all of them, thick enough to conduct downwards only.
+    pad, length, width = 5e-6, 1000e-6, 20e-6
+    sink = Sink(
+        length=length, width=width, pad_length=pad, pad_width=width, oxide_length=pad, oxide_width=width,
+        oxide_thickness=4e-3, convection_coefficient=0.0, oxide=replace(OXIDE, thermal_conductivity=130.0),
+    )  # fmt: skip
+    resistance = 4e-3 / (130.0 * pad * width)
+    answer = adapt.solve(replace(sink, accuracy=1e-3), symmetry.reduce(sink.scene()), False)
+    # What the turn from beam to oxide adds is of the order of the beam's thickness over the oxide's.
+    fin = solve_fin(sink, resistance)
+    assert off(answer.fine.quantities["peak_rise_K"], fin.peak_rise) < 2e-3
+    assert off(answer.fine.quantities["peak_rise_K"], solve_fin(sink, 0.99 * resistance).peak_rise) > 4e-3
+
+
+def test_a_cooled_bar_is_the_fin_with_air():
+    h = 2e3
+    sink = Sink(width=BAR[0], voltage=3.0, convection_coefficient=h)
+    scene = joule_bar(sink)
+    top = replace(end(0, "convection", h), lower=(0.0, 0.0, BAR[2]), upper=BAR)
+    _, out = solved(replace(scene, boundaries=(*scene.boundaries, top)), 6, 6)
+    # Across the thickness the temperature differs by the Biot number h t / k = 3e-5, at most.
+    assert off(out["rise:middle"], solve_fin(sink, 0.0).peak_rise) < 2e-5
+    assert off(out["rise:middle"], solve_fin(replace(sink, convection_coefficient=1.01 * h), 0.0).peak_rise) > 1e-4
+
+
+def slab_series(time, q):
+    """The middle of a slab that is heated by q from t = 0 on between cold faces (Carslaw and Jaeger, 3.14)."""
+    n = 2 * np.arange(400) + 1
+    rates = K / SILICON.heat_capacity * (n * np.pi / LENGTH) ** 2
+    terms = 4 * q * LENGTH**2 / (K * np.pi**3 * n**3) * np.sin(n * np.pi / 2)
+    return (terms * -np.expm1(-np.outer(time, rates))).sum(axis=1)
+
+
+@pytest.mark.parametrize("driven", [True, False])
+def test_a_slab_heats_up_as_its_series_says(driven):
+    faces = [end(0, "temperature", 293.0), end(1, "temperature", 293.0)]
+    sink = Sink(width=BAR[0], voltage=3.0, silicon=silicon(0.0))
+    q = 9.0 / (6e-5 * LENGTH**2)
+    if driven:
+        scene = joule_bar(sink)
+    else:
+        scene = bar(silicon(0.0), *faces, heat_source=q)
+    breaks = LENGTH / 2 * (1 - np.cos(np.linspace(0, np.pi, 13)))
+    across = bar_mesh(scene, 1, 1)
+    mesh = BrickMesh((across.axes[0], Axis(breaks, np.full(12, 6)), across.axes[2]), scene.boxes)
+    state = steady.solve(assemble(scene, mesh), 3.0, 1e-13)
+    fields = transient.Krylov(state, transient.shift(state)).fields(20)
+    answer = transient.march(state, reduced_problem(state, fields), 0.02, 1e-9)
+    time = np.geomspace(1e-5, 0.02, 30)
+    found = outputs.of_transient(answer, whole(scene), time)["rise:middle"]
+    exact = slab_series(time, q)
+    assert off(found, exact) < 1e-7
+    assert off(found, slab_series(1.001 * time, q)) > 1e-5
+    assert np.abs(found / exact - 1).max() < 1e-4

@@ -1,0 +1,97 @@
+"""Exponential collocation against a dense accurate solver, its convolutions against quadrature, and the rows."""
+
+import numpy as np
+import pytest
+from scipy.integrate import quad, solve_ivp
+
+from fem3d import rows
+from fem3d.errors import NumericsError
+from fem3d.exponential import convolution, integrate
+
+RATES = np.array([3.0, 40.0, 900.0, 2e5])
+GAIN = np.array([1.0, 2.0, -1.0, 0.5])
+
+
+def source(a):
+    """A source that weakens with the state, like the power at a given voltage."""
+    return GAIN * RATES / (1 + 0.4 * a.sum(axis=-1, keepdims=True))
+
+
+@pytest.fixture(scope="module")
+def truth():
+    def slope(_, a):
+        return source(a) - RATES * a
+
+    times = np.geomspace(1e-6, 1.0, 40)
+    return times, solve_ivp(slope, (0, 1), np.zeros(4), "Radau", times, rtol=1e-12, atol=1e-14).y.T
+
+
+@pytest.mark.parametrize("accuracy", [1e-4, 1e-6, 1e-8])
+def test_a_stiff_problem_is_solved_to_the_accuracy_asked_for(truth, accuracy):
+    times, expected = truth
+    found = integrate(RATES, source, 1.0, accuracy, 1.0)
+    error = np.abs(found(times)[0] - expected).max()
+    assert error < 5 * accuracy + 1e-10
+
+
+def test_few_more_steps_gain_many_digits(truth):
+    times, expected = truth
+    runs = [integrate(RATES, source, 1.0, accuracy, 1.0) for accuracy in (1e-3, 1e-9)]
+    steps = [len(r.steps) for r in runs]
+    errors = [np.abs(r(times)[0] - expected).max() for r in runs]
+    order = np.log(errors[0] / max(errors[1], 1e-13)) / np.log(steps[1] / steps[0])
+    assert order > 5
+    assert np.abs(runs[1](times)[1] - source(expected)).max() < 1e-6 * np.abs(source(expected)).max()
+
+
+def test_the_state_is_continuous_from_step_to_step_and_starts_at_rest():
+    found = integrate(RATES, source, 1.0, 1e-6, 1.0)
+    assert (found(np.zeros(1))[0] == 0).all()
+    for one, following in zip(found.steps[:-1], found.steps[1:], strict=True):
+        assert one.start + one.length == following.start
+        before = found(np.array([following.start * (1 - 1e-12)]))[0]
+        assert np.abs(before - following.state).max() < 1e-6
+    assert abs(found.steps[-1].start + found.steps[-1].length - 1.0) < 1e-11
+
+
+@pytest.mark.parametrize("decay", [0.0, 1e-3, 5.0, 60.0, 199.0, 201.0, 3e3, 1e6])
+def test_the_convolution_is_the_integral(decay):
+    tau = np.array([0.0, 0.05, 0.5, 1.0])
+    found = convolution(np.array([decay]), tau, 7)[..., 0]
+    for i, t in enumerate(tau[1:], 1):
+        layers = [t - 30 / decay] if decay * t > 60 else None
+        for k in (0, 1, 3, 6):
+            legendre = np.polynomial.legendre.Legendre.basis(k)
+            exact = quad(
+                lambda x, t=t, p=legendre: np.exp(-decay * (t - x)) * p(2 * x - 1), 0, t, points=layers, epsabs=1e-15, limit=200
+            )[0]
+            assert abs(found[i, k] - exact) < 1e-11 * min(1.0, 1 / max(decay, 1.0)) + 1e-13
+    assert np.abs(found[0]).max() < 1e-15
+
+
+def test_heat_that_runs_away_in_time_is_refused():
+    with pytest.raises(NumericsError, match="runs away at"):
+        integrate(np.ones(1), lambda a: 1 + 4 * a**2, 10.0, 1e-4, 1.0)
+
+
+@pytest.mark.parametrize("share", [1e-2, 1e-4])
+def test_lines_between_rows_stay_within_their_share_with_few_rows(share):
+    found = integrate(RATES, source, 1.0, 1e-9, 1.0)
+
+    def evaluate(t):
+        a = found(t)[0]
+        return {"slow": a[:, 0], "sum": a.sum(axis=1)}
+
+    chosen = rows.choose(found.steps, evaluate, {"slow": share, "sum": 2 * share})
+    times = chosen[0] if isinstance(chosen, tuple) else chosen
+    dense = np.unique(np.concatenate([np.geomspace(1e-7, 1, 5000), np.linspace(0, 1, 5000)]))
+    at_rows, exact = evaluate(times), evaluate(dense)
+    for name, allowed in (("slow", share), ("sum", 2 * share)):
+        worst = np.abs(np.interp(dense, times, at_rows[name]) - exact[name]).max()
+        assert worst <= 1.05 * allowed
+        thinned = np.abs(np.interp(dense, times[::3], at_rows[name][::3]) - exact[name]).max()
+        assert len(times) < 60 or thinned > worst
+    assert times[0] == 0
+    assert abs(times[-1] - 1) < 1e-11
+    assert (np.diff(times) > 0).all()
+    assert len(times) < 30 / np.sqrt(share)

@@ -1,0 +1,70 @@
+"""The whole structure from its part, and the elimination order."""
+
+import numpy as np
+import pytest
+from scipy.sparse.linalg import splu
+
+from fem3d import run
+from fem3d.operators import assemble
+from fem3d.ordering import nested_dissection
+from meshes import grading, symmetry
+from scenes.plan import Request
+from scenes.sink import Sink
+
+
+def volumes(points, hexes):
+    """Signed volumes of bricks in VTK's order."""
+    corners = points[hexes]
+    a, b, c = (corners[:, i] - corners[:, 0] for i in (1, 3, 4))
+    return np.einsum("ij,ij->i", np.cross(a, b), c)
+
+
+@pytest.fixture(scope="module")
+def result():
+    return run.solve(Sink(accuracy=1e-2, voltage=3.0), Request())
+
+
+def test_all_hexahedra_are_the_right_way_out_and_fill_the_structure(result):
+    fields = result.details["fields"]
+    found = volumes(fields.points, fields.hexes)
+    assert found.min() > 0
+    exact = {"silicon": 2e-6 * (1000 * 100 + 2 * 150 * 150) * 1e-12, "oxide": 2 * 50 * 50 * 2e-18}
+    for number, name in enumerate(fields.material_names):
+        assert abs(found[fields.material == number].sum() / exact[name] - 1) < 1e-12
+    assert volumes(fields.points, np.roll(fields.hexes, 4, axis=1)).max() < 0
+
+
+def test_temperatures_are_those_of_the_solution_and_symmetric(result):
+    fields, rise = result.details["fields"], result.details["profile"]
+    points, steady = fields.points, fields.steady
+    assert abs(steady.max() - 293.0 - rise["rise_K"].max()) < 1e-2 * rise["rise_K"].max()
+    assert steady.min() == 293.0
+    key = np.round(points / 1e-11).astype(np.int64)
+    at = {tuple(k): t for k, t in zip(key, steady, strict=True)}
+    mirrored = np.round((points * [-1, 1, 1]) / 1e-11).astype(np.int64)
+    assert max(abs(at[tuple(k)] - t) for k, t in zip(mirrored, steady, strict=True)) < 1e-9
+    over_time = fields.at(np.array([0.0, 0.02]))
+    assert over_time.shape == (2, len(points))
+    assert np.abs(over_time[0] - 293.0).max() < 1e-9
+    # At 20 ms the peak is at its end but for a part in 10^4.
+    assert abs((over_time[1].max() - 293.0) / (steady.max() - 293.0) - 1) < 1e-2
+
+
+def test_a_steady_run_has_no_fields_over_time():
+    fields = run.solve(Sink(accuracy=1e-2), Request(transient=False)).details["fields"]
+    with pytest.raises(ValueError, match="no transient"):
+        fields.at(np.array([0.0]))
+
+
+def test_nested_dissection_is_a_permutation_with_less_fill_than_the_grid_s_order():
+    part = symmetry.reduce(Sink().scene())
+    mesh = grading.first_mesh(part.scene, 1e-2)
+    rank = nested_dissection(mesh)
+    assert (np.sort(rank) == np.arange(rank.size)).all()
+    heat = assemble(part.scene, mesh)
+    matrix = heat.inner_stiffness
+    unknowns = heat.number[(heat.number >= 0) & (heat.number < heat.free)]
+    in_grid_order = matrix[unknowns][:, unknowns].tocsc()
+    options = {"permc_spec": "NATURAL", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
+    dissected, plain = (splu(m, **options).L.nnz for m in (matrix.tocsc(), in_grid_order))
+    assert dissected < 0.8 * plain

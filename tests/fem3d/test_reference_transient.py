@@ -1,0 +1,113 @@
+"""Krylov fields with exponential steps against full-order implicit stepping on the same mesh."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fem3d import outputs, reference, steady, tensor, transient
+from fem3d.operators import assemble
+from fem3d.reduced import orthonormal
+from fem3d.steady import Pattern, reduced_problem
+from meshes import grading, symmetry
+from scenes.sink import SILICON, Sink
+from tests.fem3d import plain_mesh, silicon, state_on
+
+OCTAVES = 12
+QUANTITIES = ("peak", "end", "mean")
+SINKS = [
+    Sink(),
+    Sink(voltage=8.0, silicon=silicon(0.0)),
+    Sink(voltage=2.0, electrodes="pad-edge", convection_coefficient=300.0, silicon=silicon(-5e-4)),
+]
+
+
+def times(pieces):
+    """Twelve intervals that double in length from 10 us on, in equal steps."""
+    edges = np.concatenate([[0.0], 1e-5 * 2.0 ** np.arange(OCTAVES)])
+    steps = np.arange(1, pieces + 1) / pieces
+    return np.concatenate([[0.0], *(a + (b - a) * steps for a, b in zip(edges[:-1], edges[1:], strict=True))])
+
+
+def stepped(sink, mesh, pieces):
+    """(12, 4): peak, end and mean rise and current at the ends of the intervals."""
+    part = symmetry.reduce(sink.scene())
+    full = reference.assemble(part.scene, mesh)
+    marched = reference.transient(full, times(pieces))[pieces::pieces]
+    found = [reference.quantities(sink, part, full, *state) for state in marched]
+    return np.array([[*(q[f"{name}_rise_K"] for name in QUANTITIES), q["current_A"]] for q in found], dtype=float)
+
+
+def read(answer, part):
+    out = outputs.of_transient(answer, part, times(1)[1:])
+    return np.stack([*(out[f"rise:{name}"] for name in QUANTITIES), out["current:electrode-0"]], axis=1)
+
+
+def exponential(sink, mesh, fields=20):
+    """(12, 4) the same in the reduced space, and (4,) the steady values."""
+    part = symmetry.reduce(sink.scene())
+    state, values = state_on(sink, mesh, part)
+    space = transient.Krylov(state, transient.shift(state)).fields(fields)
+    answer = transient.march(state, reduced_problem(state, space), times(1)[-1], 1e-9)
+    scale = [*(values[f"{name}_rise_K"] for name in QUANTITIES), values["current_A"]]
+    return read(answer, part), np.abs(np.array(scale, dtype=float))
+
+
+@pytest.mark.parametrize("sink", SINKS)
+def test_agrees_within_the_error_of_the_stepping_which_falls_at_its_order(sink):
+    mesh = plain_mesh(symmetry.reduce(sink.scene()).scene, degree=1)
+    ours, scale = exponential(sink, mesh)
+    coarse, fine = (np.abs((stepped(sink, mesh, pieces) - ours) / scale).max() for pieces in (2, 4))
+    assert fine < 2e-4
+    assert 2.6 < np.log2(coarse / fine) < 3.4  # the method's order is 3
+
+
+def test_a_heat_capacity_off_by_a_part_in_a_hundred_is_seen():
+    sink = SINKS[1]
+    mesh = plain_mesh(symmetry.reduce(sink.scene()).scene, degree=1)
+    twin = replace(sink, silicon=replace(sink.silicon, specific_heat=1.01 * SILICON.specific_heat))
+    ours, scale = exponential(twin, plain_mesh(symmetry.reduce(twin.scene()).scene, degree=1))
+    assert np.abs((stepped(sink, mesh, 4) - ours) / scale).max() > 1e-3
+
+
+def marched(state, fields):
+    return transient.march(state, reduced_problem(state, fields), 0.02, 1e-8)
+
+
+@pytest.mark.parametrize("electrodes", ["beam-end", "pad-edge"])
+def test_two_current_patterns_are_enough_on_the_way_from_cold_to_hot(electrodes):
+    sink = Sink(voltage=10.0, electrodes=electrodes)
+    part = symmetry.reduce(sink.scene())
+    state = steady.solve(assemble(part.scene, grading.first_mesh(part.scene, 1e-3)), sink.voltage, 1e-12)
+    fields = transient.Krylov(state, transient.shift(state)).fields(12)
+    two = marched(state, fields)
+    conductor = state.conductor
+    extra = Pattern.of(conductor, conductor.solve(two.rises(np.array([2e-4]))[0]))
+
+    def product(a, b):
+        pairs = zip(conductor.parts, a.density, b.density, strict=True)
+        return sum(float((tensor.weights(p) * (u * v).sum(axis=0)).sum()) for p, u, v in pairs)
+
+    for _ in range(2):
+        for known in state.patterns:
+            extra = extra.plus(-product(known, extra) / product(known, known), known, 1.0)
+    extra = extra.plus(0.0, extra, np.sqrt(product(state.patterns[0], state.patterns[0]) / product(extra, extra)))
+    three, one = (marched(replace(state, patterns=p), fields) for p in ([*state.patterns, extra], state.patterns[:1]))
+    final = np.abs(read(two, part)[-1])
+    change = np.abs((read(three, part) - read(two, part)) / final).max()
+    assert change < 5e-6
+    one_less = np.abs((read(one, part) - read(two, part)) / final).max()
+    assert one_less > 2 * change or electrodes == "beam-end"
+
+
+def test_the_reduced_space_is_orthonormal_to_rounding_and_loses_no_field():
+    sink = Sink(voltage=10.0)
+    part = symmetry.reduce(sink.scene())
+    state = steady.solve(assemble(part.scene, grading.first_mesh(part.scene, 1e-2)), sink.voltage, 1e-12)
+    fields = transient.Krylov(state, transient.shift(state)).fields(24)
+    basis = orthonormal(state.heat, fields)
+    gram = basis.T @ (state.heat.inner_mass @ basis)
+    assert np.abs(gram - np.eye(len(gram))).max() < 1e-13
+    assert basis.shape[1] >= 24
+    doubled = orthonormal(state.heat, np.column_stack([fields, fields[:, :5], 0 * fields[:, :1]]))
+    assert doubled.shape == basis.shape

@@ -1,0 +1,83 @@
+"""Where no steady state exists: the fold's voltage by the walk along the current, by bisection and by the fin."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fem3d import adapt, steady
+from fem3d.errors import RunawayError
+from fem3d.operators import assemble
+from meshes import symmetry
+from reduced1d.fin import fin_runaway_voltage
+from scenes.sink import Sink
+from tests.fem3d import off, plain_mesh, silicon, state_on
+
+
+def solved(sink):
+    sink = replace(sink, accuracy=1e-2)
+    return adapt.solve(sink, symmetry.reduce(sink.scene()), False).fine.quantities
+
+
+def limit(sink):
+    with pytest.raises(RunawayError, match="no steady state exists") as caught:
+        solved(sink)
+    return caught.value.limit
+
+
+def limit_on(mesh, sink):
+    part = symmetry.reduce(sink.scene())
+    with pytest.raises(RunawayError) as caught:
+        steady.solve(assemble(part.scene, mesh), sink.voltage, 1e-6)
+    return caught.value.limit
+
+
+@pytest.mark.parametrize(("coefficient", "voltage"), [(-2e-3, 5.0), (-5e-4, 7.0)])
+def test_the_limit_is_near_that_of_the_fin_behind_the_anchor_resistance(coefficient, voltage):
+    sink = Sink(silicon=silicon(coefficient), voltage=voltage)
+    found = limit(sink)
+    assert found < voltage
+    resistance = float(solved(Sink(silicon=silicon(0.0)))["anchor_resistance_K_per_W"])
+    fin = fin_runaway_voltage(sink, resistance)
+    assert off(found, fin) < 0.01
+    assert off(found, fin_runaway_voltage(sink, 1.1 * resistance)) > 0.01
+    below = solved(replace(sink, voltage=0.98 * found))
+    assert 0 < below["peak_rise_K"] < -1 / coefficient
+    above = replace(sink, voltage=1.02 * found)
+    assert off(limit(above), found) < 0.01
+
+
+@pytest.mark.parametrize(("electrodes", "voltage"), [("beam-end", 4.0), ("pad-edge", 4.7)])
+def test_the_limit_is_where_bisection_over_the_voltage_finds_it(electrodes, voltage):
+    sink = Sink(silicon=silicon(-2e-3), voltage=voltage, electrodes=electrodes, convection_coefficient=100.0)
+    part = symmetry.reduce(sink.scene())
+    mesh = plain_mesh(part.scene)
+    found = limit_on(mesh, sink)
+    low, high = 0.5 * found, 1.5 * found
+    for _ in range(12):
+        middle = (low + high) / 2
+        try:
+            state_on(replace(sink, voltage=middle), mesh)
+            low = middle
+        except RunawayError:
+            high = middle
+    assert low * (1 - 1e-3) < found < high * (1 + 1e-3)
+    assert off(limit_on(mesh, replace(sink, voltage=-1.05 * found)), found) < 1e-4
+
+
+def test_it_converges_up_to_the_limit_and_the_rise_grows_without_a_gap():
+    sink = Sink(silicon=silicon(-5e-4))
+    mesh = plain_mesh(symmetry.reduce(sink.scene()).scene)
+    found = limit_on(mesh, replace(sink, voltage=9.0))
+    voltages = np.array([0.01, 0.3, 0.6, 0.9, 0.99, 0.9999]) * found
+    states = [state_on(replace(sink, voltage=v), mesh)[1] for v in voltages]
+    peaks = np.array([float(q["peak_rise_K"]) for q in states])
+    conductance = np.array([float(q["current_A"]) for q in states]) / voltages
+    assert (np.diff(peaks) > 0).all()
+    assert (np.diff(conductance) > 0).all()
+    assert (np.diff(peaks / voltages**2) > 0).all()
+
+
+def test_five_volts_with_a_falling_and_ten_with_a_rising_resistance_converge():
+    assert 0 < solved(Sink(silicon=silicon(-5e-4), voltage=5.0))["peak_rise_K"] < 2000
+    assert 1000 < solved(Sink(voltage=10.0))["peak_rise_K"] < 2000
