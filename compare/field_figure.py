@@ -53,16 +53,9 @@ def _map(
     order = np.argsort(np.arctan2(around[..., 1], around[..., 0]), axis=1)
     ring = np.take_along_axis(top, order, axis=1)
     triangles = np.concatenate([ring[:, [0, 1, 2]], ring[:, [0, 2, 3]]])
-    ax.tripcolor(
-        points[:, 1] * 1e6,
-        points[:, 0] * 1e6,
-        triangles,
-        rise,
-        shading="gouraud",
-        rasterized=True,
-        cmap=colours.cmap,
-        norm=colours.norm,
-    )
+    levels = np.linspace(0.0, float(rise.max()), 129)
+    y, x = points[:, 1] * 1e6, points[:, 0] * 1e6
+    ax.tricontourf(y, x, triangles, rise, levels, cmap=colours.cmap, norm=colours.norm).set_rasterized(True)
     ax.set_aspect("equal")
     ax.set_xlabel("along the beam y (µm)")
     ax.set_ylabel("across it x (µm)")
