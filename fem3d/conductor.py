@@ -64,6 +64,14 @@ class Conductor:
             found.append(value)
         return found
 
+    def conducts(self, rise: np.ndarray) -> bool:
+        """Whether the resistivity is positive everywhere at a rise."""
+        try:
+            self.resistivity(rise)
+        except NumericsError:
+            return False
+        return True
+
     @cached_property
     def _precondition(self) -> Any:
         rows, columns, entries = [], [], []

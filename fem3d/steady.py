@@ -19,6 +19,7 @@ from fem3d.reduced import Reduced, project
 
 CONVERGED = 1e-3  # part of the accuracy that the last step may change the rise by
 SETTLED = 1e-7  # below this the iteration also ends where rounding keeps it from getting better
+BACK = 0.8  # of a rise at which the resistivity is not positive
 UNIFORM = 5e-2  # part of the accuracy below which a change of the current's pattern isn't followed
 
 
@@ -58,8 +59,8 @@ def solve(heat: HeatProblem, voltage: float, accuracy: float) -> SteadyState:
         none = np.empty((n, 0))
         return SteadyState(heat, None, rise, heat.constant_source, {}, {}, 0.0, None, none, [], 0.0, False, 1)
     cold = conductor.solve(np.zeros(n))
-    potentials, densities = [cold], [cold.density]
-    supply = [float(conductor.fixed_voltage @ cold.reaction[conductor.free :])]
+    potentials, patterns = [cold], [Pattern.of(conductor, cold)]
+    densities, supply = [cold.density], [patterns[0].supply]
     warms = any(conductor.material(b).temperature_coefficient for b in conductor.blocks)
     fields = heat.solve_steady((joule_load(conductor, cold.density, np.zeros(n)) + heat.constant_source)[:n])[:, None]
     follows, change, before = warms, 0.0, np.inf
@@ -67,6 +68,8 @@ def solve(heat: HeatProblem, voltage: float, accuracy: float) -> SteadyState:
         reduced = project(heat, conductor, fields, densities, supply)
         point = operating_point.find(reduced)
         rise = reduced.basis @ point.a
+        while not conductor.conducts(rise):
+            rise = BACK * rise  # few fields may put the state beyond the law's reach; the full step then brings it back
         if follows and (step > 1 or change == 0.0):
             hot = conductor.solve(rise, potentials[-1].potential)
             load = joule_load(conductor, hot.density, rise)
@@ -76,8 +79,11 @@ def solve(heat: HeatProblem, voltage: float, accuracy: float) -> SteadyState:
             if step == 1 and change < UNIFORM * accuracy:
                 follows = False
             else:
-                potentials, densities = [hot], [hot.density]
-                supply = [float(conductor.fixed_voltage @ hot.reaction[conductor.free :])]
+                potentials = [hot]
+                # Away from a fold the latest pattern is the right one in the end; where a fold lies also depends on
+                # how the pattern changes along the way.
+                patterns = _independent(conductor, cold, hot) if point.folded else [Pattern.of(conductor, hot)]
+                densities, supply = [p.density for p in patterns], [p.supply for p in patterns]
                 load *= point.fraction**2
         if not follows:
             load = joule_load(conductor, combine(densities, point.c), rise)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -34,7 +35,7 @@ def plain_mesh(scene: Scene, degree: int = 2, cuts: int = 1, also: tuple[tuple[i
         planes = np.union1d(grading.scene_planes(scene, d), [c for axis, c in also if axis == d])
         pieces = [
             a + (b - a) * (1 - np.cos(np.linspace(0, np.pi, 2 * cuts + 1))[:-1]) / 2 if b - a > 1e-4 else [a]
-            for a, b in zip(planes[:-1], planes[1:], strict=True)
+            for a, b in pairwise(planes)
         ]
         breaks = np.concatenate([*pieces, planes[-1:]])
         axes.append(Axis(breaks, np.full(len(breaks) - 1, degree)))
@@ -72,7 +73,7 @@ def end(side: int, kind: Any, value: float, ambient: float = 293.0) -> Boundary:
 def bar_mesh(scene: Scene, intervals: int, degree: int) -> BrickMesh:
     """A mesh of a bar with equal intervals along it (between the planes of the scene) and one across."""
     planes = np.array(grading.scene_planes(scene, 1))
-    y = np.concatenate([np.linspace(a, b, intervals + 1)[:-1] for a, b in zip(planes[:-1], planes[1:], strict=True)])
+    y = np.concatenate([np.linspace(a, b, intervals + 1)[:-1] for a, b in pairwise(planes)])
     y = np.append(y, planes[-1])
     one = np.array([degree])
     x, z = Axis(np.array([0.0, BAR[0]]), one), Axis(np.array([0.0, BAR[2]]), one)

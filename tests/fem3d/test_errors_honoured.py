@@ -1,4 +1,5 @@
-"""Reported errors against the true ones, for cheap sinks; the truth is a run at 1e-5."""
+"""Reported errors against the true ones, for cheap sinks; the truth is a run at 1e-4, whose own error is
+allowed for."""
 
 from dataclasses import replace
 
@@ -14,14 +15,16 @@ from tests.fem3d import silicon
 SINKS = {
     "paper": Sink(),
     "pads": Sink(voltage=6.0, electrodes="pad-edge", convection_coefficient=200.0),
-    "narrow": Sink(length=500e-6, width=40e-6, pad_length=100e-6, oxide_width=80e-6, silicon=silicon(-5e-4), voltage=2.0),
+    "narrow": Sink(
+        length=500e-6, width=40e-6, pad_length=100e-6, oxide_width=80e-6, silicon=silicon(-5e-4), voltage=2.0
+    ),
 }
 
 
 @pytest.fixture(scope="module", params=SINKS)
 def runs(request):
     sink = SINKS[request.param]
-    return {a: run.solve(replace(sink, accuracy=a), Request()) for a in (1e-2, 1e-3, 1e-5)}
+    return {a: run.solve(replace(sink, accuracy=a), Request()) for a in (1e-2, 1e-3, 1e-4)}
 
 
 def broken(found, truth):
@@ -31,7 +34,7 @@ def broken(found, truth):
 
 @pytest.mark.parametrize("accuracy", [1e-2, 1e-3])
 def test_steady_quantities_are_within_their_errors_and_the_accuracy(runs, accuracy):
-    found, truth = runs[accuracy].steady, runs[1e-5].steady
+    found, truth = runs[accuracy].steady, runs[1e-4].steady
     assert broken(found, truth) == []
     for name, e in found.items():
         assert 0 < e.error <= accuracy * abs(e.value), name
@@ -54,10 +57,10 @@ def astray(found, truth, shift=0.0):
 
 @pytest.mark.parametrize("accuracy", [1e-2, 1e-3])
 def test_traces_between_rows_too_are_within_their_errors_and_the_accuracy(runs, accuracy):
-    found, truth = runs[accuracy].traces, runs[1e-5].traces
+    found, truth = runs[accuracy].traces, runs[1e-4].traces
     assert astray(found, truth) == []
     assert set(astray(found, truth, 3.0)) == set(found.values)
-    steady = runs[1e-5].steady
+    steady = runs[1e-4].steady
     for name in ("peak", "end", "mean"):
         assert found.errors[f"{name}_K"] <= accuracy * steady[f"{name}_rise_K"].value
         assert abs(found.values[f"{name}_K"][0] - 293.0) < 1e-9
@@ -66,4 +69,6 @@ def test_traces_between_rows_too_are_within_their_errors_and_the_accuracy(runs, 
 def test_a_trace_ends_in_the_steady_state_when_the_run_is_long(runs):
     found, steady = runs[1e-3].traces, runs[1e-3].steady
     for name, key in (("peak_K", "peak_rise_K"), ("mean_K", "mean_rise_K")):
-        assert abs(found.values[name][-1] - 293.0 - steady[key].value) <= 2 * found.errors[name] + 1e-3 * steady[key].value
+        assert (
+            abs(found.values[name][-1] - 293.0 - steady[key].value) <= 2 * found.errors[name] + 1e-3 * steady[key].value
+        )

@@ -56,10 +56,8 @@ def test_a_flux_that_leaves_through_a_film():
 def joule_bar(sink):
     """The beam of a sink alone, its ends at room temperature and on the electrodes."""
     room = sink.room_temperature
-    scene = bar(
-        sink.silicon,
-        end(0, "temperature", room), end(1, "temperature", room), end(0, "voltage", sink.voltage), end(1, "voltage", 0.0),
-    )  # fmt: skip
+    cold = end(0, "temperature", room), end(1, "temperature", room)
+    scene = bar(sink.silicon, *cold, end(0, "voltage", sink.voltage), end(1, "voltage", 0.0))
     return replace(scene, initial_temperature=room)
 
 
@@ -124,10 +122,7 @@ def test_a_slab_heats_up_as_its_series_says(driven):
     faces = [end(0, "temperature", 293.0), end(1, "temperature", 293.0)]
     sink = Sink(width=BAR[0], voltage=3.0, silicon=silicon(0.0))
     q = 9.0 / (6e-5 * LENGTH**2)
-    if driven:
-        scene = joule_bar(sink)
-    else:
-        scene = bar(silicon(0.0), *faces, heat_source=q)
+    scene = joule_bar(sink) if driven else bar(silicon(0.0), *faces, heat_source=q)
     breaks = LENGTH / 2 * (1 - np.cos(np.linspace(0, np.pi, 13)))
     across = bar_mesh(scene, 1, 1)
     mesh = BrickMesh((across.axes[0], Axis(breaks, np.full(12, 6)), across.axes[2]), scene.boxes)

@@ -63,7 +63,12 @@ def test_the_convolution_is_the_integral(decay):
         for k in (0, 1, 3, 6):
             legendre = np.polynomial.legendre.Legendre.basis(k)
             exact = quad(
-                lambda x, t=t, p=legendre: np.exp(-decay * (t - x)) * p(2 * x - 1), 0, t, points=layers, epsabs=1e-15, limit=200
+                lambda x, t=t, p=legendre: np.exp(-decay * (t - x)) * p(2 * x - 1),
+                0,
+                t,
+                points=layers,
+                epsabs=1e-15,
+                limit=200,
             )[0]
             assert abs(found[i, k] - exact) < 1e-11 * min(1.0, 1 / max(decay, 1.0)) + 1e-13
     assert np.abs(found[0]).max() < 1e-15

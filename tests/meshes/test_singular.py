@@ -1,0 +1,41 @@
+"""The exponents of edges against the theory of wedges of one and two materials."""
+
+import numpy as np
+import pytest
+
+from meshes.singular import exponent
+
+
+@pytest.mark.parametrize(
+    ("quadrants", "expected"),
+    [
+        ((1, 1, 1, 1), 1.0),
+        ((1, 1, 1, 0), 2 / 3),
+        ((1, 1, 0, 0), 1.0),
+        ((1, 0, 0, 0), 2.0),
+        ((130, 1.38, 0, 0), 1.0),
+        ((1, 0, 1, 0), 2.0),
+    ],
+)
+def test_wedges_of_one_material_and_the_straight_interface(quadrants, expected):
+    assert abs(exponent(tuple(map(float, quadrants))) - expected) < 2e-4
+
+
+@pytest.mark.parametrize("ratio", [1.0, 3.0, 161.4476387975881])
+def test_checkerboard(ratio):
+    # Kellogg's problem: tan(pi s / 4)^2 = k_small / k_large; 161.45 gives 0.1.
+    expected = 4 / np.pi * np.arctan(ratio**-0.5)
+    assert abs(exponent((ratio, 1.0, ratio, 1.0)) - expected) < 1e-4
+
+
+@pytest.mark.parametrize("ratio", [0.01, 1.0, 130 / 1.38])
+def test_half_a_plane_on_a_quarter_of_another_material(ratio):
+    # k_1 tan(pi s) = -k_2 tan(pi s / 2), by the half-angle formula.
+    expected = 2 / np.pi * np.arctan(np.sqrt(1 + 2 * ratio))
+    assert abs(exponent((ratio, ratio, 1.0, 0.0)) - expected) < 1e-4
+    assert abs(exponent((0.0, 1.0, ratio, ratio)) - expected) < 1e-4
+    assert abs(exponent((ratio, ratio, 1.1, 0.0)) - expected) > 1e-4 * min(ratio, 1 / ratio)
+
+
+def test_only_ratios_matter():
+    assert abs(exponent((5e3, 2e3, 1e3, 0.0)) - exponent((5.0, 2.0, 1.0, 0.0))) < 1e-9
