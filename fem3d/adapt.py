@@ -123,7 +123,7 @@ def solution(sink: Sink, symmetry: Symmetry, mesh: BrickMesh) -> Solution:
 def _lesser(
     sink: Sink, symmetry: Symmetry, mesh: BrickMesh, fine: Solution
 ) -> tuple[Solution, Solution, Solution] | None:
-    """The coarse, the low and the tall solution; None where any runs away although the fine one doesn't."""
+    """The coarse, the low and the tall solution; None where any has no steady state although the fine one has."""
     try:
         coarse = solution(sink, symmetry, mesh.with_degrees(-1, -1, 0))
         low_mesh = mesh.with_degrees(-2, -2, 0, least=2)
@@ -135,7 +135,7 @@ def _lesser(
         if not same and _apart(tall, low) > SHARPEN * _apart(fine, coarse):
             low, tall = coarse, solution(sink, symmetry, mesh.with_degrees(-1, -1, 1))
         return coarse, low, tall
-    except RunawayError:
+    except NumericsError:
         return None
 
 

@@ -18,7 +18,9 @@ from fem3d.operators import HeatProblem
 from fem3d.reduced import Reduced, project
 
 CONVERGED = 1e-3  # part of the accuracy that the last step may change the rise by
-SETTLED = 1e-7  # below this the iteration also ends where rounding keeps it from getting better
+ROUNDED = 1e-7  # what rounding may do to the rise on the worst meshes, relative
+SETTLED = 1e-2  # part of the accuracy below which the iteration also ends where rounding keeps it from getting better
+SLOW = 15  # steps after which the reduced problem gets a second current pattern
 BACK = 0.8  # of a rise at which the resistivity is not positive
 UNIFORM = 5e-2  # part of the accuracy below which a change of the current's pattern isn't followed
 
@@ -81,8 +83,10 @@ def solve(heat: HeatProblem, voltage: float, accuracy: float) -> SteadyState:
             else:
                 potentials = [hot]
                 # Away from a fold the latest pattern is the right one in the end; where a fold lies also depends on
-                # how the pattern changes along the way.
-                patterns = _independent(conductor, cold, hot) if point.folded else [Pattern.of(conductor, hot)]
+                # how the pattern changes along the way, and near it the iteration does.
+                patterns = (
+                    _independent(conductor, cold, hot) if point.folded or step > SLOW else [Pattern.of(conductor, hot)]
+                )
                 densities, supply = [p.density for p in patterns], [p.supply for p in patterns]
                 load *= point.fraction**2
         if not follows:
@@ -90,7 +94,7 @@ def solve(heat: HeatProblem, voltage: float, accuracy: float) -> SteadyState:
         source = load + heat.constant_source
         answer = heat.solve_steady(source[:n])
         moved = float(np.abs(answer - rise).max() / np.abs(answer).max())
-        stalled = moved < SETTLED and moved > before / 2
+        stalled = moved < max(SETTLED * accuracy, ROUNDED) and moved > before / 2
         before = moved
         if moved < CONVERGED * accuracy or stalled or (point.folded and moved < 1e-4) or not warms:
             break

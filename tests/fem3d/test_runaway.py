@@ -86,7 +86,6 @@ def test_five_volts_with_a_falling_and_ten_with_a_rising_resistance_converge():
     assert 1000 < solved(Sink(voltage=10.0))["peak_rise_K"] < 2000
 
 
-@pytest.mark.xfail(strict=True, raises=AssertionError, reason="the first reduced problem leaves the range of the law")
 @pytest.mark.parametrize(
     ("coefficient", "voltage", "electrodes"), [(-2e-3, 5.0, "pad-edge"), (-5e-4, 30.0, "beam-end")]
 )
