@@ -70,7 +70,7 @@ def solve(sink: Sink, symmetry: Symmetry, transient: bool, progress: Callable[[s
     previous_limit = None
     for level in range(1, 40):
         try:
-            fine = solution(sink, symmetry, mesh)
+            fine = solution(sink, symmetry, mesh, reported=True)
         except RunawayError as runaway:
             # The voltage of the fold is a number of this mesh; it stands once another mesh agrees with it.
             known_to = np.inf if previous_limit is None else abs(runaway.limit - previous_limit)
@@ -114,9 +114,9 @@ def _size(mesh: BrickMesh) -> int:
     return int(mesh.solid.sum())
 
 
-def solution(sink: Sink, symmetry: Symmetry, mesh: BrickMesh) -> Solution:
-    """The steady state on a mesh."""
-    state = steady.solve(assemble(symmetry.scene, mesh), sink.voltage, sink.accuracy)
+def solution(sink: Sink, symmetry: Symmetry, mesh: BrickMesh, reported: bool = False) -> Solution:
+    """The steady state on a mesh, with care for the heat balance where it will be reported."""
+    state = steady.solve(assemble(symmetry.scene, mesh, reported), sink.voltage, sink.accuracy)
     return Solution(state, sink_quantities.steady(sink, outputs.of_steady(state, symmetry)))
 
 

@@ -193,8 +193,11 @@ def condition_nodes(mesh: BrickMesh, lower: Any, upper: Any, boxes: set[int] | N
     return np.unique(np.concatenate(found)) if found else np.empty(0, dtype=int)
 
 
-def assemble(scene: Scene, mesh: BrickMesh) -> HeatProblem:
-    """The heat problem of a scene (or of its symmetric part) on a mesh."""
+def assemble(scene: Scene, mesh: BrickMesh, balanced: bool = True) -> HeatProblem:
+    """The heat problem of a scene (or of its symmetric part) on a mesh.
+
+    ``balanced`` takes the trouble to conserve heat to the last digit, where the heat balance will be reported.
+    """
     solid = mesh.solid
     fixed = np.zeros(solid.size, dtype=bool)
     for b in scene.boundaries:
@@ -239,6 +242,7 @@ def assemble(scene: Scene, mesh: BrickMesh) -> HeatProblem:
     joined = (np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns)))
     both = coo_array(joined, shape=(size, size)).tocsc()
     stiffness = csc_array((both.data.real.copy(), both.indices, both.indptr), shape=both.shape)
-    _conserve(stiffness, -sum((per_kelvin for _, per_kelvin in films.values()), np.zeros(size)))
+    if balanced:
+        _conserve(stiffness, -sum((per_kelvin for _, per_kelvin in films.values()), np.zeros(size)))
     mass = csc_array((both.data.imag.copy(), both.indices, both.indptr), shape=both.shape)
     return HeatProblem(scene, mesh, number, len(free_nodes), stiffness, mass, source, order, films)

@@ -40,14 +40,16 @@ def write(mesh: BrickMesh, path: str | Path, point_data: Mapping[str, np.ndarray
     names = list(dict.fromkeys(b.material.name for b in mesh.boxes))
     of_box = np.array([names.index(b.material.name) for b in mesh.boxes])
     data = {name: np.asarray(values)[nodes] for name, values in (point_data or {}).items()}
-    meshio.Mesh(points, [("hexahedron", hexes)], point_data=data, cell_data={"material": [of_box[boxes]]}).write(path)
+    found = meshio.Mesh(points, [("hexahedron", hexes)], point_data=data, cell_data={"material": [of_box[boxes]]})
+    # Two formats end in .msh, and meshio would take Ansys's, which holds no data.
+    found.write(path, file_format="gmsh" if Path(path).suffix == ".msh" else None)
 
 
 def read(path: str | Path, materials: list[Material], degree: int = 2) -> BrickMesh:
     """A brick mesh from a file of axis-parallel hexahedra with the cell data "material".
 
-    Every coordinate becomes a breakpoint. Raises ValueError where the file has other cells, none, or cells that aren't
-    bricks of one grid.
+    The data may be missing where there is one material only. Every coordinate becomes a breakpoint. Raises ValueError
+    where the file has other cells, none, no data, or cells that aren't bricks of one grid.
     """
     import meshio
 
@@ -55,7 +57,9 @@ def read(path: str | Path, materials: list[Material], degree: int = 2) -> BrickM
     hexes = np.concatenate([c.data for c in found.cells if c.type == "hexahedron"] or [np.empty((0, 8), int)])
     if not len(hexes) or any(c.type != "hexahedron" for c in found.cells):
         raise ValueError(f"{path}: a brick mesh has hexahedra only")
-    material = np.concatenate(found.cell_data.get("material", [np.zeros(len(hexes), dtype=int)])).astype(int)
+    if "material" not in found.cell_data and len(materials) > 1:
+        raise ValueError(f"{path}: its cells have no data named material")
+    material = np.concatenate(found.cell_data.get("material", [np.zeros(len(hexes))])).astype(int)
     corners = found.points[hexes]
     lower, upper = corners.min(axis=1), corners.max(axis=1)
     breaks = []
@@ -68,7 +72,8 @@ def read(path: str | Path, materials: list[Material], degree: int = 2) -> BrickM
     volume = np.prod(upper - lower, axis=1)
     edges = [corners[:, b] - corners[:, a] for a, b in ((0, 1), (0, 3), (0, 4))]
     spanned = np.abs(np.linalg.det(np.stack(edges, axis=1)))
-    if any((b - a != 1).any() for a, b in zip(first, last, strict=True)) or not np.allclose(volume, spanned):
+    gaps = any((b - a != 1).any() for a, b in zip(first, last, strict=True))
+    if gaps or (np.abs(spanned - volume) > 1e-6 * volume).any():
         raise ValueError(f"{path}: its hexahedra aren't the bricks of one grid")
     owner = np.full(tuple(len(b) - 1 for b in breaks), -1)
     owner[first[0], first[1], first[2]] = material
