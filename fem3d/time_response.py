@@ -75,12 +75,15 @@ def respond(
         space = reduced_problem(state, Krylov(state, transient.shift(fine)).fields(count))
         return traces(transient.march(state, space, end, TIME_SHARE * accuracy), checked)
 
-    in_plane = distance(there, below(coarse))
+    lesser = below(coarse)
+    in_plane = distance(there, lesser)
     in_depth = dict.fromkeys(in_plane, 0.0) if in_z is None else distance(below(in_z[0]), below(in_z[1]))
     errors = {name: IN_PLANE * in_plane[name] + IN_DEPTH * in_depth[name] + lost[name] for name in scales}
     worst = max(errors[name] / scales[name] for name in errors)
     if worst > (1 - ROW_SHARE) * accuracy:
-        snapshots = list(answer.rises(np.geomspace(min(EARLIEST, end), min(1e-3, end), 3)))
+        # Refine for the instants at which the meshes differ most.
+        at = {int(np.abs(there[name] - lesser[name]).argmax()) for name in ("peak_K", "end_K", "mean_K")}
+        snapshots = list(answer.rises(checked[sorted(at)]))
         deep = max(IN_DEPTH * in_depth[name] / scales[name] for name in scales) > NEGLIGIBLE * accuracy
         return Response(checked, there, errors, False, np.nan, answer, reduced, snapshots, deep)
     return _with_rows(sink, symmetry, answer, reduced, errors, scales)

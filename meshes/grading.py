@@ -21,6 +21,7 @@ from scenes.model import Scene
 RATIO = 0.15  # of neighbouring intervals towards a feature; 0.15 is optimal for corner singularities (Gui and Babuska)
 HIGHEST_DEGREE = 8
 LONG = 1.2  # times the narrowest spacing: longer intervals start with one degree more
+SLIVER = 1e-3  # of the extent: closer planes set no length
 LAYERS = 75.0  # times the accuracy: where the first mesh expects singular edges to matter no more
 
 
@@ -61,7 +62,8 @@ def first_mesh(scene: Scene, accuracy: float) -> BrickMesh:
     """
     marks = features(scene)
     planes = [scene_planes(scene, d) for d in range(3)]
-    narrowest = min(float(np.diff(p).min()) for p in planes[:2])
+    # Slivers between planes that all but coincide are not what a constriction spreads over.
+    narrowest = min(float(d) for p in planes[:2] for d in np.diff(p) if d > SLIVER * (p[-1] - p[0]))
     degree = int(np.clip(np.round(-np.log10(accuracy)), 3, 6))
     axes = []
     for d in range(3):
