@@ -36,7 +36,7 @@ OF_ESTIMATE = 1.0  # the error over its dual-weighted estimate, at most
 CLEARLY = 2.0  # times the accuracy: estimates above it need no second solution to refine
 SURELY = 3.0  # times the change of the runaway voltage from mesh to mesh by which a voltage must exceed it
 MARKED = 0.9  # part of the estimated error whose intervals are refined
-MOST_UNKNOWNS = 150_000
+MOST_ENTRIES = 40_000_000  # of the stiffness matrix: some 10 GB with its factors
 
 RISES = {"peak_rise_K": "peak", "end_rise_K": "end", "mean_rise_K": "mean"}
 
@@ -69,12 +69,14 @@ def solve(sink: Sink, symmetry: Symmetry, transient: bool, progress: Callable[[s
     mesh = grading.first_mesh(symmetry.scene, accuracy)
     previous_limit = None
     for level in range(1, 40):
+        if _entries(mesh) > MOST_ENTRIES:
+            raise NumericsError(f"an accuracy of {accuracy:g} takes more memory in this scene than is sensible")
         try:
             fine = solution(sink, symmetry, mesh, reported=True)
         except RunawayError as runaway:
             # The voltage of the fold is a number of this mesh; it stands once another mesh agrees with it.
             known_to = np.inf if previous_limit is None else abs(runaway.limit - previous_limit)
-            if abs(sink.voltage) - runaway.limit > SURELY * known_to or _size(mesh) > MOST_UNKNOWNS:
+            if abs(sink.voltage) - runaway.limit > SURELY * known_to or _entries(mesh) > MOST_ENTRIES / 8:
                 raise
             previous_limit = runaway.limit
             mesh = mesh.with_degrees(1, 1, 1)
@@ -104,14 +106,13 @@ def solve(sink: Sink, symmetry: Symmetry, transient: bool, progress: Callable[[s
                     return Answer(fine, errors, response, level)
                 goals = _goals(fine, response.snapshots, features)
                 deep = response.deep
-        if size > MOST_UNKNOWNS:
-            raise NumericsError(f"an accuracy of {accuracy:g} takes more than {MOST_UNKNOWNS} unknowns in this scene")
         mesh = _refined(mesh, goals, features, deep)
     raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene")
 
 
-def _size(mesh: BrickMesh) -> int:
-    return int(mesh.solid.sum())
+def _entries(mesh: BrickMesh) -> int:
+    """Entries of the stiffness matrix, before it is there."""
+    return sum(int(np.prod([len(part.rows) for part in mesh.parts(block)])) for block in mesh.blocks)
 
 
 def solution(sink: Sink, symmetry: Symmetry, mesh: BrickMesh, reported: bool = False) -> Solution:
