@@ -67,12 +67,13 @@ def _parsers() -> tuple[argparse.ArgumentParser, dict[str, argparse.ArgumentPars
     parser = _Parser(
         prog="validate", allow_abbrev=False, formatter_class=argparse.RawDescriptionHelpFormatter,
         description="How far to trust a 1D model of a heated microstructure: the same scene in 3D, with error bounds.",
-        epilog="example:\n  validate sink --voltage 1   the paper's active sink at 1 V, equation by equation\n\n"
+        epilog="example:\n  validate sink --voltage 1   the paper's active sink at 1 V, equation by equation\n"
+        "  validate device             the whole sensor in 1D, what the paper says of it\n\n"
         "exit status: 0 every check came out as the scene declares, 1 one did not, 2 bad input, 3 the numerics failed",
     )  # fmt: skip
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version and leave")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=_Parser)
-    return parser, {"sink": _sink(commands), "scene": _scene(commands)}
+    return parser, {"sink": _sink(commands), "device": _device(commands), "scene": _scene(commands)}
 
 
 def _sink(commands: argparse._SubParsersAction) -> argparse.ArgumentParser:
@@ -89,22 +90,57 @@ def _sink(commands: argparse._SubParsersAction) -> argparse.ArgumentParser:
         "exit status: 0 every check came out as the scene declares, 1 one did not, 2 bad input, 3 the numerics failed",
     )  # fmt: skip
     add = sink.add_argument
-    add("scene", nargs="?", default="sink", metavar="SCENE.toml", help='a scene file (default: the built-in "sink")')
+    _common(
+        sink, "sink", "sink.width=20um", f"relative accuracy of the 3D solution (default {_ACCURACY} or the scene's)"
+    )
     add("--voltage", metavar="V", help='voltage across the electrodes: 1, 2V or "500 mV"; for --set drive.voltage=V')
-    add("--set", action="append", default=[], metavar="KEY=VALUE", dest="settings",
-        help="override a key of the scene, as often as needed: sink.width=20um")  # fmt: skip
-    add("--accuracy", metavar="A", help=f"relative accuracy of the 3D solution (default {_ACCURACY} or the scene's)")
     add("--steady", action="store_true", help="the steady state only, no transient")
     add("--only", choices=("3d", "1d"), help="one model only")
+    add("--fields", action="store_true", help="write the 3D temperature fields (fem3d.pvd with .vtu files)")
+    return sink
+
+
+def _device(commands: argparse._SubParsersAction) -> argparse.ArgumentParser:
+    device: argparse.ArgumentParser = commands.add_parser(
+        "device", allow_abbrev=False, formatter_class=argparse.RawDescriptionHelpFormatter,
+        help="simulate the whole sensor in 1D and check what the paper says of it",
+        description="Simulate the paper's whole sensor in 1D, sink, insulator, sensor, polymer and their controllers,\n"
+        "and say what of Figures 9 to 13 comes out; with the limits of gains, range and resolution.",
+        epilog="examples:\n"
+        "  validate device\n"
+        "  validate device --figure 11 --set control.sample_time=2ms\n"
+        "  validate device --scheme paper --figure 9\n"
+        "  validate device --max-power 20mW --meter PXI-4070\n\n"
+        "results: summary.json, traces.csv and figures in results/<scene>-<what distinguishes it>/\n"
+        "exit status: 0 every check came out as the scene declares, 1 one did not, 2 bad input, 3 the numerics failed",
+    )  # fmt: skip
+    add = device.add_argument
+    _common(device, "device", "control.sample_time=1ms", "accuracy of the temperatures, relative to the set rise")
+    add("--figure", action="append", default=[], choices=("9", "10", "11", "12", "13"), dest="about",
+        help="this figure and its checks only, as often as needed")  # fmt: skip
+    add("--scheme", choices=("accurate", "paper"), default="accurate",
+        help="the accurate scheme (default), or the paper's own and how far it is off")  # fmt: skip
+    add("--meter", choices=("PXI-4070", "MAX1367"), help="round the resistances to what a meter resolves")
+    add("--max-voltage", metavar="V", help="the sensor's largest voltage, for the range: 100mV")
+    add("--max-power", metavar="W", help="the sensor's largest power, for the range: 20mW")
+    return device
+
+
+def _common(parser: argparse.ArgumentParser, scene: str, example: str, accuracy: str) -> None:
+    """What the commands that solve a scene have in common."""
+    add = parser.add_argument
+    add("scene", nargs="?", default=scene, metavar="SCENE.toml",
+        help=f'a scene file (default: the built-in "{scene}")')  # fmt: skip
+    add("--set", action="append", default=[], metavar="KEY=VALUE", dest="settings",
+        help=f"override a key of the scene, as often as needed: {example}")  # fmt: skip
+    add("--accuracy", metavar="A", help=accuracy)
     add("--out", metavar="DIR", help="the results folder; a run that is there is replaced")
     add("--no-figures", action="store_false", dest="figures", help="no figures")
-    add("--fields", action="store_true", help="write the 3D temperature fields (fem3d.pvd with .vtu files)")
     add("--explain", action="store_true", help="print first what will be solved and what is skipped, and why")
     add("--strict", action="store_true",
         help="exit with 1 for any check not as declared (undeclared: expected to agree), or unresolved")  # fmt: skip
     add("--quiet", action="store_true", help="print the verdict only, one line")
     add("--json", action="store_true", help="print summary.json in place of the tables")
-    return sink
 
 
 def _scene(commands: argparse._SubParsersAction) -> argparse.ArgumentParser:
@@ -114,5 +150,5 @@ def _scene(commands: argparse._SubParsersAction) -> argparse.ArgumentParser:
         description="Print a built-in scene as commented TOML, to copy and edit.",
         epilog="example:\n  validate scene sink > mine.toml",
     )  # fmt: skip
-    scene.add_argument("name", metavar="NAME", help="the scene: sink")
+    scene.add_argument("name", metavar="NAME", help="the scene: sink or device")
     return scene

@@ -12,6 +12,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 IMPORT = "import skfem"
@@ -56,9 +57,9 @@ def main() -> None:
         for accuracy in ("1e-3", "1e-4"):
             rows = [_warm(accuracy) for _ in range(repeats)]
             ratios = iter([solved / imported for imported, solved, _ in rows])
-            _line(f"3D part at {accuracy}, after imports / import skfem", repeats, lambda it=ratios: next(it))
+            _line(f"3D part at {accuracy}, after imports / import skfem", repeats, partial(next, ratios))
             again = iter([second / solved for _, solved, second in rows])
-            _line(f"second voltage at {accuracy} / first", repeats, lambda it=again: next(it))
+            _line(f"second voltage at {accuracy} / first", repeats, partial(next, again))
         print(f"\nlargest memory of the run without figures: {_memory(no_figures):.0f} MB")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Protocol
 
 from compare import equation_checks, figure_checks
 from compare.comparison import Comparison, Models
@@ -36,34 +37,46 @@ def evaluate(sink: Sink, request: Request, fem3d: Result, reduced1d: Result | No
     it was not asked for, has its traces at the same times.
     """
     models = Models(sink, fem3d, reduced1d)
-    return tuple(_check(name, DEFINITIONS[name](models), sink) for name in made_checks(sink, request))
+    return tuple(judged(name, DEFINITIONS[name](models), sink) for name in made_checks(sink, request))
 
 
-def expected(sink: Sink, check: str) -> Verdict | None:
+class Declaring(Protocol):
+    """A scene of any type, as far as it says what is expected of its checks."""
+
+    @property
+    def tolerances(self) -> dict[str, float]: ...
+    @property
+    def expected_to_differ(self) -> tuple[str, ...] | None: ...
+    def tolerance(self, check: str) -> float: ...
+
+
+def expected(scene: Declaring, check: str) -> Verdict | None:
     """The verdict that a scene declares. Its list of checks that differ is complete: those not in it agree."""
-    if sink.expected_to_differ is None:
+    if scene.expected_to_differ is None:
         return None
-    return "differs" if check in sink.expected_to_differ else "agrees"
+    return "differs" if check in scene.expected_to_differ else "agrees"
 
 
-def _check(name: str, found: Comparison, sink: Sink) -> Check:
-    tolerance = sink.tolerance(name)
+def judged(name: str, found: Comparison, scene: Declaring, always: bool = False) -> Check:
+    """What was found, with its verdict; ``always`` gives the reason whatever the verdict is."""
+    tolerance = scene.tolerance(name)
     verdict = judge(found.difference, tolerance, found.u_num)
     because = ""
-    if verdict == "differs":
+    if verdict == "differs" or always:
         because = found.reason()
-    elif verdict == "unresolved":
-        because = (
+    if verdict == "unresolved":
+        doubt = (
             f"{difference_text(found.difference, found.u_num, 'give or take')} may be on either side of the "
-            f"tolerance of {percent(tolerance)}: ask for a smaller accuracy"
+            f"tolerance of {percent(tolerance)}"
         )
+        because = f"{because}; {doubt}" if always else f"{doubt}: ask for a smaller accuracy"
     return Check(
         name, found.title, found.predicted, found.measured, found.unit, found.difference, tolerance, found.u_num,
-        verdict, expected(sink, name), because, found.time,
+        verdict, expected(scene, name), because, found.time,
     )  # fmt: skip
 
 
-def contradicts(check: Check, sink: Sink, strict: bool) -> bool:
+def contradicts(check: Check, scene: Declaring, strict: bool) -> bool:
     """Whether a check came out other than the scene declares.
 
     Only what is declared can be contradicted: a verdict that is the opposite of the declared one, or a difference
@@ -76,4 +89,4 @@ def contradicts(check: Check, sink: Sink, strict: bool) -> bool:
         return False
     if check.expected is not None:
         return check.verdict != check.expected
-    return check.id in sink.tolerances and check.verdict == "differs"
+    return check.id in scene.tolerances and check.verdict == "differs"

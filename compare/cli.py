@@ -6,14 +6,17 @@ import contextlib
 import os
 import sys
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from scenes.errors import SceneError, printable
 
 if TYPE_CHECKING:
     import argparse
+    from pathlib import Path
 
+    from compare.device.scope import DeviceRequest
     from compare.table import Style
+    from scenes.device import Device
     from scenes.plan import Request, Step
     from scenes.sink import Sink
 
@@ -27,7 +30,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         from compare.arguments import parse
 
         arguments = parse(sys.argv[1:] if argv is None else argv)
-        return {"sink": _sink, "scene": _scene}[arguments.command](arguments)
+        return {"sink": _sink, "device": _device, "scene": _scene}[arguments.command](arguments)
     except SystemExit as leaving:  # argparse, after --help or --version
         return int(leaving.code or 0)
     except KeyboardInterrupt:
@@ -56,30 +59,84 @@ def _scene(arguments: argparse.Namespace) -> int:
 
 
 def _sink(arguments: argparse.Namespace) -> int:
-    from pathlib import Path
-
     from scenes.load import load
 
-    settings = list(arguments.settings)
-    for key, value in (("drive.voltage", arguments.voltage), ("run.accuracy", arguments.accuracy)):
-        if value is not None:
-            settings.append(f"{key}={value}")
+    settings = _settings(arguments, ("drive.voltage", arguments.voltage))
     sink = load(arguments.scene, settings)
-    if arguments.out is not None and not arguments.out.strip():
-        raise SceneError('--out "" names no folder: give one, such as results/mine')
-    request = _request(arguments)
+    request, out = _request(arguments), _out(arguments)
 
     from compare.run import run
 
-    talks = not (arguments.quiet or arguments.json)
-    planned = _explained(sink, request) if arguments.explain and talks else None
+    def plan() -> tuple[Step, ...]:
+        from compare.plan import plan
+
+        return plan(sink, request)
+
+    planned = _explained(arguments, plan)
     with _Progress() as progress:
-        outcome = run(sink, request, Path(arguments.out) if arguments.out else None, progress)
+        outcome = run(sink, request, out, progress)
 
     from compare import table
+
+    return _report(arguments, sink, outcome, table, planned)
+
+
+def _device(arguments: argparse.Namespace) -> int:
+    from dataclasses import replace
+
+    from compare.device import scope
+    from scenes.load import load
+    from scenes.types import DEVICE
+
+    device = load(arguments.scene, _settings(arguments), of=DEVICE)
+    request, out = _device_request(arguments), _out(arguments)
+    if request.meter:
+        # The scene says nothing about a device with a meter in its loop.
+        device = replace(device, expected_to_differ=None)
+
+    from compare.device.run import run
+
+    planned = _explained(arguments, lambda: scope.plan(device, request))
+    with _Progress() as progress:
+        outcome = run(device, request, out, progress)
+
+    from compare.device import table
+
+    return _report(arguments, device, outcome, table, planned)
+
+
+def _settings(arguments: argparse.Namespace, *options: tuple[str, str | None]) -> list[str]:
+    """The overrides, with the options that stand for some."""
+    given = ((key, value) for key, value in (*options, ("run.accuracy", arguments.accuracy)) if value is not None)
+    return [*arguments.settings, *(f"{key}={value}" for key, value in given)]
+
+
+def _out(arguments: argparse.Namespace) -> Path | None:
+    from pathlib import Path
+
+    if arguments.out is not None and not arguments.out.strip():
+        raise SceneError('--out "" names no folder: give one, such as results/mine')
+    return Path(arguments.out) if arguments.out else None
+
+
+def _explained(arguments: argparse.Namespace, plan: Callable[[], tuple[Step, ...]]) -> tuple[Step, ...] | None:
+    """The plan, printed; ``None`` where that is not asked for."""
+    if not arguments.explain or arguments.quiet or arguments.json:
+        return None
+    from compare import table
+
+    planned = plan()
+    _print(table.plan_text(planned, _style()) + "\n")
+    return planned
+
+
+def _report(
+    arguments: argparse.Namespace, scene: Sink | Device, outcome: Any, table: Any, planned: tuple[Step, ...] | None
+) -> int:
+    """Prints what a run found, in the words of its kind's ``table`` module, and returns the exit status."""
     from compare.checks import contradicts
 
-    contrary = [check for check in outcome.checks if contradicts(check, sink, arguments.strict)]
+    contrary = [check for check in outcome.checks if contradicts(check, scene, arguments.strict)]
     if arguments.json:
         _print((outcome.folder / "summary.json").read_text(encoding="utf-8").rstrip("\n"))
     elif arguments.quiet:
@@ -87,16 +144,6 @@ def _sink(arguments: argparse.Namespace) -> int:
     else:
         _print(table.outcome_text(outcome, contrary, _style(), planned))
     return DIFFERS if contrary else FINE
-
-
-def _explained(sink: Sink, request: Request) -> tuple[Step, ...]:
-    """The plan, printed."""
-    from compare import table
-    from compare.plan import plan
-
-    planned = plan(sink, request)
-    _print(table.plan_text(planned, _style()) + "\n")
-    return planned
 
 
 def _request(arguments: argparse.Namespace) -> Request:
@@ -112,6 +159,25 @@ def _request(arguments: argparse.Namespace) -> Request:
         transient=not arguments.steady,
         figures=arguments.figures,
         fields=arguments.fields,
+    )
+
+
+def _device_request(arguments: argparse.Namespace) -> DeviceRequest:
+    from compare.device.scope import FIGURES, DeviceRequest
+    from scenes import dimensions
+    from scenes.kinds import Quantity
+
+    def most(option: str, given: str | None, dimension: dimensions.Dimension) -> float:
+        value = None if given is None else Quantity(dimension, 1e-12, 1e6).read(option, given)
+        return float("inf") if value is None else value
+
+    return DeviceRequest(
+        arguments.scheme,
+        tuple(name for name in FIGURES if name.removeprefix("figure") in arguments.about),
+        arguments.figures,
+        arguments.meter,
+        most("--max-voltage", arguments.max_voltage, dimensions.VOLTAGE),
+        most("--max-power", arguments.max_power, dimensions.POWER),
     )
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 INK = "#222222"
 LINES = {"peak_K": "#8b1a1a", "mean_K": "#f0a030", "end_K": "#3a86c8", "current_A": "#5e3c99"}
+LAYERS = {"sink": "#8b1a1a", "sensor": "#3a86c8", "polymer": "#f0a030"}
 FIELD = "inferno"
 _PART = (0.08, 0.93)
 

@@ -6,6 +6,7 @@ and its mathematical text would take longer than the 3D solution.
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
@@ -49,7 +50,7 @@ def new_figure(
     is for the axes, within margins (inches) that leave room for their labels."""
     figure = Figure(figsize=(width, height))
     room = int(width * 12.5)
-    lines = [line for check in checks for line in textwrap.wrap(verdict_line(check), room)]
+    lines = [line for check in checks for line in textwrap.wrap(_kept(verdict_line(check)), room)]
     for i, line in enumerate([text, *lines]):
         y = 1 - (0.1 + i * _LINE) / height
         figure.text(
@@ -61,15 +62,25 @@ def new_figure(
 
 
 def verdict_line(check: Check) -> str:
-    """A check in one sentence: "fig4 DIFFERS: the 1D steady peak rise is off by -6.56 ± 0.01 % (tolerance 5 %)"."""
+    """A check in one sentence: "fig4 DIFFERS: the 1D steady peak rise is off by -6.56 ± 0.01 % (tolerance 5 %)".
+
+    A check that is no difference between models, as those of the device, is told by its own reason.
+    """
     mark = {"agrees": "\N{CHECK MARK}", "differs": "\N{MULTIPLICATION X}", "unresolved": "?"}[check.verdict]
     word = check.verdict.upper() if check.verdict == "differs" else check.verdict
+    if check.id not in _MEANS:
+        return f"{mark} {check.id} {word}: {check.because}"
     said = _MEANS[check.id].format(difference_text(check.difference, check.u_num, "±"))
     if check.id == "fig5":
         said = said.replace("+", "")
     if check.title.endswith("of itself"):
         said = said.replace("of its final change", "of itself")
     return f"{mark} {check.id} {word}: {said} (tolerance {percent(check.tolerance, 1)})"
+
+
+def _kept(text: str) -> str:
+    """With spaces that no line is broken at between a number and its unit."""
+    return re.sub(r"(?<=\d) (?=[A-Za-z%])", "\N{NO-BREAK SPACE}", text)
 
 
 def save(figure: Figure, folder: Path, name: str) -> list[str]:

@@ -10,6 +10,7 @@ import uuid
 from pathlib import Path
 from types import TracebackType
 
+from scenes.device import Device
 from scenes.errors import SceneError, quoted, reason
 from scenes.load import distinguishes
 from scenes.sink import Sink
@@ -20,9 +21,9 @@ SCHEMA = 1
 _OURS = re.compile(r"summary\.json|traces\.csv|figure\d+\.(png|svg)|fem3d\.pvd|fem3d_\w+\.vtu|report\.html")
 
 
-def results_folder(sink: Sink) -> Path:
-    """The default folder of a sink's run, under the current directory: "results/sink-1V"."""
-    return Path("results") / f"{sink.name}-{distinguishes(sink)}"
+def results_folder(scene: Sink | Device, variant: str = "") -> Path:
+    """The default folder of a scene's run, under the current directory: "results/sink-1V", "results/device-273K"."""
+    return Path("results") / "-".join(filter(None, (scene.name, distinguishes(scene), variant)))
 
 
 class Folder:

@@ -28,7 +28,7 @@ def write_summary(path: Path, outcome: Outcome) -> None:
 
 def document(outcome: Outcome) -> dict[str, Any]:
     """The summary as JSON types: full precision, and null for what is not a finite number."""
-    plain = _plain(
+    found = plain(
         {
             "schema": SCHEMA,
             "scene": as_dict(outcome.sink),
@@ -36,14 +36,14 @@ def document(outcome: Outcome) -> dict[str, Any]:
             "provenance": provenance(),
             "fem3d": None if outcome.fem3d is None else _fem3d(outcome.fem3d),
             "reduced1d": None if outcome.reduced1d is None else _reduced1d(outcome.reduced1d),
-            "checks": [_check(check) for check in outcome.checks],
+            "checks": [check_document(check) for check in outcome.checks],
             "warnings": list(outcome.warnings),
             "files": list(outcome.files),
             "timing_s": outcome.timing,
         }
     )
-    assert isinstance(plain, dict)
-    return plain
+    assert isinstance(found, dict)
+    return found
 
 
 def provenance() -> dict[str, str]:
@@ -84,20 +84,21 @@ def _reduced1d(result: Result) -> dict[str, Any]:
     return {"steady": {key: {"value": e.value} for key, e in result.steady.items()}, "details": result.details}
 
 
-def _check(check: Check) -> dict[str, Any]:
+def check_document(check: Check) -> dict[str, Any]:
+    """A check as the summary has it."""
     found = asdict(check)
     time = found.pop("time")
     return found if time is None else found | {"time_s": time}
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """Numpy's numbers and arrays as Python's; NaN and infinities, which JSON lacks, as ``None``."""
     if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
+        return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
+        return [plain(item) for item in value]
     if hasattr(value, "tolist"):
-        return _plain(value.tolist())
+        return plain(value.tolist())
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -28,6 +28,7 @@ QUANTITIES = {
     "heat_out_W": ("heat to the substrate", "W"),
     "anchor_resistance_K_per_W": ("anchor resistance", "K/W"),
 }
+_STAGES = {"fem3d": "3D", "device": "runs", "design": "designer's questions", "figures": "figures"}
 _COLOURS = {"agrees": "32", "differs": "31", "unresolved": "33", "heading": "1"}
 _MARKS = {"agrees": ("\N{CHECK MARK}", "+"), "differs": ("\N{BALLOT X}", "x"), "unresolved": ("?", "?")}
 
@@ -60,30 +61,37 @@ def outcome_text(
     been printed, so that only what turned out otherwise is added."""
     parts = [headline(outcome, contrary, style), _quantities(outcome, style)]
     if outcome.checks:
-        parts.append(_checks(outcome.checks, style))
-    parts += [_reasons(outcome.checks, contrary, style), _plan_changes(outcome, planned, style)]
-    parts += [_wrapped(f"Warning: {text.rstrip('.')}.") for text in outcome.warnings]
-    parts.append(_where(outcome))
+        parts.append(checks_text(outcome.checks, style))
+    parts += [reasons_text(outcome.checks, contrary, style), _plan_changes(outcome, planned, style)]
+    parts += [wrapped(f"Warning: {text.rstrip('.')}.") for text in outcome.warnings]
+    parts.append(where_text(outcome.folder, outcome.files, outcome.timing))
     return "\n\n".join(part for part in parts if part)
 
 
 def headline(outcome: Outcome, contrary: Sequence[Check], style: Style) -> str:
     """The verdict of the run, in one line where it fits."""
     name = f"{outcome.sink.name} at {outcome.sink.voltage:g} V"
-    checks = outcome.checks
-    if not checks:
-        return style.paint(_wrapped(f"{name}: solved in 1D only, so nothing was compared."), "heading")
+    declared = outcome.sink.expected_to_differ is not None
+    if not outcome.checks:
+        return style.paint(wrapped(f"{name}: solved in 1D only, so nothing was compared."), "heading")
+    return verdict_text(name, outcome.checks, contrary, declared, style)
+
+
+def verdict_text(
+    name: str, checks: Sequence[Check], contrary: Sequence[Check], declared: bool, style: Style
+) -> str:  # fmt: skip
+    """How many checks differ, and whether that is what the scene declares."""
     count = {v: sum(check.verdict == v for check in checks) for v in ("agrees", "differs", "unresolved")}
     said = f"{name}: {count['differs']} of {len(checks)} checks differ"
     if count["unresolved"]:
         said += f", {count['unresolved']} unresolved"
     if contrary:
         said += f"; not as expected: {', '.join(check.id for check in contrary)}."
-    elif outcome.sink.expected_to_differ is not None and not count["unresolved"]:
+    elif declared and not count["unresolved"]:
         said += ", as the scene declares."
     else:
         said += "."
-    return style.paint(_wrapped(said), "heading")
+    return style.paint(wrapped(said), "heading")
 
 
 def plan_text(steps: Sequence[Step], style: Style) -> str:
@@ -126,24 +134,27 @@ def _quantity_line(
     return f"  {name:<23}{left:>26}{right:>15}{off:>13}".rstrip()
 
 
-def _checks(checks: Sequence[Check], style: Style) -> str:
+def checks_text(checks: Sequence[Check], style: Style) -> str:
+    """A line for every check."""
     lines = [style.paint(f"  {'check':<16}{'':<26}{'difference':>18}{'tolerance':>10}  ", "heading").rstrip()]
+    room = max((len(check.id) + 1 for check in checks), default=0)
     for check in checks:
         difference = difference_text(check.difference, check.u_num, style.plus_minus)
         word = style.paint(check.verdict, check.verdict)
         mark = style.paint(style.mark(check.verdict), check.verdict)
-        lines.append(f"{mark} {check.id:<14}{check.title:<23}{difference:>20}{percent(check.tolerance, 1):>9}  {word}")
+        name = f"{check.id:<{max(room, 14)}}{check.title}"
+        lines.append(f"{mark} {name:<37}{difference:>20}{percent(check.tolerance, 1):>9}  {word}")
     return "\n".join(lines)
 
 
-def _reasons(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -> str:
-    """Why, for every check that does not agree, and for those that contradict the scene what it declares."""
+def reasons_text(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -> str:
+    """Why, for every check that gives a reason, and for those that contradict the scene what it declares."""
     lines = []
     declared = {check.id: _declared(check) for check in contrary}
     for check in checks:
         said = "; ".join(text for text in (declared.get(check.id, ""), check.because) if text)
         if said:
-            lines.append(_wrapped(f"{check.id}: {said}.", "  ", "    "))
+            lines.append(wrapped(f"{check.id}: {said}.", "  ", "    "))
     if not lines:
         return ""
     return "\n".join([style.paint("Why", "heading"), *lines])
@@ -164,23 +175,22 @@ def _plan_changes(outcome: Outcome, planned: tuple[Step, ...] | None, style: Sty
     return plan_text(changed, style).replace("Plan", "As it turned out", 1)
 
 
-def _where(outcome: Outcome) -> str:
-    folder = outcome.folder
+def where_text(folder: Path, files: Sequence[str], timing: Mapping[str, float]) -> str:
+    """Where the results are, what is there, and how long it took."""
     here = Path.cwd()
     shown = folder.relative_to(here) if folder.is_relative_to(here) else folder
     kinds = ["summary.json"]
-    kinds += ["traces.csv"] if "traces.csv" in outcome.files else []
-    figures = sorted({Path(file).stem for file in outcome.files if file.startswith("figure")})
+    kinds += ["traces.csv"] if "traces.csv" in files else []
+    figures = sorted({Path(file).stem for file in files if file.startswith("figure")})
     kinds += [f"{len(figures)} figures"] if figures else []
-    kinds += ["fem3d.pvd"] if "fem3d.pvd" in outcome.files else []
-    timing = outcome.timing
-    parts = [f"{name} {timing[key]:.1f} s" for key, name in (("fem3d", "3D"), ("figures", "figures")) if key in timing]
+    kinds += ["fem3d.pvd"] if "fem3d.pvd" in files else []
+    parts = [f"{name} {timing[key]:.1f} s" for key, name in _STAGES.items() if key in timing]
     spent = f"Took {timing['total']:.1f} s" + (f" ({', '.join(parts)})" if parts else "")
     # A path is not broken over lines, so that it can be copied.
-    return f"Results in {shown}/\n" + _wrapped(f"{', '.join(kinds)}. {spent}.", "  ", "  ")
+    return f"Results in {shown}/\n" + wrapped(f"{', '.join(kinds)}. {spent}.", "  ", "  ")
 
 
-def _wrapped(text: str, first: str = "", then: str = "  ") -> str:
+def wrapped(text: str, first: str = "", then: str = "  ") -> str:
     """Lines of at most 80 columns in which no number loses its unit."""
     kept = re.sub(r"(?<=\d) (?=[A-Za-z%])", "\N{NO-BREAK SPACE}", text)
     filled = textwrap.fill(kept, WIDTH, initial_indent=first, subsequent_indent=then, break_on_hyphens=False)

@@ -23,6 +23,11 @@ def write_traces(path: Path, *results: Result | None) -> str:
         if not np.array_equal(time, traces.time):
             raise ValueError("the models' traces must be at the same times")
         columns |= {f"{result.model}_{key}": value for key, value in traces.values.items()}
+    return write_columns(path, columns)
+
+
+def write_columns(path: Path, columns: dict[str, np.ndarray]) -> str:
+    """Writes columns of equal length under their names, to full precision; returns the file's name."""
     rows = zip(*(column.tolist() for column in columns.values()), strict=True)
     lines = [",".join(columns), *(",".join(map(repr, row)) for row in rows)]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from scenes.checks import DEVICE_TOLERANCES
 from scenes.model import Material
 from scenes.sink import Sink
 
@@ -41,7 +42,8 @@ class Device:
     """A sink and the layers on it, from below: insulator, sensor film, polymer; all as long and wide as the beam.
 
     Thicknesses in m, ``end_time`` in s. ``accuracy`` is the largest numerical error of a temperature, as a fraction
-    of the set temperature's rise above room temperature. The sink's own voltage, end time and accuracy are not used.
+    of the set temperature's rise above room temperature. The sink's own voltage, electrodes, end time, accuracy and
+    checks are not used. ``tolerances`` and ``expected_to_differ`` are as those of a sink, for the device's checks.
     """
 
     sink: Sink = field(default_factory=Sink)
@@ -55,6 +57,8 @@ class Device:
     end_time: float = 0.5
     accuracy: float = 5e-6
     name: str = "device"
+    tolerances: dict[str, float] = field(default_factory=dict)
+    expected_to_differ: tuple[str, ...] | None = None
 
     @property
     def contact_area(self) -> float:
@@ -65,3 +69,7 @@ class Device:
     def set_rise(self) -> float:
         """The set temperature above room temperature, in K."""
         return self.control.set_temperature - self.sink.room_temperature
+
+    def tolerance(self, check: str) -> float:
+        """The relative tolerance of a check: the declared one, or else its default (KeyError for an unknown id)."""
+        return self.tolerances[check] if check in self.tolerances else DEVICE_TOLERANCES[check]

@@ -1,7 +1,7 @@
-"""The keys of the parametric sink: what each means, in which dimension and between which bounds.
+"""The keys of the parametric scenes, sink and device: what each means, in which dimension and between which bounds.
 
 The bounds are those of continuum heat conduction in solids, wide enough for anything that can be built; what lies
-outside is a slip of the unit. The defaults are those of ``scenes.sink.Sink``.
+outside is a slip of the unit. The defaults are those of ``scenes.sink.Sink`` and ``scenes.device.Device``.
 """
 
 from __future__ import annotations
@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from scenes import dimensions as d
-from scenes.checks import Differing, Tolerances
-from scenes.kinds import Choice, Insulator, Kind, Name, Quantity
+from scenes.checks import DEVICE_TOLERANCES, Differing, Tolerances
+from scenes.kinds import Choice, Insulator, Kind, Name, Quantity, Switch
 from scenes.schema import Key, Schema
 
 SIZE = Quantity(d.LENGTH, 1e-9, 1.0)
@@ -67,4 +67,42 @@ SINK = Schema((
     Key("run.accuracy", "accuracy", ACCURACY, physical=False),
     Key("checks.tolerances", "tolerances", Tolerances(), physical=False),
     Key("checks.expect_differs", "expected_to_differ", Differing(), physical=False),
+))  # fmt: skip
+
+
+def _of_the_sink() -> tuple[Key, ...]:
+    """The sink's keys as parts of a device, which is run and checked in a way of its own.
+
+    The drive is read, so that a sink's file can be extended to a device's, but the controllers take its place.
+    """
+    own = ("scene.", "run.", "checks.")
+    return tuple(
+        replace(key, attribute=f"sink.{key.attribute}", physical=not key.path.startswith("drive."))
+        for key in SINK.keys
+        if not key.path.startswith(own)
+    )
+
+
+GAIN = Quantity(d.VOLTAGE, 0.0, 1e6)
+
+DEVICE = Schema((
+    Key("scene.name", "name", Name(), physical=False),
+    *_of_the_sink(),
+    Key("device.sensor_thickness", "sensor_thickness", SIZE),
+    Key("device.insulator_thickness", "insulator_thickness", SIZE),
+    Key("device.polymer_thickness", "polymer_thickness", SIZE),
+    *material("gold", CONDUCTOR),
+    *material("pdms", INSULATOR),
+    Key("control.sample_time", "control.sample_time", Quantity(d.TIME, 1e-6, 100.0)),
+    Key("control.sink_gain", "control.sink_gain", GAIN),
+    Key("control.sensor_gain", "control.sensor_gain", GAIN),
+    Key("control.set_temperature", "control.set_temperature", TEMPERATURE),
+    Key("control.allow_negative_voltage", "control.allow_negative_voltage", Switch()),
+    Key("external.initial_temperature", "external.initial_temperature", TEMPERATURE),
+    Key("external.final_temperature", "external.final_temperature", TEMPERATURE),
+    Key("external.step_time", "external.step_time", Quantity(d.TIME, 0.0, 1e6)),
+    Key("run.end_time", "end_time", DURATION),
+    Key("run.accuracy", "accuracy", Quantity(d.NUMBER, 1e-7, 0.1), physical=False),
+    Key("checks.tolerances", "tolerances", Tolerances(tuple(DEVICE_TOLERANCES)), physical=False),
+    Key("checks.expect_differs", "expected_to_differ", Differing(tuple(DEVICE_TOLERANCES)), physical=False),
 ))  # fmt: skip

@@ -133,6 +133,25 @@ class Choice:
 
 
 @dataclass(frozen=True)
+class Switch:
+    """True or false."""
+
+    def read(self, path: str, given: object) -> bool:
+        """The boolean itself."""
+        if isinstance(given, bool):
+            return given
+        raise SceneError(f"{path} = {quoted(given)} is neither true nor false: give one of these")
+
+    def write(self, value: Any) -> Any:
+        """The boolean itself."""
+        return value
+
+    def show(self, value: Any) -> str:
+        """As a file has it."""
+        return str(value).lower()
+
+
+@dataclass(frozen=True)
 class Name:
     """A short text that is safe as part of a folder's name."""
 

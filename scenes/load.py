@@ -1,4 +1,4 @@
-"""Reading the parametric sink: built-in or from a TOML file, with overrides, checked; and writing it back."""
+"""Reading the parametric scenes: built-in or from a TOML file, with overrides, checked; and writing them back."""
 
 from __future__ import annotations
 
@@ -6,46 +6,56 @@ import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar, overload
 
 from scenes.errors import SceneError, did_you_mean, quoted, reason
-from scenes.keys import SINK
 from scenes.overrides import override
 from scenes.schema import nest
 from scenes.sink import Sink
 from scenes.slug import distinguishes
+from scenes.types import SINK, TYPES, SceneType, type_of
 from scenes.validity import check
 
 __all__ = ["as_dict", "builtin_names", "builtin_text", "check", "distinguishes", "from_dict", "load"]
 
-_BUILTIN = ("sink",)
+T = TypeVar("T")
+_BUILTIN = tuple(TYPES)
 _EXPECTED = "checks.expect_differs"
 
 
-def load(source: str | Path, overrides: Sequence[str] = ()) -> Sink:
-    """The sink of a scene, with what "KEY=VALUE" overrides say put over it, checked.
+@overload
+def load(source: str | Path, overrides: Sequence[str] = ()) -> Sink: ...
+@overload
+def load(source: str | Path, overrides: Sequence[str] = (), *, of: SceneType[T]) -> T: ...
+def load(source: str | Path, overrides: Sequence[str] = (), *, of: SceneType[Any] = SINK) -> Any:
+    """The scene of a file, with what "KEY=VALUE" overrides say put over it, checked.
 
-    ``source`` is the name of a built-in scene, or a path to a TOML file; what a file leaves out has its default, and a
-    scene without a name is called after its file. The checks that a scene expects to differ are a statement about that
-    scene: an override of anything physical withdraws it (``expected_to_differ`` is then ``None``), unless an override
-    says what is expected now. Raises SceneError.
+    ``source`` is the name of the built-in scene of the type ``of``, or a path to a TOML file; what a file leaves out
+    has its default, and a scene without a name is called after its file. The checks that a scene expects to differ are
+    a statement about that scene: an override of anything physical withdraws it (``expected_to_differ`` is then
+    ``None``), unless an override says what is expected now. Raises SceneError.
     """
-    name = source if isinstance(source, str) and source in _BUILTIN else _file_name(Path(source))
-    flat = SINK.flatten(_document(source))
-    before, values = SINK.read(flat), SINK.read(override(flat, overrides, SINK))
-    if _physical(before) != _physical(values) and _EXPECTED not in override({}, overrides, SINK):
+    schema = of.schema
+    name = source if isinstance(source, str) and source == of.name else _file_name(Path(source))
+    flat = schema.flatten(_document(source, of))
+    before, values = schema.read(flat), schema.read(override(flat, overrides, schema))
+    if _physical(before, of) != _physical(values, of) and _EXPECTED not in override({}, overrides, schema):
         values[_EXPECTED] = None
-    return check(SINK.apply({"scene.name": name} | values, Sink()))
+    return check(schema.apply({"scene.name": name} | values, of.default))
 
 
-def from_dict(document: Mapping[str, Any]) -> Sink:
-    """The sink of nested sections such as ``as_dict`` returns, checked; raises SceneError."""
-    return check(SINK.apply(SINK.read(SINK.flatten(document)), Sink()))
+@overload
+def from_dict(document: Mapping[str, Any]) -> Sink: ...
+@overload
+def from_dict(document: Mapping[str, Any], of: SceneType[T]) -> T: ...
+def from_dict(document: Mapping[str, Any], of: SceneType[Any] = SINK) -> Any:
+    """The scene of nested sections such as ``as_dict`` returns, checked; raises SceneError."""
+    return check(of.schema.apply(of.schema.read(of.schema.flatten(document)), of.default))
 
 
-def as_dict(sink: Sink) -> dict[str, Any]:
-    """Every key of a sink by section, as plain JSON types in SI units; ``from_dict`` gives an equal sink back."""
-    return nest(SINK.write(sink))
+def as_dict(scene: object) -> dict[str, Any]:
+    """Every key of a scene by section, as plain JSON types in SI units; ``from_dict`` gives an equal scene back."""
+    return nest(type_of(scene).schema.write(scene))
 
 
 def builtin_names() -> tuple[str, ...]:
@@ -61,28 +71,26 @@ def builtin_text(name: str) -> str:
     return Path(__file__).with_name(f"{name}.toml").read_text(encoding="utf-8")
 
 
-def _document(source: str | Path) -> dict[str, Any]:
+def _document(source: str | Path, of: SceneType[Any]) -> dict[str, Any]:
     """The TOML document of a built-in scene or a file."""
-    builtin = isinstance(source, str) and source in _BUILTIN
-    text = builtin_text(str(source)) if builtin else _file_text(source)
+    builtin = isinstance(source, str) and source == of.name
+    text = builtin_text(str(source)) if builtin else _file_text(source, of.name)
     try:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         raise SceneError(f"{quoted(Path(source))} is not valid TOML: {reason(error)}") from None
 
 
-def _file_text(source: str | Path) -> str:
+def _file_text(source: str | Path, known: str) -> str:
     shown = quoted(Path(source))
     try:
         # A byte order mark, which some editors write, is no part of the text.
         return Path(source).read_bytes().decode("utf-8-sig")
     except FileNotFoundError:
-        hint = did_you_mean(str(source), _BUILTIN)
-        raise SceneError(
-            f"{shown} is no file: give a TOML file, or the built-in {' or '.join(_BUILTIN)}{hint}"
-        ) from None
+        hint = did_you_mean(str(source), (known,))
+        raise SceneError(f"{shown} is no file: give a TOML file, or the built-in {known}{hint}") from None
     except IsADirectoryError:
-        raise SceneError(f"{shown} is a directory: give a TOML file, or the built-in {' or '.join(_BUILTIN)}") from None
+        raise SceneError(f"{shown} is a directory: give a TOML file, or the built-in {known}") from None
     except UnicodeDecodeError as error:
         raise SceneError(f"{shown} is not UTF-8 text (byte {error.start}): save the TOML file as UTF-8") from None
     except (OSError, ValueError) as error:
@@ -94,7 +102,7 @@ def _file_name(path: Path) -> str:
     return re.sub(r"[^\w .-]", "_", path.stem)[:60].strip(" .-") or "scene"
 
 
-def _physical(values: Mapping[str, Any]) -> dict[str, Any]:
+def _physical(values: Mapping[str, Any], of: SceneType[Any]) -> dict[str, Any]:
     """What says what is solved, with a default standing for what is left out."""
-    written = SINK.write(SINK.apply(values, Sink()))
-    return {path: written[path] for path, key in SINK.paths.items() if key.physical}
+    written = of.schema.write(of.schema.apply(values, of.default))
+    return {path: written[path] for path, key in of.schema.paths.items() if key.physical}

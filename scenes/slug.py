@@ -1,4 +1,4 @@
-"""What distinguishes a sink from the built-in one, in a few words that are safe in the name of a folder."""
+"""What distinguishes a scene from the built-in one, in a few words that are safe in the name of a folder."""
 
 from __future__ import annotations
 
@@ -6,31 +6,31 @@ import re
 import zlib
 from operator import attrgetter
 
-from scenes.keys import SINK
-from scenes.kinds import Quantity
-from scenes.sink import Sink
+from scenes.kinds import Choice
+from scenes.types import type_of
 
 _LONGEST = 80
 
 
-def distinguishes(sink: Sink) -> str:
-    """The voltage, then every key that differs from its default: "1V", "2V-width20um", "1V-pad-edge".
+def distinguishes(scene: object) -> str:
+    """The leading key (a sink's voltage, a device's final outer temperature), then every key that differs from its
+    default: "1V", "2V-width20um", "1V-pad-edge", "273K".
 
-    Different sinks get different texts, but for their name and checks, which are left out. A text longer than 80
+    Different scenes get different texts, but for their name and checks, which are left out. A text longer than 80
     characters ends in a checksum of the whole instead. The values are taken as valid (``scenes.validity.check``).
     """
-    default = Sink()
+    kind = type_of(scene)
     words: list[str] = []
-    for path, key in SINK.paths.items():
-        value = attrgetter(key.attribute)(sink)
+    for path, key in kind.schema.paths.items():
+        value = attrgetter(key.attribute)(scene)
         section, _, name = path.rpartition(".")
         if section in ("scene", "checks"):
             continue
-        if path == "drive.voltage":
+        if path == kind.leading:
             words.insert(0, _safe(key.kind.show(value)))
-        elif value != attrgetter(key.attribute)(default):
+        elif value != attrgetter(key.attribute)(kind.default):
             owner = section.removeprefix("materials.") + "_" if section.startswith("materials.") else ""
-            label = f"{owner}{name}" if isinstance(key.kind, Quantity) else ""
+            label = "" if isinstance(key.kind, Choice) else f"{owner}{name}"
             words.append(label + _safe(key.kind.show(value)))
     slug = "-".join(words)
     if len(slug) > _LONGEST:

@@ -1,31 +1,64 @@
-"""Whether a sink can be solved: every value within its bounds, and the sizes fitting together."""
+"""Whether a scene can be solved: every value within its bounds, and the sizes fitting together."""
 
 from __future__ import annotations
 
 from operator import attrgetter
+from typing import TypeVar
 
-from scenes.dimensions import LENGTH
+from scenes.device import Device
+from scenes.dimensions import LENGTH, TIME
 from scenes.errors import SceneError, quoted
-from scenes.keys import SINK
+from scenes.model import Material
 from scenes.sink import Sink
+from scenes.types import type_of
 
+T = TypeVar("T")
 _ROUNDING = 1e-9
+_MOST_SAMPLES = 1_000_000
 
 
-def check(sink: Sink) -> Sink:
-    """The sink itself, wherever it comes from: a file, an override or Python.
+def check(scene: T) -> T:
+    """The scene itself, wherever it comes from: a file, an override or Python.
 
-    Raises SceneError for a value of the wrong type or out of bounds, an oxide that does not lie under its pad, and
-    silicon whose resistivity would not be positive at room temperature. A beam wider than its pads is fine.
+    Raises SceneError for a value of the wrong type or out of bounds, an oxide that does not lie under its pad, and a
+    film whose resistivity would not be positive at room temperature; of a device also for what its controllers could
+    not work with. A beam wider than its pads is fine.
     """
-    for key in SINK.keys:
-        value = attrgetter(key.attribute)(sink)
+    for key in type_of(scene).schema.keys:
+        value = attrgetter(key.attribute)(scene)
         read = key.kind.read(key.path, key.kind.write(value))
         if read != value:
             raise SceneError(f"{key.path} = {quoted(value)} must be given as {read!r} in Python")
-    _check_oxide(sink)
-    _check_resistivity(sink)
-    return sink
+    sink = scene.sink if isinstance(scene, Device) else scene
+    if isinstance(sink, Sink):
+        _check_oxide(sink)
+        _check_resistivity(sink.silicon, "environment.room_temperature", sink.room_temperature)
+    if isinstance(scene, Device):
+        _check_control(scene)
+    return scene
+
+
+def _check_control(device: Device) -> None:
+    room, control, external = device.sink.room_temperature, device.control, device.external
+    if not control.set_temperature > room:
+        raise SceneError(
+            f"control.set_temperature = {control.set_temperature:g} K asks for cooling: give more than "
+            f"environment.room_temperature = {room:g} K"
+        )
+    if device.end_time / control.sample_time > _MOST_SAMPLES:
+        raise SceneError(
+            f"control.sample_time = {quoted(TIME.show(control.sample_time))} is too short for run.end_time = "
+            f"{quoted(TIME.show(device.end_time))}: give at most {_MOST_SAMPLES} samples in a run"
+        )
+    for film in (device.sink.silicon, device.gold):
+        if not film.temperature_coefficient > 0:
+            raise SceneError(
+                f"materials.{film.name}.temperature_coefficient = {film.temperature_coefficient:g} 1/K leaves the "
+                "controllers without a signal: give more than 0"
+            )
+        _check_resistivity(film, "environment.room_temperature", room)
+        for name in ("initial_temperature", "final_temperature"):
+            _check_resistivity(film, f"external.{name}", getattr(external, name))
 
 
 def _check_oxide(sink: Sink) -> None:
@@ -49,12 +82,11 @@ def _shown(length: float) -> str:
     return quoted(LENGTH.show(float(f"{length:.9g}")))
 
 
-def _check_resistivity(sink: Sink) -> None:
-    silicon, room = sink.silicon, sink.room_temperature
-    factor = 1 + silicon.temperature_coefficient * (room - silicon.reference_temperature)
+def _check_resistivity(film: Material, where: str, temperature: float) -> None:
+    factor = 1 + film.temperature_coefficient * (temperature - film.reference_temperature)
     if factor <= 0:
         raise SceneError(
-            f"materials.silicon.temperature_coefficient = {silicon.temperature_coefficient} 1/K makes the resistivity "
-            f"{factor:.3g} times its reference value at environment.room_temperature = {room} K: give values that keep "
-            "1 + coefficient * (room - reference temperature) above 0"
+            f"materials.{film.name}.temperature_coefficient = {film.temperature_coefficient} 1/K makes the resistivity "
+            f"{factor:.3g} times its reference value at {where} = {temperature} K: give values that keep "
+            f"1 + coefficient * ({'room' if 'room' in where else 'that'} - reference temperature) above 0"
         )

@@ -123,7 +123,7 @@ def test_bad_input_is_one_sentence(arguments: str, capsys: pytest.CaptureFixture
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("arguments", [[], ["device"], ["snik"], ["scene"], ["scene", "snik"], ["--help-me"]])
+@pytest.mark.parametrize("arguments", [[], ["devise"], ["snik"], ["scene"], ["scene", "snik"], ["--help-me"]])
 def test_unknown_commands(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main(arguments) == 2
     assert capsys.readouterr().err.count("\n") == 1

@@ -1,0 +1,66 @@
+"""What a designer asks next: how far the gains may go, what can be measured, and how finely."""
+
+# ruff: noqa: N815 - the symbols of units keep their capitals, as in the keys of the output
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from compare.device.scope import DeviceRequest
+from reduced1d.device.designer import ExternalStep, Range, measurable_range, resolution, smooth_start_gain
+from reduced1d.device.meters import METERS
+from reduced1d.device.stability import at_sample_time, stability
+from scenes.device import Device
+
+SAMPLE_TIMES = (1e-4, 1e-3, 5e-3)
+
+
+@dataclass(frozen=True)
+class GainLimits:
+    """The largest stable gains (V) of sink and sensor at a sample time (s), the smaller of those before and after the
+    outer step, each with the other gain as it is; and the decay (1/s) of the loop's slowest mode at its own gains."""
+
+    sample_time_s: float
+    sink_gain_V: float
+    sensor_gain_V: float
+    decay_per_s: float
+
+
+@dataclass(frozen=True)
+class Design:
+    """Gain limits at several sample times, the scene's first; the largest gains (sink, sensor) that start from cold
+    without the limiter acting; ``range`` for the largest voltage or power, ``None`` where neither is given; and by
+    meter the step of the outer temperature that it resolves, or why it can't."""
+
+    limits: tuple[GainLimits, ...]
+    smooth_start_gains_V: tuple[float, float]
+    range: Range | None
+    resolutions: dict[str, ExternalStep | str]
+
+
+def answer(device: Device, request: DeviceRequest) -> Design:
+    """The answers for a device; raises ArithmeticError where its numerics fail."""
+    times = dict.fromkeys((device.control.sample_time, *SAMPLE_TIMES))
+    limited = request.largest_voltage < np.inf or request.largest_power < np.inf
+    return Design(
+        tuple(_limits(at_sample_time(device, time)) for time in times),
+        (smooth_start_gain(device, 0), smooth_start_gain(device, 1)),
+        measurable_range(device, voltage=request.largest_voltage, power=request.largest_power) if limited else None,
+        {name: _resolution(device, name) for name in METERS},
+    )
+
+
+def _limits(device: Device) -> GainLimits:
+    found = [stability(device, t) for t in (device.external.initial_temperature, device.external.final_temperature)]
+    return GainLimits(
+        device.control.sample_time, min(s.sink_gain_limit for s in found), min(s.sensor_gain_limit for s in found),
+        -max(s.growth_rate for s in found),
+    )  # fmt: skip
+
+
+def _resolution(device: Device, name: str) -> ExternalStep | str:
+    try:
+        return resolution(device, METERS[name])
+    except ValueError as error:
+        return str(error)

@@ -1,0 +1,88 @@
+"""One run of the device: everything solved, checked and answered, and the folder that keeps it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from compare.device import scope
+from compare.device.scope import DeviceRequest
+from compare.folder import Folder, results_folder
+from compare.run import Clock
+from scenes.device import Device
+from scenes.plan import Step
+
+if TYPE_CHECKING:
+    from compare.device.design import Design
+    from compare.device.runs import Runs
+    from compare.verdict import Check
+
+
+@dataclass(frozen=True)
+class DeviceOutcome:
+    """What a run found: the plan, the model's runs, the checks, a designer's answers (``None`` where not asked for),
+    how long each stage took (s), and the folder with its files."""
+
+    device: Device
+    request: DeviceRequest
+    plan: tuple[Step, ...]
+    runs: Runs
+    checks: tuple[Check, ...]
+    design: Design | None = None
+    timing: dict[str, float] = field(default_factory=dict)
+    folder: Path = Path()
+    files: tuple[str, ...] = ()
+
+
+def run(
+    device: Device, request: DeviceRequest, out: Path | None = None, progress: Callable[[str], None] | None = None
+) -> DeviceOutcome:
+    """Solve a device as asked, check what the paper says of it, and write the results folder.
+
+    The folder is there, whole, when this returns, and as it was before when this raises. Raises SceneError for a folder
+    that can't be used and for what the model refuses, and ArithmeticError where its numerics fail.
+    """
+    say = progress or (lambda _: None)
+    clock = Clock()
+    with Folder(out or results_folder(device, "paper" if request.scheme == "paper" else "")) as folder:
+        outcome = _solve(device, request, say, clock)
+        say("writing the results")
+        outcome = _write(outcome, folder.partial, clock)
+    return replace(outcome, folder=folder.target, timing=clock.all())
+
+
+def _solve(device: Device, request: DeviceRequest, say: Callable[[str], None], clock: Clock) -> DeviceOutcome:
+    with clock.stage("imports"):
+        from compare.device import checks, design, runs
+    with clock.stage("device"):
+        made = runs.make(device, request, say)
+    with clock.stage("checks"):
+        found = checks.evaluate(device, request, made)
+    answers = None
+    if not scope.design_reason(request):
+        say("answering a designer's questions")
+        with clock.stage("design"):
+            answers = design.answer(device, request)
+    return DeviceOutcome(device, request, scope.plan(device, request), made, found, answers)
+
+
+def _write(outcome: DeviceOutcome, folder: Path, clock: Clock) -> DeviceOutcome:
+    from compare.device.summary import write_summary
+    from compare.traces import write_columns
+    from reduced1d.device.result import QUANTITIES
+
+    result = outcome.runs.base.result
+    columns = {"time_s": result.time_s, **{f"reduced1d_{name}": result.trace(name) for name in QUANTITIES}}
+    with clock.stage("files"):
+        names = [write_columns(folder / "traces.csv", columns)]
+    drawn = scope.drawn_figures(outcome.device, outcome.request)
+    if drawn:
+        with clock.stage("figures"):
+            from compare.device.figures import draw
+
+            names += draw(outcome, drawn, folder)
+    outcome = replace(outcome, files=(*names, "summary.json"), timing=clock.all())
+    write_summary(folder / "summary.json", outcome)
+    return outcome

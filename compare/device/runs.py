@@ -1,0 +1,129 @@
+"""The runs of the device model behind the checks and figures: the scene itself, sampled slowly, and other steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from compare.device import scope
+from compare.device.scope import DeviceRequest
+from reduced1d.device.accurate import solve_accurate
+from reduced1d.device.meters import METERS, in_the_loop
+from reduced1d.device.paper import UnstableStepError
+from reduced1d.device.result import DeviceResult
+from reduced1d.device.settling import settling, settling_time
+from reduced1d.device.solve import solve
+from scenes.device import Device, External
+from scenes.errors import SceneError
+
+BAND = 0.01
+"""The band, as a part of the step, that "settled" means where nothing else is said."""
+
+SLOW_TIME, SLOW_GAINS = 5e-3, (0.5, 0.05)
+STEPS = (-80.0, -60.0, -40.0, -20.0, -10.0, 0.0, 10.0, 20.0)
+_SAMPLES_BEFORE = 20
+
+
+@dataclass(frozen=True)
+class Run:
+    """A device, what the model says of it, for an outer step from room temperature its height in K, and what the
+    accurate scheme says where the result is of another."""
+
+    device: Device
+    result: DeviceResult
+    step: float = 0.0
+    reference: DeviceResult | None = None
+
+    @property
+    def stopped(self) -> bool:
+        """Whether the run ended before the outer step."""
+        return bool(self.result.time_s[-1] <= self.device.external.step_time)
+
+    def settled(self, fraction: float = BAND, quantity: str = "sensor_power_W") -> tuple[float, float]:
+        """Seconds from the outer step until a quantity stays within a part of its step, and how far that is uncertain
+        because the quantity is (or how far the reference has another time); infinite where it doesn't settle."""
+        if self.stopped:
+            return np.inf, np.inf
+        found = settling(self.device, self.result, quantity, fraction)[-1]
+        at = self.result.time_s >= found.start - 1e-12
+        time, values, error = self.result.time_s[at], self.result.trace(quantity)[at], self.result.errors[quantity]
+        moved = [settling_time(time, values, found.target, max(found.band + s * error, 0.0)) for s in (1, -1)]
+        if not np.isfinite(found.time):
+            return found.time, found.time
+        if self.reference is not None:
+            return found.time, abs(found.time - Run(self.device, self.reference).settled(fraction, quantity)[0])
+        return found.time, max(abs(time - found.time) for time in moved)
+
+    def final(self, quantity: str) -> tuple[float, float]:
+        """The last value of a quantity, and how much it has still changed over the last tenth of the time since the
+        outer step: more than it will change from then on, for what decays."""
+        time, values = self.result.time_s, self.result.trace(quantity)
+        start = min(self.device.external.step_time, time[-1])
+        earlier = int(np.searchsorted(time, start + 0.9 * (time[-1] - start)))
+        return float(values[-1]), float(np.abs(values[earlier:] - values[-1]).max())
+
+
+@dataclass(frozen=True)
+class Runs:
+    """The scene's own run, and those that were needed besides."""
+
+    base: Run
+    slow: Run | None
+    steps: tuple[Run, ...]
+
+
+def make(device: Device, request: DeviceRequest, say: Callable[[str], None]) -> Runs:
+    """Every run that a request needs.
+
+    Raises SceneError for what the model refuses, and ArithmeticError where its numerics fail.
+    """
+    try:
+        say(f"solving in 1D, {request.scheme} scheme")
+        meter = METERS[request.meter] if request.meter else None
+        base = Run(device, solve(device, meter=meter))
+        if request.scheme == "paper":
+            base = Run(device, solve(device, scheme="paper", meter=meter), reference=base.result)
+        steps = in_the_loop(device, meter, device.external.initial_temperature) if meter else (0.0, 0.0)
+        slow = None
+        if scope.needs(device, request, "figure11"):
+            say("solving with slow sampling")
+            slow = Run(other := sampled_slowly(device), solve_accurate(other, meter=steps))
+        outer: list[Run] = []
+        if scope.needs(device, request, "figure12", "figure13"):
+            for height in STEPS:
+                if _possible(device, device.sink.room_temperature + height):
+                    say(f"solving for a step of {height:+g} K")
+                    other = stepped(device, height)
+                    outer.append(Run(other, solve_accurate(other, meter=steps, start="settled"), height))
+    except UnstableStepError as error:
+        raise SceneError(f"{error}: use --scheme accurate, which has no such limit") from None
+    except ArithmeticError:
+        raise
+    except ValueError as error:
+        raise SceneError(str(error)) from None
+    return Runs(base, slow, tuple(outer))
+
+
+def sampled_slowly(device: Device) -> Device:
+    """The device of the paper's Figure 11: sampled every 5 ms, with gains of 0.5 and 0.05 V."""
+    sink, sensor = SLOW_GAINS
+    control = replace(device.control, sample_time=SLOW_TIME, sink_gain=sink, sensor_gain=sensor)
+    return replace(device, control=control, end_time=max(device.end_time, 4 * SLOW_TIME))
+
+
+def stepped(device: Device, height: float) -> Device:
+    """The device settled at room temperature, and an outer step of ``height`` K soon after the start; the run goes on
+    for as long as the scene's own does after its step."""
+    room, before = device.sink.room_temperature, _SAMPLES_BEFORE * device.control.sample_time
+    after = device.end_time - (device.external.step_time if scope.steps(device) else 0.0)
+    return replace(device, external=External(room, room + height, before), end_time=before + after)
+
+
+def _possible(device: Device, temperature: float) -> bool:
+    """Whether the films have a positive resistance at a temperature (K)."""
+    films = (device.sink.silicon, device.gold)
+    return temperature > 0 and all(
+        1 + film.temperature_coefficient * (temperature - film.reference_temperature) > 0 for film in films
+    )
