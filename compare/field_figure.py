@@ -13,7 +13,7 @@ from compare.colours import INK, table
 from compare.drawing import new_figure
 
 if TYPE_CHECKING:
-    from compare.run import Outcome
+    from compare.outcome import Outcome
 
 
 def draw(outcome: Outcome, image: np.ndarray | None, factor: float) -> Figure:

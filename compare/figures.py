@@ -10,7 +10,7 @@ from compare.drawing import save, style
 from compare.render import Renderer
 
 if TYPE_CHECKING:
-    from compare.run import Outcome
+    from compare.outcome import Outcome
 
 
 def draw(outcome: Outcome, names: list[str], folder: Path, renderer: Renderer) -> tuple[list[str], dict[str, str]]:

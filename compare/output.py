@@ -12,7 +12,8 @@ from compare.render import Renderer
 from compare.summary import write_summary
 
 if TYPE_CHECKING:
-    from compare.run import Clock, Outcome
+    from compare.clock import Clock
+    from compare.outcome import Outcome
     from scenes.plan import Request
 
 

@@ -13,7 +13,7 @@ from compare.figure_checks import profile
 from reduced1d.equations import parabola
 
 if TYPE_CHECKING:
-    from compare.run import Outcome
+    from compare.outcome import Outcome
 
 
 def draw(outcome: Outcome) -> Figure:

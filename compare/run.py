@@ -5,15 +5,15 @@ Nothing here imports numpy before the renderer's process has been started, which
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from compare import output
+from compare.clock import Clock
 from compare.folder import Folder, results_folder
+from compare.outcome import Outcome
 from compare.plan import assemble
 from scenes.plan import Request, Step
 
@@ -21,23 +21,6 @@ if TYPE_CHECKING:
     from compare.verdict import Check
     from scenes.result import Result
     from scenes.sink import Sink
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What a run found: the plan as carried out, each model's result (``None`` where not asked for), the checks, the
-    remarks on the run, how long each stage took (s), and the folder with its files."""
-
-    sink: Sink
-    request: Request
-    plan: tuple[Step, ...]
-    fem3d: Result | None
-    reduced1d: Result | None
-    checks: tuple[Check, ...]
-    warnings: tuple[str, ...] = ()
-    timing: dict[str, float] = field(default_factory=dict)
-    folder: Path = Path()
-    files: tuple[str, ...] = ()
 
 
 def run(
@@ -97,25 +80,3 @@ def _reduction(sink: Sink, request: Request, fem3d: Result | None) -> Result:
         if fem3d is None:
             raise
         raise RunawayError(f"in 1D (3D has a steady state, see --only 3d) {error}", error.limit_voltage) from None
-
-
-class Clock:
-    """Seconds by stage, and since it was made as "total"."""
-
-    def __init__(self) -> None:
-        self._start = time.perf_counter()
-        self._stages: dict[str, float] = {}
-
-    @contextmanager
-    def stage(self, name: str) -> Iterator[None]:
-        start = time.perf_counter()
-        try:
-            yield
-        finally:
-            self.add(name, time.perf_counter() - start)
-
-    def add(self, name: str, seconds: float) -> None:
-        self._stages[name] = self._stages.get(name, 0.0) + seconds
-
-    def all(self) -> dict[str, float]:
-        return {**self._stages, "total": time.perf_counter() - self._start}

@@ -14,7 +14,7 @@ from compare.folder import SCHEMA
 from scenes.load import as_dict
 
 if TYPE_CHECKING:
-    from compare.run import Outcome
+    from compare.outcome import Outcome
     from compare.verdict import Check
     from scenes.result import Result
 

@@ -13,7 +13,7 @@ from compare.verdict import Check, relative
 from compare.words import difference_text, percent, quantity, with_error
 
 if TYPE_CHECKING:
-    from compare.run import Outcome
+    from compare.outcome import Outcome
     from scenes.plan import Step
     from scenes.result import Result
 

@@ -16,7 +16,7 @@ from compare.words import quantity, scale
 from scenes.result import Result
 
 if TYPE_CHECKING:
-    from compare.run import Outcome
+    from compare.outcome import Outcome
 
 _NAMES = {"peak_K": "peak", "mean_K": "mean", "end_K": "end", "current_A": "current"}
 _VISIBLE = 0.004

@@ -12,7 +12,7 @@ from compare.device import response_figures, step_figures
 from compare.drawing import save, style
 
 if TYPE_CHECKING:
-    from compare.device.run import DeviceOutcome
+    from compare.device.outcome import DeviceOutcome
 
 _DRAWN: dict[str, Callable[[DeviceOutcome], Figure]] = {
     "figure9": response_figures.power,

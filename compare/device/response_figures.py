@@ -19,7 +19,7 @@ from compare.words import scale
 from reduced1d.device.steady import steady
 
 if TYPE_CHECKING:
-    from compare.device.run import DeviceOutcome
+    from compare.device.outcome import DeviceOutcome
 
 Curve = tuple[str, str, str, dict[str, Any]]
 """A quantity with its label, its colour and how its line looks."""

@@ -3,37 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from compare.clock import Clock
 from compare.device import scope
+from compare.device.outcome import DeviceOutcome
 from compare.device.scope import DeviceRequest
 from compare.folder import Folder, results_folder
-from compare.run import Clock
 from scenes.device import Device
-from scenes.plan import Step
 
 if TYPE_CHECKING:
-    from compare.device.design import Design
-    from compare.device.runs import Runs
-    from compare.verdict import Check
-
-
-@dataclass(frozen=True)
-class DeviceOutcome:
-    """What a run found: the plan, the model's runs, the checks, a designer's answers (``None`` where not asked for),
-    how long each stage took (s), and the folder with its files."""
-
-    device: Device
-    request: DeviceRequest
-    plan: tuple[Step, ...]
-    runs: Runs
-    checks: tuple[Check, ...]
-    design: Design | None = None
-    timing: dict[str, float] = field(default_factory=dict)
-    folder: Path = Path()
-    files: tuple[str, ...] = ()
+    pass
 
 
 def run(

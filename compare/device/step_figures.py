@@ -15,7 +15,7 @@ from compare.words import percent
 from reduced1d.device.lumped import lump
 
 if TYPE_CHECKING:
-    from compare.device.run import DeviceOutcome
+    from compare.device.outcome import DeviceOutcome
 
 _SHOWN = 0.1
 

@@ -18,7 +18,7 @@ from reduced1d.device.steady import Steady, steady
 from scenes.load import as_dict
 
 if TYPE_CHECKING:
-    from compare.device.run import DeviceOutcome
+    from compare.device.outcome import DeviceOutcome
 
 FRACTIONS = (0.05, 0.01, 1e-3, 1e-4)
 

@@ -15,7 +15,7 @@ from reduced1d.device.steady import steady
 
 if TYPE_CHECKING:
     from compare.device.design import Design
-    from compare.device.run import DeviceOutcome
+    from compare.device.outcome import DeviceOutcome
     from scenes.plan import Step
 
 QUANTITIES = {

@@ -1,0 +1,30 @@
+"""What a run of the sink found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from compare.verdict import Check
+    from scenes.plan import Request, Step
+    from scenes.result import Result
+    from scenes.sink import Sink
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run found: the plan as carried out, each model's result (``None`` where not asked for), the checks, the
+    remarks on the run, how long each stage took (s), and the folder with its files."""
+
+    sink: Sink
+    request: Request
+    plan: tuple[Step, ...]
+    fem3d: Result | None
+    reduced1d: Result | None
+    checks: tuple[Check, ...]
+    warnings: tuple[str, ...] = ()
+    timing: dict[str, float] = field(default_factory=dict)
+    folder: Path = Path()
+    files: tuple[str, ...] = ()
