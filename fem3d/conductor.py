@@ -32,7 +32,6 @@ class Conductor:
     free: int
     fixed_voltage: np.ndarray
     electrodes: dict[str, np.ndarray]
-    touching: np.ndarray  # cells that the blocks are made of
 
     @property
     def size(self) -> int:
@@ -191,7 +190,7 @@ def find_conductor(heat: HeatProblem) -> Conductor | None:
     number[free] = np.arange(len(free))
     number[fixed] = len(free) + np.arange(len(fixed))
     named = {name: number[nodes_at] for name, nodes_at in sets.items()}
-    return Conductor(heat, blocks, number, len(free), voltage[fixed], named, live != VOID)
+    return Conductor(heat, blocks, number, len(free), voltage[fixed], named)
 
 
 def _connected(mesh: BrickMesh, boxes: set[int], cuts: list[Any]) -> np.ndarray:

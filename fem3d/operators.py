@@ -145,8 +145,8 @@ class HeatProblem:
 
     @cached_property
     def probes(self) -> dict[str, np.ndarray]:
-        """For each temperature probe the weights (free nodes,) whose product with the rise is its mean rise."""
-        return {p.name: self.probe(p) for p in self.scene.probes if p.quantity == "temperature"}
+        """For each probe the weights (free nodes,) whose product with the rise is its mean rise."""
+        return {p.name: self.probe(p) for p in self.scene.probes}
 
     def probe(self, probe: Probe) -> np.ndarray:
         """(free nodes,): the weights whose product with the rise is the probe's mean rise."""

@@ -109,7 +109,7 @@ class FullOrder:
         entering = self.stiffness @ rise + self.mass @ rate - self.load - joule
         read |= {f"flow:{name}": float(entering[self.held[name][0]].sum()) for name in self.names("temperature")}
         read |= {f"flow:{name}": float((load - matrix @ rise).sum()) for name, (matrix, load) in self.films.items()}
-        probes = [p for p in self.scene.probes if p.quantity == "temperature"]
+        probes = self.scene.probes
         return read | {f"rise:{p.name}": _mean(self.basis, rise, p) for p in probes}
 
 

@@ -54,6 +54,9 @@ def solve(heat: HeatProblem, voltage: float, accuracy: float) -> SteadyState:
 
     Raises RunawayError where no steady state exists, NumericsError where the iteration does not converge.
     """
+    for b in heat.scene.boundaries:
+        if b.kind == "temperature" and b.value != heat.scene.initial_temperature:
+            raise NumericsError(f"{b.name} has another temperature than the scene starts at: not solved here")
     conductor = find_conductor(heat)
     n = heat.free
     if conductor is None:

@@ -46,7 +46,7 @@ def scene_planes(scene: Scene, axis: int) -> list[float]:
     found = [c for b in scene.boxes for c in (b.lower[axis], b.upper[axis])]
     low, high = min(found), max(found)
     small = 1e-9 * (high - low)
-    extended = [p for p in scene.probes if p.quantity == "temperature" and p.lower != p.upper]
+    extended = [p for p in scene.probes if p.lower != p.upper]
     corners = [(b.lower, b.upper) for b in scene.boundaries] + [(p.lower, p.upper) for p in extended]
     found += [c for pair in corners for c in (pair[0][axis], pair[1][axis]) if low - small <= c <= high + small]
     found.sort()

@@ -112,8 +112,6 @@ def _parity(scene: Scene, axis: int, middle: float) -> str | None:
     ):
         return None
     for probe in scene.probes:
-        if probe.quantity != "temperature":
-            continue
         crosses = probe.lower[axis] < middle - small and probe.upper[axis] > middle + small
         if crosses and not same(_mirror(probe, axis, middle), (probe.lower, probe.upper)):
             return None

@@ -64,18 +64,13 @@ class Boundary:
 
 @dataclass(frozen=True)
 class Probe:
-    """What is reported: a mean temperature, or a flow through a flat box.
-
-    ``quantity`` "temperature" is the mean over the box between ``lower`` and ``upper``, whatever its dimension: a
-    point, a line, a flat box or a volume, in K. "heat_flow" (W) and "current" (A) are what enters the solid through
-    the conditions of the named boundaries, together.
+    """Where a temperature is reported: its mean over the box between two corners, whatever that box's dimension, a
+    point, a line, a flat box or a volume. Heat flows and currents are reported for every boundary, without a probe.
     """
 
     name: str
-    quantity: Literal["temperature", "heat_flow", "current"]
-    lower: Point = (0.0, 0.0, 0.0)
-    upper: Point = (0.0, 0.0, 0.0)
-    boundaries: tuple[str, ...] = ()
+    lower: Point
+    upper: Point
 
 
 @dataclass(frozen=True)

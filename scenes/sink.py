@@ -100,11 +100,9 @@ class Sink:
         beam = self._boxes()[0]
         centre = (0.0, self.length / 2, self.thickness / 2)
         return (
-            Probe("peak", "temperature", centre, centre),
-            Probe("end", "temperature", *_face(beam, 1, 0)),
-            Probe("mean", "temperature", beam.lower, beam.upper),
-            Probe("current", "current", boundaries=("electrode-0",)),
-            Probe("heat_in", "heat_flow", boundaries=("substrate-0", "substrate-1")),
+            Probe("peak", centre, centre),
+            Probe("end", *_face(beam, 1, 0)),
+            Probe("mean", beam.lower, beam.upper),
         )
 
 

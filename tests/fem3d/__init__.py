@@ -60,7 +60,7 @@ def bar(material: Material, *boundaries: Boundary, heat_source: float = 0.0, box
     """A bar along y of one material (or of some boxes), with probes of its middle and its mean."""
     box = Box("bar", material, (0.0, 0.0, 0.0), BAR, heat_source)
     middle = (0.0, BAR[1] / 2, 0.0)
-    probes = (Probe("middle", "temperature", middle, middle), Probe("mean", "temperature", box.lower, box.upper))
+    probes = (Probe("middle", middle, middle), Probe("mean", box.lower, box.upper))
     return Scene("bar", boxes or (box,), boundaries, probes)
 
 
