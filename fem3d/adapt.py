@@ -28,7 +28,7 @@ from meshes.symmetry import Symmetry
 from scenes.sink import Sink
 
 IN_PLANE = 1.0  # the error in x and y over the difference of fine and coarse, at most
-IN_DEPTH = 1.5  # the error in z over the difference of tall and coarse, at most
+IN_DEPTH = 1.5  # the error in z over the difference of tall and low, at most
 SHARPEN = 0.3  # of the difference in x and y: if that in z is larger, it is measured at the higher degrees
 NEGLIGIBLE = 0.2  # part of the accuracy below which an error in z isn't worth refining
 OF_LARGEST = 1.0  # every temperature may be off by the largest difference of any: what the anchors miss shifts all

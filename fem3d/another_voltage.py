@@ -22,9 +22,8 @@ LEFT_OUT = 0.02  # part of the accuracy that the first run's fields may miss at 
 
 
 def solve(sink: Sink, symmetry: Symmetry, before: Answer, factor: float) -> Answer | None:
-    """The answer at ``factor`` times the voltage of ``before``; None where its meshes or fields don't suffice.
-
-    Raises RunawayError where no steady state exists at the new voltage, as far as the fields know.
+    """The answer at ``factor`` times the voltage of ``before``; None where its meshes or fields don't suffice, or
+    see no steady state: that is for the full solution to say.
     """
     if before.response is None:
         return None
@@ -68,10 +67,12 @@ def _solution(
     if moved > LEFT_OUT * sink.accuracy:
         return None
     potential = before.potential
-    if before.follows_pattern and potential is not None:
-        # The latest current pattern was that of the first voltage's heat: see what it is now.
+    hotter = abs(factor) > 1 or before.follows_pattern
+    if hotter and any(conductor.material(b).temperature_coefficient for b in conductor.blocks):
+        # The current patterns are those of the first voltage's heat: see whether they still hold.
         true = conductor.solve(rise, potential)
-        load = factor**2 * steady.joule_load(conductor, true.density, rise) + heat.constant_source
+        drive = next(b.value for b in heat.scene.boundaries if b.name == "electrode-0")
+        load = (sink.voltage / drive) ** 2 * steady.joule_load(conductor, true.density, rise) + heat.constant_source
         if heat.norm(heat.solve_steady((load - source)[: heat.free])) > LEFT_OUT * sink.accuracy * heat.norm(rise):
             return None
     joule = steady.box_heat(conductor, density, rise)

@@ -12,6 +12,7 @@ from fem3d import adapt, another_voltage
 from fem3d.adapt import Answer
 from fem3d.conductor import find_conductor
 from fem3d.fields import Fields
+from fem3d.operators import assemble
 from fem3d.steady import SteadyState
 from meshes import grading, statistics, symmetry
 from meshes.symmetry import Symmetry
@@ -86,8 +87,6 @@ def _plan(sink: Sink, part: Symmetry, request: Request, answer: Answer | None) -
 
 
 def _electric_steps(sink: Sink, part: Symmetry, answer: Answer | None) -> list[Step]:
-    from fem3d.operators import assemble
-
     if answer is None:
         mesh = grading.first_mesh(part.scene, 1e-2)
         conductor = find_conductor(assemble(part.scene, mesh))

@@ -75,7 +75,7 @@ def solve(heat: HeatProblem, voltage: float, accuracy: float) -> SteadyState:
         rise = reduced.basis @ point.a
         while not conductor.conducts(rise):
             rise = BACK * rise  # few fields may put the state beyond the law's reach; the full step then brings it back
-        if follows and (step > 1 or change == 0.0):
+        if follows:
             hot = conductor.solve(rise, potentials[-1].potential)
             load = joule_load(conductor, hot.density, rise)
             expected = point.fraction**-2 * joule_load(conductor, combine(densities, point.c), rise)
