@@ -28,7 +28,7 @@ import skfem
 imported = time.perf_counter() - started
 from dataclasses import replace
 import fem3d.run, scipy.sparse.linalg
-from scenes.load import load
+from scenes.loading import load
 from scenes.plan import Request
 sink = load("sink", ["accuracy={accuracy}"])
 started = time.perf_counter()

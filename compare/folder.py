@@ -12,7 +12,7 @@ from types import TracebackType
 
 from scenes.device import Device
 from scenes.errors import SceneError, quoted, reason
-from scenes.load import distinguishes
+from scenes.loading import distinguishes
 from scenes.sink import Sink
 
 SCHEMA = 1

@@ -10,7 +10,7 @@ from scenes.sink import Sink
 
 
 def plan(sink: Sink, request: Request) -> tuple[Step, ...]:
-    """What ``compare.run.run`` will do, before it does it."""
+    """What ``compare.sink_run.run`` will do, before it does it."""
     if "fem3d" not in request.models:
         return assemble(sink, request, (Step("3D model", "skipped", "only the 1D model was asked for"),))
     from fem3d.run import plan as plan_3d

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from compare.folder import SCHEMA
-from scenes.load import as_dict
+from scenes.loading import as_dict
 
 if TYPE_CHECKING:
     from compare.outcome import Outcome

@@ -15,7 +15,7 @@ from compare.summary import check_document, plain, provenance
 from reduced1d.device.result import QUANTITIES
 from reduced1d.device.settling import settling
 from reduced1d.device.steady import Steady, steady
-from scenes.load import as_dict
+from scenes.loading import as_dict
 
 if TYPE_CHECKING:
     from compare.device.outcome import DeviceOutcome

@@ -16,7 +16,7 @@ import pytest
 from compare.cli import main
 from compare.table import QUANTITIES
 from scenes.checks import DEFAULT_TOLERANCES
-from scenes.load import from_dict, load
+from scenes.loading import from_dict, load
 
 ROOT = Path(__file__).parents[2]
 pytestmark = pytest.mark.usefixtures("no_solver")

@@ -11,7 +11,7 @@ from scenes.device import Control, Device, External
 from scenes.errors import SceneError
 from scenes.keys import DEVICE as KEYS
 from scenes.keys import SINK
-from scenes.load import as_dict, builtin_text, check, distinguishes, from_dict, load
+from scenes.loading import as_dict, builtin_text, check, distinguishes, from_dict, load
 from scenes.model import Material
 from scenes.schema import nest
 from scenes.types import DEVICE, type_of

@@ -10,7 +10,7 @@ import pytest
 
 from scenes.checks import DEFAULT_TOLERANCES
 from scenes.keys import SINK
-from scenes.load import as_dict, builtin_names, builtin_text, from_dict, load
+from scenes.loading import as_dict, builtin_names, builtin_text, from_dict, load
 from scenes.model import Material
 from scenes.schema import nest
 from scenes.sink import Sink
@@ -170,6 +170,6 @@ def test_the_dictionary_holds_every_key_in_si():
 
 
 def test_loading_imports_nothing_heavy():
-    code = "import sys, scenes.load as s; s.load('sink', ['voltage=2']); print('numpy' in sys.modules)"
+    code = "import sys, scenes.loading as s; s.load('sink', ['voltage=2']); print('numpy' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from scenes.errors import SceneError
-from scenes.load import builtin_text, check, from_dict, load
+from scenes.loading import builtin_text, check, from_dict, load
 from scenes.model import Material
 from scenes.sink import OXIDE, SILICON, Sink
 

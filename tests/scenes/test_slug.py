@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenes.load import distinguishes, load
+from scenes.loading import distinguishes, load
 from scenes.sink import Sink
 from tests.scenes.test_load import CHANGED, EXPECTED
 

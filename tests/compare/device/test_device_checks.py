@@ -12,7 +12,7 @@ from compare.device.scope import DeviceRequest, made_checks, needs, skipped_chec
 from compare.verdict import Check
 from scenes.checks import DEVICE_TOLERANCES
 from scenes.device import Device, External
-from scenes.load import load
+from scenes.loading import load
 from scenes.types import DEVICE
 
 SLOPE = 0.15 * 1e-3 * 100e-6 / 100e-6

@@ -14,7 +14,7 @@ from compare.cli import main
 from compare.device.scope import FIGURES
 from reduced1d.device import QUANTITIES
 from scenes.checks import DEVICE_TOLERANCES
-from scenes.load import from_dict, load
+from scenes.loading import from_dict, load
 from scenes.types import DEVICE
 
 QUICK = ("--set", "control.sample_time=1ms", "--set", "control.sink_gain=0.5")

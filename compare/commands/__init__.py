@@ -1,0 +1,10 @@
+"""The commands of `validate`, one file each: `describe` gives a parser its texts and options, `run` does the work.
+
+Only the module of the command that is asked for gets imported.
+"""
+
+COMMANDS = {
+    "sink": "compare the 1D model of the active sink with 3D",
+    "device": "simulate the whole sensor in 1D and check what the paper says of it",
+    "scene": "print a built-in scene as TOML",
+}

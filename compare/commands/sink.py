@@ -1,0 +1,76 @@
+"""`validate sink`: the active sink in 3D and in 1D, and how far they agree."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING
+
+from compare.commands import common
+from compare.terminal import Progress
+
+if TYPE_CHECKING:
+    from scenes.plan import Request, Step
+
+_ACCURACY = "1e-3"
+
+
+def describe(parser: argparse.ArgumentParser) -> None:
+    """What the command takes."""
+    parser.description = (
+        "Solve the paper's active sink in 3D and with its 1D reduction, and say how far they agree:\n"
+        "a verdict for equations 12 to 18 and Figures 4 to 7, with the estimated numerical error."
+    )
+    parser.epilog = (
+        "examples:\n"
+        "  validate sink --voltage 1\n"
+        "  validate sink --voltage 2V --set sink.width=20um --set drive.electrodes=pad-edge\n"
+        "  validate scene sink > mine.toml; validate sink mine.toml --accuracy 1e-4 --strict\n\n"
+        "results: summary.json, traces.csv and figures in results/<scene>-<what distinguishes it>/\n"
+    ) + common.STATUS
+    common.options(
+        parser, "sink", "sink.width=20um", f"relative accuracy of the 3D solution (default {_ACCURACY} or the scene's)"
+    )
+    add = parser.add_argument
+    add("--voltage", metavar="V", help='voltage across the electrodes: 1, 2V or "500 mV"; for --set drive.voltage=V')
+    add("--steady", action="store_true", help="the steady state only, no transient")
+    add("--only", choices=("3d", "1d"), help="one model only")
+    add("--fields", action="store_true", help="write the 3D temperature fields (fem3d.pvd with .vtu files)")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Solves, compares, writes and reports."""
+    from scenes.loading import load
+
+    sink = load(arguments.scene, common.settings(arguments, ("drive.voltage", arguments.voltage)))
+    request, out = _request(arguments), common.out(arguments)
+
+    from compare import sink_run
+
+    def plan() -> tuple[Step, ...]:
+        from compare.plan import plan
+
+        return plan(sink, request)
+
+    planned = common.explained(arguments, plan)
+    with Progress() as progress:
+        outcome = sink_run.run(sink, request, out, progress)
+
+    from compare import table
+
+    return common.report(arguments, sink, outcome, table, planned)
+
+
+def _request(arguments: argparse.Namespace) -> Request:
+    from scenes.plan import Request
+
+    models: dict[str | None, Request] = {
+        None: Request(),
+        "3d": Request(models=("fem3d",)),
+        "1d": Request(models=("reduced1d",)),
+    }
+    return Request(
+        models[arguments.only].models,
+        transient=not arguments.steady,
+        figures=arguments.figures,
+        fields=arguments.fields,
+    )
