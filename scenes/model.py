@@ -14,6 +14,20 @@ Point = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
+class Schedule:
+    """A value over time: linear between ``times`` (s, not decreasing), constant before the first and after the last.
+
+    Two equal times make a jump; at that instant the later value holds.
+    """
+
+    times: tuple[float, ...]
+    values: tuple[float, ...]
+
+
+Value = float | Schedule
+
+
+@dataclass(frozen=True)
 class Material:
     """A material: conductivity in W/(m K), density in kg/m3, specific heat in J/(kg K), resistivity in ohm m.
 
@@ -43,7 +57,7 @@ class Box:
     material: Material
     lower: Point
     upper: Point
-    heat_source: float = 0.0
+    heat_source: Value = 0.0
 
 
 @dataclass(frozen=True)
@@ -51,31 +65,42 @@ class Boundary:
     """A condition on a flat box (one extent zero), on the surface or, for an electrode, inside the solid.
 
     ``kind`` and ``value``: "temperature" in K, "heat_flux" in W/m2 into the solid, "convection" the coefficient in
-    W/(m2 K) towards ``ambient`` in K, "voltage" in V.
+    W/(m2 K) towards ``ambient`` in K, "voltage" in V. All but the coefficient may vary in time. A flux or a convection
+    acts where one side of the flat box is solid and the other is not.
     """
 
     name: str
     kind: Literal["temperature", "heat_flux", "convection", "voltage"]
     lower: Point
     upper: Point
-    value: float
-    ambient: float = 293.0
+    value: Value
+    ambient: Value = 293.0
 
 
 @dataclass(frozen=True)
 class Probe:
-    """Where a temperature is reported: its mean over the box between two corners, whatever that box's dimension, a
-    point, a line, a flat box or a volume. Heat flows and currents are reported for every boundary, without a probe.
+    """What is reported over the box between two corners, whatever that box's dimension: a point, a line, a flat box or
+    a volume.
+
+    "temperature" (K) and "potential" (V): their mean, largest or smallest value there. "heat_flow" (W) and "current"
+    (A): what passes through a flat box, positive into the solid where it lies on the surface, and along the positive
+    axis where it lies inside.
     """
 
     name: str
     lower: Point
     upper: Point
+    quantity: Literal["temperature", "potential", "heat_flow", "current"] = "temperature"
+    reduce: Literal["mean", "max", "min"] = "mean"
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A 3D scene: boxes, conditions, probes, the uniform initial temperature (K), end time (s) and accuracy (-)."""
+    """A 3D scene: boxes, conditions, probes, the uniform initial temperature (K) and accuracy (-).
+
+    ``steady`` asks for the steady state alone, otherwise it is the transient up to ``end_time`` (s); ``output_times``
+    (s) are instants at which it must be reported.
+    """
 
     name: str
     boxes: tuple[Box, ...]
@@ -84,3 +109,5 @@ class Scene:
     initial_temperature: float = 293.0
     end_time: float = 0.02
     accuracy: float = 1e-3
+    steady: bool = False
+    output_times: tuple[float, ...] = ()
