@@ -14,18 +14,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem3d import indicators, outputs, sink_quantities, steady
+from fem3d import indicators, outputs, steady
+from fem3d.conductor import Conductor
 from fem3d.errors import NumericsError, RunawayError
 from fem3d.indicators import Indicators
-from fem3d.operators import assemble
-from fem3d.sink_quantities import Quantities
+from fem3d.operators import HeatProblem, assemble
 from fem3d.steady import SteadyState
+from fem3d.study import Quantities, Study
 from fem3d.time_response import Response, respond
+from fem3d.transient import Base, shift, time_constant
 from meshes import grading
 from meshes.bricks import BrickMesh
 from meshes.grading import Features
-from meshes.symmetry import Symmetry
-from scenes.sink import Sink
 
 IN_PLANE = 1.0  # the error in x and y over the difference of fine and coarse, at most
 IN_DEPTH = 1.5  # the error in z over the difference of tall and low, at most
@@ -37,8 +37,7 @@ CLEARLY = 2.0  # times the accuracy: estimates above it need no second solution 
 SURELY = 3.0  # times the change of the runaway voltage from mesh to mesh by which a voltage must exceed it
 MARKED = 0.9  # part of the estimated error whose intervals are refined
 MOST_ENTRIES = 40_000_000  # of the stiffness matrix: some 10 GB with its factors
-
-RISES = {"peak_rise_K": "peak", "end_rise_K": "end", "mean_rise_K": "mean"}
+MOST_LEVELS = 40
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,118 +58,160 @@ class Answer:
     levels: int
 
 
-def solve(sink: Sink, symmetry: Symmetry, transient: bool, progress: Callable[[str], None] = lambda _: None) -> Answer:
-    """Levels until every estimated error is within ``sink.accuracy``.
+def solve(study: Study, transient: bool, progress: Callable[[str], None] = lambda _: None) -> Answer:
+    """Levels until every estimated error is within the study's accuracy.
 
     Raises RunawayError where no steady state exists, NumericsError where the accuracy can't be reached.
     """
-    accuracy = sink.accuracy
-    features = grading.features(symmetry.scene)
-    mesh = grading.first_mesh(symmetry.scene, accuracy)
+    accuracy = study.accuracy
+    features = grading.features(study.part.scene)
+    mesh = grading.first_mesh(study.part.scene, accuracy)
     previous_limit = None
-    for level in range(1, 40):
-        if _entries(mesh) > MOST_ENTRIES:
-            raise NumericsError(f"an accuracy of {accuracy:g} takes more memory in this scene than is sensible")
+    for level in range(1, MOST_LEVELS):
+        check_size(mesh, accuracy)
         try:
-            fine = solution(sink, symmetry, mesh, reported=True)
+            fine = solution(study, mesh, reported=True)
         except RunawayError as runaway:
             # The voltage of the fold is a number of this mesh; it stands once another mesh agrees with it.
             known_to = np.inf if previous_limit is None else abs(runaway.limit - previous_limit)
-            if abs(sink.voltage) - runaway.limit > SURELY * known_to or _entries(mesh) > MOST_ENTRIES / 8:
+            if abs(study.voltage) - runaway.limit > SURELY * known_to or entries(mesh) > MOST_ENTRIES / 8:
                 raise
             previous_limit = runaway.limit
             mesh = mesh.with_degrees(1, 1, 1)
             continue
-        size = fine.state.heat.size
-        progress(f"level {level}: {size} unknowns")
-        goals = _goals(fine, [], features)
-        estimate = {name: goals[i].remaining for i, name in enumerate(RISES)}
+        progress(f"level {level}: {fine.state.heat.size} unknowns")
+        scales = study.steady_scales(fine.quantities)
+        goals = _goals(study, fine, [], features)
+        estimate = {name: goals[name].remaining for name in goals}
         deep = True
-        lesser = _lesser(sink, symmetry, mesh, fine) if max(estimate.values()) <= CLEARLY * accuracy else None
+        clear = max((e / scales[q] for q, e in estimate.items()), default=0.0) > CLEARLY * accuracy
+        lesser = None if clear else _lesser(study, mesh, fine)
         if lesser is not None:
             coarse, low, tall = lesser
             depth = {q: IN_DEPTH * abs(float(tall.quantities[q] - low.quantities[q])) for q in low.quantities}
-            deep = max(depth[q] / abs(float(fine.quantities[q])) for q in depth) > NEGLIGIBLE * accuracy
+            deep = max(depth[q] / scales[q] for q in depth) > NEGLIGIBLE * accuracy
             if not deep:
-                estimate = {name: goals[i].in_plane for i, name in enumerate(RISES)}
-            errors = steady_errors(fine.quantities, coarse.quantities, depth, estimate)
-            worst = max(e / abs(float(fine.quantities[q])) for q, e in errors.items())
-            if worst <= accuracy:
+                estimate = {name: goals[name].in_plane for name in goals}
+            errors = steady_errors(study, fine.quantities, coarse.quantities, depth, estimate, scales)
+            if max(e / scales[q] for q, e in errors.items()) <= accuracy:
                 if not transient:
                     return Answer(fine, errors, None, level)
                 progress("transient")
                 # What hardly depends on the degree in z when steady doesn't depend on it more on the way there.
-                in_z = (low.state, tall.state) if deep else None
-                response = respond(sink, symmetry, fine.state, coarse.state, in_z, fine.quantities)
+                in_z = (Base.of_steady(low.state), Base.of_steady(tall.state)) if deep else None
+                bases = Base.of_steady(fine.state), Base.of_steady(coarse.state)
+                g = shift(time_constant(fine.state), study.earliest)
+                response = respond(study, *bases, in_z, g, fine.quantities)
                 if response.accepted:
                     return Answer(fine, errors, response, level)
-                goals = _goals(fine, response.snapshots, features)
+                goals = _goals(study, fine, response.snapshots, features)
                 deep = response.deep
-        mesh = _refined(mesh, goals, features, deep)
+        mesh = refined(mesh, weighted(goals, scales), features, deep)
     raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene")
 
 
-def _entries(mesh: BrickMesh) -> int:
+def check_size(mesh: BrickMesh, accuracy: float) -> None:
+    """Raises NumericsError for a mesh that takes too much memory."""
+    if entries(mesh) > MOST_ENTRIES:
+        raise NumericsError(f"an accuracy of {accuracy:g} takes more memory in this scene than is sensible")
+
+
+def entries(mesh: BrickMesh) -> int:
     """Entries of the stiffness matrix, before it is there."""
     return sum(int(np.prod([len(part.rows) for part in mesh.parts(block)])) for block in mesh.blocks)
 
 
-def solution(sink: Sink, symmetry: Symmetry, mesh: BrickMesh, reported: bool = False) -> Solution:
+def solution(study: Study, mesh: BrickMesh, reported: bool = False) -> Solution:
     """The steady state on a mesh, with care for the heat balance where it will be reported."""
-    state = steady.solve(assemble(symmetry.scene, mesh, reported), sink.voltage, sink.accuracy)
-    return Solution(state, sink_quantities.steady(sink, outputs.of_steady(state, symmetry)))
+    state = steady.solve(assemble(study.part.scene, mesh, reported), study.voltage, study.accuracy)
+    return Solution(state, study.steady(outputs.of_steady(state, study.part)))
 
 
-def _lesser(
-    sink: Sink, symmetry: Symmetry, mesh: BrickMesh, fine: Solution
-) -> tuple[Solution, Solution, Solution] | None:
+def lesser_meshes(mesh: BrickMesh) -> tuple[BrickMesh, BrickMesh, BrickMesh]:
+    """The coarse, the low and the tall mesh to a fine one; the low one is the coarse one where degrees are low."""
+    coarse = mesh.with_degrees(-1, -1, 0)
+    low = mesh.with_degrees(-2, -2, 0, least=2)
+    if all((a.degrees == b.degrees).all() for a, b in zip(low.axes, coarse.axes, strict=True)):
+        low = coarse
+    return coarse, low, low.with_degrees(0, 0, 1)
+
+
+def _lesser(study: Study, mesh: BrickMesh, fine: Solution) -> tuple[Solution, Solution, Solution] | None:
     """The coarse, the low and the tall solution; None where any has no steady state although the fine one has."""
+    coarse_mesh, low_mesh, tall_mesh = lesser_meshes(mesh)
     try:
-        coarse = solution(sink, symmetry, mesh.with_degrees(-1, -1, 0))
-        low_mesh = mesh.with_degrees(-2, -2, 0, least=2)
-        same = all(
-            (a.degrees == b.degrees).all() for a, b in zip(low_mesh.axes, coarse.state.heat.mesh.axes, strict=True)
-        )
-        low = coarse if same else solution(sink, symmetry, low_mesh)
-        tall = solution(sink, symmetry, low_mesh.with_degrees(0, 0, 1))
-        if not same and _apart(tall, low) > SHARPEN * _apart(fine, coarse):
-            low, tall = coarse, solution(sink, symmetry, mesh.with_degrees(-1, -1, 1))
+        coarse = solution(study, coarse_mesh)
+        low = coarse if low_mesh is coarse_mesh else solution(study, low_mesh)
+        tall = solution(study, tall_mesh)
+        if low is not coarse and _apart(study, tall, low) > SHARPEN * _apart(study, fine, coarse):
+            low, tall = coarse, solution(study, mesh.with_degrees(-1, -1, 1))
         return coarse, low, tall
     except NumericsError:
         return None
 
 
-def _apart(a: Solution, b: Solution) -> float:
-    """The largest relative difference of their rises."""
-    return max(abs(float(a.quantities[q] / b.quantities[q]) - 1) for q in RISES)
+def _apart(study: Study, a: Solution, b: Solution) -> float:
+    """The largest difference of their rises (of all quantities where there are none), relative to the scales."""
+    scales = study.steady_scales(b.quantities)
+    return max(abs(float(a.quantities[q] - b.quantities[q])) / scales[q] for q in (study.rises or scales))
 
 
 def steady_errors(
-    fine: Quantities, coarse: Quantities, depth: dict[str, float], estimate: dict[str, float]
+    study: Study,
+    fine: Quantities,
+    coarse: Quantities,
+    depth: dict[str, float],
+    estimate: dict[str, float],
+    scales: dict[str, float],
 ) -> dict[str, float]:
     """Estimated error of each quantity of the fine solution, in its unit.
 
-    ``depth`` are errors in z, in the quantities' units; ``estimate`` is the relative dual-weighted one of the rises.
+    ``depth`` are errors in z, ``estimate`` the dual-weighted ones of the goals, in the quantities' units.
     """
     difference = {name: abs(float(fine[name] - coarse[name])) for name in fine}
-    largest = max(difference[name] for name in RISES)
+    largest = max((difference[name] for name in study.rises), default=0.0)
     errors = {name: IN_PLANE * d for name, d in difference.items()}
-    for name in RISES:
-        errors[name] = max(errors[name], OF_ESTIMATE * estimate[name] * abs(float(fine[name])), OF_LARGEST * largest)
-    resistance = "anchor_resistance_K_per_W"
-    errors[resistance] = max(errors[resistance], OF_ESTIMATE * estimate["end_rise_K"] * abs(float(fine[resistance])))
+    for name, found in estimate.items():
+        errors[name] = max(errors[name], OF_ESTIMATE * found)
+    for name in study.rises:
+        errors[name] = max(errors[name], OF_LARGEST * largest)
+    for name, goal in study.ratios.items():
+        share = OF_ESTIMATE * estimate[goal] / abs(float(fine[goal]))
+        errors[name] = max(errors[name], share * abs(float(fine[name])))
     # Rounding in the solves; nothing is known better than that.
-    return {name: e + depth[name] + 1e-10 * abs(float(fine[name])) for name, e in errors.items()}
+    return {name: e + depth[name] + 1e-10 * scales[name] for name, e in errors.items()}
 
 
-def _goals(fine: Solution, snapshots: list[np.ndarray], features: Features) -> list[Indicators]:
+def _goals(study: Study, fine: Solution, snapshots: list[np.ndarray], features: Features) -> dict[str, Indicators]:
     state = fine.state
-    functionals = [state.heat.probes[name] for name in RISES.values()]
-    return indicators.of_goals(state, [state.rise, *snapshots], functionals, features)
+    potentials = [] if state.potential is None else [state.potential]
+    caused = {q: abs(float(fine.quantities[q])) or scale for q, scale in study.steady_scales(fine.quantities).items()}
+    return goals_of(study, state.heat, state.conductor, potentials, [state.rise, *snapshots], caused, features)
 
 
-def _refined(mesh: BrickMesh, goals: list[Indicators], features: Features, deep: bool) -> BrickMesh:
-    missing = [np.sum([g.missing[d] for g in goals], axis=0) for d in range(3)]
+def goals_of(
+    study: Study,
+    heat: HeatProblem,
+    conductor: Conductor | None,
+    potentials: list[np.ndarray],
+    rises: list[np.ndarray],
+    caused: dict[str, float],
+    features: Features,
+) -> dict[str, Indicators]:
+    """Where the errors of the study's goals come from, the last of the rises being the one that extremes are read at;
+    ``caused`` is how large what the current causes in a quantity may be."""
+    by_name = {p.name: p for p in study.part.scene.probes}
+    rows = {q: outputs.goal(heat, by_name[probe], rises[-1]) for q, probe in study.goals.items()}
+    return indicators.of_goals(heat, conductor, potentials, rises, rows, caused, features)
+
+
+def weighted(goals: dict[str, Indicators], scales: dict[str, float]) -> list[np.ndarray]:
+    """Per axis, the errors of the intervals in all goals, each relative to its scale."""
+    return [np.sum([g.missing[d] / scales[q] for q, g in goals.items()], axis=0) for d in range(3)]
+
+
+def refined(mesh: BrickMesh, missing: list[np.ndarray], features: Features, deep: bool) -> BrickMesh:
+    """The mesh with those intervals refined that cause most of the error."""
     if not deep:
         missing[2][:] = 0.0
     ordered = np.sort(np.concatenate(missing))[::-1]

@@ -10,38 +10,39 @@ from dataclasses import replace
 
 import numpy as np
 
-from fem3d import operating_point, outputs, sink_quantities, steady, time_response
-from fem3d.adapt import RISES, Answer, Solution
+from fem3d import operating_point, outputs, steady, time_response
+from fem3d.adapt import Answer, Solution
 from fem3d.reduced import Reduced
 from fem3d.steady import SteadyState
-from meshes.symmetry import Symmetry
-from scenes.sink import Sink
+from fem3d.study import Study
+from fem3d.transient import Base
 
 BY_RESISTANCE = ("current_A", "power_W", "heat_out_W", "end_flow_W")
 LEFT_OUT = 0.02  # part of the accuracy that the first run's fields may miss at the new voltage
 
 
-def solve(sink: Sink, symmetry: Symmetry, before: Answer, factor: float) -> Answer | None:
+def solve(study: Study, before: Answer, factor: float) -> Answer | None:
     """The answer at ``factor`` times the voltage of ``before``; None where its meshes or fields don't suffice, or
     see no steady state: that is for the full solution to say.
     """
     if before.response is None:
         return None
     reduced = _scaled(before.response.reduced, factor)
-    found = _solution(sink, symmetry, before.fine.state, reduced, factor)
+    found = _solution(study, before.fine.state, reduced, factor)
     if found is None:
         return None
     fine, moved = found
     # What the meshes miss is a share of the rise; how far that drives the resistance grows with the rise.
-    old, new = (abs(float(s.quantities["peak_rise_K"])) for s in (before.fine, fine))
+    old, new = (max(abs(float(s.quantities[name])) for name in study.rises) for s in (before.fine, fine))
     errors = {}
     for name, value in fine.quantities.items():
         share = before.errors[name] / abs(float(before.fine.quantities[name]))
         grows = max(1.0, new / old) if name in BY_RESISTANCE else 1.0
         errors[name] = abs(float(value)) * (share * grows + moved)
-    if max(errors[name] / abs(float(fine.quantities[name])) for name in errors) > sink.accuracy:
+    if max(errors[name] / abs(float(fine.quantities[name])) for name in errors) > study.accuracy:
         return None
-    response = time_response.repeat(sink, symmetry, fine.state, reduced, fine.quantities, before.response)
+    base = Base.of_steady(fine.state)
+    response = time_response.repeat(study, base, reduced, fine.quantities, before.response)
     return Answer(fine, errors, response, before.levels)
 
 
@@ -49,37 +50,36 @@ def _scaled(reduced: Reduced, factor: float) -> Reduced:
     return replace(reduced, supply=reduced.supply * factor)
 
 
-def _solution(
-    sink: Sink, symmetry: Symmetry, before: SteadyState, reduced: Reduced, factor: float
-) -> tuple[Solution, float] | None:
+def _solution(study: Study, before: SteadyState, reduced: Reduced, factor: float) -> tuple[Solution, float] | None:
     heat, conductor = before.heat, before.conductor
     point = operating_point.find(reduced)
     if conductor is None or point.folded:
         return None
-    rise = reduced.basis @ point.a
+    lift, n = heat.lifts[0], heat.free
+    rise = lift + heat.whole(reduced.basis @ point.a)
     patterns = [replace(p, supply=p.supply * factor) for p in before.patterns]
-    density = steady.combine([p.density for p in patterns], point.c)
-    source = steady.joule_load(conductor, density, rise) + heat.constant_source
-    answer = heat.solve_steady(source[: heat.free])
-    moved = max(
-        abs(float(heat.probes[name] @ (answer - rise)) / float(heat.probes[name] @ answer)) for name in RISES.values()
-    )
-    if moved > LEFT_OUT * sink.accuracy:
+    density = steady.combined(patterns, point.c)
+    source = steady.joule_load(conductor, density, rise) + heat.loads[0]
+    answer = lift + heat.whole(heat.solve_steady(source[:n]))
+    probes = {p.name: p for p in heat.scene.probes}
+    rows = [outputs.goal(heat, probes[name], rise) for name in study.goals.values()]
+    moved = max(abs(float(row @ (answer - rise)[:n]) / float(row @ answer[:n])) for row in rows if row is not None)
+    if moved > LEFT_OUT * study.accuracy:
         return None
     potential = before.potential
     hotter = abs(factor) > 1 or before.follows_pattern
     if hotter and any(conductor.material(b).temperature_coefficient for b in conductor.blocks):
         # The current patterns are those of the first voltage's heat: see whether they still hold.
-        true = conductor.solve(rise, potential)
-        drive = next(b.value for b in heat.scene.boundaries if b.name == "electrode-0")
-        load = (sink.voltage / drive) ** 2 * steady.joule_load(conductor, true.density, rise) + heat.constant_source
-        if heat.norm(heat.solve_steady((load - source)[: heat.free])) > LEFT_OUT * sink.accuracy * heat.norm(rise):
+        true = conductor.solve(rise, factor * before.drive * conductor.voltages[0], potential)
+        load = steady.joule_load(conductor, true.density, rise) + heat.loads[0]
+        if heat.norm(heat.solve_steady((load - source)[:n])) > LEFT_OUT * study.accuracy * heat.norm(rise[:n]):
             return None
     joule = steady.box_heat(conductor, density, rise)
     names = patterns[0].currents
     state = replace(
-        before, rise=answer, source=source, joule=joule, patterns=patterns, power=float(sum(joule.values())),
+        before, drive=factor * before.drive, rise=answer, source=source, joule=joule, patterns=patterns,
+        power=float(sum(joule.values())),
         currents={n: float(point.c @ np.array([p.currents[n] for p in patterns])) for n in names},
         potential=None if potential is None else factor * potential,
     )  # fmt: skip
-    return Solution(state, sink_quantities.steady(sink, outputs.of_steady(state, symmetry))), moved
+    return Solution(state, study.steady(outputs.of_steady(state, study.part))), moved

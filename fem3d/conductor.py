@@ -1,7 +1,7 @@
 """The electric problem: div(sigma(T) grad phi) = 0 in the conductors that carry current.
 
 Conductors are followed from electrode to electrode. A part that touches electrodes of one voltage only carries no
-current and gets no unknowns; neither do insulators.
+current and gets no unknowns; neither do insulators. Voltages come as channels (`fem3d.inputs`).
 """
 
 from __future__ import annotations
@@ -13,10 +13,12 @@ from typing import Any
 import numpy as np
 from scipy.sparse import coo_array, csc_array
 
-from fem3d import tensor
+from fem3d import section, tensor
 from fem3d.errors import NumericsError
 from fem3d.operators import HeatProblem, condition_nodes, factorize
-from meshes.bricks import VOID, Block, BrickMesh, bricks_of
+from fem3d.section import Section
+from meshes import connected
+from meshes.bricks import VOID, Block, bricks_of
 from scenes.model import Material, Scene
 
 Field = list[np.ndarray]  # one array per conducting block: (qx, qy, qz), or (3, qx, qy, qz) for a vector
@@ -24,19 +26,21 @@ Field = list[np.ndarray]  # one array per conducting block: (qx, qy, qz), or (3,
 
 @dataclass(frozen=True, eq=False)
 class Conductor:
-    """The current-carrying blocks, the numbering of their nodes (free first), and the voltages of the fixed ones."""
+    """The current-carrying blocks, the numbering of their nodes (free first), and the voltages (channels, fixed nodes)
+    of the fixed ones. ``sections`` are the current probes: for each the integral of the current density over it."""
 
     heat: HeatProblem
     blocks: tuple[Block, ...]
     number: np.ndarray
     free: int
-    fixed_voltage: np.ndarray
+    voltages: np.ndarray
     electrodes: dict[str, np.ndarray]
+    sections: dict[str, Section]
 
     @property
     def size(self) -> int:
         """Free and fixed nodes together."""
-        return self.free + len(self.fixed_voltage)
+        return self.free + self.voltages.shape[1]
 
     def material(self, block: Block) -> Material:
         """The material of a block."""
@@ -94,8 +98,11 @@ class Conductor:
             found[local.ravel()] += tensor.gradient_load(parts, j).ravel()
         return found
 
-    def solve(self, rise: np.ndarray, guess: np.ndarray | None = None, accuracy: float = 1e-11) -> Potential:
-        """The potential at a given rise, by conjugate gradients preconditioned with the cold conductor.
+    def solve(
+        self, rise: np.ndarray, voltage: np.ndarray, guess: np.ndarray | None = None, accuracy: float = 1e-11
+    ) -> Potential:
+        """The potential at a given rise and voltages of the fixed nodes, by conjugate gradients preconditioned with the
+        cold conductor.
 
         The accuracy is that of the field in the energy norm.
         """
@@ -105,7 +112,7 @@ class Conductor:
             return self.flow([g / r for g, r in zip(self.gradient(u), resistivity, strict=True)])
 
         n = self.free
-        phi = np.concatenate([np.zeros(n) if guess is None else guess[:n], self.fixed_voltage])
+        phi = np.concatenate([np.zeros(n) if guess is None else guess[:n], voltage])
         residual = apply(phi)
         power = float(phi @ residual)
         if guess is None:
@@ -157,63 +164,31 @@ def law(material: Material, scene: Scene) -> tuple[float, float]:
 def find_conductor(heat: HeatProblem) -> Conductor | None:
     """The current-carrying part of a scene; ``None`` where no part touches two voltages."""
     mesh, scene = heat.mesh, heat.scene
-    electrodes = [b for b in scene.boundaries if b.kind == "voltage"]
-    conducting = {i for i, b in enumerate(mesh.boxes) if b.material.resistivity is not None}
-    if not electrodes or not conducting:
+    coarse = connected.live(scene)
+    if not coarse.any():
         return None
-    labels = _connected(mesh, conducting, [(b.lower, b.upper) for b in electrodes])
-    live = np.full(labels.shape, VOID)
-    for label in np.unique(labels[labels != VOID]):
-        cells = labels == label
-        blocks = tuple(bricks_of(np.where(cells, mesh.owner, VOID)))
-        nodes = mesh.nodes_of(blocks)
-        levels = {
-            b.value for b in electrodes if nodes[condition_nodes(mesh, b.lower, b.upper, conducting)].any()
-        }  # fmt: skip
-        if len(levels) > 1:
-            live[cells] = mesh.owner[cells]
-    if (live == VOID).all():
-        return None
-    blocks = tuple(bricks_of(live))
+    within = [
+        np.searchsorted(c.breaks, (f.breaks[1:] + f.breaks[:-1]) / 2) - 1
+        for c, f in zip(connected.coarsest(scene).axes, mesh.axes, strict=True)
+    ]
+    conducting = connected.conducting(scene)
+    blocks = tuple(bricks_of(np.where(coarse[np.ix_(*within)], mesh.owner, VOID)))
     mine = mesh.nodes_of(blocks)
-    voltage = np.full(mine.size, np.nan)
+    voltage = np.zeros((heat.inputs.count, mine.size))
+    given = np.zeros(mine.size, dtype=bool)
     sets = {}
-    for b in electrodes:
-        nodes_at = condition_nodes(mesh, b.lower, b.upper, conducting)
-        nodes_at = nodes_at[mine[nodes_at]]
-        voltage[nodes_at] = b.value
-        sets[b.name] = nodes_at
-    given = ~np.isnan(voltage)
+    for b in scene.boundaries:
+        if b.kind == "voltage":
+            nodes = condition_nodes(mesh, b.lower, b.upper, conducting)
+            nodes = nodes[mine[nodes]]
+            voltage[:, nodes] = heat.inputs.split(b.value)[:, None]
+            given[nodes] = True
+            sets[b.name] = nodes
     order = heat.order
     free, fixed = order[(mine & ~given)[order]], order[(mine & given)[order]]
     number = np.full(mine.size, -1)
     number[free] = np.arange(len(free))
     number[fixed] = len(free) + np.arange(len(fixed))
     named = {name: number[nodes_at] for name, nodes_at in sets.items()}
-    return Conductor(heat, blocks, number, len(free), voltage[fixed], named)
-
-
-def _connected(mesh: BrickMesh, boxes: set[int], cuts: list[Any]) -> np.ndarray:
-    """A label for each cell of some boxes, equal where cells are joined by faces that no cut covers."""
-    inside = np.isin(mesh.owner, sorted(boxes))
-    labels = np.where(inside, np.arange(inside.size).reshape(inside.shape), VOID)
-    joined = []
-    for d in range(3):
-        low, high = [slice(None)] * 3, [slice(None)] * 3
-        low[d], high[d] = slice(None, -1), slice(1, None)
-        open_faces = inside[tuple(low)] & inside[tuple(high)]
-        for cut in cuts:
-            spans = mesh.spans(*cut)
-            if spans[d][0] == spans[d][1] and 0 < spans[d][0] < inside.shape[d]:
-                window = [slice(*span) for span in spans]
-                window[d] = slice(spans[d][0] - 1, spans[d][0])
-                open_faces[tuple(window)] = False
-        joined.append((tuple(low), tuple(high), open_faces))
-    while True:
-        before = labels.copy()
-        for low_at, high_at, open_faces in joined:
-            least = np.minimum(labels[low_at], labels[high_at])
-            for side in (low_at, high_at):
-                labels[side] = np.where(open_faces, np.minimum(labels[side], least), labels[side])
-        if (labels == before).all():
-            return labels
+    found = {p.name: section.of(mesh, p, blocks) for p in scene.probes if p.quantity == "current"}
+    return Conductor(heat, blocks, number, len(free), voltage[:, fixed], named, found)

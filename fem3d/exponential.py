@@ -8,9 +8,10 @@ a few sweeps over a step settle it. Source of the idea: Hochbruck and Ostermann,
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Protocol
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -55,54 +56,73 @@ class Trajectory:
         return states, sources
 
 
+class Source(Protocol):
+    """What drives the state from one instant on: ``source(times, states)`` (n, r), after ``start``."""
+
+    def __call__(self, times: np.ndarray, states: np.ndarray) -> np.ndarray:
+        """(n, r): the sources at some times (s) and states (n, r)."""
+
+
 def integrate(
     rates: np.ndarray,
-    source: Callable[[np.ndarray], np.ndarray],
+    source: Callable[[float], Source],
     end: float,
     accuracy: float,
     size: float,
     degree: int = 6,
+    start: np.ndarray | None = None,
+    jumps: Mapping[float, np.ndarray] | None = None,
 ) -> Trajectory:
-    """From rest to ``end`` (s), each step's collocation error below ``accuracy * size`` in the Euclidean norm.
+    """From rest (or ``start``) to ``end`` (s), each step's collocation error below ``accuracy * size`` in the Euclidean
+    norm.
 
-    ``source`` maps states (n, r) to sources (n, r); ``size`` is the norm of the final state. Raises NumericsError where
-    the source outruns every step, as it does beyond thermal runaway.
+    ``source(t)`` is the source from t on up to the next instant of ``jumps``, at each of which a step ends and the
+    state jumps. Raises NumericsError where the source outruns every step, as it does beyond thermal runaway.
     """
     nodes = (reference(degree).nodes + 1) / 2
     to_legendre = np.linalg.inv(legendre.legvander(2 * nodes - 1, degree))
-    time, state, length = 0.0, np.zeros(len(rates)), end * 1e-4
+    time, length = 0.0, end * 1e-4
+    state = np.zeros(len(rates)) if start is None else start
+    jumps = jumps or {}
+    stops = [*sorted(t for t in jumps if 0 < t < end), end]
     steps: list[Step] = []
     convolve = Convolution(nodes, degree + 1)
-    while time < end:
-        length = min(length, end - time)
-        if length < 1e-13 * end:
-            raise NumericsError(f"the heating runs away at {time:.3g} s")
-        kernel = convolve(rates * length)
-        decay = np.exp(-np.outer(nodes, rates * length)) * state
-        values = np.repeat(source(state[None]), len(nodes), axis=0)
-        scale = float(np.abs(values[0]).max())
-        settled = False
-        for _ in range(SWEEPS):
-            coefficients = to_legendre @ values
-            states = decay + length * np.einsum("tkr,kr->tr", kernel, coefficients)
-            old, values = values, source(states)
-            change = float(np.abs(values - old).max())
-            if not np.isfinite(change) or change > 1e3 * scale:
-                break
-            if change <= 1e-13 * scale:
-                settled = True
-                break
-        if not settled:
-            length /= 4
-            continue
-        tail = length * np.sqrt((kernel[:, -1] * coefficients[-1]) ** 2 + (kernel[:, -2] * coefficients[-2]) ** 2)
-        error = float(np.linalg.norm(tail, axis=1).max()) / (accuracy * size)
-        if error <= 1.0:
-            steps.append(Step(time, length, state, coefficients))
-            time, state = time + length, states[-1]
-            if end - time < 1e-12 * end:
-                break
-        length *= float(np.clip(0.8 * (error + 1e-30) ** (-1 / degree), 0.2, 6.0))
+    for stop in stops:
+        here = source(time)
+        while time < stop:
+            left = stop - time
+            last = length >= left * (1 - 1e-12)
+            taken = left if last else length
+            if taken < 1e-13 * end and not last:
+                raise NumericsError(f"the heating runs away at {time:.3g} s")
+            times = time + taken * nodes
+            kernel = convolve(rates * taken)
+            decay = np.exp(-np.outer(nodes, rates * taken)) * state
+            values = here(times, np.repeat(state[None], len(nodes), axis=0))
+            scale = float(np.abs(values).max())
+            settled = False
+            for _ in range(SWEEPS):
+                coefficients = to_legendre @ values
+                states = decay + taken * np.einsum("tkr,kr->tr", kernel, coefficients)
+                old, values = values, here(times, states)
+                change = float(np.abs(values - old).max())
+                if not np.isfinite(change) or change > 1e3 * scale:
+                    break
+                if change <= 1e-13 * scale:
+                    settled = True
+                    break
+            if not settled:
+                length = taken / 4
+                continue
+            tail = taken * np.sqrt((kernel[:, -1] * coefficients[-1]) ** 2 + (kernel[:, -2] * coefficients[-2]) ** 2)
+            error = float(np.linalg.norm(tail, axis=1).max()) / (accuracy * size)
+            if error <= 1.0:
+                steps.append(Step(time, taken, state, coefficients))
+                time, state = stop if last else time + taken, states[-1]
+            grown = taken * float(np.clip(0.8 * (error + 1e-30) ** (-1 / degree), 0.2, 6.0))
+            # A step that a stop cut short says little against a longer one after it.
+            length = max(grown, length) if last and error <= 1.0 else grown
+        state = state + jumps[stop] if stop in jumps else state
     return Trajectory(rates, steps)
 
 

@@ -76,6 +76,5 @@ class Fields:
 
     def _whole(self, rises: np.ndarray) -> np.ndarray:
         heat = self._state.heat
-        nodal = np.zeros((len(rises), heat.size))
-        nodal[:, : heat.free] = rises
+        nodal = heat.whole(rises)
         return heat.scene.initial_temperature + np.tile(nodal[:, self._part[3]], (1, self._symmetry.copies))

@@ -9,13 +9,14 @@ product of the two energies.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from fem3d import tensor
-from fem3d.steady import SteadyState
+from fem3d.conductor import Conductor, law
+from fem3d.operators import HeatProblem
 from meshes.axis import reference
 from meshes.bricks import Block, BrickMesh
 from meshes.grading import Features, at_planes
@@ -27,65 +28,81 @@ Cells = list[tuple[int, int, np.ndarray, np.ndarray]]  # axis, interval, (top, m
 
 @dataclass(frozen=True)
 class Indicators:
-    """Per axis, per interval, the estimated relative error that it causes in a quantity: ``missing``, and ``highest``
-    what a degree lower by one would cause."""
+    """Per axis, per interval, the estimated error that it causes in a quantity, in its unit: ``missing``, and
+    ``highest`` what a degree lower by one would cause."""
 
     highest: tuple[np.ndarray, np.ndarray, np.ndarray]
     missing: tuple[np.ndarray, np.ndarray, np.ndarray]
 
     @property
     def remaining(self) -> float:
-        """The estimated relative error in all."""
+        """The estimated error in all."""
         return float(sum(m.sum() for m in self.missing))
 
     @property
     def in_plane(self) -> float:
-        """The estimated relative error from x and y alone."""
+        """The estimated error from x and y alone."""
         return float(self.missing[0].sum() + self.missing[1].sum())
 
 
 def of_goals(
-    state: SteadyState, rises: Sequence[np.ndarray], functionals: Sequence[np.ndarray], features: Features
-) -> list[Indicators]:
-    """For each functional (free nodes,) of the rise, where its relative error comes from.
+    heat: HeatProblem,
+    conductor: Conductor | None,
+    potentials: Sequence[np.ndarray],
+    rises: Sequence[np.ndarray],
+    rows: Mapping[str, np.ndarray | None],
+    scales: Mapping[str, float],
+    features: Features,
+) -> dict[str, Indicators]:
+    """For each quantity where its error comes from, in its unit.
 
-    ``rises`` are temperature fields (free nodes) that must be resolved, the steady one first; values of the functional
-    on the first are the unit. Each solves one dual problem with the factorization at hand.
+    A quantity is a functional of the rise, a row (free nodes,), or an electric one (None). ``rises`` are temperature
+    fields that must be resolved; each row solves one dual problem with the factorization at hand. ``potentials`` (all
+    nodes of the conductor) must be resolved too: a potential is its own dual, so that its relative energy error is that
+    of the power, and so of what the power causes, for which ``scales`` stand.
     """
-    heat = state.heat
     blocks = heat.mesh.blocks
     k = [heat.mesh.boxes[b.box].material.thermal_conductivity for b in blocks]
-
     near = [at_planes(axis, list(found)) for axis, found in zip(heat.mesh.axes, features.exponents, strict=True)]
 
     def cells(field: np.ndarray) -> Cells:
         return _cells(heat.mesh, blocks, [heat.on_block(b, field) for b in blocks], k, near)
 
-    solutions = [cells(rise) for rise in rises]
-    electric = _electric(state, near)
-    found = []
-    for functional in functionals:
-        dual = cells(heat.solve_steady(functional))
-        value = abs(float(functional @ rises[0])) or 1.0
-        sums = [_product(heat.mesh, solution, dual, value) for solution in solutions]
-        highest = [np.max([s[0][d] for s in sums], axis=0) + electric[0][d] for d in range(3)]
-        missing = [np.max([s[1][d] for s in sums], axis=0) + electric[1][d] for d in range(3)]
-        found.append(Indicators(tuple(highest), tuple(missing)))  # type: ignore[arg-type]
+    solutions = [cells(rise) for rise in rises] if any(row is not None for row in rows.values()) else []
+    electric = _electric(heat, conductor, potentials, near)
+    found = {}
+    for name, row in rows.items():
+        sums = [] if row is None else [_product(heat.mesh, s, cells(heat.solve_steady(row)), 1.0) for s in solutions]
+        highest, missing = (
+            [
+                np.max([s[part][d] for s in sums] or [0.0 * e], axis=0) + scales[name] * e
+                for d, e in enumerate(electric[part])
+            ]
+            for part in (0, 1)
+        )
+        found[name] = Indicators((highest[0], highest[1], highest[2]), (missing[0], missing[1], missing[2]))
     return found
 
 
-def _electric(state: SteadyState, near: list[list[bool]]) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """The potential is its own dual: its relative energy error is that of the power, and so of every rise."""
-    mesh, c = state.heat.mesh, state.conductor
-    if c is None or state.potential is None:
-        return [np.zeros(len(a.degrees)) for a in mesh.axes], [np.zeros(len(a.degrees)) for a in mesh.axes]
-    sigma = [1 / (c.material(b).resistivity or 1.0) for b in c.blocks]
-    cells = _cells(mesh, c.blocks, [state.potential[n] for n in c.local], sigma, near)
-    total = sum(
-        s * float((tensor.weights(p) * (g * g).sum(axis=0)).sum())
-        for s, p, g in zip(sigma, c.parts, c.gradient(state.potential), strict=True)
-    )
-    return _product(mesh, cells, cells, total)
+def _electric(
+    heat: HeatProblem, conductor: Conductor | None, potentials: Sequence[np.ndarray], near: list[list[bool]]
+) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """The relative energy errors of potentials, per axis and interval."""
+    mesh = heat.mesh
+    none = [np.zeros(len(a.degrees)) for a in mesh.axes]
+    if conductor is None or not potentials:
+        return none, none
+    sigma = [1 / law(conductor.material(b), heat.scene)[0] for b in conductor.blocks]
+    sums = []
+    for potential in potentials:
+        cells = _cells(mesh, conductor.blocks, [potential[n] for n in conductor.local], sigma, near)
+        total = sum(
+            s * float((tensor.weights(p) * (g * g).sum(axis=0)).sum())
+            for s, p, g in zip(sigma, conductor.parts, conductor.gradient(potential), strict=True)
+        )
+        sums.append(_product(mesh, cells, cells, total or 1.0))
+    highest, missing = ([np.max([s[part][d] for s in sums], axis=0) for d in range(3)] for part in (0, 1))
+    return highest, missing
 
 
 def _product(mesh: BrickMesh, u: Cells, z: Cells, unit: float) -> tuple[list[np.ndarray], list[np.ndarray]]:

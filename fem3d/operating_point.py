@@ -1,4 +1,6 @@
-"""The steady state of the reduced problem, found along the current, where runaway is an ordinary maximum.
+"""The steady state of the reduced problem (of one channel), found along the current.
+
+There runaway is an ordinary maximum.
 
 At a given current the heat equation is linear, and each state on the way from cold to the asked voltage is reached.
 The voltage that a current needs rises from zero; with a falling resistance it has a maximum, beyond which no steady
@@ -28,11 +30,9 @@ class OperatingPoint(NamedTuple):
 
 def find(reduced: Reduced) -> OperatingPoint:
     """The operating point that a slowly rising voltage reaches: at the asked voltage, or the fold below it."""
-    if reduced.supply.size == 0:
-        return OperatingPoint(np.linalg.solve(reduced.stiffness, reduced.source), np.empty(0), 1.0)
     if not reduced.warm.any():
         c = reduced.currents(np.zeros(reduced.states))
-        a = np.linalg.solve(reduced.stiffness, reduced.source + reduced.joule(np.zeros(reduced.states), c))
+        a = np.linalg.solve(reduced.stiffness, reduced.source[0] + reduced.joule(np.zeros(reduced.states), c))
         return OperatingPoint(a, c, 1.0)
     low, high = at_current(reduced, 0.0), at_current(reduced, 1.0)
     beta_low, beta_high = 0.0, 1.0
@@ -52,12 +52,13 @@ def find(reduced: Reduced) -> OperatingPoint:
 
 def at_current(reduced: Reduced, beta: float, near: OperatingPoint | None = None) -> OperatingPoint:
     """The state at beta times the current that the cold conductor would carry; fraction inf where there is none."""
-    cold_power = float(reduced.supply @ np.linalg.solve(reduced.cold, reduced.supply))
+    supply = reduced.supply[0]
+    cold_power = float(supply @ np.linalg.solve(reduced.cold[0], supply))
     a = np.zeros(reduced.states) if near is None else near.a
 
     def carried(a: np.ndarray) -> tuple[np.ndarray, float]:
-        shape = np.linalg.solve(reduced.dissipation(a), reduced.supply)
-        fraction = beta * cold_power / float(reduced.supply @ shape)
+        shape = np.linalg.solve(reduced.dissipation(a), supply)
+        fraction = beta * cold_power / float(supply @ shape)
         return fraction * shape, fraction
 
     c, fraction = carried(a)
@@ -68,7 +69,7 @@ def at_current(reduced: Reduced, beta: float, near: OperatingPoint | None = None
             np.linalg.cholesky(matrix)
         except np.linalg.LinAlgError:
             return OperatingPoint(np.zeros(reduced.states), c, np.inf)
-        a = np.linalg.solve(matrix, reduced.source + load)
+        a = np.linalg.solve(matrix, reduced.source[0] + load)
         old = c
         c, fraction = carried(a)
         if np.abs(c - old).max() <= 1e-13 * np.abs(c).max():

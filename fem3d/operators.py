@@ -2,7 +2,8 @@
 
 The unknown is the rise above the scene's initial temperature. Nodes are numbered with the free ones first and the
 fixed ones (a given temperature) last, so that the reactions, the heat that enters at the fixed nodes, are the last rows
-of the same equations.
+of the same equations. A field that vanishes at the fixed nodes is a vector of the free ones, any other one of all.
+Sources and given rises come as channels (`fem3d.inputs`).
 """
 
 from __future__ import annotations
@@ -15,10 +16,12 @@ import numpy as np
 from scipy.sparse import coo_array, csc_array
 from scipy.sparse.linalg import splu
 
-from fem3d import tensor
+from fem3d import inputs, tensor
+from fem3d.inputs import Inputs
 from fem3d.ordering import nested_dissection
+from meshes import connected
 from meshes.bricks import Block, BrickMesh
-from scenes.model import Probe, Scene
+from scenes.model import Boundary, Scene, Schedule, Value
 
 BALANCED = 2e-11  # of the heat: an imbalance above it is worth a residual in extended precision
 
@@ -29,23 +32,45 @@ def factorize(matrix: csc_array) -> Any:
 
 
 @dataclass(frozen=True, eq=False)
+class Film:
+    """A boundary of given flux or convection: the heat that enters at no rise (W, per channel), and per kelvin (W/K,
+    all nodes)."""
+
+    entering: np.ndarray
+    per_kelvin: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
 class HeatProblem:
-    """Matrices of one mesh. ``number`` maps grid nodes to unknowns (-1: void), ``free`` is the count of free ones."""
+    """Matrices of one mesh. ``number`` maps grid nodes to unknowns (-1: void), ``free`` is the count of free ones.
+
+    Per channel: ``loads`` (channels, all nodes), ``given`` (channels, fixed nodes), the given rises, and ``generated``,
+    the heat of the sources in W.
+    """
 
     scene: Scene
     mesh: BrickMesh
+    inputs: Inputs
     number: np.ndarray
     free: int
     stiffness: csc_array
     mass: csc_array
-    constant_source: np.ndarray
+    loads: np.ndarray
+    given: np.ndarray
     order: np.ndarray  # grid nodes in elimination order
-    films: dict[str, tuple[float, np.ndarray]]  # per cooled boundary: heat that enters at no rise (W), and per kelvin
+    films: dict[str, Film]
+    generated: np.ndarray
+    anchored: bool  # whether every part has an exit for heat: the stiffness matrix is regular
 
     @property
     def size(self) -> int:
         """Free and fixed nodes together."""
         return int(self.stiffness.shape[0])
+
+    @cached_property
+    def memo(self) -> dict[str, Any]:
+        """What probes have been worked out to, by name."""
+        return {}
 
     @cached_property
     def inner_stiffness(self) -> csc_array:
@@ -54,29 +79,49 @@ class HeatProblem:
 
     @cached_property
     def _solve(self) -> Any:
-        return factorize(self.inner_stiffness).solve
+        if self.anchored:
+            return factorize(self.inner_stiffness).solve
+        # A part without an exit keeps its heat: its capacity over the whole run stands in for one.
+        return factorize(_combined(self.inner_stiffness, 1.0 / self.scene.end_time, self.inner_mass)).solve
 
     def solve_steady(self, load: np.ndarray) -> np.ndarray:
-        """The rise at the free nodes with K rise = load, from one factorization."""
+        """The rise at the free nodes with K rise = load, from one factorization; without an exit for heat, the mean
+        over the run's time with the capacity in its place."""
         found: np.ndarray = self._solve(load)
         return found
 
-    def improve(self, rise: np.ndarray, load: np.ndarray) -> np.ndarray:
-        """Iterative refinement: brings the residual, and so the heat balance, to rounding.
+    @cached_property
+    def lifts(self) -> np.ndarray:
+        """(channels, all nodes): for each channel the rise that its given temperatures alone keep up."""
+        n = self.free
+        found = np.zeros((self.inputs.count, self.size))
+        found[:, n:] = self.given
+        for lift in found:
+            if lift.any():
+                lift[:n] = self.solve_steady(-(self.stiffness @ lift)[:n])
+                if self.anchored:
+                    lift[:] = self.improve(lift, np.zeros(self.size))
+        return found
+
+    def improve(self, rise: np.ndarray, source: np.ndarray) -> np.ndarray:
+        """(all nodes,): a rise (all nodes) after iterative refinement for a source (W, all nodes), which brings the
+        residual, and so the heat balance, to rounding.
 
         Steps with the residual in extended precision follow where needles of cells have left an imbalance.
         """
-        k = self.inner_stiffness
-        rise = rise + self.solve_steady(load - k @ rise)
+        k, n = self.inner_stiffness, self.free
+        held = self.stiffness @ np.concatenate([np.zeros(n), rise[n:]])
+        load = source[:n] - held[:n]
+        inner = rise[:n] + self.solve_steady(load - k @ rise[:n])
         for _ in range(3):
-            left = abs(float(np.sum(load) - self._outflow @ rise))
+            left = abs(float(np.sum(load) - self._outflow @ inner))
             if left <= BALANCED * float(np.abs(load).sum()):
                 break
             # The matrix is symmetric: its columns serve as rows.
-            products = k.data.astype(np.longdouble) * rise[k.indices]
+            products = k.data.astype(np.longdouble) * inner[k.indices]
             residual = load - np.add.reduceat(products, k.indptr[:-1])
-            rise = rise + self.solve_steady(residual.astype(float))
-        return rise
+            inner = inner + self.solve_steady(residual.astype(float))
+        return np.concatenate([inner, rise[n:]])
 
     @cached_property
     def _outflow(self) -> np.ndarray:
@@ -84,8 +129,8 @@ class HeatProblem:
         fixed = np.zeros(self.size)
         fixed[self.free :] = 1.0
         leaving = -(self.stiffness @ fixed)[: self.free]
-        for _, per_kelvin in self.films.values():
-            leaving -= per_kelvin[: self.free]
+        for film in self.films.values():
+            leaving -= film.per_kelvin[: self.free]
         return leaving
 
     def solve_shifted(self, shift: float) -> Any:
@@ -101,11 +146,14 @@ class HeatProblem:
         """Root of the integral of rho c u^2 of a field at the free nodes."""
         return float(np.sqrt(u @ (self.inner_mass @ u)))
 
+    def whole(self, field: np.ndarray) -> np.ndarray:
+        """(..., all nodes): fields at the free nodes with zeros at the fixed ones."""
+        width = self.size - field.shape[-1]
+        return np.concatenate([field, np.zeros((*field.shape[:-1], width))], axis=-1) if width else field
+
     def on_block(self, block: Block, u: np.ndarray) -> np.ndarray:
-        """The nodal values of a vector (free or all nodes) on a block, zero at fixed nodes of a free vector."""
-        whole = np.zeros(self.size)
-        whole[: len(u)] = u
-        return whole[self.number[self.mesh.numbers(block)]]
+        """The nodal values of a field (free or all nodes) on a block."""
+        return self.whole(u)[self.number[self.mesh.numbers(block)]]
 
     def scatter(self, block: Block, nodal: np.ndarray, into: np.ndarray) -> None:
         """Add a block's nodal values to a vector of all nodes."""
@@ -114,61 +162,37 @@ class HeatProblem:
     @cached_property
     def fixed_sets(self) -> dict[str, np.ndarray]:
         """For each boundary of given temperature, its unknowns (their reactions are its heat flow)."""
-        return {
-            b.name: self.number[condition_nodes(self.mesh, b.lower, b.upper)]
-            for b in self.scene.boundaries
-            if b.kind == "temperature"
-        }
+        taken = np.zeros(self.size, dtype=bool)
+        found = {}
+        # Where two boundaries meet the later one gives the temperature, and takes the reaction.
+        for b in reversed(self.scene.boundaries):
+            if b.kind == "temperature":
+                nodes = self.number[condition_nodes(self.mesh, b.lower, b.upper)]
+                found[b.name] = nodes[~taken[nodes]]
+                taken[nodes] = True
+        return found
 
     def reaction(self, rise: np.ndarray, rate: np.ndarray, source: np.ndarray) -> np.ndarray:
-        """(fixed nodes,): heat that enters at each fixed node (W), from the rise and its rate at the free nodes."""
-        n, none = self.free, np.zeros(self.size - self.free)
-        flow = self.stiffness @ np.concatenate([rise, none]) + self.mass @ np.concatenate([rate, none])
-        found: np.ndarray = flow[n:] - source[n:]
+        """(fixed nodes,): heat that enters at each fixed node (W), from rise, its rate and the source."""
+        flow = self.stiffness @ self.whole(rise) + self.mass @ self.whole(rate)
+        found: np.ndarray = flow[self.free :] - source[self.free :]
         return found
 
     @cached_property
     def fixed_rows(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """For each boundary of given temperature the rows (free nodes,) of its heat flow per rise and per rate."""
+        """For each boundary of given temperature the rows (all nodes,) of its heat flow per rise and per rate."""
         found = {}
         for name, nodes in self.fixed_sets.items():
             chosen = np.zeros(self.size)
             chosen[nodes] = 1.0
-            found[name] = (self.stiffness @ chosen)[: self.free], (self.mass @ chosen)[: self.free]
+            found[name] = self.stiffness @ chosen, self.mass @ chosen
         return found
 
     def sample(self, rise: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-        """(x, y, z): the rise (K) on a grid of coordinates inside the solved part, from values at the free nodes."""
-        grid = np.append(rise, np.zeros(self.size - len(rise) + 1))[self.number].reshape(self.mesh.shape)
+        """(x, y, z): the rise (K) on a grid of coordinates inside the solved part, from a field."""
+        grid = np.append(self.whole(rise), 0.0)[self.number].reshape(self.mesh.shape)
         a, b, c = (axis.interpolation(at) for axis, at in zip(self.mesh.axes, (x, y, z), strict=True))
         return tensor.along(a, b, c, grid)
-
-    @cached_property
-    def probes(self) -> dict[str, np.ndarray]:
-        """For each probe the weights (free nodes,) whose product with the rise is its mean rise."""
-        return {p.name: self.probe(p) for p in self.scene.probes}
-
-    def probe(self, probe: Probe) -> np.ndarray:
-        """(free nodes,): the weights whose product with the rise is the probe's mean rise."""
-        nodes, weights = [], []
-        for axis, low, high in zip(self.mesh.axes, probe.lower, probe.upper, strict=True):
-            if low == high:
-                row = axis.interpolation(np.array([low]))[0]
-                found = np.flatnonzero(row)
-                weight = row[found]
-            else:
-                part = axis.part(*axis.span(low, high))
-                found = np.arange(part.node_slice.start, part.node_slice.stop)
-                weight = part.integral / (high - low)
-            nodes.append(found)
-            weights.append(weight)
-        x, y, z = nodes
-        grid = (x[:, None, None] * self.mesh.shape[1] + y[:, None]) * self.mesh.shape[2] + z
-        weight = weights[0][:, None, None] * weights[1][:, None] * weights[2]
-        keep = weight != 0
-        functional = np.zeros(self.size)
-        np.add.at(functional, self.number[grid[keep]], weight[keep])
-        return functional[: self.free]
 
 
 def _conserve(stiffness: csc_array, to_the_air: np.ndarray) -> None:
@@ -198,11 +222,14 @@ def assemble(scene: Scene, mesh: BrickMesh, balanced: bool = True) -> HeatProble
 
     ``balanced`` takes the trouble to conserve heat to the last digit, where the heat balance will be reported.
     """
-    solid = mesh.solid
+    solid, channels = mesh.solid, inputs.of(scene)
     fixed = np.zeros(solid.size, dtype=bool)
+    given = np.zeros((channels.count, solid.size))
     for b in scene.boundaries:
         if b.kind == "temperature":
-            fixed[condition_nodes(mesh, b.lower, b.upper)] = True
+            nodes = condition_nodes(mesh, b.lower, b.upper)
+            fixed[nodes] = True
+            given[:, nodes] = _above(channels, b.value, scene)[:, None]
     number = np.full(solid.size, -1, dtype=np.int32)
     order = np.argsort(nested_dissection(mesh))
     free_nodes, fixed_nodes = order[(solid & ~fixed)[order]], order[(solid & fixed)[order]]
@@ -211,8 +238,9 @@ def assemble(scene: Scene, mesh: BrickMesh, balanced: bool = True) -> HeatProble
     size = len(free_nodes) + len(fixed_nodes)
 
     rows, columns, entries = [], [], []
-    source = np.zeros(size)
-    films: dict[str, tuple[float, np.ndarray]] = {}
+    loads = np.zeros((channels.count, size))
+    generated = np.zeros(channels.count)
+    films: dict[str, Film] = {}
 
     def add(block: Block, data: np.ndarray) -> None:
         r, c = tensor.pattern(mesh.parts(block), number[mesh.numbers(block)])
@@ -226,23 +254,43 @@ def assemble(scene: Scene, mesh: BrickMesh, balanced: bool = True) -> HeatProble
         # Both matrices share one pattern, so both travel through one conversion as a complex number.
         add(block, k * tensor.stiffness(parts) + 1j * c * tensor.mass(parts))
         if box.heat_source:
-            source[number[mesh.numbers(block)].ravel()] += box.heat_source * tensor.integral(parts).ravel()
+            source, volume = channels.split(box.heat_source), tensor.integral(parts)
+            loads[:, number[mesh.numbers(block)].ravel()] += np.outer(source, volume)
+            generated += source * volume.sum()
     for b in scene.boundaries:
         if b.kind not in ("convection", "heat_flux"):
             continue
         area = np.zeros(size)
-        for face in mesh.faces(b.lower, b.upper):
+        coefficient = _coefficient(b) if b.kind == "convection" else 0.0
+        for face in mesh.faces(b.lower, b.upper, exposed=True):
             parts = mesh.parts(face)
             area[number[mesh.numbers(face)].ravel()] += tensor.integral(parts).ravel()
-            if b.kind == "convection":
-                add(face, b.value * tensor.mass(parts) + 0j)
-        flux = b.value if b.kind == "heat_flux" else b.value * (b.ambient - scene.initial_temperature)
-        source += flux * area
-        films[b.name] = (flux * float(area.sum()), -b.value * area if b.kind == "convection" else np.zeros(size))
+            if coefficient:
+                add(face, coefficient * tensor.mass(parts) + 0j)
+        flux = channels.split(b.value) if b.kind == "heat_flux" else coefficient * _above(channels, b.ambient, scene)
+        loads += np.outer(flux, area)
+        films[b.name] = Film(flux * float(area.sum()), -coefficient * area)
     joined = (np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns)))
     both = coo_array(joined, shape=(size, size)).tocsc()
     stiffness = csc_array((both.data.real.copy(), both.indices, both.indptr), shape=both.shape)
     if balanced:
-        _conserve(stiffness, -sum((per_kelvin for _, per_kelvin in films.values()), np.zeros(size)))
+        _conserve(stiffness, -sum((film.per_kelvin for film in films.values()), np.zeros(size)))
     mass = csc_array((both.data.imag.copy(), both.indices, both.indptr), shape=both.shape)
-    return HeatProblem(scene, mesh, number, len(free_nodes), stiffness, mass, source, order, films)
+    return HeatProblem(
+        scene, mesh, channels, number, len(free_nodes), stiffness, mass, loads, given[:, fixed_nodes], order, films,
+        generated, connected.anchored(scene),
+    )  # fmt: skip
+
+
+def _above(channels: Inputs, temperature: Value, scene: Scene) -> np.ndarray:
+    """(channels,): a temperature (K) as a rise."""
+    found = channels.split(temperature)
+    found[0] -= scene.initial_temperature
+    return found
+
+
+def _coefficient(boundary: Boundary) -> float:
+    """A convection coefficient; ValueError for one that varies, which would change the matrices."""
+    if isinstance(boundary.value, Schedule):
+        raise ValueError(f"the convection coefficient of {boundary.name} varies in time")
+    return boundary.value

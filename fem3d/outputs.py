@@ -1,74 +1,200 @@
-"""What is read off a solution: mean temperatures, heat flows, currents and Joule heats of the whole structure.
+"""What is read off a solution: probes, heat flows, currents and Joule heats of the whole structure.
 
 The same names come out of a steady state and of a transient, as numbers or as arrays over time:
-``rise:<probe>`` (K), ``flow:<boundary>`` (W, into the solid), ``current:<electrode>`` (A, into the solid),
-``joule:<box>`` (W), ``power`` (W, what the electrodes supply), ``source`` (W, heat sources and given fluxes).
+``probe:<probe>`` (rise in K, potential in V, heat flow in W, current in A), ``flow:<boundary>`` (W, into the solid),
+``current:<electrode>`` (A, into the solid), ``joule:<box>`` (W), ``power`` (W, what the electrodes supply),
+``generated`` (W, the heat sources').
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
+from fem3d import inputs, probes
+from fem3d.conductor import Conductor
+from fem3d.operators import HeatProblem
+from fem3d.probes import Extreme, Linear
 from fem3d.steady import SteadyState
 from fem3d.transient import Transient
 from meshes.symmetry import Symmetry
+from scenes.model import Probe
 
 Outputs = dict[str, np.ndarray]  # of shape () or (times,)
+
+LOOSE = 1e-8  # accuracy of the potential at the many instants of a trace
 
 
 def of_steady(state: SteadyState, symmetry: Symmetry) -> Outputs:
     """The outputs of a steady state."""
     heat = state.heat
-    reaction = heat.reaction(state.rise, np.zeros(heat.free), state.source)
-    rises = {name: row @ state.rise for name, row in heat.probes.items()}
-    fixed = {name: reaction[nodes - heat.free].sum() for name, nodes in heat.fixed_sets.items()}
-    films = {
-        name: constant + per_kelvin[: heat.free] @ state.rise for name, (constant, per_kelvin) in heat.films.items()
-    }
-    return _whole(symmetry, rises, {**fixed, **films}, state.currents, state.joule, np.array(state.power))
+    g, still = np.ones(1), np.zeros(heat.size)
+    reaction = heat.reaction(state.rise, still, state.source)
+    flows = {name: reaction[nodes - heat.free].sum() for name, nodes in heat.fixed_sets.items()}
+    for name, film in heat.films.items():
+        flows[name] = film.entering[0] + film.per_kelvin @ state.rise
+    read: Outputs = {}
+    for probe in heat.scene.probes:
+        if _is_linear(probe):
+            row = _linear(heat, probe)
+            read[probe.name] = row.per_rise @ state.rise - row.entering @ g
+        elif probe.quantity == "temperature":
+            extreme = _extreme(heat, probe)
+            read[probe.name] = np.array(extreme.of(extreme.sampled(state.rise[:, None]), g))
+        elif probe.quantity == "potential" and state.conductor is not None:
+            read[probe.name] = np.array(_potential(state.conductor, probe)(state.hot_potential))
+        elif probe.quantity == "current":
+            read[probe.name] = np.array(_current(state.conductor, state.currents, probe))
+    currents = {name: np.array(value) for name, value in state.currents.items()}
+    joule = {name: np.array(value) for name, value in state.joule.items()}
+    found = _whole(symmetry, np.zeros(1), read, flows, currents, joule)
+    found["power"], found["generated"] = symmetry.copies * np.array(state.power), symmetry.copies * heat.generated[0]
+    return found
 
 
 def of_transient(transient: Transient, symmetry: Symmetry, times: np.ndarray) -> Outputs:
     """The outputs at some times (s)."""
-    state, reduced = transient.state, transient.reduced
-    heat, n = state.heat, state.heat.free
+    base, reduced = transient.base, transient.reduced
+    heat, basis, drive = base.heat, reduced.basis, base.heat.inputs
+    g, changing = drive.at(times), drive.rates(times)
     a, sources = transient.trajectory(times)
-    basis = reduced.basis
     rates = sources - a * transient.trajectory.rates
-    rises = {name: a @ (row @ basis) for name, row in heat.probes.items()}
-    fixed = {}
+    lifts = heat.lifts
+
+    def along(row: np.ndarray, states: np.ndarray, inputs_now: np.ndarray) -> np.ndarray:
+        found: np.ndarray = states @ (row[: heat.free] @ basis) + inputs_now @ (lifts @ row)
+        return found
+
+    flows = {}
     for name, (per_rise, per_rate) in heat.fixed_rows.items():
-        given = heat.constant_source[heat.fixed_sets[name]].sum()
-        fixed[name] = a @ (per_rise @ basis) + rates @ (per_rate @ basis) - given
-    films = {name: constant + a @ (per_kelvin[:n] @ basis) for name, (constant, per_kelvin) in heat.films.items()}
-    c = reduced.currents(a) if state.patterns else np.zeros((len(times), 0))
+        given = g @ heat.loads[:, heat.fixed_sets[name]].sum(axis=1)
+        flows[name] = along(per_rise, a, g) + along(per_rate, rates, changing) - given
+    for name, film in heat.films.items():
+        flows[name] = g @ film.entering + along(film.per_kelvin, a, g)
+    read: Outputs = {}
+    c = reduced.currents(a, g) if base.patterns else np.zeros((len(times), 0))
+    currents = {
+        name: c @ np.array([p.currents[name] for p in base.patterns])
+        for name in (base.patterns[0].currents if base.patterns else {})
+    }
+    for probe in heat.scene.probes:
+        if _is_linear(probe):
+            row = _linear(heat, probe)
+            read[probe.name] = along(row.per_rise, a, g) + along(row.per_rate, rates, changing) - g @ row.entering
+        elif probe.quantity == "temperature":
+            extreme = _extreme(heat, probe)
+            fields = np.concatenate([heat.whole(basis.T), lifts]).T
+            sampled = extreme.sampled(fields)
+            read[probe.name] = np.array([extreme.of(sampled, x) for x in np.concatenate([a, g], axis=1)])
+        elif probe.quantity == "potential" and base.conductor is not None:
+            read[probe.name] = _potentials(transient, probe, times, g)
+        elif probe.quantity == "current":
+            read[probe.name] = np.array(_current(base.conductor, currents, probe)) * np.ones(len(times))
     pairs = c[:, :, None] * c[:, None, :]
     joule = {
-        name: np.einsum("tij,tij->t", pairs, cold + np.tensordot(a, warm, axes=(-1, -1)))
+        name: np.einsum("tij,tij->t", pairs, np.tensordot(g, cold, (-1, 0)) + np.tensordot(a, warm, (-1, -1)))
         for name, (cold, warm) in reduced.in_box.items()
     }
-    electrodes = state.patterns[0].currents if state.patterns else {}
-    currents = {name: c @ np.array([p.currents[name] for p in state.patterns]) for name in electrodes}
-    power = c @ reduced.supply if state.patterns else np.zeros(len(times))
-    return _whole(symmetry, rises, {**fixed, **films}, currents, joule, power)
+    found = _whole(symmetry, times, read, flows, currents, joule)
+    power = np.einsum("tm,tm->t", c, g @ reduced.supply) if base.patterns else np.zeros(len(times))
+    found["power"], found["generated"] = symmetry.copies * power, symmetry.copies * (g @ heat.generated)
+    return found
 
 
 def stored_heat(transient: Transient, symmetry: Symmetry, times: np.ndarray) -> np.ndarray:
-    """(times,): heat stored since the start (J), in the whole structure."""
-    heat = transient.state.heat
-    capacity = (heat.mass @ np.ones(heat.size))[: heat.free]
-    stored: np.ndarray = transient.trajectory(times)[0] @ (capacity @ transient.reduced.basis)
-    return symmetry.copies * stored
+    """(times,): heat stored above the initial temperature (J), in the whole structure."""
+    heat = transient.base.heat
+    capacity = heat.mass @ np.ones(heat.size)
+    stored = transient.trajectory(times)[0] @ (capacity[: heat.free] @ transient.reduced.basis)
+    found: np.ndarray = symmetry.copies * (stored + heat.inputs.at(times) @ (heat.lifts @ capacity))
+    return found
 
 
-def _whole(symmetry: Symmetry, rises: dict, flows: dict, currents: dict, joule: dict, power: np.ndarray) -> Outputs:
+def goal(state_heat: HeatProblem, probe: Probe, rise: np.ndarray) -> np.ndarray | None:
+    """(free nodes,): the row of a thermal probe, that of a point for an extreme; None for an electric one."""
+    if probe.quantity not in ("temperature", "heat_flow"):
+        return None
+    if _is_linear(probe):
+        return _linear(state_heat, probe).per_rise[: state_heat.free]
+    extreme = _extreme(state_heat, probe)
+    at = extreme.where(extreme.sampled(rise[:, None]), np.ones(1))
+    point = Probe(probe.name, at, at)
+    return probes.mean_row(state_heat, point, state_heat.number, state_heat.size)[: state_heat.free]
+
+
+def _is_linear(probe: Probe) -> bool:
+    return probe.quantity == "heat_flow" or (probe.quantity == "temperature" and probe.reduce == "mean")
+
+
+def _linear(heat: HeatProblem, probe: Probe) -> Linear:
+    if probe.name not in heat.memo:
+        heat.memo[probe.name] = probes.linear(heat, probe)
+    found: Linear = heat.memo[probe.name]
+    return found
+
+
+def _extreme(heat: HeatProblem, probe: Probe) -> Extreme:
+    if probe.name not in heat.memo:
+        blocks = heat.mesh.blocks
+        heat.memo[probe.name] = Extreme(heat, probe, blocks, [heat.number[heat.mesh.numbers(b)] for b in blocks])
+    found: Extreme = heat.memo[probe.name]
+    return found
+
+
+def _current(conductor: Conductor | None, currents: dict, probe: Probe) -> np.ndarray | float:
+    """The current of a probe: of the electrodes whose flat boxes it covers, or what passes through it."""
+    if conductor is None:
+        return 0.0
+    mesh = conductor.heat.mesh
+    covered = [
+        b.name
+        for b in conductor.heat.scene.boundaries
+        if b.kind == "voltage" and b.name in currents and probes.covers(mesh, probe, b)
+    ]
+    on_surface = bool(mesh.faces(probe.lower, probe.upper, exposed=True))
+    if covered and on_surface:
+        found: np.ndarray | float = sum(currents[name] for name in covered)
+        return found
+    return currents[f"through:{probe.name}"]  # type: ignore[no-any-return]
+
+
+def _potential(conductor: Conductor, probe: Probe) -> Callable[[np.ndarray], float]:
+    """What reads a probe off a potential (all nodes of the conductor)."""
+    if probe.reduce == "mean":
+        row = probes.mean_row(conductor.heat, probe, conductor.number, conductor.size)
+        return lambda potential: float(row @ potential)
+    extreme = Extreme(conductor.heat, probe, conductor.blocks, conductor.local)
+    return lambda potential: extreme.of(extreme.sampled(potential[:, None]), np.ones(1))
+
+
+def _potentials(transient: Transient, probe: Probe, times: np.ndarray, g: np.ndarray) -> np.ndarray:
+    """(times,): the potential of a probe; the electric problem is solved at each time where it depends on it."""
+    conductor = transient.base.conductor
+    assert conductor is not None
+    read, cold = _potential(conductor, probe), np.zeros(conductor.heat.size)
+    if not any(conductor.material(b).temperature_coefficient for b in conductor.blocks):
+        fields = np.stack([conductor.solve(cold, v).potential for v in conductor.voltages])
+        return np.array([read(x @ fields) for x in g])
+    found, guess = [], None
+    for rise, voltage in zip(transient.rises(times), g @ conductor.voltages, strict=True):
+        guess = conductor.solve(rise, voltage, guess, LOOSE).potential
+        found.append(read(guess))
+    return np.array(found)
+
+
+def _whole(
+    symmetry: Symmetry, times: np.ndarray, read: Outputs, flows: Outputs, currents: Outputs, joule: Outputs
+) -> Outputs:
     """From the part that was solved to the whole."""
-    found = {f"rise:{name}": value for name, value in rises.items()}
+    found = {}
+    for name, value in read.items():
+        factor, added = symmetry.probes[name]
+        offset = sum((inputs.value(v, times) for v in added), np.zeros(len(times)))
+        found[f"probe:{name}"] = factor * value + offset.reshape(np.shape(value))
     for name, flow in symmetry.flows.items():
         if flow.boundary in flows:
             found[f"flow:{name}"] = flow.heat * flows[flow.boundary]
         if flow.boundary in currents:
             found[f"current:{name}"] = flow.current * currents[flow.boundary]
-    found |= {f"joule:{name}": symmetry.box_copies[name] * value for name, value in joule.items()}
-    found["power"] = symmetry.copies * power
-    return found
+    return found | {f"joule:{name}": symmetry.box_copies[name] * value for name, value in joule.items()}

@@ -1,11 +1,12 @@
 """The coupled problem projected on a few temperature fields and a few current fields.
 
-Temperature: rise = sum_k a_k T_k. Current density: J = sum_i c_i J_i, each J_i the exact (discrete) current field of
-some temperature. With the resistivity linear in T everything is polynomial in (a, c):
+Temperature: rise = sum_k a_k T_k + sum_c g_c L_c, the L_c being the rises that the given temperatures keep up. Current
+density: J = sum_i c_i J_i, each J_i the exact (discrete) current field of some temperature. With the resistivity linear
+in T everything is polynomial in (a, c) and linear in the inputs g:
 
-    current:  sum_j A_ij(a) c_j = s_i,      A_ij(a) = integral rho(a) J_i . J_j,   s_i the power that the electrodes
-                                            would supply to J_i at their voltages
-    heat:     M da/dt + K a = f + sum_ij c_i c_j integral rho(a) J_i . J_j T_l
+    current:  sum_j A_ij(a, g) c_j = s_i(g),    A_ij = integral rho J_i . J_j,   s_i the power that the electrodes would
+                                                supply to J_i at their voltages
+    heat:     M da/dt + K a = f(g) - M_L dg/dt + sum_ij c_i c_j integral rho J_i . J_j T_l
 
 The first line is the principle of least dissipation (Thomson's) among the J_i; it is exact at every temperature whose
 current field is among them, and second-order accurate between them.
@@ -13,7 +14,7 @@ current field is among them, and second-order accurate between them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,13 +29,16 @@ DEPENDENT = 1e-6  # fields are dropped whose part independent of earlier ones is
 class Reduced:
     """Reduced matrices; ``basis`` (free nodes, r) is orthonormal in the mass matrix, so M is the identity.
 
-    For pairs (i, j) of current fields: ``cold[i, j]`` and ``warm[i, j, k]`` make up A; ``cold_load[i, j, l]`` and
-    ``warm_load[i, j, l, k]`` the Joule heat. ``in_box`` holds the same four for the heat of each conducting box alone.
+    The inputs' channels come first: ``source`` (channels, r), ``supply`` (channels, m), and for pairs (i, j) of current
+    fields ``cold`` (channels, m, m) and ``warm`` (m, m, r), which make up A, ``cold_load`` (channels, m, m, r) and
+    ``warm_load`` (m, m, r, r), the Joule heat. ``in_box`` holds cold and warm for the heat of each conducting box
+    alone. ``inertia`` (channels, r): M of the lifts, tested with each field.
     """
 
     basis: np.ndarray
     stiffness: np.ndarray
     source: np.ndarray
+    inertia: np.ndarray
     supply: np.ndarray
     cold: np.ndarray
     warm: np.ndarray
@@ -47,65 +51,99 @@ class Reduced:
         """How many temperature fields."""
         return self.basis.shape[1]
 
-    def dissipation(self, a: np.ndarray) -> np.ndarray:
-        """(..., m, m): the matrix A of the resistances at states a."""
-        m = len(self.supply)
-        return self.cold + (a @ self.warm.reshape(m * m, -1).T).reshape(*a.shape[:-1], m, m)
+    def at(self, g: np.ndarray) -> Reduced:
+        """The same problem at fixed inputs g (channels,), as one channel."""
+        return replace(
+            self, source=g[None] @ self.source, inertia=g[None] @ self.inertia, supply=g[None] @ self.supply,
+            cold=_weighted(g[None], self.cold), cold_load=_weighted(g[None], self.cold_load),
+            in_box={name: (_weighted(g[None], cold), warm) for name, (cold, warm) in self.in_box.items()},
+        )  # fmt: skip
 
-    def currents(self, a: np.ndarray) -> np.ndarray:
-        """(..., m): the coefficients c of the current fields at states a (..., r)."""
-        matrix = self.dissipation(a)
-        if len(self.supply) == 1:
-            return self.supply / matrix[..., 0]
-        return np.linalg.solve(matrix, np.broadcast_to(self.supply, matrix.shape[:-1])[..., None])[..., 0]
+    def dissipation(self, a: np.ndarray, g: np.ndarray | None = None) -> np.ndarray:
+        """(..., m, m): the matrix A of the resistances at states a (..., r) and inputs g (..., channels)."""
+        m = self.supply.shape[1]
+        return _at(self.cold, g) + (a @ self.warm.reshape(m * m, -1).T).reshape(*a.shape[:-1], m, m)
 
-    def joule(self, a: np.ndarray, c: np.ndarray) -> np.ndarray:
+    def currents(self, a: np.ndarray, g: np.ndarray | None = None) -> np.ndarray:
+        """(..., m): the coefficients c of the current fields at states a (..., r) and inputs g."""
+        matrix, supply = self.dissipation(a, g), _at(self.supply, g)
+        if matrix.shape[-1] == 1:
+            found: np.ndarray = supply / matrix[..., 0]
+            return found
+        return np.linalg.solve(matrix, np.broadcast_to(supply, matrix.shape[:-1])[..., None])[..., 0]
+
+    def joule(self, a: np.ndarray, c: np.ndarray, g: np.ndarray | None = None) -> np.ndarray:
         """(..., r): the Joule heat tested with each temperature field."""
-        m2, r = len(self.supply) ** 2, self.states
+        m2, r = self.supply.shape[1] ** 2, self.states
         pairs = (c[..., :, None] * c[..., None, :]).reshape(*c.shape[:-1], m2)
         warm = (a @ self.warm_load.reshape(m2 * r, r).T).reshape(*a.shape[:-1], m2, r)
-        return pairs @ self.cold_load.reshape(m2, r) + (pairs[..., None, :] @ warm)[..., 0, :]
+        cold = _at(self.cold_load, g).reshape(*(() if g is None else g.shape[:-1]), m2, r)
+        return (pairs[..., None, :] @ (cold + warm))[..., 0, :]
 
     def linear_joule(self, c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """At given currents the Joule heat is affine in a: constant (r,) and matrix (r, r)."""
+        """At given currents the Joule heat is affine in a: constant (r,) and matrix (r, r); for one channel."""
         m2, r = len(c) ** 2, self.states
         pairs = np.outer(c, c).ravel()
-        return pairs @ self.cold_load.reshape(m2, r), (pairs @ self.warm_load.reshape(m2, r * r)).reshape(r, r)
+        return pairs @ self.cold_load[0].reshape(m2, r), (pairs @ self.warm_load.reshape(m2, r * r)).reshape(r, r)
+
+
+def _at(channels: np.ndarray, g: np.ndarray | None) -> np.ndarray:
+    """What comes per channel, at inputs g; that of the only channel where they are left out."""
+    found: np.ndarray = channels[0] if g is None else _weighted(g, channels)
+    return found
+
+
+def _weighted(g: np.ndarray, channels: np.ndarray) -> np.ndarray:
+    """(..., *rest): the sum over channels (channels, *rest) with weights g (..., channels)."""
+    found: np.ndarray = np.tensordot(g, channels, axes=(-1, 0))
+    return found
 
 
 def project(
-    heat: HeatProblem, conductor: Conductor | None, basis: np.ndarray, densities: list[Field], supply: list[float]
+    heat: HeatProblem, conductor: Conductor | None, fields: np.ndarray, densities: list[Field], supply: np.ndarray
 ) -> Reduced:
-    """Project on temperature fields (free nodes, r; any basis) and current fields at the scene's voltages."""
-    basis = orthonormal(heat, basis)
-    r, m, n = basis.shape[1], len(densities), heat.free
+    """The reduced problem on temperature fields (free nodes, r) and current fields; supplies are (channels, m)."""
+    basis = orthonormal(heat, fields)
+    r, m, n, channels = basis.shape[1], len(densities), heat.free, heat.inputs.count
     stiffness = basis.T @ (heat.inner_stiffness @ basis)
-    cold, warm = np.zeros((m, m)), np.zeros((m, m, r))
-    cold_load, warm_load = np.zeros((m, m, r)), np.zeros((m, m, r, r))
+    lifts = heat.lifts
+    lifted = [c for c in range(channels) if lifts[c].any()]
+    source, inertia = heat.loads[:, :n] @ basis, np.zeros((channels, r))
+    for c in lifted:
+        inertia[c] = (heat.mass @ lifts[c])[:n] @ basis
+        if not heat.anchored:
+            source[c] -= (heat.stiffness @ lifts[c])[:n] @ basis
+    cold, warm = np.zeros((channels, m, m)), np.zeros((m, m, r))
+    cold_load, warm_load = np.zeros((channels, m, m, r)), np.zeros((m, m, r, r))
     in_box: dict[str, tuple[np.ndarray, np.ndarray]] = {}
     if conductor is not None:
         for number, (block, parts) in enumerate(zip(conductor.blocks, conductor.parts, strict=True)):
             at_room, per_kelvin = law(conductor.material(block), heat.scene)
-            fields = np.stack([tensor.values(parts, heat.on_block(block, u)).ravel() for u in basis.T], axis=1)
+            fields_here = np.stack([tensor.values(parts, heat.on_block(block, u)).ravel() for u in basis.T], axis=1)
+            lifts_here = {c: tensor.values(parts, heat.on_block(block, lifts[c])).ravel() for c in lifted}
             weight = tensor.weights(parts).ravel()
-            cold_here, warm_here = np.zeros((m, m)), np.zeros((m, m, r))
+            cold_here, warm_here = np.zeros((channels, m, m)), np.zeros((m, m, r))
             for i in range(m):
                 for j in range(i + 1):
                     heating = weight * (densities[i][number] * densities[j][number]).sum(axis=0).ravel()
-                    first = heating @ fields
-                    cold_here[i, j] = cold_here[j, i] = at_room * heating.sum()
+                    first = heating @ fields_here
+                    cold_here[0, i, j] = at_room * heating.sum()
                     warm_here[i, j] = warm_here[j, i] = per_kelvin * first
-                    cold_load[i, j] += at_room * first
-                    warm_load[i, j] += per_kelvin * (fields.T * heating) @ fields if per_kelvin else 0.0
+                    cold_load[0, i, j] += at_room * first
+                    if per_kelvin:
+                        warm_load[i, j] += per_kelvin * (fields_here.T * heating) @ fields_here
+                        for c, lift in lifts_here.items():
+                            cold_here[c, i, j] += per_kelvin * float(heating @ lift)
+                            cold_load[c, i, j] += per_kelvin * (heating * lift) @ fields_here
                     if i != j:
-                        cold_load[j, i], warm_load[j, i] = cold_load[i, j], warm_load[i, j]
+                        cold_here[:, j, i] = cold_here[:, i, j]
+                        cold_load[:, j, i], warm_load[j, i] = cold_load[:, i, j], warm_load[i, j]
             cold += cold_here
             warm += warm_here
             name = heat.mesh.boxes[block.box].name
-            old = in_box.get(name, (np.zeros((m, m)), np.zeros((m, m, r))))
+            old = in_box.get(name, (np.zeros_like(cold), np.zeros((m, m, r))))
             in_box[name] = (old[0] + cold_here, old[1] + warm_here)
-    source = basis.T @ heat.constant_source[:n]
-    return Reduced(basis, stiffness, source, np.array(supply), cold, warm, cold_load, warm_load, in_box)
+    return Reduced(basis, stiffness, source, inertia, supply, cold, warm, cold_load, warm_load, in_box)
 
 
 def orthonormal(heat: HeatProblem, fields: np.ndarray) -> np.ndarray:

@@ -22,10 +22,10 @@ from skfem.helpers import dot
 
 from fem3d import forms, sink_quantities
 from fem3d.errors import NumericsError
-from fem3d.sink_quantities import Quantities
+from fem3d.study import Quantities
 from meshes.bricks import VOID, BrickMesh
 from meshes.symmetry import Symmetry
-from scenes.model import Boundary, Probe, Scene
+from scenes.model import Boundary, Probe, Scene, Schedule, Value
 from scenes.sink import Sink
 
 CONVERGED, MOST_STEPS = 3e-12, 400
@@ -66,7 +66,7 @@ class FullOrder:
     def held(self) -> dict[str, tuple[np.ndarray, float]]:
         """The nodes of each boundary of given temperature or voltage, and its value (K or V)."""
         mesh, held = self.basis.mesh, [b for b in self.scene.boundaries if b.kind in ("temperature", "voltage")]
-        return {b.name: (self.basis.get_dofs(facets=_facets(mesh, b)).flatten(), b.value) for b in held}
+        return {b.name: (self.basis.get_dofs(facets=_facets(mesh, b)).flatten(), constant(b.value)) for b in held}
 
     def names(self, kind: str) -> list[str]:
         """The names of the boundaries of a kind."""
@@ -110,7 +110,7 @@ class FullOrder:
         read |= {f"flow:{name}": float(entering[self.held[name][0]].sum()) for name in self.names("temperature")}
         read |= {f"flow:{name}": float((load - matrix @ rise).sum()) for name, (matrix, load) in self.films.items()}
         probes = self.scene.probes
-        return read | {f"rise:{p.name}": _mean(self.basis, rise, p) for p in probes}
+        return read | {f"probe:{p.name}": _mean(self.basis, rise, p) for p in probes}
 
 
 def assemble(scene: Scene, mesh: BrickMesh) -> FullOrder:
@@ -128,19 +128,29 @@ def assemble(scene: Scene, mesh: BrickMesh) -> FullOrder:
     materials = [box.material for box in scene.boxes]
     stiffness = forms.conduction.assemble(basis, conductivity=per_element([m.thermal_conductivity for m in materials]))
     mass = forms.capacity.assemble(basis, heat_capacity=per_element([m.heat_capacity for m in materials]))
-    load = np.asarray(_integral.assemble(basis, density=per_element([box.heat_source for box in scene.boxes])))
+    load = np.asarray(
+        _integral.assemble(basis, density=per_element([constant(box.heat_source) for box in scene.boxes]))
+    )
     room = scene.initial_temperature
     films = {}
     for b in scene.boundaries:
         if b.kind in ("convection", "heat_flux"):
             face = FacetBasis(cells, element, facets=_facets(cells, b), intorder=order)
-            h, flux = (b.value, b.value * (b.ambient - room)) if b.kind == "convection" else (0.0, b.value)
+            value = constant(b.value)
+            h, flux = (value, value * (constant(b.ambient) - room)) if b.kind == "convection" else (0.0, value)
             films[b.name] = forms.film.assemble(face, coefficient=h), _integral.assemble(face, density=flux)
             stiffness, load = stiffness + films[b.name][0], load + films[b.name][1]
     cold = np.array([np.nan if m.resistivity is None else m.resistivity for m in materials])
     slope = cold * [m.temperature_coefficient for m in materials]
     at_room = cold + slope * [room - m.reference_temperature for m in materials]
     return FullOrder(scene, basis, owner, stiffness, mass, load, (at_room[owner, None], slope[owner, None]), films)
+
+
+def constant(value: Value) -> float:
+    """A value that doesn't vary; ValueError for one that does, which this path doesn't take."""
+    if isinstance(value, Schedule):
+        raise ValueError("the second path takes values that don't vary in time")
+    return value
 
 
 def steady(full: FullOrder) -> np.ndarray:
@@ -187,7 +197,7 @@ def quantities(
 ) -> Quantities:
     """The quantities of `sink_quantities.steady` of the whole sink, from the part that was solved."""
     read = full.outputs(rise, np.zeros_like(rise) if rate is None else rate)
-    whole = {name: value for name, value in read.items() if name.startswith("rise:")}
+    whole = {name: value for name, value in read.items() if name.startswith("probe:")}
     for name, flow in part.flows.items():
         for kind, factor in (("flow", flow.heat), ("current", flow.current)):
             if f"{kind}:{flow.boundary}" in read:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fem3d import adapt, another_voltage
+from fem3d import adapt, another_voltage, sink_quantities
 from fem3d.adapt import Answer
 from fem3d.conductor import find_conductor
 from fem3d.fields import Fields
@@ -30,13 +30,14 @@ def solve(
     costs a tenth. Raises fem3d.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
     """
     part = symmetry.reduce(sink.scene())
+    study = sink_quantities.study(sink, part)
     answer = None
     if earlier is not None and request.transient:
         first: Sink = earlier.details["sink"]
         if replace(first, voltage=sink.voltage) == sink:
-            answer = another_voltage.solve(sink, part, earlier.details["answer"], sink.voltage / first.voltage)
+            answer = another_voltage.solve(study, earlier.details["answer"], sink.voltage / first.voltage)
     if answer is None:
-        answer = adapt.solve(sink, part, request.transient, progress or (lambda _: None))
+        answer = adapt.solve(study, request.transient, progress or (lambda _: None))
     state, values = answer.fine.state, answer.fine.quantities
     steady = {name: Estimate(float(values[name]), answer.errors[name]) for name in values}
     response = answer.response

@@ -5,9 +5,24 @@ from __future__ import annotations
 import numpy as np
 
 from fem3d.outputs import Outputs
+from fem3d.study import Quantities, Study
+from meshes.symmetry import Symmetry
 from scenes.sink import Sink
 
-Quantities = dict[str, np.ndarray]
+EARLIEST = 1e-5  # s: from here on the traces hold their accuracy
+RISES = {"peak_rise_K": "peak", "end_rise_K": "end", "mean_rise_K": "mean"}
+TRACES = {"peak_K": "peak", "end_K": "end", "mean_K": "mean"}
+
+
+def study(sink: Sink, part: Symmetry) -> Study:
+    """What is to be found of a sink."""
+    return Study(
+        part, sink.accuracy, sink.voltage, sink.end_time, EARLIEST, (), RISES, tuple(RISES), tuple(TRACES),
+        {"anchor_resistance_K_per_W": "end_rise_K"},
+        steady=lambda out: steady(sink, out), traces=lambda out: traces(sink, out),
+        steady_scales=lambda values: {name: abs(float(v)) for name, v in values.items()},
+        trace_scales=lambda found: trace_scales(sink, found),
+    )  # fmt: skip
 
 
 def steady(sink: Sink, out: Outputs) -> Quantities:
@@ -17,25 +32,18 @@ def steady(sink: Sink, out: Outputs) -> Quantities:
     the beam, half to each end; it holds for heated or cooled pads too.
     """
     end_flow = (out["joule:beam"] + out.get("flow:air-beam", np.float64(0.0))) / 2
-    return {
-        "peak_rise_K": out["rise:peak"],
-        "end_rise_K": out["rise:end"],
-        "mean_rise_K": out["rise:mean"],
+    return {name: out[f"probe:{probe}"] for name, probe in RISES.items()} | {
         "current_A": out["current:electrode-0"],
         "power_W": out["power"],
         "heat_out_W": -(out["flow:substrate-0"] + out["flow:substrate-1"]),
-        "anchor_resistance_K_per_W": out["rise:end"] / end_flow,
+        "anchor_resistance_K_per_W": out["probe:end"] / end_flow,
         "end_flow_W": end_flow,
     }
 
 
 def traces(sink: Sink, out: Outputs) -> Quantities:
     """Traces of traces.csv, without the model's name; temperatures in kelvin."""
-    room = sink.room_temperature
-    return {
-        "peak_K": room + out["rise:peak"],
-        "end_K": room + out["rise:end"],
-        "mean_K": room + out["rise:mean"],
+    return {name: sink.room_temperature + out[f"probe:{probe}"] for name, probe in TRACES.items()} | {
         "current_A": out["current:electrode-0"],
         "power_W": out["power"],
     }
@@ -43,10 +51,6 @@ def traces(sink: Sink, out: Outputs) -> Quantities:
 
 def trace_scales(sink: Sink, steady_values: Quantities) -> dict[str, float]:
     """What an error of a trace is relative to: the final rise, or for current and power their final value."""
-    return {
-        "peak_K": abs(float(steady_values["peak_rise_K"])),
-        "end_K": abs(float(steady_values["end_rise_K"])),
-        "mean_K": abs(float(steady_values["mean_rise_K"])),
-        "current_A": abs(float(steady_values["current_A"])),
-        "power_W": abs(float(steady_values["power_W"])),
-    }
+    rises = {name: f"{probe}_rise_K" for name, probe in TRACES.items()}
+    found = {name: abs(float(steady_values[rise])) for name, rise in rises.items()}
+    return found | {name: abs(float(steady_values[name])) for name in ("current_A", "power_W")}

@@ -7,7 +7,9 @@ instead of like Picard's.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -15,13 +17,14 @@ from fem3d import operating_point, tensor
 from fem3d.conductor import Conductor, Field, Potential, find_conductor, law
 from fem3d.errors import NumericsError, RunawayError
 from fem3d.operators import HeatProblem
-from fem3d.reduced import Reduced, project
+from fem3d.reduced import project
 
 CONVERGED = 1e-3  # part of the accuracy that the last step may change the rise by
 ROUNDED = 1e-7  # what rounding may do to the rise on the worst meshes, relative
 SETTLED = 1e-2  # part of the accuracy below which the iteration also ends where rounding keeps it from getting better
 SLOW = 15  # steps after which the reduced problem gets a second current pattern
 BACK = 0.8  # of a rise at which the resistivity is not positive
+SAME = 1e-9  # relative size below which a current field is taken for a sum of others
 UNIFORM = 5e-2  # part of the accuracy below which a change of the current's pattern isn't followed
 
 
@@ -29,9 +32,10 @@ UNIFORM = 5e-2  # part of the accuracy below which a change of the current's pat
 class SteadyState:
     """The converged state of one mesh.
 
-    ``rise`` at the free nodes, the ``source`` (W per node, all nodes) that it answers, the Joule heat of each box and
-    the current that enters at each electrode; the temperature fields and current patterns of the reduced problem;
-    ``pattern_change``: how far heating moves the current's pattern (its relative effect on the rise).
+    ``rise`` (all nodes), the ``source`` (W per node, all nodes) that it answers, the Joule heat of each box and the
+    current that enters at each electrode or passes a probe; the temperature fields (free nodes) and current patterns
+    of the reduced problem. ``pattern_change``: how far heating moves the current's pattern, by its relative effect on
+    the rise. ``drive``: the voltages over those of the scene.
     """
 
     heat: HeatProblem
@@ -47,40 +51,49 @@ class SteadyState:
     pattern_change: float
     follows_pattern: bool
     steps: int
+    drive: float = 1.0
+
+    @cached_property
+    def hot_potential(self) -> np.ndarray:
+        """The potential (V) at the converged rise."""
+        c = self.conductor
+        assert c is not None
+        return c.solve(self.rise, self.drive * c.voltages[0], self.potential).potential
 
 
 def solve(heat: HeatProblem, voltage: float, accuracy: float) -> SteadyState:
-    """The steady state at the scene's voltages; ``voltage`` (V) names the drive in messages.
+    """The steady state at the scene's constant inputs; ``voltage`` (V) names the drive in messages.
 
     Raises RunawayError where no steady state exists, NumericsError where the iteration does not converge.
     """
-    for b in heat.scene.boundaries:
-        if b.kind == "temperature" and b.value != heat.scene.initial_temperature:
-            raise NumericsError(f"{b.name} has another temperature than the scene starts at: not solved here")
+    if heat.inputs.schedules:
+        raise NumericsError("a scene whose conditions vary in time has no steady state")
     conductor = find_conductor(heat)
-    n = heat.free
+    n, given, lift = heat.free, heat.loads[0], heat.lifts[0]
     if conductor is None:
-        rise = heat.improve(heat.solve_steady(heat.constant_source[:n]), heat.constant_source[:n])
-        none = np.empty((n, 0))
-        return SteadyState(heat, None, rise, heat.constant_source, {}, {}, 0.0, None, none, [], 0.0, False, 1)
-    cold = conductor.solve(np.zeros(n))
+        rise = heat.improve(lift + heat.whole(heat.solve_steady(given[:n])), given)
+        return SteadyState(heat, None, rise, given, {}, {}, 0.0, None, (rise - lift)[:n, None], [], 0.0, False, 1)
+    cold = conductor.solve(lift, conductor.voltages[0])
     potentials, patterns = [cold], [Pattern.of(conductor, cold)]
-    densities, supply = [cold.density], [patterns[0].supply]
     warms = any(conductor.material(b).temperature_coefficient for b in conductor.blocks)
-    fields = heat.solve_steady((joule_load(conductor, cold.density, np.zeros(n)) + heat.constant_source)[:n])[:, None]
+    fields = heat.solve_steady((joule_load(conductor, cold.density, lift) + given)[:n])[:, None]
     follows, change, before = warms, 0.0, np.inf
     for step in range(1, 61):
-        reduced = project(heat, conductor, fields, densities, supply)
+        reduced = project(heat, conductor, fields, [p.density for p in patterns], supplies(patterns))
         point = operating_point.find(reduced)
-        rise = reduced.basis @ point.a
-        while not conductor.conducts(rise):
-            rise = BACK * rise  # few fields may put the state beyond the law's reach; the full step then brings it back
+        own = reduced.basis @ point.a
+        while not conductor.conducts(lift + heat.whole(own)):
+            if not np.abs(own).max() > 0:
+                raise NumericsError("the resistivity is not positive at the given temperatures")
+            own = BACK * own  # few fields may put the state beyond the law's reach; the full step then brings it back
+        rise = lift + heat.whole(own)
+        size = heat.norm(own) or 1.0
         if follows:
-            hot = conductor.solve(rise, potentials[-1].potential)
+            hot = conductor.solve(rise, conductor.voltages[0], potentials[-1].potential)
             load = joule_load(conductor, hot.density, rise)
-            expected = point.fraction**-2 * joule_load(conductor, combine(densities, point.c), rise)
+            expected = point.fraction**-2 * joule_load(conductor, combined(patterns, point.c), rise)
             if step == 1:
-                change = heat.norm(heat.solve_steady((load - expected)[:n])) / heat.norm(rise)
+                change = heat.norm(heat.solve_steady((load - expected)[:n])) / size
             if step == 1 and change < UNIFORM * accuracy:
                 follows = False
             else:
@@ -88,51 +101,52 @@ def solve(heat: HeatProblem, voltage: float, accuracy: float) -> SteadyState:
                 # Away from a fold the latest pattern is the right one in the end; where a fold lies also depends on
                 # how the pattern changes along the way, and near it the iteration does.
                 patterns = (
-                    _independent(conductor, cold, hot) if point.folded or step > SLOW else [Pattern.of(conductor, hot)]
+                    independent(conductor, [cold, hot]) if point.folded or step > SLOW else [Pattern.of(conductor, hot)]
                 )
-                densities, supply = [p.density for p in patterns], [p.supply for p in patterns]
                 load *= point.fraction**2
         if not follows:
-            load = joule_load(conductor, combine(densities, point.c), rise)
-        source = load + heat.constant_source
+            load = joule_load(conductor, combined(patterns, point.c), rise)
+        source = load + given
         answer = heat.solve_steady(source[:n])
-        moved = float(np.abs(answer - rise).max() / np.abs(answer).max())
+        moved = float(np.abs(answer - own).max() / (np.abs(answer).max() or 1.0))
         stalled = moved < max(SETTLED * accuracy, ROUNDED) and moved > before / 2
         before = moved
         if moved < CONVERGED * accuracy or stalled or (point.folded and moved < 1e-4) or not warms:
             break
-        fields = np.column_stack([fields, answer - rise])
+        fields = np.column_stack([fields, answer - own])
     else:
         raise NumericsError(f"the coupled steady state does not converge at {voltage:g} V")
     if point.folded:
         raise RunawayError(voltage, point.fraction * abs(voltage))
-    answer = heat.improve(answer, source[:n])
     final = potentials[-1]
     scale = 1.0 if follows else float(point.c[0])
     density = combine([final.density], np.array([scale]))
     joule = box_heat(conductor, density, rise)
-    patterns = [Pattern.of(conductor, final)] if not follows else _independent(conductor, cold, final)
+    last = Pattern.of(conductor, final)
     return SteadyState(
-        heat, conductor, answer, source, joule,
-        {name: scale * final.current(nodes) for name, nodes in conductor.electrodes.items()},
-        float(sum(joule.values())), final.potential, np.column_stack([fields, answer]), patterns, change, follows, step,
+        heat, conductor, heat.improve(lift + heat.whole(answer), source), source, joule,
+        {name: scale * current for name, current in last.currents.items()},
+        float(sum(joule.values())), final.potential, np.column_stack([fields, answer]),
+        independent(conductor, [cold, final]) if follows else [last], change, follows, step,
     )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
 class Pattern:
-    """A current field: its density at the Gauss points, the power that the electrodes supply to it at their voltages,
-    and the current that enters at each electrode. All three are linear in the field."""
+    """A current field: its density at the Gauss points, the power (channels,) that the electrodes supply to it at their
+    voltages, and the current that enters at each electrode or passes a probe. All three are linear in the field."""
 
     density: Field
-    supply: float
+    supply: np.ndarray
     currents: dict[str, float]
 
     @staticmethod
     def of(conductor: Conductor, potential: Potential) -> Pattern:
         """The current field of a potential."""
-        supply = float(conductor.fixed_voltage @ potential.reaction[conductor.free :])
+        supply = conductor.voltages @ potential.reaction[conductor.free :]
         currents = {name: potential.current(nodes) for name, nodes in conductor.electrodes.items()}
+        for name, section in conductor.sections.items():
+            currents[f"through:{name}"] = section.flux(potential.density)
         return Pattern(potential.density, supply, currents)
 
     def plus(self, factor: float, other: Pattern, scale: float) -> Pattern:
@@ -144,9 +158,9 @@ class Pattern:
         )
 
 
-def _independent(conductor: Conductor, cold: Potential, hot: Potential) -> list[Pattern]:
-    """The cold pattern, and what the hot one adds to it, orthogonal in the cold resistance and of the same size."""
-    first, second = Pattern.of(conductor, cold), Pattern.of(conductor, hot)
+def independent(conductor: Conductor, potentials: Sequence[Potential]) -> list[Pattern]:
+    """The current fields of some potentials, each without what earlier ones hold of it, orthogonal in the cold
+    resistance and of the size of the first; those that add nothing are left out."""
 
     def product(a: Field, b: Field) -> float:
         return sum(
@@ -155,9 +169,28 @@ def _independent(conductor: Conductor, cold: Potential, hot: Potential) -> list[
             for block, parts, p, q in zip(conductor.blocks, conductor.parts, a, b, strict=True)
         )
 
-    size = product(first.density, first.density)
-    added = second.plus(-product(first.density, second.density) / size, first, 1.0)
-    return [first, added.plus(0.0, added, np.sqrt(size / product(added.density, added.density)))]
+    found: list[Pattern] = []
+    for potential in potentials:
+        new = Pattern.of(conductor, potential)
+        whole = product(new.density, new.density)
+        for pattern in found:
+            share = product(pattern.density, new.density) / product(pattern.density, pattern.density)
+            new = new.plus(-share, pattern, 1.0)
+        left = product(new.density, new.density)
+        if left > SAME**2 * whole:
+            size = product(found[0].density, found[0].density) if found else left
+            found.append(new.plus(0.0, new, np.sqrt(size / left)))
+    return found
+
+
+def supplies(patterns: Sequence[Pattern]) -> np.ndarray:
+    """(channels, patterns): the power that the electrodes supply to each."""
+    return np.stack([p.supply for p in patterns], axis=1)
+
+
+def combined(patterns: Sequence[Pattern], c: np.ndarray) -> Field:
+    """The current field with coefficients c."""
+    return combine([p.density for p in patterns], c)
 
 
 def combine(densities: list[Field], c: np.ndarray) -> Field:
@@ -186,10 +219,3 @@ def box_heat(conductor: Conductor, density: Field, rise: np.ndarray) -> dict[str
         name = conductor.heat.mesh.boxes[block.box].name
         found[name] = found.get(name, 0.0) + float((tensor.weights(parts) * q).sum())
     return found
-
-
-def reduced_problem(state: SteadyState, fields: np.ndarray) -> Reduced:
-    """The reduced problem on the steady state's current fields and some temperature fields."""
-    return project(
-        state.heat, state.conductor, fields, [p.density for p in state.patterns], [p.supply for p in state.patterns]
-    )

@@ -6,20 +6,18 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fem3d import outputs, rows, sink_quantities, transient
+from fem3d import outputs, rows, transient
 from fem3d.reduced import Reduced
-from fem3d.sink_quantities import Quantities
-from fem3d.steady import SteadyState, reduced_problem
-from fem3d.transient import EARLIEST, Krylov, Transient
-from meshes.symmetry import Symmetry
-from scenes.sink import Sink
+from fem3d.study import Quantities, Study
+from fem3d.transient import Base, Krylov, Transient
 
 IN_PLANE, IN_DEPTH, NEGLIGIBLE = 1.0, 1.5, 0.2  # as for the steady state, with room for more than one instant
 ROW_SHARE = 0.25  # part of the accuracy left to linear interpolation between rows
 TIME_SHARE = 0.01  # part of the accuracy for time stepping
 SPACE_SHARE = 0.1  # part of the accuracy for the reduced space
 ROUNDING = 1e-10  # of the scale: nothing is known better
-FIELDS, DROPPED, MOST_FIELDS = 6, 2, 60
+FIELDS, DROPPED, MOST_FIELDS = 6, 2, 60  # generations of Krylov fields: the first trial, how many fewer, the most
+KNOTS = 12  # bends and jumps of the inputs after which errors are looked at closely
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,97 +32,111 @@ class Response:
     transient: Transient
     reduced: Reduced
     snapshots: list[np.ndarray]
-    deep: bool  # whether degrees in z matter
+    deep: bool  # whether degrees across the layers matter
+    scales: dict[str, float]
     relative: dict[str, float] = field(default_factory=dict)  # errors without the rows' own, over their scales
 
 
 def respond(
-    sink: Sink,
-    symmetry: Symmetry,
-    fine: SteadyState,
-    coarse: SteadyState,
-    in_z: tuple[SteadyState, SteadyState] | None,
-    steady_values: Quantities,
+    study: Study,
+    fine: Base,
+    coarse: Base,
+    in_z: tuple[Base, Base] | None,
+    shift: float,
+    steady_values: Quantities | None,
 ) -> Response:
     """The response of the fine mesh, its error estimated from the coarse one and, where z matters, from two that differ
-    by their degrees in z."""
-    accuracy, end = sink.accuracy, sink.end_time
-    scales = sink_quantities.trace_scales(sink, steady_values)
-    checked = np.unique(np.concatenate([np.geomspace(min(EARLIEST, end), end, 40), np.linspace(0, end, 21)[1:]]))
+    by their degrees in z. ``steady_values`` are what errors are relative to, or the traces themselves are."""
+    accuracy, end = study.accuracy, study.end
+    checked = instants(study, fine.heat.inputs.knots(end))
 
-    def traces(response: Transient, times: np.ndarray) -> Quantities:
-        return sink_quantities.traces(sink, outputs.of_transient(response, symmetry, times))
+    def traces(response: Transient) -> Quantities:
+        return study.traces(outputs.of_transient(response, study.part, checked))
 
-    def distance(a: Quantities, b: Quantities) -> dict[str, float]:
-        return {name: float(np.abs(a[name] - b[name]).max()) for name in a}
-
-    space = Krylov(fine, transient.shift(fine))
+    space = Krylov(fine, shift)
     count = FIELDS + int(max(0.0, -np.log10(accuracy) - 3) * 2)
     while True:
-        reduced = reduced_problem(fine, space.fields(count))
+        reduced = fine.project(space.fields(count))
         answer = transient.march(fine, reduced, end, TIME_SHARE * accuracy)
-        there = traces(answer, checked)
+        there = traces(answer)
+        scales = study.trace_scales(there if steady_values is None else steady_values)
         # One comparison for two errors: fewer fields and a looser step.
-        fewer = transient.march(fine, reduced, end, 10 * TIME_SHARE * accuracy, DROPPED)
-        lost = distance(there, traces(fewer, checked))
-        if max(lost[name] / scales[name] for name in lost) <= SPACE_SHARE * accuracy or count >= MOST_FIELDS:
+        dropped = space.dropped(count, DROPPED)
+        fewer = transient.march(fine, reduced, end, 10 * TIME_SHARE * accuracy, dropped)
+        lost = _distance(there, traces(fewer))
+        enough = max(lost[name] / scales[name] for name in lost) <= SPACE_SHARE * accuracy
+        if enough or count >= MOST_FIELDS or not dropped:
             break
         count += 4
 
-    def below(state: SteadyState) -> Quantities:
-        space = reduced_problem(state, Krylov(state, transient.shift(fine)).fields(count))
-        return traces(transient.march(state, space, end, TIME_SHARE * accuracy), checked)
+    def below(base: Base) -> Quantities:
+        space = base.project(Krylov(base, shift).fields(count))
+        return traces(transient.march(base, space, end, TIME_SHARE * accuracy))
 
     lesser = below(coarse)
-    in_plane = distance(there, lesser)
-    in_depth = dict.fromkeys(in_plane, 0.0) if in_z is None else distance(below(in_z[0]), below(in_z[1]))
+    in_plane = _distance(there, lesser)
+    in_depth = dict.fromkeys(in_plane, 0.0) if in_z is None else _distance(below(in_z[0]), below(in_z[1]))
     errors = {name: IN_PLANE * in_plane[name] + IN_DEPTH * in_depth[name] + lost[name] for name in scales}
     worst = max(errors[name] / scales[name] for name in errors)
     if worst > (1 - ROW_SHARE) * accuracy:
         # Refine for the instants at which the meshes differ most.
-        at = {int(np.abs(there[name] - lesser[name]).argmax()) for name in ("peak_K", "end_K", "mean_K")}
+        worse = [n for n in (study.trace_rises or errors) if in_plane[n] / scales[n] > NEGLIGIBLE * accuracy]
+        at = {int(np.abs(there[name] - lesser[name]).argmax()) for name in worse} or {len(checked) - 1}
         snapshots = list(answer.rises(checked[sorted(at)]))
         deep = max(IN_DEPTH * in_depth[name] / scales[name] for name in scales) > NEGLIGIBLE * accuracy
-        return Response(checked, there, errors, False, np.nan, answer, reduced, snapshots, deep)
-    return _with_rows(sink, symmetry, answer, reduced, errors, scales)
+        return Response(checked, there, errors, False, np.nan, answer, reduced, snapshots, deep, scales)
+    return _with_rows(study, answer, reduced, errors, scales)
 
 
-def repeat(
-    sink: Sink, symmetry: Symmetry, fine: SteadyState, reduced: Reduced, steady_values: Quantities, before: Response
-) -> Response:
+def instants(study: Study, knots: np.ndarray) -> np.ndarray:
+    """Times (s) at which meshes and spaces are compared: early and late, and after bends and jumps of the inputs."""
+    end, first = study.end, min(study.earliest, study.end)
+    found = [np.geomspace(first, end, 40), np.linspace(0, end, 21)[1:]]
+    found.append(np.array([t for t in study.instants if first <= t <= end]))
+    few = knots if len(knots) <= KNOTS else knots[np.unique(np.linspace(0, len(knots) - 1, KNOTS).astype(int))]
+    for knot in few:
+        following = knots[knots > knot]
+        gap = (following[0] if len(following) else end) - knot
+        found.append(knot + np.geomspace(min(first, gap / 2), gap * (1 - 1e-9), 6))
+    return np.unique(np.concatenate(found))
+
+
+def repeat(study: Study, fine: Base, reduced: Reduced, steady_values: Quantities, before: Response) -> Response:
     """The response at another voltage, in the reduced problem of an earlier one, which has the same relative errors."""
-    scales = sink_quantities.trace_scales(sink, steady_values)
-    answer = transient.march(fine, reduced, sink.end_time, TIME_SHARE * sink.accuracy)
+    scales = study.trace_scales(steady_values)
+    answer = transient.march(fine, reduced, study.end, TIME_SHARE * study.accuracy)
     errors = {name: before.relative[name] * scale for name, scale in scales.items()}
-    return _with_rows(sink, symmetry, answer, reduced, errors, scales)
+    return _with_rows(study, answer, reduced, errors, scales)
+
+
+def _distance(a: Quantities, b: Quantities) -> dict[str, float]:
+    return {name: float(np.abs(a[name] - b[name]).max()) for name in a}
 
 
 def _with_rows(
-    sink: Sink,
-    symmetry: Symmetry,
-    answer: Transient,
-    reduced: Reduced,
-    errors: dict[str, float],
-    scales: dict[str, float],
+    study: Study, answer: Transient, reduced: Reduced, errors: dict[str, float], scales: dict[str, float]
 ) -> Response:
     """The response at as many rows as the accuracy takes; ``errors`` are those at any time without the rows' own."""
 
     def traces(times: np.ndarray) -> Quantities:
-        return sink_quantities.traces(sink, outputs.of_transient(answer, symmetry, times))
+        return study.traces(outputs.of_transient(answer, study.part, times))
 
-    allowed = {name: ROW_SHARE * sink.accuracy * scale for name, scale in scales.items()}
-    times, found, between = rows.choose(answer.trajectory.steps, traces, allowed)
+    allowed = {name: ROW_SHARE * study.accuracy * scale for name, scale in scales.items()}
+    drive = answer.base.heat.inputs
+    jumps = [float(t) for t in drive.knots(study.end) if drive.jump(float(t)).any()]
+    times, found, between = rows.choose(answer.trajectory.steps, traces, allowed, jumps, study.instants)
     relative = {name: errors[name] / scales[name] for name in errors}
     errors = {name: errors[name] + between[name] + ROUNDING * scales[name] for name in errors}
-    imbalance = _imbalance(answer, symmetry)
-    return Response(times, found, errors, True, imbalance, answer, reduced, [], False, relative)
+    imbalance = _imbalance(study, answer)
+    return Response(times, found, errors, True, imbalance, answer, reduced, [], False, scales, relative)
 
 
-def _imbalance(answer: Transient, symmetry: Symmetry) -> float:
+def _imbalance(study: Study, answer: Transient) -> float:
     """Largest |stored + lost - supplied| over the heat supplied until then, from the earliest time of interest on.
 
     The integrals over time run over the steps by Gauss's rule, apart from how the steps were made; what is lost comes
-    from the reactions of the full equations, so the figure sees the error of the reduced space too.
+    from the reactions of the full equations, so the figure sees the error of the reduced space too. Where a given
+    temperature jumps, what its nodes store at that instant has entered there.
     """
     points, weights = np.polynomial.legendre.leggauss(12)
     steps = answer.trajectory.steps
@@ -132,14 +144,31 @@ def _imbalance(answer: Transient, symmetry: Symmetry) -> float:
     edges = np.concatenate([steps[0].length * 0.25 ** np.arange(8, 0, -1), [s.start + s.length for s in steps]])
     edges = np.concatenate([[0.0], edges])
     times = (edges[:-1, None] + np.diff(edges)[:, None] * (points + 1) / 2).ravel()
-    out = outputs.of_transient(answer, symmetry, times)
-    entered = out["power"] + sum(v for name, v in out.items() if name.startswith("flow:"))
+    out = outputs.of_transient(answer, study.part, times)
+    flows = [v for name, v in out.items() if name.startswith("flow:")]
+    given = _given_flux(study, out)
+    entered = out["power"] + out["generated"] + sum(flows, np.zeros(len(times)))
     per_step = np.diff(edges) / 2
 
     def until(rate: np.ndarray) -> np.ndarray:
-        return np.cumsum(per_step * (rate.reshape(-1, len(points)) @ weights))
+        found: np.ndarray = np.cumsum(per_step * (rate.reshape(-1, len(points)) @ weights))
+        return found
 
-    supplied = until(np.abs(out["power"]))
-    gap = np.abs(outputs.stored_heat(answer, symmetry, edges[1:]) - until(entered))
-    late = edges[1:] >= min(EARLIEST, edges[-1])
-    return float((gap / np.maximum(supplied, 1e-300))[late].max())
+    supplied = until(np.abs(out["power"]) + np.abs(out["generated"]) + given)
+    just_before = np.maximum(edges[1:] * (1 - 1e-12), edges[:-1])
+    stored = outputs.stored_heat(answer, study.part, just_before)
+    jumped = outputs.stored_heat(answer, study.part, edges[:-1]) - np.concatenate([[0.0], stored[:-1]])
+    gap = np.abs(stored - until(entered) - np.cumsum(jumped * _jumps(answer, edges[:-1])))
+    late = edges[1:] >= min(study.earliest, edges[-1])
+    return float((gap / np.maximum(supplied + np.cumsum(np.abs(jumped)), 1e-300))[late].max())
+
+
+def _jumps(answer: Transient, edges: np.ndarray) -> np.ndarray:
+    """Which edges an input jumps at, the start among them."""
+    drive = answer.base.heat.inputs
+    return np.array([i == 0 or bool(drive.jump(float(t)).any()) for i, t in enumerate(edges)])
+
+
+def _given_flux(study: Study, out: Quantities) -> np.ndarray:
+    """What enters at the boundaries (W), counted where it enters only."""
+    return sum((np.maximum(v, 0.0) for n, v in out.items() if n.startswith("flow:")), np.zeros_like(out["power"]))

@@ -1,8 +1,8 @@
-"""The transient after a step of the drive, in a space of shift-invert Krylov fields.
+"""The transient, in a space of shift-invert Krylov fields.
 
-The fields (M + g K)^-1 F, ((M + g K)^-1 M)^j (M + g K)^-1 F ... together with those of the steady state hold the whole
-response from some g/10 on to a few digits per handful of fields; the reduced problem is diagonal and is stepped with
-its linear part exact. Source: Saad, SIAM J. Numer. Anal. 29, 1992; Druskin and Knizhnerman, J. Comput. Phys. 1989.
+The fields (M + g K)^-1 F, ((M + g K)^-1 M)^j (M + g K)^-1 F ... for every load F hold the whole response from some g/10
+on to a few digits per handful of fields; the reduced problem is diagonal and is stepped with its linear part exact.
+Source: Saad, SIAM J. Numer. Anal. 29, 1992; Druskin and Knizhnerman, J. Comput. Phys. 1989.
 """
 
 from __future__ import annotations
@@ -12,87 +12,180 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.exponential import Trajectory, integrate
-from fem3d.reduced import Reduced
-from fem3d.steady import SteadyState, joule_load
+from fem3d.conductor import Conductor
+from fem3d.exponential import Source, Trajectory, integrate
+from fem3d.operators import HeatProblem
+from fem3d.reduced import Reduced, project
+from fem3d.steady import Pattern, SteadyState, joule_load, supplies
 
-EARLIEST = 1e-5  # s: from here on the traces hold their accuracy
+
+@dataclass(frozen=True, eq=False)
+class Base:
+    """What a transient starts from on one mesh: current patterns, temperature fields (free nodes, any number) that the
+    space shall hold, and the loads (W, each all nodes) whose responses it shall hold.
+
+    ``size`` is the norm of the state that errors are relative to, where it is known.
+    """
+
+    heat: HeatProblem
+    conductor: Conductor | None
+    patterns: list[Pattern]
+    fields: np.ndarray
+    loads: list[np.ndarray]
+    size: float | None = None
+
+    @staticmethod
+    def of_steady(state: SteadyState) -> Base:
+        """The base of a response to a constant drive, whose steady state is known."""
+        heat = state.heat
+        load = heat.loads[0].copy()
+        if state.conductor is not None:
+            load += joule_load(state.conductor, state.patterns[0].density, heat.lifts[0])
+        own = (state.rise - heat.lifts[0])[: heat.free]
+        return Base(heat, state.conductor, state.patterns, state.fields, _with_inertia(heat, [load]), heat.norm(own))
+
+    def project(self, fields: np.ndarray) -> Reduced:
+        """The reduced problem on the current patterns and some temperature fields."""
+        supply = supplies(self.patterns) if self.patterns else np.zeros((self.heat.inputs.count, 0))
+        return project(self.heat, self.conductor, fields, [p.density for p in self.patterns], supply)
+
+
+def _with_inertia(heat: HeatProblem, loads: list[np.ndarray]) -> list[np.ndarray]:
+    """The loads, and those with which given temperatures act when they change."""
+    return loads + [heat.mass @ lift for lift in heat.lifts if lift.any()]
+
+
+def heat_loads(heat: HeatProblem) -> list[np.ndarray]:
+    """The loads of a scene without any current: per channel its sources, and its given temperatures."""
+    held = [] if heat.anchored else [heat.stiffness @ lift for lift in heat.lifts if lift.any()]
+    return _with_inertia(heat, [*(load for load in heat.loads if load.any()), *held])
 
 
 @dataclass(frozen=True, eq=False)
 class Transient:
     """A trajectory of the diagonalised reduced problem of one mesh."""
 
-    state: SteadyState
+    base: Base
     reduced: Reduced
     trajectory: Trajectory
 
+    @property
+    def end(self) -> float:
+        """The end of the last step (s)."""
+        last = self.trajectory.steps[-1]
+        return last.start + last.length
+
     def rises(self, times: np.ndarray) -> np.ndarray:
-        """(times, free nodes): the temperature rise (K)."""
-        return self.trajectory(times)[0] @ self.reduced.basis.T
+        """(times, all nodes): the temperature rise (K)."""
+        heat = self.base.heat
+        own: np.ndarray = heat.whole(self.trajectory(times)[0] @ self.reduced.basis.T)
+        return own + heat.inputs.at(times) @ heat.lifts if heat.lifts.any() else own
 
 
 class Krylov:
     """The growing space of one mesh; each field costs one solve with a factorization made once."""
 
-    def __init__(self, state: SteadyState, shift: float) -> None:
-        self._state = state
-        heat, n = state.heat, state.heat.free
-        self._mass = heat.inner_mass
-        self._solve: Any = heat.solve_shifted(shift)
-        cold = state.conductor
-        load = heat.constant_source.copy()
-        if cold is not None:
-            load += joule_load(cold, state.patterns[0].density, np.zeros(n))
-        self._next = self._solve(load[:n])
+    def __init__(self, base: Base, shift: float) -> None:
+        self._base = base
+        n = base.heat.free
+        self._mass = base.heat.inner_mass
+        self._solve: Any = base.heat.solve_shifted(shift)
+        self._next = [self._solve(load[:n]) for load in base.loads]
         self._made, self._weighted = np.empty((n, 0)), np.empty((n, 0))
+        self._ends = [0]  # after each generation, how many fields there are
 
-    def fields(self, count: int) -> np.ndarray:
-        """(free nodes, steady fields + count): the steady state's fields first."""
-        while self._made.shape[1] < count:
-            # Orthogonal well enough for the recurrence; the projection makes it exact.
-            v = self._next - self._made @ (self._next @ self._weighted)
-            weighted = self._mass @ v
-            size = np.sqrt(v @ weighted)
-            self._made = np.column_stack([self._made, v / size])
-            self._weighted = np.column_stack([self._weighted, weighted / size])
-            self._next = self._solve(weighted / size)
-        return np.column_stack([self._state.fields, self._made[:, :count]])
+    def fields(self, generations: int) -> np.ndarray:
+        """(free nodes, fields): the base's own first, then some generations of one field for every load."""
+        while len(self._ends) <= generations:
+            following = []
+            for new in self._next:
+                # Orthogonal well enough for the recurrence; the projection makes it exact.
+                v = new - self._made @ (new @ self._weighted)
+                weighted = self._mass @ v
+                size = np.sqrt(max(v @ weighted, 0.0))
+                if not size > GONE * np.sqrt(max(new @ (self._mass @ new), 0.0)):
+                    continue
+                self._made = np.column_stack([self._made, v / size])
+                self._weighted = np.column_stack([self._weighted, weighted / size])
+                following.append(self._solve(weighted / size))
+            self._next = following
+            self._ends.append(self._made.shape[1])
+        return np.column_stack([self._base.fields, self._made[:, : self._ends[generations]]])
+
+    def dropped(self, generations: int, fewer: int) -> int:
+        """How many fields the last ``fewer`` of some generations are."""
+        return self._ends[generations] - self._ends[max(generations - fewer, 0)]
+
+
+GONE = 1e-9  # relative size below which a new field is taken for one that is there
 
 
 def time_constant(state: SteadyState) -> float:
     """Stored heat over the power that keeps it (s): the scale of the slowest response."""
     heat, n = state.heat, state.heat.free
-    stored = float((heat.mass @ np.ones(heat.size))[:n] @ state.rise)
+    stored = float((heat.mass @ np.ones(heat.size))[:n] @ state.rise[:n])
     supplied = float(np.abs(state.source).sum())
     return abs(stored) / supplied if supplied > 0 else 1.0
 
 
-def shift(state: SteadyState) -> float:
+def shift(slowest: float, earliest: float) -> float:
     """The shift g (s): between the earliest time of interest and the slowest response."""
-    return float(np.sqrt(EARLIEST * max(time_constant(state), EARLIEST)))
+    return float(np.sqrt(earliest * max(slowest, earliest)))
 
 
-def march(state: SteadyState, reduced: Reduced, end: float, accuracy: float, drop: int = 0) -> Transient:
-    """The response of a reduced problem, without its last ``drop`` fields."""
+def march(base: Base, reduced: Reduced, end: float, accuracy: float, drop: int = 0) -> Transient:
+    """The response of a reduced problem up to ``end`` (s), without its last ``drop`` fields."""
     modal, rates = diagonal(truncate(reduced, reduced.states - drop))
-    size = float(np.linalg.norm(modal.basis.T @ (state.heat.inner_mass @ state.rise)))
+    inputs = base.heat.inputs
+    size = base.size or _size(modal, rates, inputs.largest(end), end)
+    start = -inputs.at(np.zeros(1))[0] @ modal.inertia
+    jumps = {float(t): -inputs.jump(float(t)) @ modal.inertia for t in inputs.knots(end)}
+    trajectory = integrate(
+        rates, lambda since: _source(base, modal, since), end, accuracy, size, start=start, jumps=jumps
+    )
+    return Transient(base, modal, trajectory)
 
-    def source(a: np.ndarray) -> np.ndarray:
-        return (
-            modal.source + modal.joule(a, modal.currents(a))
-            if len(modal.supply)
-            else np.tile(modal.source, (len(a), 1))
-        )
 
-    return Transient(state, modal, integrate(rates, source, end, accuracy, size))
+def _source(base: Base, modal: Reduced, since: float) -> Source:
+    """The source of the modal problem from an instant on."""
+    inputs, conducts = base.heat.inputs, modal.supply.shape[1] > 0
+    if inputs.count == 1:
+
+        def constant(times: np.ndarray, states: np.ndarray) -> np.ndarray:
+            own = modal.source[0]
+            if not conducts:
+                return np.broadcast_to(own, states.shape)
+            found: np.ndarray = own + modal.joule(states, modal.currents(states))
+            return found
+
+        return constant
+    rate = inputs.piece(since)[1] @ modal.inertia
+
+    def varying(times: np.ndarray, states: np.ndarray) -> np.ndarray:
+        g = inputs.at(times, since)
+        own: np.ndarray = g @ modal.source - rate
+        return own + modal.joule(states, modal.currents(states, g), g) if conducts else own
+
+    return varying
+
+
+def _size(modal: Reduced, rates: np.ndarray, largest: np.ndarray, end: float) -> float:
+    """A norm of the state: that to which the largest inputs would drive it in the time there is."""
+    none = np.zeros(modal.states)
+    load = largest @ np.abs(modal.source)
+    if modal.supply.shape[1]:
+        c = modal.currents(none, largest)
+        load = load + np.abs(modal.joule(none, c, largest))
+    reached = load * np.minimum(1 / np.maximum(rates, 1e-300), end)
+    return float(np.linalg.norm(reached) + np.linalg.norm(largest @ np.abs(modal.inertia))) or 1.0
 
 
 def truncate(reduced: Reduced, states: int) -> Reduced:
     """The reduced problem on its first fields only."""
     keep = slice(0, states)
     return replace(
-        reduced, basis=reduced.basis[:, keep], stiffness=reduced.stiffness[keep, keep], source=reduced.source[keep],
+        reduced, basis=reduced.basis[:, keep], stiffness=reduced.stiffness[keep, keep],
+        source=reduced.source[:, keep], inertia=reduced.inertia[:, keep],
         warm=reduced.warm[..., keep], cold_load=reduced.cold_load[..., keep],
         warm_load=reduced.warm_load[..., keep, keep],
         in_box={name: (cold, warm[..., keep]) for name, (cold, warm) in reduced.in_box.items()},
@@ -105,7 +198,8 @@ def diagonal(reduced: Reduced) -> tuple[Reduced, np.ndarray]:
     warm_load = np.einsum("ijlk,la,kb->ijab", reduced.warm_load, modes, modes, optimize=True)
     modal = replace(
         reduced, basis=reduced.basis @ modes, stiffness=np.diag(rates), source=reduced.source @ modes,
+        inertia=reduced.inertia @ modes,
         warm=reduced.warm @ modes, cold_load=reduced.cold_load @ modes, warm_load=warm_load,
         in_box={name: (cold, warm @ modes) for name, (cold, warm) in reduced.in_box.items()},
     )  # fmt: skip
-    return modal, rates
+    return modal, np.maximum(rates, 0.0)

@@ -89,8 +89,9 @@ class BrickMesh:
         )
         return BrickMesh((x, y, z), self.boxes)
 
-    def faces(self, lower: Point, upper: Point, boxes: set[int] | None = None) -> list[Block]:
-        """The part of a flat box that touches the solid (or some boxes of it), as rectangles of interval ranges.
+    def faces(self, lower: Point, upper: Point, boxes: set[int] | None = None, exposed: bool = False) -> list[Block]:
+        """The part of a flat box that touches the solid (or some boxes of it), as rectangles of interval ranges;
+        ``exposed``: only where its other side is void.
 
         The flat axis has an empty range (i, i), i the number of its breakpoint.
         """
@@ -104,7 +105,7 @@ class BrickMesh:
                 window = [slice(*span) for span in spans]
                 window[flat] = slice(cell, cell + 1)
                 sides.append(wanted[tuple(window)])
-        touched = np.logical_or.reduce(sides)
+        touched = np.logical_xor.reduce(sides) if exposed else np.logical_or.reduce(sides)
         starts = [span[0] for span in spans]
         found = []
         for block in bricks_of(np.where(touched, 0, VOID)):

@@ -16,6 +16,7 @@ import numpy as np
 from meshes import singular
 from meshes.axis import Axis
 from meshes.bricks import BrickMesh
+from meshes.planes import scene_planes as scene_planes
 from scenes.model import Scene
 
 RATIO = 0.15  # of neighbouring intervals towards a feature; 0.15 is optimal for corner singularities (Gui and Babuska)
@@ -39,18 +40,6 @@ def features(scene: Scene) -> Features:
     x, y, z = (Axis(np.array(p), np.ones(len(p) - 1, dtype=int)) for p in planes)
     a, b, c = singular.exponents(BrickMesh((x, y, z), scene.boxes))
     return Features((planes[0][1:-1], planes[1][1:-1], planes[2][1:-1]), (a, b, c))
-
-
-def scene_planes(scene: Scene, axis: int) -> list[float]:
-    """Coordinates (m) along an axis that must be breakpoints: faces of boxes, conditions and extended probes."""
-    found = [c for b in scene.boxes for c in (b.lower[axis], b.upper[axis])]
-    low, high = min(found), max(found)
-    small = 1e-9 * (high - low)
-    extended = [p for p in scene.probes if p.lower != p.upper]
-    corners = [(b.lower, b.upper) for b in scene.boundaries] + [(p.lower, p.upper) for p in extended]
-    found += [c for pair in corners for c in (pair[0][axis], pair[1][axis]) if low - small <= c <= high + small]
-    found.sort()
-    return [c for i, c in enumerate(found) if i == 0 or c - found[i - 1] > small]
 
 
 def first_mesh(scene: Scene, accuracy: float) -> BrickMesh:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scenes.model import Boundary, Box, Point, Probe, Scene
+from scenes.model import Boundary, Box, Point, Probe, Scene, Schedule, Value
 
 Corners = tuple[Point, Point]
 
@@ -31,7 +31,8 @@ class Symmetry:
 
     ``planes`` are (axis, coordinate, "even" | "odd"); the part is the lower side of each, ``copies`` times in the
     whole. ``flows`` maps each boundary of the whole scene to the kept boundary that stands for it; ``box_copies`` says
-    how many times a kept box is in the box it was cut from.
+    how many times a kept box is in the box it was cut from. ``probes`` takes what a probe reads in the part to what it
+    reads in the whole: a factor, and values to add.
     """
 
     scene: Scene
@@ -39,6 +40,7 @@ class Symmetry:
     copies: int
     flows: dict[str, Flow]
     box_copies: dict[str, float]
+    probes: dict[str, tuple[float, tuple[Value, ...]]]
 
     def mirrored(self, points: np.ndarray) -> np.ndarray:
         """Points (n, 3) of the whole scene, moved to where the part holds their value."""
@@ -57,12 +59,17 @@ def reduce(scene: Scene) -> Symmetry:
     """The part of a scene that its mirror symmetries leave to be solved."""
     part, planes = scene, []
     flows = {b.name: Flow(b.name, 1.0, 1.0) for b in scene.boundaries}
+    probes: dict[str, tuple[float, tuple[Value, ...]]] = {p.name: (1.0, ()) for p in scene.probes}
     for axis in range(3):
         middle = _middle(part, axis)
         parity = _parity(part, axis, middle)
         if parity is None:
             continue
-        part, step = _cut(part, axis, middle, parity)
+        part, step, read = _cut(part, axis, middle, parity)
+        # Outer planes come first: what this plane adds is seen through their factors.
+        probes = {
+            n: (f * read[n][0], (*added, *(_times(f, v) for v in read[n][1]))) for n, (f, added) in probes.items()
+        }
         planes.append((axis, middle, parity))
         flows = {
             name: Flow(step[f.boundary].boundary, f.heat * step[f.boundary].heat, f.current * step[f.boundary].current)
@@ -70,7 +77,7 @@ def reduce(scene: Scene) -> Symmetry:
         }
     whole = {b.name: _volume(b) for b in scene.boxes}
     copies = {b.name: whole[b.name] / _volume(b) for b in part.boxes}
-    return Symmetry(part, tuple(planes), 2 ** len(planes), flows, copies)
+    return Symmetry(part, tuple(planes), 2 ** len(planes), flows, copies, probes)
 
 
 def _volume(box: Box) -> float:
@@ -97,7 +104,7 @@ def _parity(scene: Scene, axis: int, middle: float) -> str | None:
     small = 1e-9 * _extent(scene)
 
     def same(a: Corners, b: Corners) -> bool:
-        return all(abs(p - q) <= small for u, v in zip(a, b, strict=True) for p, q in zip(u, v, strict=True))
+        return _close(a, b, small)
 
     if not _same_solid(scene, axis, middle, small):
         return None
@@ -115,6 +122,9 @@ def _parity(scene: Scene, axis: int, middle: float) -> str | None:
         crosses = probe.lower[axis] < middle - small and probe.upper[axis] > middle + small
         if crosses and not same(_mirror(probe, axis, middle), (probe.lower, probe.upper)):
             return None
+        lies_in_it = abs(probe.lower[axis] - middle) <= small and abs(probe.upper[axis] - middle) <= small
+        if lies_in_it and probe.quantity in ("heat_flow", "current"):
+            return None
     electrodes = [b for b in scene.boundaries if b.kind == "voltage"]
     pairs = [
         (b.value, c.value) for b in electrodes for c in electrodes if same(_mirror(b, axis, middle), (c.lower, c.upper))
@@ -123,7 +133,33 @@ def _parity(scene: Scene, axis: int, middle: float) -> str | None:
         return None
     if all(a == b for a, b in pairs):
         return "even"
-    return "odd" if len({a + b for a, b in pairs}) == 1 else None
+    # A largest potential on one side is a smallest one on the other.
+    if any(p.quantity == "potential" and p.reduce != "mean" for p in scene.probes):
+        return None
+    sums = {_sum(a, b) for a, b in pairs}
+    return "odd" if len(sums) == 1 and None not in sums else None
+
+
+def _sum(a: Value, b: Value) -> Value | None:
+    """The sum of two values; None for two schedules of different times, where it isn't worked out."""
+    if isinstance(a, Schedule) and isinstance(b, Schedule):
+        if a.times != b.times:
+            return None
+        return Schedule(a.times, tuple(p + q for p, q in zip(a.values, b.values, strict=True)))
+    if isinstance(a, Schedule):
+        assert not isinstance(b, Schedule)
+        return Schedule(a.times, tuple(p + b for p in a.values))
+    return _sum(b, a) if isinstance(b, Schedule) else a + b
+
+
+def _close(a: Corners, b: Corners, small: float) -> bool:
+    return all(abs(p - q) <= small for u, v in zip(a, b, strict=True) for p, q in zip(u, v, strict=True))
+
+
+def _times(factor: float, value: Value) -> Value:
+    if isinstance(value, Schedule):
+        return Schedule(value.times, tuple(factor * v for v in value.values))
+    return factor * value
 
 
 def _same_solid(scene: Scene, axis: int, middle: float, small: float) -> bool:
@@ -136,7 +172,7 @@ def _same_solid(scene: Scene, axis: int, middle: float, small: float) -> bool:
         found.sort()
         breaks.append(np.array([c for i, c in enumerate(found) if i == 0 or c - found[i - 1] > small]))
     x, y, z = ((b[:-1] + b[1:]) / 2 for b in breaks)
-    kinds: list[tuple[object, float]] = []
+    kinds: list[tuple[object, Value]] = []
     cells = np.full((len(x), len(y), len(z)), -1)
     for box in scene.boxes:
         kind = (box.material, box.heat_source)
@@ -147,8 +183,10 @@ def _same_solid(scene: Scene, axis: int, middle: float, small: float) -> bool:
     return bool((cells == np.flip(cells, axis)).all())
 
 
-def _cut(scene: Scene, axis: int, middle: float, parity: str) -> tuple[Scene, dict[str, Flow]]:
-    """The lower side of a plane, and which kept boundary stands for each."""
+def _cut(
+    scene: Scene, axis: int, middle: float, parity: str
+) -> tuple[Scene, dict[str, Flow], dict[str, tuple[float, tuple[Value, ...]]]]:
+    """The lower side of a plane, which kept boundary stands for each, and how each probe is read."""
     small = 1e-9 * _extent(scene)
 
     def below(item: Box | Boundary | Probe) -> Corners | None:
@@ -175,18 +213,60 @@ def _cut(scene: Scene, axis: int, middle: float, parity: str) -> tuple[Scene, di
                 and all(abs(p - q) <= small for p, q in zip((*k.lower, *k.upper), (*lower, *upper), strict=True))
             )
             flows[boundary.name] = Flow(twin.name, 1.0, -1.0 if parity == "odd" else 1.0)
+    level: Value = 0.0
     if parity == "odd":
-        level = sum(b.value for b in scene.boundaries if b.kind == "voltage") / sum(
-            b.kind == "voltage" for b in scene.boundaries
-        )
+        level = _level(scene, axis, middle)
         low = [min(b.lower[d] for b in scene.boxes) for d in range(3)]
         high = [max(b.upper[d] for b in scene.boxes) for d in range(3)]
         low[axis] = high[axis] = middle
         corners = (low[0], low[1], low[2]), (high[0], high[1], high[2])
         kept.append(Boundary(f"symmetry-{'xyz'[axis]}", "voltage", *corners, level))
-    probes = []
+    probes, read = [], {}
     for probe in scene.probes:
         here = below(probe)
         lower_upper = here if here is not None else _mirror(probe, axis, middle)
         probes.append(replace(probe, lower=lower_upper[0], upper=lower_upper[1]))
-    return replace(scene, boxes=tuple(boxes), boundaries=tuple(kept), probes=tuple(probes)), flows
+        crosses = here is not None and probe.upper[axis] > middle + small
+        read[probe.name] = _reading(probe, axis, parity, level, crosses, mirrored=here is None, scene=scene)
+    return replace(scene, boxes=tuple(boxes), boundaries=tuple(kept), probes=tuple(probes)), flows, read
+
+
+def _level(scene: Scene, axis: int, middle: float) -> Value:
+    """Half the sum of the voltages of an electrode and its mirror image: that of the plane."""
+    small = 1e-9 * _extent(scene)
+    electrodes = [b for b in scene.boundaries if b.kind == "voltage"]
+    image = _mirror(electrodes[0], axis, middle)
+    twin = next(b for b in electrodes if _close(image, (b.lower, b.upper), small))
+    total = _sum(electrodes[0].value, twin.value)
+    assert total is not None
+    return _times(0.5, total)
+
+
+def _reading(
+    probe: Probe, axis: int, parity: str, level: Value, crosses: bool, mirrored: bool, scene: Scene
+) -> tuple[float, tuple[Value, ...]]:
+    """What a probe reads in the whole: a factor of what it reads in the part, and a value to add."""
+    if probe.quantity == "temperature":
+        return 1.0, ()
+    if probe.quantity == "potential":
+        if parity == "even" or not (crosses or mirrored):
+            return 1.0, ()
+        # The potential of the other side is twice the plane's less this side's.
+        return (0.0, (level,)) if crosses else (-1.0, (_times(2.0, level),))
+    if crosses:
+        # Both halves carry the same heat; the current of the other half is that of this one, or its opposite.
+        return (2.0 if probe.quantity == "heat_flow" or parity == "even" else 0.0), ()
+    if not mirrored:
+        return 1.0, ()
+    sign = -1.0 if probe.lower[axis] == probe.upper[axis] and _inside(probe, axis, scene) else 1.0
+    return sign * (-1.0 if probe.quantity == "current" and parity == "odd" else 1.0), ()
+
+
+def _inside(probe: Probe, axis: int, scene: Scene) -> bool:
+    """Whether there is solid on both sides of a flat probe, so that its sign is that of the axis."""
+    small = 1e-6 * _extent(scene)
+    point = [(a + b) / 2 for a, b in zip(probe.lower, probe.upper, strict=True)]
+    return all(
+        any(all(b.lower[d] <= q[d] <= b.upper[d] for d in range(3)) for b in scene.boxes)
+        for q in ([c + side * small * (d == axis) for d, c in enumerate(point)] for side in (-1, 1))
+    )

@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from fem3d import outputs, sink_quantities, steady
+from fem3d import outputs, sink_quantities, steady, transient
 from fem3d.operators import assemble
-from fem3d.sink_quantities import Quantities
 from fem3d.steady import SteadyState
+from fem3d.study import Quantities
+from fem3d.transient import Base, Krylov, Transient
 from meshes import grading, symmetry
 from meshes.axis import Axis
 from meshes.bricks import BrickMesh
@@ -46,7 +47,7 @@ def plain_mesh(scene: Scene, degree: int = 2, cuts: int = 1, also: tuple[tuple[i
 def whole(scene: Scene) -> Symmetry:
     """A scene that isn't reduced, whatever its symmetry."""
     flows = {b.name: Flow(b.name, 1.0, 1.0) for b in scene.boundaries}
-    return Symmetry(scene, (), 1, flows, {b.name: 1.0 for b in scene.boxes})
+    return Symmetry(scene, (), 1, flows, {b.name: 1.0 for b in scene.boxes}, {p.name: (1.0, ()) for p in scene.probes})
 
 
 def state_on(sink: Sink, mesh: BrickMesh, part: Symmetry | None = None) -> tuple[SteadyState, Quantities]:
@@ -54,6 +55,18 @@ def state_on(sink: Sink, mesh: BrickMesh, part: Symmetry | None = None) -> tuple
     part = part or symmetry.reduce(sink.scene())
     state = steady.solve(assemble(part.scene, mesh), sink.voltage, 1e-13)
     return state, sink_quantities.steady(sink, outputs.of_steady(state, part))
+
+
+def krylov(state: SteadyState, generations: int, shift: float | None = None) -> np.ndarray:
+    """The fields of a response that ends in a steady state."""
+    shift = transient.shift(transient.time_constant(state), 1e-5) if shift is None else shift
+    return Krylov(Base.of_steady(state), shift).fields(generations)
+
+
+def march(state: SteadyState, fields: np.ndarray, end: float, accuracy: float) -> Transient:
+    """The response that ends in a steady state, in some fields."""
+    base = Base.of_steady(state)
+    return transient.march(base, base.project(fields), end, accuracy)
 
 
 def bar(material: Material, *boundaries: Boundary, heat_source: float = 0.0, boxes: Any = None) -> Scene:

@@ -17,7 +17,7 @@ def errors(intervals, degree):
     scene = joule_bar(SINK)
     state = steady.solve(assemble(scene, bar_mesh(scene, intervals, degree)), SINK.voltage, 1e-13)
     out, exact = outputs.of_steady(state, whole(scene)), solve_fin(SINK, 0.0)
-    return np.array([off(out["rise:mean"], exact.mean_rise), off(out["power"], exact.power)])
+    return np.array([off(out["probe:mean"], exact.mean_rise), off(out["power"], exact.power)])
 
 
 @pytest.mark.parametrize("degree", [1, 2, 3])

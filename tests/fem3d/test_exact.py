@@ -5,16 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem3d import adapt, outputs, steady, transient
+from fem3d import adapt, outputs, sink_quantities, steady
 from fem3d.operators import assemble
-from fem3d.steady import reduced_problem
 from meshes import symmetry
 from meshes.axis import Axis
 from meshes.bricks import BrickMesh
 from reduced1d.fin import solve_fin
 from scenes.model import Box, Material
 from scenes.sink import SILICON, Sink
-from tests.fem3d import BAR, bar, bar_mesh, end, off, silicon, whole
+from tests.fem3d import BAR, bar, bar_mesh, end, krylov, march, off, silicon, whole
 
 K, LENGTH, AREA = 130.0, BAR[1], BAR[0] * BAR[2]
 OXIDE = Material("oxide", 1.38, 2200.0, 703.0)
@@ -28,8 +27,8 @@ def solved(scene, intervals=4, degree=2, voltage=1.0):
 def test_a_heated_bar_between_cold_ends_is_a_parabola():
     q = 1e12
     _, out = solved(bar(SILICON, end(0, "temperature", 293.0), end(1, "temperature", 293.0), heat_source=q))
-    assert off(out["rise:middle"], q * LENGTH**2 / (8 * K)) < 1e-11
-    assert off(out["rise:mean"], q * LENGTH**2 / (12 * K)) < 1e-11
+    assert off(out["probe:middle"], q * LENGTH**2 / (8 * K)) < 1e-11
+    assert off(out["probe:mean"], q * LENGTH**2 / (12 * K)) < 1e-11
     assert off(out["flow:temperature-0"], -q * LENGTH * AREA / 2) < 1e-11
 
 
@@ -42,14 +41,14 @@ def test_two_layers_in_series_add_their_resistances():
     scene = bar(SILICON, end(0, "heat_flux", 1e5), end(1, "temperature", 293.0), boxes=boxes)
     scene = replace(scene, probes=(replace(scene.probes[0], lower=(0.0, 0.0, 0.0), upper=(0.0, 0.0, 0.0)),))
     _, out = solved(scene)
-    assert off(out["rise:middle"], 1e5 * (middle / K + 0.7 * LENGTH / 1.38)) < 1e-8
+    assert off(out["probe:middle"], 1e5 * (middle / K + 0.7 * LENGTH / 1.38)) < 1e-8
     assert off(out["flow:temperature-1"], -1e5 * AREA) < 1e-8
 
 
 def test_a_flux_that_leaves_through_a_film():
     scene = bar(SILICON, end(0, "heat_flux", 1e5), end(1, "convection", 2e4, 303.0))
     _, out = solved(scene)
-    assert off(out["rise:middle"], 10.0 + 1e5 / 2e4 + 1e5 * LENGTH / 2 / K) < 1e-8
+    assert off(out["probe:middle"], 10.0 + 1e5 / 2e4 + 1e5 * LENGTH / 2 / K) < 1e-8
     assert off(out["flow:convection-1"], -1e5 * AREA) < 1e-8
 
 
@@ -67,20 +66,22 @@ def test_the_joule_heated_bar_is_the_exact_fin(coefficient, voltage):
     sink = Sink(width=BAR[0], silicon=silicon(coefficient), voltage=voltage, room_temperature=310.0)
     exact = solve_fin(sink, 0.0)
     state, out = solved(joule_bar(sink), 6, 6)
-    assert off(out["rise:middle"], exact.peak_rise) < 1e-9
-    assert off(out["rise:mean"], exact.mean_rise) < 1e-9
+    assert off(out["probe:middle"], exact.peak_rise) < 1e-9
+    assert off(out["probe:mean"], exact.mean_rise) < 1e-9
     assert off(out["current:voltage-0"], exact.current) < 1e-9
     assert off(out["power"], exact.power) < 1e-9
     # Electrodes of one temperature (Kohlrausch): the integral of k rho over the peak rise is V^2 / 8, for any shape.
     rho = 6e-5 * (1 + coefficient * (310.0 - 293.0))
-    assert off(K * (rho * out["rise:middle"] + 6e-5 * coefficient * out["rise:middle"] ** 2 / 2), voltage**2 / 8) < 1e-9
+    assert (
+        off(K * (rho * out["probe:middle"] + 6e-5 * coefficient * out["probe:middle"] ** 2 / 2), voltage**2 / 8) < 1e-9
+    )
     assert state.conductor is not None
 
 
 def test_a_twin_of_the_fin_that_forgets_the_room_is_seen():
     sink = Sink(width=BAR[0], voltage=7.0, room_temperature=310.0)
     _, out = solved(joule_bar(replace(sink, room_temperature=309.0)), 6, 6)
-    assert off(out["rise:middle"], solve_fin(sink, 0.0).peak_rise) > 1e-4
+    assert off(out["probe:middle"], solve_fin(sink, 0.0).peak_rise) > 1e-4
 
 
 def test_a_bar_of_pads_of_its_own_width_is_a_fin_behind_a_known_resistance():
@@ -91,7 +92,7 @@ def test_a_bar_of_pads_of_its_own_width_is_a_fin_behind_a_known_resistance():
         oxide_thickness=4e-3, convection_coefficient=0.0, oxide=replace(OXIDE, thermal_conductivity=130.0),
     )  # fmt: skip
     resistance = 4e-3 / (130.0 * pad * width)
-    answer = adapt.solve(replace(sink, accuracy=1e-3), symmetry.reduce(sink.scene()), False)
+    answer = adapt.solve(sink_quantities.study(sink, symmetry.reduce(sink.scene())), False)
     # What the turn from beam to oxide adds is of the order of the beam's thickness over the oxide's.
     fin = solve_fin(sink, resistance)
     assert off(answer.fine.quantities["peak_rise_K"], fin.peak_rise) < 2e-3
@@ -105,8 +106,8 @@ def test_a_cooled_bar_is_the_fin_with_air():
     top = replace(end(0, "convection", h), lower=(0.0, 0.0, BAR[2]), upper=BAR)
     _, out = solved(replace(scene, boundaries=(*scene.boundaries, top)), 6, 6)
     # Across the thickness the temperature differs by the Biot number h t / k = 3e-5, at most.
-    assert off(out["rise:middle"], solve_fin(sink, 0.0).peak_rise) < 2e-5
-    assert off(out["rise:middle"], solve_fin(replace(sink, convection_coefficient=1.01 * h), 0.0).peak_rise) > 1e-4
+    assert off(out["probe:middle"], solve_fin(sink, 0.0).peak_rise) < 2e-5
+    assert off(out["probe:middle"], solve_fin(replace(sink, convection_coefficient=1.01 * h), 0.0).peak_rise) > 1e-4
 
 
 def slab_series(time, q):
@@ -127,10 +128,10 @@ def test_a_slab_heats_up_as_its_series_says(driven):
     across = bar_mesh(scene, 1, 1)
     mesh = BrickMesh((across.axes[0], Axis(breaks, np.full(12, 6)), across.axes[2]), scene.boxes)
     state = steady.solve(assemble(scene, mesh), 3.0, 1e-13)
-    fields = transient.Krylov(state, transient.shift(state)).fields(20)
-    answer = transient.march(state, reduced_problem(state, fields), 0.02, 1e-9)
+    fields = krylov(state, 20)
+    answer = march(state, fields, 0.02, 1e-9)
     time = np.geomspace(1e-5, 0.02, 30)
-    found = outputs.of_transient(answer, whole(scene), time)["rise:middle"]
+    found = outputs.of_transient(answer, whole(scene), time)["probe:middle"]
     exact = slab_series(time, q)
     assert off(found, exact) < 1e-7
     assert off(found, slab_series(1.001 * time, q)) > 1e-5

@@ -29,14 +29,14 @@ def truth():
 @pytest.mark.parametrize("accuracy", [1e-4, 1e-6, 1e-8])
 def test_a_stiff_problem_is_solved_to_the_accuracy_asked_for(truth, accuracy):
     times, expected = truth
-    found = integrate(RATES, source, 1.0, accuracy, 1.0)
+    found = integrate(RATES, lambda since: lambda times, a: source(a), 1.0, accuracy, 1.0)
     error = np.abs(found(times)[0] - expected).max()
     assert error < 5 * accuracy + 1e-10
 
 
 def test_few_more_steps_gain_many_digits(truth):
     times, expected = truth
-    runs = [integrate(RATES, source, 1.0, accuracy, 1.0) for accuracy in (1e-3, 1e-9)]
+    runs = [integrate(RATES, lambda since: lambda times, a: source(a), 1.0, accuracy, 1.0) for accuracy in (1e-3, 1e-9)]
     steps = [len(r.steps) for r in runs]
     errors = [np.abs(r(times)[0] - expected).max() for r in runs]
     order = np.log(errors[0] / max(errors[1], 1e-13)) / np.log(steps[1] / steps[0])
@@ -45,7 +45,7 @@ def test_few_more_steps_gain_many_digits(truth):
 
 
 def test_the_state_is_continuous_from_step_to_step_and_starts_at_rest():
-    found = integrate(RATES, source, 1.0, 1e-6, 1.0)
+    found = integrate(RATES, lambda since: lambda times, a: source(a), 1.0, 1e-6, 1.0)
     assert (found(np.zeros(1))[0] == 0).all()
     for one, following in zip(found.steps[:-1], found.steps[1:], strict=True):
         assert one.start + one.length == following.start
@@ -76,12 +76,12 @@ def test_the_convolution_is_the_integral(decay):
 
 def test_heat_that_runs_away_in_time_is_refused():
     with pytest.raises(NumericsError, match="runs away at"):
-        integrate(np.ones(1), lambda a: 1 + 4 * a**2, 10.0, 1e-4, 1.0)
+        integrate(np.ones(1), lambda since: lambda times, a: 1 + 4 * a**2, 10.0, 1e-4, 1.0)
 
 
 @pytest.mark.parametrize("share", [1e-2, 1e-4])
 def test_lines_between_rows_stay_within_their_share_with_few_rows(share):
-    found = integrate(RATES, source, 1.0, 1e-9, 1.0)
+    found = integrate(RATES, lambda since: lambda times, a: source(a), 1.0, 1e-9, 1.0)
 
     def evaluate(t):
         a = found(t)[0]

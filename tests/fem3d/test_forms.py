@@ -41,7 +41,7 @@ def differences(scene, mesh, other: Scene | None = None):
     for ours, theirs in ((heat.stiffness, full.stiffness), (heat.mass, full.mass)):
         theirs = coo_array(theirs).tocsr()[order][:, order]
         found.append(float(abs(ours - theirs).max() / abs(theirs).max()))
-    found.append(off(heat.constant_source, full.load[order]))
+    found.append(off(heat.loads[0], full.load[order]))
     found.append(off(*joule_loads(heat, full, order)))
     return np.array(found)
 

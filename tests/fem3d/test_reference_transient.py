@@ -6,13 +6,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from fem3d import outputs, reference, steady, tensor, transient
+from fem3d import outputs, reference, steady, tensor
 from fem3d.operators import assemble
 from fem3d.reduced import orthonormal
-from fem3d.steady import Pattern, reduced_problem
+from fem3d.steady import Pattern
 from meshes import grading, symmetry
 from scenes.sink import SILICON, Sink
-from tests.fem3d import plain_mesh, silicon, state_on
+from tests.fem3d import krylov, march, plain_mesh, silicon, state_on
 
 OCTAVES = 12
 QUANTITIES = ("peak", "end", "mean")
@@ -41,15 +41,15 @@ def stepped(sink, mesh, pieces):
 
 def read(answer, part):
     out = outputs.of_transient(answer, part, times(1)[1:])
-    return np.stack([*(out[f"rise:{name}"] for name in QUANTITIES), out["current:electrode-0"]], axis=1)
+    return np.stack([*(out[f"probe:{name}"] for name in QUANTITIES), out["current:electrode-0"]], axis=1)
 
 
 def exponential(sink, mesh, fields=20):
     """(12, 4) the same in the reduced space, and (4,) the steady values."""
     part = symmetry.reduce(sink.scene())
     state, values = state_on(sink, mesh, part)
-    space = transient.Krylov(state, transient.shift(state)).fields(fields)
-    answer = transient.march(state, reduced_problem(state, space), times(1)[-1], 1e-9)
+    space = krylov(state, fields)
+    answer = march(state, space, times(1)[-1], 1e-9)
     scale = [*(values[f"{name}_rise_K"] for name in QUANTITIES), values["current_A"]]
     return read(answer, part), np.abs(np.array(scale, dtype=float))
 
@@ -72,7 +72,7 @@ def test_a_heat_capacity_off_by_a_part_in_a_hundred_is_seen():
 
 
 def marched(state, fields):
-    return transient.march(state, reduced_problem(state, fields), 0.02, 1e-8)
+    return march(state, fields, 0.02, 1e-8)
 
 
 @pytest.mark.parametrize("electrodes", ["beam-end", "pad-edge"])
@@ -80,10 +80,10 @@ def test_two_current_patterns_are_enough_on_the_way_from_cold_to_hot(electrodes)
     sink = Sink(voltage=10.0, electrodes=electrodes)
     part = symmetry.reduce(sink.scene())
     state = steady.solve(assemble(part.scene, grading.first_mesh(part.scene, 1e-3)), sink.voltage, 1e-12)
-    fields = transient.Krylov(state, transient.shift(state)).fields(12)
+    fields = krylov(state, 12)
     two = marched(state, fields)
     conductor = state.conductor
-    extra = Pattern.of(conductor, conductor.solve(two.rises(np.array([2e-4]))[0]))
+    extra = Pattern.of(conductor, conductor.solve(two.rises(np.array([2e-4]))[0], conductor.voltages[0]))
 
     def product(a, b):
         pairs = zip(conductor.parts, a.density, b.density, strict=True)
@@ -105,7 +105,7 @@ def test_the_reduced_space_is_orthonormal_to_rounding_and_loses_no_field():
     sink = Sink(voltage=10.0)
     part = symmetry.reduce(sink.scene())
     state = steady.solve(assemble(part.scene, grading.first_mesh(part.scene, 1e-2)), sink.voltage, 1e-12)
-    fields = transient.Krylov(state, transient.shift(state)).fields(24)
+    fields = krylov(state, 24)
     basis = orthonormal(state.heat, fields)
     gram = basis.T @ (state.heat.inner_mass @ basis)
     assert np.abs(gram - np.eye(len(gram))).max() < 1e-13

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem3d import adapt, steady
+from fem3d import adapt, sink_quantities, steady
 from fem3d.errors import NumericsError, RunawayError
 from fem3d.operators import assemble
 from meshes import symmetry
@@ -16,7 +16,7 @@ from tests.fem3d import off, plain_mesh, silicon, state_on
 
 def solved(sink):
     sink = replace(sink, accuracy=1e-2)
-    return adapt.solve(sink, symmetry.reduce(sink.scene()), False).fine.quantities
+    return adapt.solve(sink_quantities.study(sink, symmetry.reduce(sink.scene())), False).fine.quantities
 
 
 def limit(sink):

@@ -5,12 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem3d import outputs, steady, transient
+from fem3d import outputs, steady
 from fem3d.operators import assemble
-from fem3d.steady import reduced_problem
 from meshes import symmetry
 from scenes.sink import Sink
-from tests.fem3d import off, plain_mesh, silicon, state_on, whole
+from tests.fem3d import krylov, march, off, plain_mesh, silicon, state_on, whole
 
 SINKS = [
     Sink(voltage=8.0, convection_coefficient=200.0),
@@ -44,8 +43,8 @@ def test_every_trace_of_the_quarter_is_that_of_the_whole():
     for part in (symmetry.reduce(sink.scene()), whole(sink.scene())):
         mesh = plain_mesh(part.scene, also=((0, 0.0), (1, sink.length / 2)) if part.copies == 1 else ())
         state = steady.solve(assemble(part.scene, mesh), sink.voltage, 1e-13)
-        space = transient.Krylov(state, 2e-4).fields(12)
-        answer = transient.march(state, reduced_problem(state, space), 0.02, 1e-8)
+        space = krylov(state, 12, 2e-4)
+        answer = march(state, space, 0.02, 1e-8)
         out = outputs.of_transient(answer, part, times)
         stored = outputs.stored_heat(answer, part, times)
         found.append({**out, "stored": stored})

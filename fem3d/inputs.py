@@ -1,0 +1,98 @@
+"""What drives a scene, as channels: channel 0 is the constant one, each schedule of the scene is one more.
+
+Every source, given temperature and voltage is a sum over channels of a constant times the channel's value, so that
+matrices and loads are assembled once and time enters through a handful of numbers g(t).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from scenes.model import Scene, Schedule, Value
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """The schedules of a scene, in the order in which they are found."""
+
+    schedules: tuple[Schedule, ...]
+
+    @property
+    def count(self) -> int:
+        """How many channels."""
+        return 1 + len(self.schedules)
+
+    def split(self, value: Value) -> np.ndarray:
+        """(channels,): the coefficients of a value."""
+        found = np.zeros(self.count)
+        if isinstance(value, Schedule):
+            found[1 + self.schedules.index(value)] = 1.0
+        else:
+            found[0] = value
+        return found
+
+    def knots(self, end: float) -> np.ndarray:
+        """The instants (s) inside (0, end) at which a schedule bends or jumps."""
+        found = sorted({t for s in self.schedules for t in s.times if 0.0 < t < end})
+        return np.array(found)
+
+    def piece(self, time: float) -> tuple[np.ndarray, np.ndarray]:
+        """(channels,) twice: the values at a time (after a jump there) and their rates (1/s) up to the next knot."""
+        pieces = [_piece(s, time) for s in self.schedules]
+        return np.array([1.0, *(p[0] for p in pieces)]), np.array([0.0, *(p[1] for p in pieces)])
+
+    def jump(self, time: float) -> np.ndarray:
+        """(channels,): by how much the values jump at a time."""
+        return np.array([0.0, *(_piece(s, time)[0] - _before(s, time) for s in self.schedules)])
+
+    def at(self, times: np.ndarray, since: float | None = None) -> np.ndarray:
+        """(times, channels): the values; with ``since`` those of the piece that begins there, carried on."""
+        if not self.schedules:
+            return np.ones((len(times), 1))
+        if since is not None:
+            start, rate = self.piece(since)
+            return start + np.outer(times - since, rate)
+        return np.array([self.piece(float(t))[0] for t in times])
+
+    def rates(self, times: np.ndarray) -> np.ndarray:
+        """(times, channels): the rates (1/s), after a bend there."""
+        if not self.schedules:
+            return np.zeros((len(times), 1))
+        return np.array([self.piece(float(t))[1] for t in times])
+
+    def largest(self, end: float) -> np.ndarray:
+        """(channels,): the largest absolute value of each up to ``end``."""
+        times = np.concatenate([[0.0], self.knots(end), [end]])
+        before = [[1.0, *(_before(s, float(t)) for s in self.schedules)] for t in times[1:]]
+        found: np.ndarray = np.abs(np.concatenate([self.at(times), before])).max(axis=0)
+        return found
+
+
+def of(scene: Scene) -> Inputs:
+    """The inputs of a scene."""
+    values = [v for b in scene.boundaries for v in (b.value, b.ambient)] + [b.heat_source for b in scene.boxes]
+    return Inputs(tuple(dict.fromkeys(v for v in values if isinstance(v, Schedule))))
+
+
+def value(given: Value, times: np.ndarray) -> np.ndarray:
+    """(times,): a value at some times (s)."""
+    return np.array([_piece(given, float(t))[0] if isinstance(given, Schedule) else given for t in times])
+
+
+def _piece(s: Schedule, time: float) -> tuple[float, float]:
+    after = int(np.searchsorted(s.times, time, side="right"))
+    if after == 0 or after == len(s.times):
+        return s.values[min(after, len(s.times) - 1)], 0.0
+    rate = (s.values[after] - s.values[after - 1]) / (s.times[after] - s.times[after - 1])
+    return s.values[after - 1] + rate * (time - s.times[after - 1]), rate
+
+
+def _before(s: Schedule, time: float) -> float:
+    """The value just before a time."""
+    after = int(np.searchsorted(s.times, time, side="left"))
+    if after == 0 or after == len(s.times):
+        return s.values[min(after, len(s.times) - 1)]
+    rate = (s.values[after] - s.values[after - 1]) / (s.times[after] - s.times[after - 1])
+    return s.values[after - 1] + rate * (time - s.times[after - 1])
