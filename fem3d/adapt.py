@@ -14,11 +14,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem3d import indicators, outputs, steady
+from fem3d import indicators, outputs, start, steady
 from fem3d.conductor import Conductor
 from fem3d.errors import NumericsError, RunawayError
 from fem3d.indicators import Indicators
 from fem3d.operators import HeatProblem, assemble
+from fem3d.outputs import Outputs
 from fem3d.steady import SteadyState
 from fem3d.study import Quantities, Study
 from fem3d.time_response import Response, respond
@@ -42,9 +43,10 @@ MOST_LEVELS = 40
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """The steady state on one mesh and its quantities."""
+    """The steady state on one mesh, what is read off it, and its quantities."""
 
     state: SteadyState
+    out: Outputs
     quantities: Quantities
 
 
@@ -80,7 +82,7 @@ def solve(study: Study, transient: bool, progress: Callable[[str], None] = lambd
             mesh = mesh.with_degrees(1, 1, 1)
             continue
         progress(f"level {level}: {fine.state.heat.size} unknowns")
-        scales = study.steady_scales(fine.quantities)
+        scales = study.steady_scales(fine.out)
         goals = _goals(study, fine, [], features)
         estimate = {name: goals[name].remaining for name in goals}
         deep = True
@@ -101,12 +103,49 @@ def solve(study: Study, transient: bool, progress: Callable[[str], None] = lambd
                 in_z = (Base.of_steady(low.state), Base.of_steady(tall.state)) if deep else None
                 bases = Base.of_steady(fine.state), Base.of_steady(coarse.state)
                 g = shift(time_constant(fine.state), study.earliest)
-                response = respond(study, *bases, in_z, g, fine.quantities)
+                response = respond(study, *bases, in_z, g, fine.out)
                 if response.accepted:
                     return Answer(fine, errors, response, level)
                 goals = _goals(study, fine, response.snapshots, features)
                 deep = response.deep
         mesh = refined(mesh, weighted(goals, scales), features, deep)
+    raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene")
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """What the last level of a transient without a steady state gives: its base and the response over time."""
+
+    base: Base
+    response: Response
+    levels: int
+
+
+def solve_course(study: Study, progress: Callable[[str], None] = lambda _: None) -> Course:
+    """Levels until every estimated error of the transient is within the study's accuracy; NumericsError where that
+    can't be reached."""
+    accuracy, scene = study.accuracy, study.part.scene
+    features = grading.features(scene)
+    mesh = grading.first_mesh(scene, accuracy)
+    slowest, generations = study.end, 0
+    for level in range(1, MOST_LEVELS):
+        check_size(mesh, accuracy)
+        g = shift(slowest, study.earliest)
+
+        def base_on(mesh: BrickMesh, reported: bool = False, g: float = g) -> Base:
+            return start.base(assemble(scene, mesh, reported), g, study.end, accuracy)
+
+        coarse, low, tall = lesser_meshes(mesh)
+        fine, coarse_base = base_on(mesh, reported=True), base_on(coarse)
+        progress(f"level {level}: {fine.heat.size} unknowns")
+        in_z = coarse_base if low is coarse else base_on(low), base_on(tall)
+        response = respond(study, fine, coarse_base, in_z, g, None, generations)
+        if response.accepted:
+            return Course(fine, response, level)
+        slowest, generations = min(study.end, response.slowest), response.generations
+        rises = response.snapshots
+        goals = goals_of(study, fine.heat, fine.conductor, fine.potentials, rises, response.scales, features)
+        mesh = refined(mesh, weighted(goals, response.scales), features, response.deep)
     raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene")
 
 
@@ -124,7 +163,8 @@ def entries(mesh: BrickMesh) -> int:
 def solution(study: Study, mesh: BrickMesh, reported: bool = False) -> Solution:
     """The steady state on a mesh, with care for the heat balance where it will be reported."""
     state = steady.solve(assemble(study.part.scene, mesh, reported), study.voltage, study.accuracy)
-    return Solution(state, study.steady(outputs.of_steady(state, study.part)))
+    out = outputs.of_steady(state, study.part)
+    return Solution(state, out, study.steady(out))
 
 
 def lesser_meshes(mesh: BrickMesh) -> tuple[BrickMesh, BrickMesh, BrickMesh]:
@@ -152,7 +192,7 @@ def _lesser(study: Study, mesh: BrickMesh, fine: Solution) -> tuple[Solution, So
 
 def _apart(study: Study, a: Solution, b: Solution) -> float:
     """The largest difference of their rises (of all quantities where there are none), relative to the scales."""
-    scales = study.steady_scales(b.quantities)
+    scales = study.steady_scales(b.out)
     return max(abs(float(a.quantities[q] - b.quantities[q])) / scales[q] for q in (study.rises or scales))
 
 
@@ -185,7 +225,7 @@ def steady_errors(
 def _goals(study: Study, fine: Solution, snapshots: list[np.ndarray], features: Features) -> dict[str, Indicators]:
     state = fine.state
     potentials = [] if state.potential is None else [state.potential]
-    caused = {q: abs(float(fine.quantities[q])) or scale for q, scale in study.steady_scales(fine.quantities).items()}
+    caused = {q: abs(float(fine.quantities[q])) or scale for q, scale in study.steady_scales(fine.out).items()}
     return goals_of(study, state.heat, state.conductor, potentials, [state.rise, *snapshots], caused, features)
 
 

@@ -42,7 +42,7 @@ def solve(study: Study, before: Answer, factor: float) -> Answer | None:
     if max(errors[name] / abs(float(fine.quantities[name])) for name in errors) > study.accuracy:
         return None
     base = Base.of_steady(fine.state)
-    response = time_response.repeat(study, base, reduced, fine.quantities, before.response)
+    response = time_response.repeat(study, base, reduced, fine.out, before.response)
     return Answer(fine, errors, response, before.levels)
 
 
@@ -82,4 +82,5 @@ def _solution(study: Study, before: SteadyState, reduced: Reduced, factor: float
         currents={n: float(point.c @ np.array([p.currents[n] for p in patterns])) for n in names},
         potential=None if potential is None else factor * potential,
     )  # fmt: skip
-    return Solution(state, study.steady(outputs.of_steady(state, study.part))), moved
+    out = outputs.of_steady(state, study.part)
+    return Solution(state, out, study.steady(out)), moved

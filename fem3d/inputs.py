@@ -6,6 +6,7 @@ matrices and loads are assembled once and time enters through a handful of numbe
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,20 +48,13 @@ class Inputs:
         """(channels,): by how much the values jump at a time."""
         return np.array([0.0, *(_piece(s, time)[0] - _before(s, time) for s in self.schedules)])
 
-    def at(self, times: np.ndarray, since: float | None = None) -> np.ndarray:
-        """(times, channels): the values; with ``since`` those of the piece that begins there, carried on."""
-        if not self.schedules:
-            return np.ones((len(times), 1))
-        if since is not None:
-            start, rate = self.piece(since)
-            return start + np.outer(times - since, rate)
-        return np.array([self.piece(float(t))[0] for t in times])
+    def at(self, times: np.ndarray) -> np.ndarray:
+        """(times, channels): the values, after a jump there."""
+        return np.column_stack([np.ones(len(times)), *(_on(s, times)[0] for s in self.schedules)])
 
     def rates(self, times: np.ndarray) -> np.ndarray:
         """(times, channels): the rates (1/s), after a bend there."""
-        if not self.schedules:
-            return np.zeros((len(times), 1))
-        return np.array([self.piece(float(t))[1] for t in times])
+        return np.column_stack([np.zeros(len(times)), *(_on(s, times)[1] for s in self.schedules)])
 
     def largest(self, end: float) -> np.ndarray:
         """(channels,): the largest absolute value of each up to ``end``."""
@@ -78,21 +72,35 @@ def of(scene: Scene) -> Inputs:
 
 def value(given: Value, times: np.ndarray) -> np.ndarray:
     """(times,): a value at some times (s)."""
-    return np.array([_piece(given, float(t))[0] if isinstance(given, Schedule) else given for t in times])
+    return _on(given, times)[0] if isinstance(given, Schedule) else np.full(len(times), float(given))
+
+
+def _on(s: Schedule, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(times,) twice: values, and rates (1/s); at a knot those of what follows."""
+    knots, values = np.array(s.times), np.array(s.values)
+    after = np.searchsorted(knots, times, side="right")
+    inside = (after > 0) & (after < len(knots))
+    low, high = np.clip(after - 1, 0, None), np.clip(after, None, len(knots) - 1)
+    gap = np.where(inside, knots[high] - knots[low], 1.0)
+    rate = np.where(inside, (values[high] - values[low]) / gap, 0.0)
+    return values[low] + rate * (times - knots[low]), rate
 
 
 def _piece(s: Schedule, time: float) -> tuple[float, float]:
-    after = int(np.searchsorted(s.times, time, side="right"))
+    after = bisect_right(s.times, time)
     if after == 0 or after == len(s.times):
         return s.values[min(after, len(s.times) - 1)], 0.0
-    rate = (s.values[after] - s.values[after - 1]) / (s.times[after] - s.times[after - 1])
-    return s.values[after - 1] + rate * (time - s.times[after - 1]), rate
+    return _between(s, after, time)
 
 
 def _before(s: Schedule, time: float) -> float:
     """The value just before a time."""
-    after = int(np.searchsorted(s.times, time, side="left"))
+    after = bisect_left(s.times, time)
     if after == 0 or after == len(s.times):
         return s.values[min(after, len(s.times) - 1)]
+    return _between(s, after, time)[0]
+
+
+def _between(s: Schedule, after: int, time: float) -> tuple[float, float]:
     rate = (s.values[after] - s.values[after - 1]) / (s.times[after] - s.times[after - 1])
-    return s.values[after - 1] + rate * (time - s.times[after - 1])
+    return s.values[after - 1] + rate * (time - s.times[after - 1]), rate

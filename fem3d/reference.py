@@ -135,7 +135,8 @@ def assemble(scene: Scene, mesh: BrickMesh) -> FullOrder:
     films = {}
     for b in scene.boundaries:
         if b.kind in ("convection", "heat_flux"):
-            face = FacetBasis(cells, element, facets=_facets(cells, b), intorder=order)
+            exposed = np.intersect1d(_facets(cells, b), cells.boundary_facets())
+            face = FacetBasis(cells, element, facets=exposed, intorder=order)
             value = constant(b.value)
             h, flux = (value, value * (constant(b.ambient) - room)) if b.kind == "convection" else (0.0, value)
             films[b.name] = forms.film.assemble(face, coefficient=h), _integral.assemble(face, density=flux)

@@ -114,7 +114,6 @@ def _carried(axis: Axis, whole: tuple[int, int], cell: int, end: bool) -> np.nda
 @lru_cache(maxsize=32)
 def _to_end(degree: int, end: bool) -> np.ndarray:
     points = reference(degree).points
-    found: np.ndarray = np.linalg.solve(
-        legendre.legvander(points, degree).T, legendre.legvander(1.0 if end else -1.0, degree)
-    )
+    at_end = legendre.legvander(np.array([1.0 if end else -1.0]), degree)[0]
+    found: np.ndarray = np.linalg.solve(legendre.legvander(points, degree).T, at_end)
     return found

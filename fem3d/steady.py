@@ -18,6 +18,7 @@ from fem3d.conductor import Conductor, Field, Potential, find_conductor, law
 from fem3d.errors import NumericsError, RunawayError
 from fem3d.operators import HeatProblem
 from fem3d.reduced import project
+from scenes.model import Scene
 
 CONVERGED = 1e-3  # part of the accuracy that the last step may change the rise by
 ROUNDED = 1e-7  # what rounding may do to the rise on the worst meshes, relative
@@ -61,6 +62,28 @@ class SteadyState:
         return c.solve(self.rise, self.drive * c.voltages[0], self.potential).potential
 
 
+def is_thermal(scene: Scene) -> bool:
+    """Whether a scene asks for temperatures: a thermal condition, a heat source or a thermal probe."""
+    return (
+        any(b.kind != "voltage" for b in scene.boundaries)
+        or any(b.heat_source for b in scene.boxes)
+        or any(p.quantity in ("temperature", "heat_flow") for p in scene.probes)
+    )
+
+
+def _electric(conductor: Conductor) -> SteadyState:
+    """The currents at the initial temperature, where nothing thermal is asked for."""
+    heat = conductor.heat
+    cold = conductor.solve(np.zeros(heat.size), conductor.voltages[0])
+    pattern = Pattern.of(conductor, cold)
+    none, still = np.empty((heat.free, 0)), np.zeros(heat.size)
+    joule = box_heat(conductor, cold.density, still)
+    return SteadyState(
+        heat, conductor, still, heat.loads[0], joule, pattern.currents, float(sum(joule.values())), cold.potential,
+        none, [pattern], 0.0, False, 1,
+    )  # fmt: skip
+
+
 def solve(heat: HeatProblem, voltage: float, accuracy: float) -> SteadyState:
     """The steady state at the scene's constant inputs; ``voltage`` (V) names the drive in messages.
 
@@ -69,6 +92,10 @@ def solve(heat: HeatProblem, voltage: float, accuracy: float) -> SteadyState:
     if heat.inputs.schedules:
         raise NumericsError("a scene whose conditions vary in time has no steady state")
     conductor = find_conductor(heat)
+    if conductor is not None and not is_thermal(heat.scene):
+        return _electric(conductor)
+    if not heat.anchored:
+        raise NumericsError("a part of the scene has no exit for heat: it has no steady state")
     n, given, lift = heat.free, heat.loads[0], heat.lifts[0]
     if conductor is None:
         rise = heat.improve(lift + heat.whole(heat.solve_steady(given[:n])), given)

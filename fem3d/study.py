@@ -18,10 +18,11 @@ class Study:
     """A scene's part to be solved, and its quantities.
 
     ``steady`` and ``traces`` make the reported quantities of the outputs; ``steady_scales`` and ``trace_scales`` say
-    what an error of each is relative to. ``goals`` names, for each steady quantity that the mesh is refined for, the
-    probe that it is; ``ratios`` quantities with the goal whose relative error they share. ``rises`` and
-    ``trace_rises`` are the temperatures among the quantities. Times in s: the ``end``, the ``earliest`` from which on
-    traces hold their accuracy, and ``instants`` that must be among the rows. ``voltage`` names the drive in messages.
+    of the outputs (those of the steady state where it is known) what an error of each is relative to. ``goals`` names,
+    for each steady quantity that the mesh is refined for, the probe that it is; ``ratios`` quantities with the goal
+    whose relative error they share. ``rises`` and ``trace_rises`` are the temperatures among the quantities. Times in
+    s: the ``end``, the ``earliest`` from which on traces hold their accuracy, and ``instants`` that must be among the
+    rows. ``voltage`` names the drive in messages.
     """
 
     part: Symmetry
@@ -36,5 +37,5 @@ class Study:
     ratios: dict[str, str]
     steady: Callable[[Outputs], Quantities]
     traces: Callable[[Outputs], Quantities]
-    steady_scales: Callable[[Quantities], dict[str, float]]
-    trace_scales: Callable[[Quantities], dict[str, float]]
+    steady_scales: Callable[[Outputs], dict[str, float]]
+    trace_scales: Callable[[Outputs], dict[str, float]]

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fem3d import outputs, rows, transient
+from fem3d.outputs import Outputs
 from fem3d.reduced import Reduced
 from fem3d.study import Quantities, Study
 from fem3d.transient import Base, Krylov, Transient
@@ -34,7 +35,13 @@ class Response:
     snapshots: list[np.ndarray]
     deep: bool  # whether degrees across the layers matter
     scales: dict[str, float]
+    generations: int  # of fields
     relative: dict[str, float] = field(default_factory=dict)  # errors without the rows' own, over their scales
+
+    @property
+    def slowest(self) -> float:
+        """The time constant (s) of the slowest mode."""
+        return float(1 / max(self.transient.trajectory.rates.min(), 1e-300))
 
 
 def respond(
@@ -43,10 +50,12 @@ def respond(
     coarse: Base,
     in_z: tuple[Base, Base] | None,
     shift: float,
-    steady_values: Quantities | None,
+    steady_out: Outputs | None,
+    generations: int = 0,
 ) -> Response:
     """The response of the fine mesh, its error estimated from the coarse one and, where z matters, from two that differ
-    by their degrees in z. ``steady_values`` are what errors are relative to, or the traces themselves are."""
+    by their degrees in z. ``steady_out`` are the outputs that scales are taken from, or else those of the
+    response itself; ``generations`` of fields is where to start."""
     accuracy, end = study.accuracy, study.end
     checked = instants(study, fine.heat.inputs.knots(end))
 
@@ -54,12 +63,12 @@ def respond(
         return study.traces(outputs.of_transient(response, study.part, checked))
 
     space = Krylov(fine, shift)
-    count = FIELDS + int(max(0.0, -np.log10(accuracy) - 3) * 2)
+    count = max(generations, FIELDS + int(max(0.0, -np.log10(accuracy) - 3) * 2))
     while True:
         reduced = fine.project(space.fields(count))
         answer = transient.march(fine, reduced, end, TIME_SHARE * accuracy)
-        there = traces(answer)
-        scales = study.trace_scales(there if steady_values is None else steady_values)
+        out = outputs.of_transient(answer, study.part, checked)
+        there, scales = study.traces(out), study.trace_scales(steady_out or out)
         # One comparison for two errors: fewer fields and a looser step.
         dropped = space.dropped(count, DROPPED)
         fewer = transient.march(fine, reduced, end, 10 * TIME_SHARE * accuracy, dropped)
@@ -84,8 +93,8 @@ def respond(
         at = {int(np.abs(there[name] - lesser[name]).argmax()) for name in worse} or {len(checked) - 1}
         snapshots = list(answer.rises(checked[sorted(at)]))
         deep = max(IN_DEPTH * in_depth[name] / scales[name] for name in scales) > NEGLIGIBLE * accuracy
-        return Response(checked, there, errors, False, np.nan, answer, reduced, snapshots, deep, scales)
-    return _with_rows(study, answer, reduced, errors, scales)
+        return Response(checked, there, errors, False, np.nan, answer, reduced, snapshots, deep, scales, count)
+    return _with_rows(study, answer, reduced, errors, scales, count)
 
 
 def instants(study: Study, knots: np.ndarray) -> np.ndarray:
@@ -101,12 +110,12 @@ def instants(study: Study, knots: np.ndarray) -> np.ndarray:
     return np.unique(np.concatenate(found))
 
 
-def repeat(study: Study, fine: Base, reduced: Reduced, steady_values: Quantities, before: Response) -> Response:
+def repeat(study: Study, fine: Base, reduced: Reduced, steady_out: Outputs, before: Response) -> Response:
     """The response at another voltage, in the reduced problem of an earlier one, which has the same relative errors."""
-    scales = study.trace_scales(steady_values)
+    scales = study.trace_scales(steady_out)
     answer = transient.march(fine, reduced, study.end, TIME_SHARE * study.accuracy)
     errors = {name: before.relative[name] * scale for name, scale in scales.items()}
-    return _with_rows(study, answer, reduced, errors, scales)
+    return _with_rows(study, answer, reduced, errors, scales, before.generations)
 
 
 def _distance(a: Quantities, b: Quantities) -> dict[str, float]:
@@ -114,7 +123,12 @@ def _distance(a: Quantities, b: Quantities) -> dict[str, float]:
 
 
 def _with_rows(
-    study: Study, answer: Transient, reduced: Reduced, errors: dict[str, float], scales: dict[str, float]
+    study: Study,
+    answer: Transient,
+    reduced: Reduced,
+    errors: dict[str, float],
+    scales: dict[str, float],
+    generations: int,
 ) -> Response:
     """The response at as many rows as the accuracy takes; ``errors`` are those at any time without the rows' own."""
 
@@ -128,7 +142,7 @@ def _with_rows(
     relative = {name: errors[name] / scales[name] for name in errors}
     errors = {name: errors[name] + between[name] + ROUNDING * scales[name] for name in errors}
     imbalance = _imbalance(study, answer)
-    return Response(times, found, errors, True, imbalance, answer, reduced, [], False, scales, relative)
+    return Response(times, found, errors, True, imbalance, answer, reduced, [], False, scales, generations, relative)
 
 
 def _imbalance(study: Study, answer: Transient) -> float:
@@ -146,7 +160,7 @@ def _imbalance(study: Study, answer: Transient) -> float:
     times = (edges[:-1, None] + np.diff(edges)[:, None] * (points + 1) / 2).ravel()
     out = outputs.of_transient(answer, study.part, times)
     flows = [v for name, v in out.items() if name.startswith("flow:")]
-    given = _given_flux(study, out)
+    given = _entering(out)
     entered = out["power"] + out["generated"] + sum(flows, np.zeros(len(times)))
     per_step = np.diff(edges) / 2
 
@@ -169,6 +183,6 @@ def _jumps(answer: Transient, edges: np.ndarray) -> np.ndarray:
     return np.array([i == 0 or bool(drive.jump(float(t)).any()) for i, t in enumerate(edges)])
 
 
-def _given_flux(study: Study, out: Quantities) -> np.ndarray:
+def _entering(out: Outputs) -> np.ndarray:
     """What enters at the boundaries (W), counted where it enters only."""
     return sum((np.maximum(v, 0.0) for n, v in out.items() if n.startswith("flow:")), np.zeros_like(out["power"]))

@@ -7,7 +7,7 @@ Source: Saad, SIAM J. Numer. Anal. 29, 1992; Druskin and Knizhnerman, J. Comput.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,8 @@ class Base:
     """What a transient starts from on one mesh: current patterns, temperature fields (free nodes, any number) that the
     space shall hold, and the loads (W, each all nodes) whose responses it shall hold.
 
-    ``size`` is the norm of the state that errors are relative to, where it is known.
+    ``size`` is the norm of the state that errors are relative to, where it is known; ``potentials`` (V, all nodes of
+    the conductor) those that the mesh must resolve.
     """
 
     heat: HeatProblem
@@ -33,6 +34,7 @@ class Base:
     fields: np.ndarray
     loads: list[np.ndarray]
     size: float | None = None
+    potentials: list[np.ndarray] = field(default_factory=list)
 
     @staticmethod
     def of_steady(state: SteadyState) -> Base:
@@ -159,10 +161,11 @@ def _source(base: Base, modal: Reduced, since: float) -> Source:
             return found
 
         return constant
-    rate = inputs.piece(since)[1] @ modal.inertia
+    first, slope = inputs.piece(since)
+    rate = slope @ modal.inertia
 
     def varying(times: np.ndarray, states: np.ndarray) -> np.ndarray:
-        g = inputs.at(times, since)
+        g = first + np.outer(times - since, slope)
         own: np.ndarray = g @ modal.source - rate
         return own + modal.joule(states, modal.currents(states, g), g) if conducts else own
 

@@ -1,0 +1,87 @@
+"""The quantities of a free scene: its probes, temperatures in K, potentials in V, heat flows in W, currents in A.
+
+An error is relative to the largest rise of the probe (above the coldest given temperature, or above the start), but to
+no less than a tenth of the largest rise in the scene; of a potential to the span of the voltages; of a flow or a current
+to its own size, but to no less than a hundredth of what passes the scene.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from fem3d.outputs import Outputs
+from fem3d.study import Quantities, Study
+from meshes.symmetry import Symmetry
+from scenes.model import Probe, Scene, Schedule, Value
+
+OF_RISE, OF_FLOW = 0.1, 0.01
+EARLY = 1e-3  # of the end time: from here on traces hold their accuracy where no earlier instant is asked for
+
+
+def study(scene: Scene, part: Symmetry) -> Study:
+    """What is to be found of a scene."""
+    probes = {p.name: p for p in scene.probes}
+    thermal = tuple(n for n, p in probes.items() if p.quantity == "temperature")
+    instants = tuple(t for t in scene.output_times if 0 < t <= scene.end_time)
+    voltages = _spread(b.value for b in scene.boundaries if b.kind == "voltage")
+    return Study(
+        part, scene.accuracy, max(voltages, default=0.0) - min(voltages, default=0.0), scene.end_time,
+        min([*instants, EARLY * scene.end_time]) if instants else EARLY * scene.end_time, scene.output_times,
+        goals={n: n for n in probes}, rises=thermal, trace_rises=thermal, ratios={},
+        steady=lambda out: values(scene, out), traces=lambda out: values(scene, out),
+        steady_scales=lambda out: scales(scene, out), trace_scales=lambda out: scales(scene, out),
+    )  # fmt: skip
+
+
+def values(scene: Scene, out: Outputs) -> Quantities:
+    """The value of each probe."""
+    return {
+        p.name: out[f"probe:{p.name}"] + (scene.initial_temperature if p.quantity == "temperature" else 0.0)
+        for p in scene.probes
+    }
+
+
+def scales(scene: Scene, out: Outputs) -> dict[str, float]:
+    """What an error of each probe is relative to."""
+    given = _spread(
+        v for b in scene.boundaries for v in ((b.value,) if b.kind == "temperature" else (b.ambient,))
+        if b.kind in ("temperature", "convection")
+    )  # fmt: skip
+    start = scene.initial_temperature
+    floor = min(given, default=start) if scene.steady else start
+    rises = {p.name: _largest(out[f"probe:{p.name}"] + start - floor) for p in _of(scene, "temperature")}
+    rise = max([*rises.values(), *(abs(t - floor) for t in given)], default=0.0)
+    through = max((_largest(v) for n, v in out.items() if n.startswith("flow:")), default=0.0)
+    through = max(through, _largest(out["power"]), _largest(out["generated"]))
+    current = max((_largest(v) for n, v in out.items() if n.startswith("current:")), default=0.0)
+    voltages = _spread(b.value for b in scene.boundaries if b.kind == "voltage")
+    span = max(voltages, default=0.0) - min(voltages, default=0.0)
+
+    def scale(probe: Probe) -> float:
+        own = _largest(out[f"probe:{probe.name}"])
+        return {
+            "temperature": max(rises.get(probe.name, 0.0), OF_RISE * rise),
+            "potential": span,
+            "heat_flow": max(own, OF_FLOW * through),
+            "current": max(own, OF_FLOW * current),
+        }[probe.quantity] or 1.0
+
+    return {p.name: scale(p) for p in scene.probes}
+
+
+def _of(scene: Scene, quantity: str) -> list[Probe]:
+    return [p for p in scene.probes if p.quantity == quantity]
+
+
+def _largest(value: np.ndarray) -> float:
+    return float(np.abs(value).max())
+
+
+def _spread(given: Iterable[Value]) -> list[float]:
+    """All numbers that some values take."""
+    found: list[float] = []
+    for v in given:
+        found += list(v.values) if isinstance(v, Schedule) else [float(v)]
+    return found

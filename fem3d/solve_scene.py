@@ -1,0 +1,128 @@
+"""The 3D model of a free scene: any boxes, conditions and probes, steady or over time; the plan and the result."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from fem3d import adapt, outputs, probe_quantities
+from fem3d.fields import Fields
+from fem3d.steady import is_thermal
+from fem3d.study import Study
+from meshes import connected, statistics, symmetry
+from meshes.symmetry import Symmetry
+from scenes.model import Point, Scene
+from scenes.plan import Step
+from scenes.result import Estimate, Result, Traces
+
+
+def solve(scene: Scene, progress: Callable[[str], None] | None = None) -> Result:
+    """The probes of a scene in 3D, steady or over time, every number with its estimated error.
+
+    Steady keys and trace names are the probes' names; temperatures in K, potentials in V, flows in W, currents in A.
+    Raises fem3d.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
+    """
+    say = progress or (lambda _: None)
+    part = symmetry.reduce(clipped(scene))
+    study = probe_quantities.study(scene, part)
+    return _steady(study, scene, say) if scene.steady else _transient(study, scene, say)
+
+
+def clipped(scene: Scene) -> Scene:
+    """The scene with conditions and probes cut to the extent of its boxes."""
+    low = [min(b.lower[d] for b in scene.boxes) for d in range(3)]
+    high = [max(b.upper[d] for b in scene.boxes) for d in range(3)]
+
+    def inside(point: Point) -> Point:
+        x, y, z = (min(max(c, low[d]), high[d]) for d, c in enumerate(point))
+        return x, y, z
+
+    boundaries = tuple(replace(b, lower=inside(b.lower), upper=inside(b.upper)) for b in scene.boundaries)
+    probes = tuple(replace(p, lower=inside(p.lower), upper=inside(p.upper)) for p in scene.probes)
+    return replace(scene, boundaries=boundaries, probes=probes)
+
+
+def _steady(study: Study, scene: Scene, say: Callable[[str], None]) -> Result:
+    answer = adapt.solve(study, False, say)
+    state = answer.fine.state
+    found = {name: Estimate(float(v), answer.errors[name]) for name, v in answer.fine.quantities.items()}
+    details: dict[str, Any] = _details(study, state.heat.free, answer.levels) | {
+        "electric_unknowns": 0 if state.conductor is None else state.conductor.free,
+        "steps": 0,
+        "energy_imbalance": imbalance(answer.fine.out),
+        "transient_imbalance": None,
+        "mesh": statistics.of(state.heat.mesh),
+        "plan": plan(scene),
+        "fields": Fields(state, study.part, None),
+    }
+    return Result("fem3d", found, None, details)
+
+
+def _transient(study: Study, scene: Scene, say: Callable[[str], None]) -> Result:
+    course = adapt.solve_course(study, say)
+    response, heat = course.response, course.base.heat
+    conductor = course.base.conductor
+    details: dict[str, Any] = _details(study, heat.free, course.levels) | {
+        "electric_unknowns": 0 if conductor is None else conductor.free,
+        "steps": len(response.transient.trajectory.steps),
+        "energy_imbalance": response.imbalance,
+        "transient_imbalance": response.imbalance,
+        "mesh": statistics.of(heat.mesh),
+        "plan": plan(scene),
+        "fields": Fields(None, study.part, response.transient),
+    }
+    return Result("fem3d", {}, Traces(response.times, response.traces, response.errors), details)
+
+
+def _details(study: Study, unknowns: int, levels: int) -> dict[str, Any]:
+    return {"unknowns": unknowns, "levels": levels, "symmetry": study.part.part, "warnings": []}
+
+
+def imbalance(out: outputs.Outputs) -> float:
+    """|what enters| over what passes: heat by the boundaries' flows, sources and currents, or, where nothing thermal is
+    asked for, power by what the electrodes supply; of a steady state."""
+    flows = [float(v) for name, v in out.items() if name.startswith("flow:")]
+    joule = sum(float(v) for name, v in out.items() if name.startswith("joule:"))
+    power, generated = float(out["power"]), float(out["generated"])
+    if not flows:
+        return abs(power - joule) / power if power else 0.0
+    passing = (sum(abs(f) for f in flows) + power + abs(generated)) / 2
+    return abs(sum(flows) + power + generated) / passing if passing else 0.0
+
+
+def plan(scene: Scene) -> tuple[Step, ...]:
+    """What `solve` will do, before it does it."""
+    part: Symmetry = symmetry.reduce(clipped(scene))
+    steps = [_symmetry(part)]
+    carries = bool(connected.live(part.scene).any())
+    thermal = is_thermal(part.scene)
+    warm = {b.name for b in part.scene.boxes if b.material.resistivity and b.material.temperature_coefficient}
+    if thermal:
+        reason = "one factorization per mesh: the conductivity doesn't depend on temperature"
+        steps.append(Step("heat", "done", reason))
+    else:
+        steps.append(Step("heat", "skipped", "nothing thermal is asked for: the currents at the initial temperature"))
+    if carries:
+        steps.append(Step("electric problem", "done", "in the parts that touch electrodes of two voltages"))
+        what = ("done", "the resistance follows the temperature") if warm and thermal else (
+            "skipped", "the resistivity doesn't depend on temperature" if not warm else "no temperatures are solved"
+        )  # fmt: skip
+        steps.append(Step("electric iteration", what[0], what[1]))  # type: ignore[arg-type]
+    else:
+        steps.append(Step("electric problem", "skipped", "no part touches electrodes of two voltages"))
+    if scene.steady:
+        steps.append(Step("steady state", "done", f"refined until every estimated error is below {scene.accuracy:g}"))
+        steps.append(Step("transient", "skipped", "only the steady state was asked for"))
+    else:
+        steps.append(Step("steady state", "skipped", "only the transient was asked for"))
+        reason = f"to {scene.end_time:g} s, projected on Krylov fields, errors below {scene.accuracy:g}"
+        steps.append(Step("transient", "done", reason))
+    return tuple(steps)
+
+
+def _symmetry(part: Symmetry) -> Step:
+    if not part.planes:
+        return Step("symmetry", "skipped", "the scene has no mirror plane; the whole is solved")
+    names = " and ".join(f"{'xyz'[axis]} ({parity})" for axis, _, parity in part.planes)
+    return Step("symmetry", "done", f"{part.part} is solved: mirror planes across {names}")
