@@ -39,6 +39,7 @@ SURELY = 3.0  # times the change of the runaway voltage from mesh to mesh by whi
 MARKED = 0.9  # part of the estimated error whose intervals are refined
 MOST_ENTRIES = 40_000_000  # of the stiffness matrix: some 10 GB with its factors
 MOST_LEVELS = 40
+FAR = 30.0  # times the accuracy: errors above it are refined for in double steps
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,7 +146,8 @@ def solve_course(study: Study, progress: Callable[[str], None] = lambda _: None)
         slowest, generations = min(study.end, response.slowest), response.generations
         rises = response.snapshots
         goals = goals_of(study, fine.heat, fine.conductor, fine.potentials, rises, response.scales, features)
-        mesh = refined(mesh, weighted(goals, response.scales), features, response.deep)
+        excess = max(e / response.scales[q] for q, e in response.errors.items()) / accuracy
+        mesh = refined(mesh, weighted(goals, response.scales), features, response.deep, excess)
     raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene")
 
 
@@ -250,11 +252,13 @@ def weighted(goals: dict[str, Indicators], scales: dict[str, float]) -> list[np.
     return [np.sum([g.missing[d] / scales[q] for q, g in goals.items()], axis=0) for d in range(3)]
 
 
-def refined(mesh: BrickMesh, missing: list[np.ndarray], features: Features, deep: bool) -> BrickMesh:
-    """The mesh with those intervals refined that cause most of the error."""
+def refined(
+    mesh: BrickMesh, missing: list[np.ndarray], features: Features, deep: bool, excess: float = 1.0
+) -> BrickMesh:
+    """The mesh with those intervals refined that cause most of the error, which is ``excess`` times the accuracy."""
     if not deep:
         missing[2][:] = 0.0
     ordered = np.sort(np.concatenate(missing))[::-1]
     total = np.cumsum(ordered)
     cut = ordered[min(int(np.searchsorted(total, MARKED * total[-1])), len(ordered) - 1)]
-    return grading.refine(mesh, [m >= max(cut, 1e-300) for m in missing], features)
+    return grading.refine(mesh, [m >= max(cut, 1e-300) for m in missing], features, 2 if excess > FAR else 1)

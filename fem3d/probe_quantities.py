@@ -17,7 +17,8 @@ from meshes.symmetry import Symmetry
 from scenes.model import Probe, Scene, Schedule, Value
 
 OF_RISE, OF_FLOW = 0.1, 0.01
-EARLY = 1e-3  # of the end time: from here on traces hold their accuracy where no earlier instant is asked for
+EARLY, LATE = 1e-3, 0.1  # of the end time: from here on traces hold their accuracy where no instants are asked for;
+# where some are, from the first of them on, or from the latter at most
 
 
 def study(scene: Scene, part: Symmetry) -> Study:
@@ -28,7 +29,7 @@ def study(scene: Scene, part: Symmetry) -> Study:
     voltages = _spread(b.value for b in scene.boundaries if b.kind == "voltage")
     return Study(
         part, scene.accuracy, max(voltages, default=0.0) - min(voltages, default=0.0), scene.end_time,
-        min([*instants, EARLY * scene.end_time]) if instants else EARLY * scene.end_time, scene.output_times,
+        min(*instants, LATE * scene.end_time) if instants else EARLY * scene.end_time, scene.output_times,
         goals={n: n for n in probes}, rises=thermal, trace_rises=thermal, ratios={},
         steady=lambda out: values(scene, out), traces=lambda out: values(scene, out),
         steady_scales=lambda out: scales(scene, out), trace_scales=lambda out: scales(scene, out),

@@ -68,6 +68,7 @@ def _transient(study: Study, scene: Scene, say: Callable[[str], None]) -> Result
         "steps": len(response.transient.trajectory.steps),
         "energy_imbalance": response.imbalance,
         "transient_imbalance": response.imbalance,
+        "accurate_from_s": study.earliest,
         "mesh": statistics.of(heat.mesh),
         "plan": plan(scene),
         "fields": Fields(None, study.part, response.transient),

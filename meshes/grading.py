@@ -100,8 +100,8 @@ def _inner(a: float, b: float, at_a: bool, at_b: bool) -> list[float]:
     return [left] * at_a + [right] * at_b
 
 
-def refine(mesh: BrickMesh, marked: Sequence[np.ndarray], marks: Features) -> BrickMesh:
-    """The mesh with the marked intervals (one boolean array per axis) refined.
+def refine(mesh: BrickMesh, marked: Sequence[np.ndarray], marks: Features, steps: int = 1) -> BrickMesh:
+    """The mesh with the marked intervals (one boolean array per axis) refined by some steps.
 
     An interval at a singular plane is cut towards it; any other gains a degree, or is halved at the highest degree.
     """
@@ -115,8 +115,14 @@ def refine(mesh: BrickMesh, marked: Sequence[np.ndarray], marks: Features) -> Br
             if marked[d][i]:
                 if near[i] or near[i + 1]:
                     inner = _inner(a, b, near[i], near[i + 1])
+                    for _ in range(steps - 1):
+                        inner = [
+                            *_inner(a, inner[0], near[i], False),
+                            *inner,
+                            *_inner(inner[-1], b, False, near[i + 1]),
+                        ]
                 elif degree < HIGHEST_DEGREE:
-                    degree += 1
+                    degree = min(degree + steps, HIGHEST_DEGREE)
                 else:
                     inner = [(a + b) / 2]
             breaks += [*inner, b]
