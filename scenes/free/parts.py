@@ -44,9 +44,21 @@ _KEPT = (
 
 def connected(grid: Grid, wanted: np.ndarray) -> np.ndarray:
     """(cells): a number from 1 on for each set of wanted cells that faces join, 0 elsewhere."""
-    from scipy.ndimage import label
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
 
-    found: np.ndarray = label(wanted[grid.owner])[0]
+    inside = wanted[grid.owner]
+    number = np.cumsum(inside.ravel()).reshape(inside.shape) * inside
+    pairs = []
+    for axis in range(3):
+        low, high = (np.moveaxis(number, axis, 0)[s].ravel() for s in (slice(None, -1), slice(1, None)))
+        joined = (low > 0) & (high > 0)
+        pairs.append(np.stack([low[joined], high[joined]]) - 1)
+    rows, columns = np.concatenate(pairs, axis=1)
+    count = int(inside.sum())
+    graph = coo_array((np.ones(len(rows), bool), (rows, columns)), shape=(count, count))
+    found = np.zeros(inside.shape, int)
+    found[inside] = 1 + connected_components(graph, directed=False)[1]
     return found
 
 
