@@ -25,12 +25,12 @@ def draw(
     notes: dict[str, str] = {}
     with style():
         if "traces" in names:
-            files += save(trace_figure.draw(scene, result), folder, "traces")
+            files += save(trace_figure.draw(scene, result), folder, "figure_traces")
         # Last, because the picture comes from a process of its own.
         if "field" in names:
             image = renderer.image()
             if image is None:
                 notes["field"] = "no OpenGL to render with"
             else:
-                files += save(field_figure.draw(scene, result, image, renderer.factor), folder, "field")
+                files += save(field_figure.draw(scene, result, image, renderer.factor), folder, "figure_field")
     return files, notes

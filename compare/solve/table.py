@@ -61,7 +61,7 @@ def _probes(outcome: SolveOutcome, style: Style) -> str:
 
 
 def _line(probe: Probe, result: Result, style: Style) -> str:
-    unit, name = UNITS[probe.quantity], _cut(probe.name, _NAME - 1)
+    unit, name = UNITS[probe.quantity], cut(probe.name, _NAME - 1)
     if result.traces is None:
         found = result.steady[probe.name]
         value, error, shown, _, _ = with_error(found.value, found.error, unit)
@@ -83,7 +83,7 @@ def _at_times(outcome: SolveOutcome, style: Style) -> list[str]:
     blocks = []
     for first in range(0, len(scene.probes), _PER_BLOCK):
         probes: Sequence[Probe] = scene.probes[first : first + _PER_BLOCK]
-        heads = "".join(f"{_cut(probe.name, 15):>16}" for probe in probes)
+        heads = "".join(f"{cut(probe.name, 15):>16}" for probe in probes)
         lines = [style.paint(f"  {'time':<12}{heads}", "heading")]
         columns = [at(traces, probe.name, np.array(times)) for probe in probes]
         for i, time in enumerate(times):
@@ -95,5 +95,6 @@ def _at_times(outcome: SolveOutcome, style: Style) -> list[str]:
     return blocks
 
 
-def _cut(text: str, longest: int) -> str:
+def cut(text: str, longest: int) -> str:
+    """The text, at most so long."""
     return text if len(text) <= longest else f"{text[: longest - 2]}.."

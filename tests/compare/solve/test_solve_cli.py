@@ -99,7 +99,7 @@ def test_overrides_name_the_folder_and_reach_the_scene(capsys: pytest.CaptureFix
 def test_files_of_an_earlier_run_are_replaced_and_others_kept(capsys: pytest.CaptureFixture[str]) -> None:
     solve("hotplate", "--out", "here", figures=True)
     files = {entry.name for entry in Path("here").iterdir()}
-    assert {"traces.png", "traces.svg", "traces.csv", "summary.json"} <= files
+    assert {"figure_traces.png", "figure_traces.svg", "traces.csv", "summary.json"} <= files
     assert set(summary("here")["files"]) == files
     Path("here/notes.txt").write_text("mine")
     solve("plate", "--out", "here")
