@@ -6,7 +6,7 @@ from scenes.model import Scene
 
 
 def check(scene: Scene) -> Scene:
-    """The scene itself.
+    """The scene with corners that differ by rounding made equal, and flat boxes cut to the extent of the solid.
 
     Raises SceneError for boxes without volume or entirely covered by later ones; boundaries that are not flat, or that
     touch nothing they could act on, or that contradict each other; probes of what is not there; parts that are left
@@ -14,6 +14,7 @@ def check(scene: Scene) -> Scene:
     """
     from scenes.free import boxes, conditions, drives, parts, probes
     from scenes.free.grid import grid_of
+    from scenes.free.tidy import tidy
 
     boxes.check_extents(scene)
     grid = grid_of(scene)
@@ -23,4 +24,4 @@ def check(scene: Scene) -> Scene:
     probes.check(scene, grid)
     parts.check(scene, grid)
     drives.check(scene, grid)
-    return scene
+    return tidy(scene, grid)

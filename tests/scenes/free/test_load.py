@@ -130,3 +130,16 @@ def test_overrides_reach_items_by_name() -> None:
     cooler = load("plate", ["boundary.right.convection.coefficient=10"])
     assert [b.value for b in cooler.boundaries] == [373.15, 10.0, 750.0]
     assert cooler.boundaries[1].ambient == 273.15
+
+
+def test_corners_that_differ_by_rounding_are_made_equal() -> None:
+    document = bar()
+    document["box"].append(
+        {"material": "silicon", "lower": [0.7e-3 + 0.3e-3 + 1e-16, 0, 0], "upper": [2e-3, 1e-4, 2e-6]}
+    )
+    document["boundary"][1] |= {"lower": [2e-3 + 1e-15, 0, 0], "upper": [2e-3, 1e-4, 2e-6]}
+    scene = from_dict(document)
+    assert scene.boxes[1].lower[0] == scene.boxes[0].upper[0] == scene.probes[0].lower[0]
+    assert scene.boundaries[1].lower == (2e-3, 0.0, 0.0)
+    assert scene.boundaries[0].upper == (0.0, 1e-4, 2e-6)
+    assert from_dict(as_dict(scene)) == scene
