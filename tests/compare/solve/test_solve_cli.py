@@ -15,6 +15,7 @@ from compare.solve.traces import at
 from scenes.free import from_dict, load
 from scenes.loading import builtin_text
 from scenes.result import Traces
+from scenes.sink import Sink
 
 pytestmark = pytest.mark.usefixtures("no_solver")
 
@@ -119,6 +120,14 @@ def test_every_example_is_printed_and_solved_as_a_file(capsys: pytest.CaptureFix
         Path("mine.toml").write_text(text)
         assert solve("mine.toml", "--quiet") == 0
         capsys.readouterr()
+
+
+def test_the_sink_is_printed_as_boxes_and_solved(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["scene", "sink", "--boxes"]) == 0
+    Path("mine.toml").write_text(capsys.readouterr().out)
+    assert load("mine.toml") == Sink().scene()
+    assert solve("mine.toml") == 0
+    assert main(["scene", "device", "--boxes"]) == 2
 
 
 REFUSED = {

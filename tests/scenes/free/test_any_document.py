@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import tomllib
 from dataclasses import replace
 
 import pytest
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 
 from scenes.errors import SceneError
 from scenes.free import as_dict, check, from_dict, load
+from scenes.free.toml import as_toml
 from scenes.sink import Sink
 
 ODD = st.one_of(
@@ -56,6 +58,7 @@ SINKS = [
 def test_the_sink_is_a_free_scene(sink: Sink) -> None:
     scene = check(sink.scene())
     assert from_dict(as_dict(scene)) == scene
+    assert from_dict(tomllib.loads(as_toml(scene))) == scene
     assert check(replace(scene, steady=True)).steady
 
 

@@ -11,6 +11,7 @@ import pytest
 from scenes import examples
 from scenes.errors import SceneError
 from scenes.free import as_dict, asks, from_dict, load
+from scenes.free.toml import as_toml
 from scenes.loading import builtin_text
 from scenes.model import Schedule
 
@@ -48,6 +49,7 @@ def test_examples_read_and_come_back(name: str) -> None:
     scene = load(name)
     assert scene.name == name
     assert from_dict(json.loads(json.dumps(as_dict(scene)))) == scene
+    assert from_dict(tomllib.loads(as_toml(scene))) == scene
 
 
 def test_example_differs_from_an_edited_one(tmp_path: Path) -> None:
