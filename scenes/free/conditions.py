@@ -32,6 +32,7 @@ def check(scene: Scene, grid: Grid) -> None:
             )
     _refuse_electrodes(scene, grid)
     _refuse_temperatures(scene, grid)
+    _refuse_overridden(scene, grid)
 
 
 def sheet_of(grid: Grid, boundary: Boundary) -> Sheet:
@@ -87,6 +88,20 @@ def _refuse_temperatures(scene: Scene, grid: Grid) -> None:
                     f"{_shown(other.value, 'K')} and {_shown(boundary.value, 'K')}: give corners that do not overlap"
                 )
         taken.append((boundary, faces))
+
+
+def _refuse_overridden(scene: Scene, grid: Grid) -> None:
+    """Fluxes and convections of which fixed temperatures leave nothing."""
+    fixed: set[int] = set()
+    for boundary in (b for b in scene.boundaries if b.kind == "temperature"):
+        fixed |= set(sheet_of(grid, boundary).faces.ravel().tolist())
+    for boundary in (b for b in scene.boundaries if b.kind in ("heat_flux", "convection")):
+        sheet = sheet_of(grid, boundary)
+        if set(sheet.faces[acting(scene, sheet, boundary.kind)].tolist()) <= fixed:
+            raise SceneError(
+                f"boundary {quoted(boundary.name)}.{boundary.kind} lies where other boundaries fix the temperature, "
+                "and changes nothing: leave it out, or give corners that do not overlap theirs"
+            )
 
 
 def _shown(value: Value, unit: str = "V") -> str:

@@ -146,6 +146,10 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
     "electrodes over one another": (
         add("boundary", flat("again", [0, 0.5, 0], [0, 1, 1], voltage=2)), ('"left" and "again" touch',),
     ),
+    "flux into a fixed temperature": (
+        add("boundary", flat("in", [0, 0, -1], [0.5, 1, -1], heat_flux=1)),
+        ('boundary "in".heat_flux lies where other boundaries fix the temperature',),
+    ),
     "two temperatures": (
         add("boundary", flat("warm", [0.5, 0, -1], [2, 1, -1], temperature=300)),
         ('"base" and "warm" overlap', "300 K"),
@@ -238,6 +242,9 @@ ALLOWED: dict[str, Callable[[Document], None]] = {
     "electrode larger than its face": put("boundary", 1, lower=[0, -9, -9], upper=[0, 9, 9]),
     "temperatures side by side": add("boundary", flat("side", [0, 0, -1], [0, 1, -0.5], temperature=300)),
     "the same temperature over itself": add("boundary", flat("again", [0.5, 0, -1], [2, 1, -1], temperature=293)),
+    "flux into a fixed temperature and beside it": add(
+        "boundary", flat("in", [0, 0, -1], [0, 1, 1], heat_flux=1)
+    ),
     "flux where partly exposed": add("boundary", flat("under", [0, 0, 0], [4, 1, 0], heat_flux=1)),
     "probe on a corner": put("probe", 0, at=[4, 1, 1]),
     "probe within rounding": put("probe", 0, at=[4 + 1e-10, 1, 1]),
