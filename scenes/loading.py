@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar, overload
 
+from scenes import examples
 from scenes.errors import SceneError, did_you_mean, quoted, reason
 from scenes.overrides import override
 from scenes.schema import nest
@@ -36,7 +37,7 @@ def load(source: str | Path, overrides: Sequence[str] = (), *, of: SceneType[Any
     ``None``), unless an override says what is expected now. Raises SceneError.
     """
     schema = of.schema
-    name = source if isinstance(source, str) and source == of.name else _file_name(Path(source))
+    name = source if isinstance(source, str) and source == of.name else file_name(Path(source))
     flat = schema.flatten(_document(source, of))
     before, values = schema.read(flat), schema.read(override(flat, overrides, schema))
     if _physical(before, of) != _physical(values, of) and _EXPECTED not in override({}, overrides, schema):
@@ -59,45 +60,59 @@ def as_dict(scene: object) -> dict[str, Any]:
 
 
 def builtin_names() -> tuple[str, ...]:
-    """The names of the scenes that come with the toolkit."""
+    """The names of the parametric scenes that come with the toolkit."""
     return _BUILTIN
+
+
+def known_names() -> tuple[str, ...]:
+    """The same, with the examples of free scenes."""
+    return (*_BUILTIN, *examples.names())
 
 
 def builtin_text(name: str) -> str:
     """A built-in scene as commented TOML, to copy and edit; raises SceneError for an unknown name."""
+    if name in examples.names():
+        return examples.text(name)
     if name not in _BUILTIN:
-        hint = did_you_mean(name, _BUILTIN)
-        raise SceneError(f"{quoted(name)} is not a built-in scene: give {' or '.join(_BUILTIN)}{hint}")
+        known = known_names()
+        raise SceneError(
+            f"{quoted(name)} is not a built-in scene: give {' or '.join(known)}{did_you_mean(name, known)}"
+        )
     return Path(__file__).with_name(f"{name}.toml").read_text(encoding="utf-8")
 
 
 def _document(source: str | Path, of: SceneType[Any]) -> dict[str, Any]:
     """The TOML document of a built-in scene or a file."""
     builtin = isinstance(source, str) and source == of.name
-    text = builtin_text(str(source)) if builtin else _file_text(source, of.name)
+    return toml(builtin_text(str(source)) if builtin else file_text(source, (of.name,)), source)
+
+
+def toml(text: str, source: str | Path) -> dict[str, Any]:
+    """The document of a TOML text that came from somewhere; raises SceneError."""
     try:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         raise SceneError(f"{quoted(Path(source))} is not valid TOML: {reason(error)}") from None
 
 
-def _file_text(source: str | Path, known: str) -> str:
-    shown = quoted(Path(source))
+def file_text(source: str | Path, known: Sequence[str]) -> str:
+    """The text of a scene file; ``known`` are the built-in scenes that could be given instead. Raises SceneError."""
+    shown, instead = quoted(Path(source)), " or ".join(known)
     try:
         # A byte order mark, which some editors write, is no part of the text.
         return Path(source).read_bytes().decode("utf-8-sig")
     except FileNotFoundError:
-        hint = did_you_mean(str(source), (known,))
-        raise SceneError(f"{shown} is no file: give a TOML file, or the built-in {known}{hint}") from None
+        hint = did_you_mean(str(source), known)
+        raise SceneError(f"{shown} is no file: give a TOML file, or the built-in {instead}{hint}") from None
     except IsADirectoryError:
-        raise SceneError(f"{shown} is a directory: give a TOML file, or the built-in {known}") from None
+        raise SceneError(f"{shown} is a directory: give a TOML file, or the built-in {instead}") from None
     except UnicodeDecodeError as error:
         raise SceneError(f"{shown} is not UTF-8 text (byte {error.start}): save the TOML file as UTF-8") from None
     except (OSError, ValueError) as error:
         raise SceneError(f"{shown} cannot be read: {reason(error)}") from None
 
 
-def _file_name(path: Path) -> str:
+def file_name(path: Path) -> str:
     """A name for a scene that has none: the file's, without what a name may not have."""
     return re.sub(r"[^\w .-]", "_", path.stem)[:60].strip(" .-") or "scene"
 

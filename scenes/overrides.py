@@ -21,7 +21,7 @@ def override(flat: Mapping[str, object], settings: Sequence[str], schema: Schema
         key, equals, text = (part.strip() for part in setting.partition("="))
         if not equals or not key or not text:
             raise SceneError(f"{quoted(setting)} sets nothing: give KEY=VALUE, such as sink.width=20um")
-        value = _value(text)
+        value = toml_value(text)
         path, item = _locate(key, value, schema)
         if item:
             table = result.get(path)
@@ -46,7 +46,7 @@ def _locate(key: str, value: object, schema: Schema) -> tuple[str, str]:
     raise schema.unknown(key, value)
 
 
-def _value(text: str) -> object:
+def toml_value(text: str) -> object:
     """The text as a TOML value, or as it stands where it is none: 20um and pad-edge need no quotes."""
     try:
         document = tomllib.loads(f"value = {text}")

@@ -6,5 +6,6 @@ Only the module of the command that is asked for gets imported.
 COMMANDS = {
     "sink": "compare the 1D model of the active sink with 3D",
     "device": "simulate the whole sensor in 1D and check what the paper says of it",
+    "solve": "solve any scene of boxes in 3D",
     "scene": "print a built-in scene as TOML",
 }

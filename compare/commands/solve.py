@@ -1,0 +1,62 @@
+"""`validate solve`: any scene of boxes in 3D."""
+
+from __future__ import annotations
+
+import argparse
+
+from compare.commands import common
+from compare.terminal import FINE, Progress, show, style
+
+
+def describe(parser: argparse.ArgumentParser) -> None:
+    """What the command takes."""
+    parser.description = (
+        "Solve any scene of boxes in 3D: heat, current or both; steady or over time; every probe with\n"
+        "its estimated numerical error."
+    )
+    parser.epilog = (
+        "examples:\n"
+        "  validate scene bridge > mine.toml; validate solve mine.toml\n"
+        '  validate solve bridge --set "boundary.left electrode.voltage=3V" --accuracy 1e-4\n'
+        "  validate solve hotplate --explain\n\n"
+        "results: summary.json, traces.csv (a column per probe) and figures in results/<scene>/\n"
+        "exit status: 0 solved, 2 bad input, 3 the numerics failed"
+    )
+    add = parser.add_argument
+    add("scene", metavar="SCENE.toml", help="a scene file, or an example: bridge, plate, hotplate")
+    add("--set", action="append", default=[], metavar="KEY=VALUE", dest="settings",
+        help="override a key, as often as needed: run.accuracy=1e-4, boundary.NAME.voltage=2")  # fmt: skip
+    add("--accuracy", metavar="A", help="relative accuracy of every probe (default 1e-3 or the scene's)")
+    add("--out", metavar="DIR", help="the results folder; a run that is there is replaced")
+    add("--no-figures", action="store_false", dest="figures", help="no figures")
+    add("--fields", action="store_true", help="write the 3D temperature fields (fem3d.pvd with .vtu files)")
+    add("--explain", action="store_true", help="print first what will be solved and what is skipped, and why")
+    add("--quiet", action="store_true", help="print one line only")
+    add("--json", action="store_true", help="print summary.json in place of the tables")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Solves, writes and reports."""
+    from compare.solve import scope
+    from compare.solve.names import results_folder
+    from compare.solve.run import run
+    from scenes.free import load
+
+    settings = common.settings(arguments)
+    scene = load(arguments.scene, settings)
+    request = scope.SolveRequest(arguments.figures, arguments.fields)
+    scope.check(scene, request)
+    out = common.out(arguments) or results_folder(scene, settings)
+    planned = common.explained(arguments, lambda: scope.plan(scene, request))
+    with Progress() as progress:
+        outcome = run(scene, request, out, progress)
+
+    from compare.solve import table
+
+    if arguments.json:
+        show((outcome.folder / "summary.json").read_text(encoding="utf-8").rstrip("\n"))
+    elif arguments.quiet:
+        show(table.headline(outcome, style()))
+    else:
+        show(table.outcome_text(outcome, style(), planned))
+    return FINE

@@ -1,0 +1,85 @@
+"""One run of a free scene: solved in 3D, and the folder that keeps it.
+
+Nothing here imports numpy before the renderer's process has been started, which takes the longest to get ready.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from compare.clock import Clock
+from compare.folder import Folder
+from compare.render import Renderer
+from compare.solve import scope
+from compare.solve.outcome import SolveOutcome
+from compare.solve.scope import SolveRequest
+from scenes.model import Scene
+
+if TYPE_CHECKING:
+    from scenes.result import Result
+
+
+def run(
+    scene: Scene, request: SolveRequest, out: Path, progress: Callable[[str], None] | None = None
+) -> SolveOutcome:  # fmt: skip
+    """Solve a scene and write the results folder.
+
+    The folder is there, whole, when this returns, and as it was before when this raises. Raises SceneError for a folder
+    that can't be used and a run that would report nothing (before anything is solved), and fem3d.errors.NumericsError.
+    """
+    say = progress or (lambda _: None)
+    scope.check(scene, request)
+    clock = Clock()
+    with Folder(out) as folder:
+        renderer = Renderer()
+        if "field" not in scope.skipped_figures(scene, request):
+            renderer.start()
+        try:
+            with clock.stage("imports"):
+                from fem3d.solve_scene import solve
+            say("solving in 3D")
+            with clock.stage("fem3d"):
+                result: Result = solve(scene, say)
+            say("writing the results")
+            plan = scope.assemble(scene, request, tuple(result.details["plan"]))
+            outcome = _write(SolveOutcome(scene, request, plan, result), folder.partial, renderer, clock)
+        finally:
+            renderer.close()
+    return replace(outcome, folder=folder.target, timing=clock.all())
+
+
+def _write(outcome: SolveOutcome, folder: Path, renderer: Renderer, clock: Clock) -> SolveOutcome:
+    """Writes the files; the outcome comes back with their names and the plan as carried out."""
+    scene, request, result = outcome.scene, outcome.request, outcome.result
+    names: list[str] = []
+    skipped = scope.skipped_figures(scene, request)
+    if "field" not in skipped:
+        from compare.solve.field_figure import send
+
+        send(scene, result, renderer)
+    with clock.stage("files"):
+        if not scope.traces_reason(scene):
+            from compare.solve.traces import write_traces
+
+            names.append(write_traces(folder / "traces.csv", result))
+        if not scope.fields_reason(scene, request):
+            from compare.solve.field_files import write_fields
+
+            names += write_fields(folder, scene, result)
+    if len(skipped) < 2:
+        with clock.stage("figures"):
+            from compare.solve.figures import draw
+
+            files, notes = draw(outcome, [n for n in ("traces", "field") if n not in skipped], folder, renderer)
+        names += files
+        if notes:
+            plan = scope.assemble(scene, request, tuple(result.details["plan"]), notes)
+            outcome = replace(outcome, plan=plan)
+    outcome = replace(outcome, files=(*names, "summary.json"), timing=clock.all())
+    from compare.solve.summary import write_summary
+
+    write_summary(folder / "summary.json", outcome)
+    return outcome

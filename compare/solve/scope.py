@@ -1,0 +1,81 @@
+"""What a run of a free scene writes and draws, and why it leaves out the rest: the one place that decides it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from scenes.errors import SceneError
+from scenes.free import asks
+from scenes.model import Scene
+from scenes.plan import Step
+
+UNITS = {"temperature": "K", "potential": "V", "heat_flow": "W", "current": "A"}
+"""The unit of each quantity that a probe may ask for."""
+
+
+@dataclass(frozen=True)
+class SolveRequest:
+    """What the user asked of a run."""
+
+    figures: bool = True
+    fields: bool = False
+
+
+def check(scene: Scene, request: SolveRequest) -> None:
+    """Refuses a run that would report nothing."""
+    if not scene.probes and not request.fields:
+        raise SceneError("the scene has no [[probe]], so there is nothing to report: add one, or give --fields")
+
+
+def traces_reason(scene: Scene) -> str:
+    """Why there are no traces; empty where there are."""
+    if scene.steady:
+        return "only the steady state was asked for (run.steady)"
+    return "" if scene.probes else "the scene has no probes"
+
+
+def fields_reason(scene: Scene, request: SolveRequest) -> str:
+    """Why no field files are written; empty where they are."""
+    if not request.fields:
+        return "not asked for (--fields)"
+    return "" if asks.heat(scene) else "no temperature is solved for"
+
+
+def skipped_figures(scene: Scene, request: SolveRequest) -> dict[str, str]:
+    """The figures that a run does not draw, each with the reason."""
+    if not request.figures:
+        return dict.fromkeys(("field", "traces"), "no figures were asked for")
+    skipped = {}
+    if not asks.heat(scene):
+        skipped["field"] = "no temperature is solved for"
+    if traces_reason(scene):
+        skipped["traces"] = traces_reason(scene)
+    return skipped
+
+
+def assemble(
+    scene: Scene, request: SolveRequest, solver_steps: tuple[Step, ...], notes: Mapping[str, str] | None = None
+) -> tuple[Step, ...]:
+    """The whole plan around the solver's lines; ``notes`` says of a figure why it could not be drawn."""
+    when = "steady" if scene.steady else "last"
+    drawn = {"field": f"the {when} temperature field, rendered off screen", "traces": "every probe against time"}
+    why = {
+        **{f"figure {name}": reason for name, reason in (skipped_figures(scene, request) | dict(notes or {})).items()},
+        "traces.csv": traces_reason(scene),
+        "field files": fields_reason(scene, request),
+    }
+    does = {
+        **{f"figure {name}": what for name, what in drawn.items()},
+        "traces.csv": "a column for each probe",
+        "field files": "fem3d.pvd with its .vtu files",
+    }
+    lines = (Step(name, "skipped" if why.get(name) else "done", why.get(name) or what) for name, what in does.items())
+    return (*solver_steps, *lines)
+
+
+def plan(scene: Scene, request: SolveRequest) -> tuple[Step, ...]:
+    """What `compare.solve.run.run` will do, before it does it."""
+    from fem3d.solve_scene import plan
+
+    return assemble(scene, request, plan(scene))

@@ -1,0 +1,67 @@
+"""summary.json of a free scene: everything about a run that a program may want, as plain numbers and texts."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from compare.folder import SCHEMA
+from compare.solve.scope import UNITS
+from compare.solve.traces import at
+from compare.summary import plain, provenance
+from scenes.free import as_dict
+
+if TYPE_CHECKING:
+    from compare.solve.outcome import SolveOutcome
+
+
+def write_summary(path: Path, outcome: SolveOutcome) -> None:
+    """Writes ``document`` of an outcome."""
+    path.write_text(json.dumps(document(outcome), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def document(outcome: SolveOutcome) -> dict[str, Any]:
+    """The summary as JSON types: full precision, and null for what is not a finite number."""
+    found = plain(
+        {
+            "schema": SCHEMA,
+            "scene": as_dict(outcome.scene),
+            "plan": [asdict(step) for step in outcome.plan],
+            "provenance": provenance(),
+            "fem3d": _fem3d(outcome),
+            "warnings": list(outcome.warnings),
+            "files": list(outcome.files),
+            "timing_s": outcome.timing,
+        }
+    )
+    assert isinstance(found, dict)
+    return found
+
+
+def _fem3d(outcome: SolveOutcome) -> dict[str, Any]:
+    """Steady values of the probes with their errors; of a transient the errors, and the values at the times asked for
+    and the last one."""
+    scene, result, details = outcome.scene, outcome.result, outcome.result.details
+    found: dict[str, Any] = {
+        "units": {probe.name: UNITS[probe.quantity] for probe in scene.probes},
+        "steady": {name: {"value": e.value, "error": e.error} for name, e in result.steady.items()},
+        "energy_imbalance": details["energy_imbalance"],
+        "dofs": details["unknowns"],
+        "steps": details["steps"],
+        "levels": details["levels"],
+        "symmetry": details["symmetry"],
+        "mesh": details["mesh"],
+    }
+    if result.traces is not None:
+        times = np.array(sorted({*scene.output_times, scene.end_time}))
+        found["transient"] = {
+            "errors": result.traces.errors,
+            "imbalance": details.get("transient_imbalance"),
+            "time_s": times,
+            "values": {probe.name: at(result.traces, probe.name, times) for probe in scene.probes},
+        }
+    return found

@@ -1,0 +1,49 @@
+"""The probes of a free scene against time: a panel for each quantity."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from compare.drawing import new_figure
+from compare.solve.scope import UNITS
+from compare.solve.table import cut
+from compare.solve.traces import traces_of
+from compare.words import scale
+from scenes.model import Probe, Scene
+from scenes.result import Result
+
+_COLOURS = ("#8b1a1a", "#3a86c8", "#f0a030", "#5e3c99", "#2a7f62", "#b04f8c", "#707070")
+_DASHES = ("-", (0, (5, 2.5)), (0, (1.5, 1.5)))
+_TIMES = ((1.0, "s"), (1e3, "ms"), (1e6, "µs"), (1e9, "ns"))
+_PANEL = 2.4  # inches
+
+
+def draw(scene: Scene, result: Result) -> Figure:
+    """Every probe with a band for its estimated error, on a common axis of time."""
+    traces = traces_of(result)
+    panels = [q for q in UNITS if any(probe.quantity == q for probe in scene.probes)]
+    figure = new_figure(9.5, 0.9 + _PANEL * len(panels), f"{scene.name}: probes against time", [], left=0.9)
+    figure.subplots_adjust(right=0.78)
+    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    factor, unit = next((f, u) for f, u in _TIMES if scene.end_time * f >= 1 or u == "ns")
+    for ax, name in zip(axes, panels, strict=True):
+        probes = [probe for probe in scene.probes if probe.quantity == name]
+        largest = max(float(np.abs(traces.values[p.name]).max()) for p in probes)
+        times, shown = scale(largest, UNITS[name])
+        for number, probe in enumerate(probes):
+            _curve(ax, traces.time * factor, traces.values[probe.name] * times, traces.errors[probe.name] * times,
+                   probe, number)  # fmt: skip
+        ax.set_ylabel(f"{name.replace('_', ' ')} ({shown})")
+        ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=9)
+    axes[-1].set_xlabel(f"time ({unit})")
+    axes[-1].set_xlim(0.0, scene.end_time * factor)
+    return figure
+
+
+def _curve(ax: Any, times: np.ndarray, values: np.ndarray, error: float, probe: Probe, number: int) -> None:
+    colour, dash = _COLOURS[number % len(_COLOURS)], _DASHES[number // len(_COLOURS) % len(_DASHES)]
+    ax.plot(times, values, color=colour, ls=dash, label=cut(probe.name, 24))
+    ax.fill_between(times, values - error, values + error, color=colour, alpha=0.25, lw=0)

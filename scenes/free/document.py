@@ -1,0 +1,81 @@
+"""A scene file as tables of values: what stands in it, each key known and each value read by its kind."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from scenes.errors import SceneError, did_you_mean, printable, quoted
+from scenes.free.tables import LISTS, REQUIRED, SECTIONS
+from scenes.kinds import Kind
+
+
+@dataclass(frozen=True)
+class Item:
+    """One [[table]]: its name, what messages call it, and the values of the keys that it has."""
+
+    name: str
+    label: str
+    values: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Document:
+    """The values of a file: those of the single tables by table and key, and the items of the repeated ones."""
+
+    sections: dict[str, dict[str, Any]]
+    items: dict[str, tuple[Item, ...]]
+
+
+def read(document: Mapping[str, object]) -> Document:
+    """The values of a nested document; raises SceneError for what is unknown, missing, of the wrong type or out of
+    bounds, and for a name that is given twice."""
+    for name, given in document.items():
+        if name not in SECTIONS and name not in LISTS:
+            tables = [*(f"[{s}]" for s in SECTIONS), *(f"[[{t}]]" for t in LISTS)]
+            kind = "table" if isinstance(given, (Mapping, list)) else "key"
+            hint = did_you_mean(str(name), (*SECTIONS, *LISTS))
+            raise SceneError(f"unknown {kind} {printable(str(name))}: a free scene takes {', '.join(tables)}{hint}")
+    sections = {}
+    for section, kinds in SECTIONS.items():
+        table = document.get(section, {})
+        if not isinstance(table, Mapping):
+            raise SceneError(f"{section} = {quoted(table)} must be a section: [{section}] takes {', '.join(kinds)}")
+        sections[section] = _values(section, f"[{section}]", table, kinds)
+    return Document(sections, {name: _items(name, document.get(name, [])) for name in LISTS})
+
+
+def label_of(table: str, number: int, given: object) -> tuple[str, str]:
+    """The name of an item and what messages call it: box "arm", or box[2] where it has no name."""
+    named = isinstance(given, Mapping) and isinstance(given.get("name"), str)
+    name = str(given["name"]) if named and isinstance(given, Mapping) else f"{table}-{number}"
+    return name, f"{table} {quoted(name)}" if named else f"{table}[{number}]"
+
+
+def _items(table: str, given: object) -> tuple[Item, ...]:
+    if not isinstance(given, (list, tuple)) or not all(isinstance(item, Mapping) for item in given):
+        raise SceneError(f"{table} must be a list of tables: start each with [[{table}]]")
+    found: dict[str, Item] = {}
+    for number, item in enumerate(given, 1):
+        name, label = label_of(table, number, item)
+        values = _values(label, f"[[{table}]]", item, LISTS[table])
+        for key in REQUIRED[table]:
+            if key not in values:
+                raise SceneError(f"{label}.{key} is missing: every [[{table}]] needs {' and '.join(REQUIRED[table])}")
+        if name in found:
+            raise SceneError(f"{table}[{number}].name = {quoted(name)} is taken: give every {table} a name of its own")
+        found[name] = Item(name, label, values)
+    return tuple(found.values())
+
+
+def _values(path: str, table: str, given: Mapping[Any, object], kinds: Mapping[str, Kind]) -> dict[str, Any]:
+    found = {}
+    for key, value in given.items():
+        if key not in kinds:
+            raise SceneError(
+                f"unknown key {path}.{printable(str(key))} = {quoted(value)}: {table} takes {', '.join(kinds)}"
+                f"{did_you_mean(str(key), kinds)}"
+            )
+        found[key] = kinds[key].read(f"{path}.{key}", value)
+    return found

@@ -1,0 +1,52 @@
+"""Scenes in which nothing happens."""
+
+from __future__ import annotations
+
+from scenes.errors import SceneError
+from scenes.free import asks
+from scenes.free.boxes import conducting
+from scenes.free.grid import Grid
+from scenes.free.parts import connected, labels_at
+from scenes.model import Boundary, Box, Scene, Value
+
+
+def check(scene: Scene, grid: Grid) -> None:
+    """Refuses a scene that stays as it starts: all at the initial temperature, and no voltage across a conductor."""
+    if any(_heats(b, scene) for b in scene.boundaries) or any(_generates(b) for b in scene.boxes):
+        return
+    if _carries_current(scene, grid):
+        return
+    has = "no voltage across a conductor, " if asks.electric(scene) else ""
+    raise SceneError(
+        f"nothing happens in this scene: it has {has}no heat source, no flux, and no temperature other than "
+        f"scene.initial_temperature = {scene.initial_temperature:g} K: give at least one"
+    )
+
+
+def _heats(boundary: Boundary, scene: Scene) -> bool:
+    initial = scene.initial_temperature
+    if boundary.kind == "temperature":
+        return _other_than(boundary.value, initial)
+    if boundary.kind == "heat_flux":
+        return not asks.is_zero(boundary.value)
+    return boundary.kind == "convection" and boundary.value != 0 and _other_than(boundary.ambient, initial)
+
+
+def _generates(box: Box) -> bool:
+    return not asks.is_zero(box.heat_source)
+
+
+def _other_than(value: Value, fixed: float) -> bool:
+    return any(v != fixed for v in asks.values(value))
+
+
+def _carries_current(scene: Scene, grid: Grid) -> bool:
+    electrodes = [b for b in scene.boundaries if b.kind == "voltage"]
+    if len({b.value for b in electrodes}) < 2:
+        return False
+    labels = connected(grid, conducting(scene))
+    levels: dict[int, set[Value]] = {}
+    for boundary in electrodes:
+        for label in labels_at(scene, grid, labels, boundary):
+            levels.setdefault(label, set()).add(boundary.value)
+    return any(len(found) > 1 for found in levels.values())

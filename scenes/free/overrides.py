@@ -1,0 +1,62 @@
+"""Overrides of a free scene: "run.accuracy=1e-4", and "boundary.left.voltage=2" for an item by its name."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from scenes.errors import SceneError, did_you_mean, printable, quoted
+from scenes.free.document import label_of
+from scenes.free.tables import LISTS, SECTIONS
+from scenes.overrides import toml_value
+
+
+def override(document: Mapping[str, Any], settings: Sequence[str]) -> dict[str, Any]:
+    """A nested document with the settings put over it, in their order; the one that is given stays as it is.
+
+    Raises SceneError for a setting without "=" or value, and for a table or an item that does not exist.
+    """
+    found = copy.deepcopy(dict(document))
+    for setting in settings:
+        key, equals, text = (part.strip() for part in setting.partition("="))
+        if not equals or not key or not text:
+            raise SceneError(f"{quoted(setting)} sets nothing: give KEY=VALUE, such as run.accuracy=1e-4")
+        table, _, rest = key.partition(".")
+        if table in SECTIONS and rest:
+            section = found.setdefault(table, {})
+            if isinstance(section, dict):
+                section[rest] = toml_value(text)
+        elif table in LISTS and "." in rest:
+            item, path = _find(table, rest, found.get(table, []))
+            _put(item, path, toml_value(text))
+        else:
+            known = [*(f"{s}.KEY" for s in SECTIONS), *(f"{t}.NAME.KEY" for t in LISTS)]
+            raise SceneError(
+                f"{printable(key)} = {quoted(text)} is not a key of a free scene: give {', '.join(known)}"
+                f"{did_you_mean(table, (*SECTIONS, *LISTS))}"
+            )
+    return found
+
+
+def _find(table: str, rest: str, items: object) -> tuple[dict[str, Any], list[str]]:
+    """The item whose name ``rest`` starts with, and the key after it; names may have dots in them."""
+    names: dict[str, dict[str, Any]] = {}
+    for number, item in enumerate(items if isinstance(items, list) else [], 1):
+        if isinstance(item, dict):
+            names[label_of(table, number, item)[0]] = item
+    for name in sorted(names, key=len, reverse=True):
+        if rest.startswith(f"{name}."):
+            return names[name], rest.removeprefix(f"{name}.").split(".")
+    wanted = rest.rpartition(".")[0]
+    known = f"give {', '.join(map(quoted, names))}" if names else "it has none"
+    raise SceneError(f"the scene has no {table} {quoted(wanted)}: {known}{did_you_mean(wanted, names)}")
+
+
+def _put(item: dict[str, Any], path: list[str], value: object) -> None:
+    """Sets a key, or one within a table such as convection; a condition given so takes the place of no other."""
+    *tables, key = path
+    for table in tables:
+        inner = item.get(table)
+        item[table] = item = dict(inner) if isinstance(inner, Mapping) else {}
+    item[key] = value

@@ -1,0 +1,96 @@
+"""Parts of the solid, and of its conductors, that nothing acts on or that heat cannot leave."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from scenes.errors import SceneError
+from scenes.free import asks, words
+from scenes.free.boxes import conducting, solid
+from scenes.free.conditions import acting, sheet_of
+from scenes.free.grid import VOID, Grid
+from scenes.model import Boundary, Scene
+
+
+def check(scene: Scene, grid: Grid) -> None:
+    """Refuses, by their boxes' names, conductors without a fixed voltage, floating parts and parts without an exit."""
+    if asks.electric(scene):
+        labels = connected(grid, conducting(scene))
+        _refuse(scene, grid, labels, _touched(scene, grid, labels, lambda b: b.kind == "voltage"), _UNFIXED)
+    labels = connected(grid, solid(scene))
+    acted = _touched(scene, grid, labels, lambda b: True)
+    acted |= _sources(scene, grid, labels)
+    _refuse(scene, grid, labels, acted, _FLOATING)
+    if scene.steady and asks.heat(scene):
+        _refuse(scene, grid, labels, _touched(scene, grid, labels, is_exit), _KEPT)
+
+
+_UNFIXED = (
+    "conducts, but no boundary fixes a voltage there|conduct, but no boundary fixes a voltage there",
+    "give one, or leave out its material's resistivity",
+)
+_FLOATING = (
+    "is joined to nothing that a boundary or a heat source acts on|are joined to nothing that a boundary or a heat "
+    "source acts on",
+    "let it touch the rest with a face, or give it a boundary",
+)
+_KEPT = (
+    "has no exit for heat, so there is no steady state|have no exit for heat, so there is no steady state",
+    "give a boundary with a temperature or a convection, or run.end_time in place of steady",
+)
+
+
+def connected(grid: Grid, wanted: np.ndarray) -> np.ndarray:
+    """(cells): a number from 1 on for each set of wanted cells that faces join, 0 elsewhere."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    inside = wanted[grid.owner]
+    number = np.cumsum(inside.ravel()).reshape(inside.shape) * inside
+    pairs = []
+    for axis in range(3):
+        low, high = (np.moveaxis(number, axis, 0)[s].ravel() for s in (slice(None, -1), slice(1, None)))
+        joined = (low > 0) & (high > 0)
+        pairs.append(np.stack([low[joined], high[joined]]) - 1)
+    rows, columns = np.concatenate(pairs, axis=1)
+    count = int(inside.sum())
+    graph = coo_array((np.ones(len(rows), bool), (rows, columns)), shape=(count, count))
+    found = np.zeros(inside.shape, int)
+    found[inside] = 1 + connected_components(graph, directed=False)[1]
+    return found
+
+
+def is_exit(boundary: Boundary) -> bool:
+    """Whether heat can leave by a boundary in the end."""
+    return boundary.kind == "temperature" or (boundary.kind == "convection" and boundary.value != 0)
+
+
+def labels_at(scene: Scene, grid: Grid, labels: np.ndarray, boundary: Boundary) -> set[int]:
+    """The labels of the cells on which a boundary acts."""
+    sheet = sheet_of(grid, boundary)
+    axis = next(d for d in range(3) if boundary.upper[d] - boundary.lower[d] <= grid.small[d])
+    # The labels in place of the owners, on the same faces.
+    beside = Grid(grid.planes, labels).sheet(axis, boundary.lower, boundary.upper)
+    acts = acting(scene, sheet, boundary.kind)
+    found = set(np.unique(beside.below[acts]).tolist()) | set(np.unique(beside.above[acts]).tolist())
+    return found - {0, VOID}
+
+
+def _touched(scene: Scene, grid: Grid, labels: np.ndarray, which: Callable[[Boundary], bool]) -> set[int]:
+    return set().union(*(labels_at(scene, grid, labels, b) for b in scene.boundaries if which(b)))
+
+
+def _sources(scene: Scene, grid: Grid, labels: np.ndarray) -> set[int]:
+    hot = np.array([*(not asks.is_zero(box.heat_source) for box in scene.boxes), False])
+    return set(np.unique(labels[hot[grid.owner]]).tolist()) - {0}
+
+
+def _refuse(scene: Scene, grid: Grid, labels: np.ndarray, fine: set[int], why: tuple[str, str]) -> None:
+    """Refuses the first part whose label is not among the fine ones."""
+    for label in range(1, int(labels.max()) + 1):
+        if label not in fine:
+            names = [scene.boxes[number].name for number in np.unique(grid.owner[labels == label])]
+            said = why[0].split("|")[len(names) > 1]
+            raise SceneError(f"{words.boxes(names)} {said}: {why[1]}")

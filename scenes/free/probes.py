@@ -1,0 +1,83 @@
+"""Probes of what is not there."""
+
+from __future__ import annotations
+
+from scenes.errors import SceneError, quoted
+from scenes.free.boxes import conducting, solid
+from scenes.free.conditions import sheet_of
+from scenes.free.grid import Grid, Sheet, flat_axis
+from scenes.free.words import extent, point
+from scenes.model import Probe, Scene
+
+
+def check(scene: Scene, grid: Grid) -> None:
+    """Refuses, by name, probes outside the solid or the conductors, and flows over what is not flat."""
+    for probe in scene.probes:
+        for axis in range(3):
+            if probe.upper[axis] < probe.lower[axis]:
+                raise SceneError(
+                    f"probe {quoted(probe.name)} has a negative extent, {extent(axis, probe.lower, probe.upper)}: give "
+                    "an upper corner above the lower one"
+                )
+        if probe.quantity in ("heat_flow", "current"):
+            _check_flow(scene, grid, probe)
+        else:
+            _check_field(scene, grid, probe)
+
+
+def _check_field(scene: Scene, grid: Grid, probe: Probe) -> None:
+    """A temperature or a potential, which is needed everywhere in the probe."""
+    there, owners = grid.inside(probe.lower, probe.upper), grid.cells(probe.lower, probe.upper)
+    flat = tuple(d for d in range(3) if probe.upper[d] - probe.lower[d] <= grid.small[d])
+    found = solid(scene)[owners].any(axis=flat)
+    if not there or not found.all():
+        where = point(probe.lower) if len(flat) == 3 else "everywhere in its box"
+        some = "lies outside the solid" if not there or not found.any() else "reaches outside the solid"
+        raise SceneError(f"probe {quoted(probe.name)} {some}: there has to be solid {_at(where)}")
+    if probe.quantity == "potential" and not conducting(scene)[owners].any(axis=flat).all():
+        raise SceneError(
+            f"probe {quoted(probe.name)} asks for the potential where nothing conducts: give a place in a conductor, "
+            "or its box's material a resistivity"
+        )
+
+
+def _check_flow(scene: Scene, grid: Grid, probe: Probe) -> None:
+    axis = flat_axis(grid, probe.lower, probe.upper)
+    what = probe.quantity.replace("_", " ")
+    if axis is None:
+        raise SceneError(
+            f"probe {quoted(probe.name)} asks for a {what} through what is not flat: give lower and upper corners that "
+            "are equal along exactly one of x, y, z"
+        )
+    sheet = grid.sheet(axis, probe.lower, probe.upper)
+    if not sheet.beside(solid(scene)).any():
+        raise SceneError(f"probe {quoted(probe.name)} lies outside the solid: give corners in it or on its surface")
+    if probe.quantity == "current" and not sheet.beside(conducting(scene)).any():
+        raise SceneError(
+            f"probe {quoted(probe.name)} asks for a current where nothing conducts: give a place in a conductor, or "
+            "its box's material a resistivity"
+        )
+    _refuse_mixed(scene, grid, probe, sheet)
+
+
+def _refuse_mixed(scene: Scene, grid: Grid, probe: Probe, sheet: Sheet) -> None:
+    """A sheet that passes through the solid and, elsewhere, along a surface with a condition that faces against the
+    axis: the one counts along the axis, the other against it."""
+    is_solid = solid(scene)
+    wanted = conducting(scene) if probe.quantity == "current" else is_solid
+    below, above = is_solid[sheet.below], is_solid[sheet.above]
+    inside = (below & above & sheet.beside(wanted)).any()
+    against = set(sheet.faces[below & ~above & sheet.beside(wanted)].tolist())
+    if not inside or not against:
+        return
+    electric = probe.quantity == "current"
+    for boundary in scene.boundaries:
+        if (boundary.kind == "voltage") == electric and against & set(sheet_of(grid, boundary).faces.ravel().tolist()):
+            raise SceneError(
+                f"probe {quoted(probe.name)} lies partly inside the solid, where it counts along the axis, and partly "
+                f"on boundary {quoted(boundary.name)}, where it counts into the solid: give one probe for each"
+            )
+
+
+def _at(where: str) -> str:
+    return where if where.startswith("everywhere") else f"at {where}"

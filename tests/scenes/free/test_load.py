@@ -1,0 +1,147 @@
+"""Reading free scenes: units, defaults, values that vary in time, overrides, and writing them back."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from scenes import examples
+from scenes.errors import SceneError
+from scenes.free import as_dict, asks, from_dict, load
+from scenes.free.toml import as_toml
+from scenes.loading import builtin_text
+from scenes.model import Schedule
+
+BAR = """
+[run]
+steady = true
+[[material]]
+name = "silicon"
+thermal_conductivity = 130
+[[box]]
+material = "silicon"
+lower = [0, 0, 0]
+upper = ["1 mm", "100 um", 2e-6]
+[[boundary]]
+lower = [0, 0, 0]
+upper = [0, 1, 1]
+temperature = "20 degC"
+[[boundary]]
+name = "hot end"
+lower = ["1 mm", 0, 0]
+upper = ["1 mm", "100 um", "2 um"]
+heat_flux = "1 W/m2"
+[[probe]]
+name = "end"
+at = ["1 mm", "50 um", "1 um"]
+"""
+
+
+def bar(*lines: str) -> dict:
+    return tomllib.loads("\n".join([BAR, *lines]))
+
+
+@pytest.mark.parametrize("name", examples.names())
+def test_examples_read_and_come_back(name: str) -> None:
+    scene = load(name)
+    assert scene.name == name
+    assert from_dict(json.loads(json.dumps(as_dict(scene)))) == scene
+    assert from_dict(tomllib.loads(as_toml(scene))) == scene
+
+
+def test_example_differs_from_an_edited_one(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text(builtin_text("bridge").replace('"200 um"', '"210 um"'))
+    assert load(tmp_path / "mine.toml").boxes[0].upper[1] == 210e-6
+
+
+def test_units_defaults_and_names() -> None:
+    scene = from_dict(bar(), "bar")
+    box, first, second = scene.boxes[0], *scene.boundaries
+    assert (scene.name, box.name, first.name, second.name) == ("bar", "box-1", "boundary-1", "hot end")
+    assert box.upper == (1e-3, 100e-6, 2e-6)
+    assert (first.kind, first.value) == ("temperature", 293.15)
+    assert (second.kind, second.value) == ("heat_flux", 1.0)
+    assert (scene.initial_temperature, scene.accuracy, scene.steady) == (293.0, 1e-3, True)
+    assert scene.probes[0].quantity == "temperature"
+
+
+def test_what_the_scene_does_not_need_may_be_left_out_and_is_not_written() -> None:
+    scene = from_dict(bar())
+    assert not asks.electric(scene)
+    assert asks.heat(scene)
+    assert not asks.capacity(scene)
+    (material,) = as_dict(scene)["material"]
+    assert material == {"name": "silicon", "thermal_conductivity": 130.0, "resistivity": "insulator"}
+
+
+def electric(steady: bool = True, coefficient: float = 0.0) -> dict:
+    """A bar of which only the resistance is asked."""
+    found = bar()
+    found["material"] = [{"name": "silicon", "resistivity": 6e-5, "temperature_coefficient": coefficient}]
+    found["run"] = {"steady": True} if steady else {"end_time": 1e-3}
+    for boundary, voltage in zip(found["boundary"], (1, 0), strict=True):
+        for key in ("temperature", "heat_flux"):
+            boundary.pop(key, None)
+        boundary["voltage"] = voltage
+    found["probe"] = [{"name": "i", "quantity": "current", "lower": [0, 0, 0], "upper": [0, 1e-4, 2e-6]}]
+    return found
+
+
+def test_electric_scene_needs_no_thermal_data_until_its_resistivity_follows_the_temperature() -> None:
+    scene = from_dict(electric())
+    assert asks.electric(scene)
+    assert not asks.heat(scene)
+    assert not asks.heat(from_dict(electric(coefficient=1e-3)))
+    assert not asks.heat(from_dict(electric(steady=False)))
+    with pytest.raises(SceneError, match=r'material "silicon".thermal_conductivity is missing'):
+        from_dict(electric(steady=False, coefficient=1e-3))
+
+
+def test_values_that_vary_in_time() -> None:
+    document = bar()
+    document["run"] = {"output_times": ["2 ms", 1e-3]}
+    document["material"][0] |= {"density": 2330, "specific_heat": 712}
+    document["boundary"][1]["heat_flux"] = {"times": [0, "1 us", "1 us"], "values": [0, "2 W/m2", 3]}
+    document["box"][0]["heat_source"] = {"times": [0], "values": ["1e9 W/m3"]}
+    scene = from_dict(document)
+    assert scene.boundaries[1].value == Schedule((0.0, 1e-6, 1e-6), (0.0, 2.0, 3.0))
+    assert scene.boxes[0].heat_source == Schedule((0.0,), (1e9,))
+    assert (scene.end_time, scene.output_times) == (2e-3, (1e-3, 2e-3))
+    assert from_dict(as_dict(scene)) == scene
+
+
+def test_overrides_reach_items_by_name() -> None:
+    scene = load(
+        "bridge",
+        [
+            "run.accuracy=1e-4", "scene.initial_temperature=20 degC", "material.polysilicon.resistivity=1e-5 ohm m",
+            "boundary.left electrode.voltage=5", "box.beam.heat_source={times=[0, 1], values=[0, 1]}",
+            "run.steady=false", "run.end_time=1ms", "probe.middle.reduce=max", "material.oxide.density=2200",
+            "material.oxide.specific_heat=700", "material.polysilicon.density=2330",
+            "material.polysilicon.specific_heat=700",
+        ],
+    )  # fmt: skip
+    assert (scene.accuracy, scene.initial_temperature, scene.end_time) == (1e-4, 293.15, 1e-3)
+    assert scene.boxes[0].material.resistivity == 1e-5
+    assert scene.boxes[0].heat_source == Schedule((0.0, 1.0), (0.0, 1.0))
+    assert scene.boundaries[1].value == 5.0
+    assert scene.probes[0].reduce == "max"
+    cooler = load("plate", ["boundary.right.convection.coefficient=10"])
+    assert [b.value for b in cooler.boundaries] == [373.15, 10.0, 750.0]
+    assert cooler.boundaries[1].ambient == 273.15
+
+
+def test_corners_that_differ_by_rounding_are_made_equal() -> None:
+    document = bar()
+    document["box"].append(
+        {"material": "silicon", "lower": [0.7e-3 + 0.3e-3 + 1e-16, 0, 0], "upper": [2e-3, 1e-4, 2e-6]}
+    )
+    document["boundary"][1] |= {"lower": [2e-3 + 1e-15, 0, 0], "upper": [2e-3, 1e-4, 2e-6]}
+    scene = from_dict(document)
+    assert scene.boxes[1].lower[0] == scene.boxes[0].upper[0] == scene.probes[0].lower[0]
+    assert scene.boundaries[1].lower == (2e-3, 0.0, 0.0)
+    assert scene.boundaries[0].upper == (0.0, 1e-4, 2e-6)
+    assert from_dict(as_dict(scene)) == scene

@@ -1,0 +1,312 @@
+"""Bad free scenes: each is refused in one sentence that names the part, and its twin that is fine is not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from scenes.errors import SceneError
+from scenes.free import from_dict, load
+from tests.scenes.test_refusals import refusal
+
+Document = dict[str, Any]
+
+
+def beam() -> Document:
+    """A conductor on a foot of oxide, heated by its current."""
+    return {
+        "run": {"steady": True},
+        "material": [
+            {"name": "metal", "thermal_conductivity": 100, "resistivity": 1e-5},
+            {"name": "oxide", "thermal_conductivity": 1},
+        ],
+        "box": [
+            {"name": "beam", "material": "metal", "lower": [0, 0, 0], "upper": [4, 1, 1]},
+            {"name": "foot", "material": "oxide", "lower": [0, 0, -1], "upper": [1, 1, 0]},
+        ],
+        "boundary": [
+            {"name": "base", "lower": [0, 0, -1], "upper": [1, 1, -1], "temperature": 293},
+            {"name": "left", "lower": [0, 0, 0], "upper": [0, 1, 1], "voltage": 1},
+            {"name": "right", "lower": [4, 0, 0], "upper": [4, 1, 1], "voltage": 0},
+        ],
+        "probe": [{"name": "tip", "at": [4, 0.5, 0.5]}],
+    }
+
+
+def flat(name: str, lower: list, upper: list, **condition: Any) -> Document:
+    return {"name": name, "lower": lower, "upper": upper, **condition}
+
+
+def add(table: str, item: Document) -> Callable[[Document], None]:
+    return lambda document: document[table].append(item)
+
+
+def put(table: str, number: int, **values: Any) -> Callable[[Document], None]:
+    return lambda document: document[table][number].update(values)
+
+
+def drop(table: str, number: int, *keys: str) -> Callable[[Document], None]:
+    def change(document: Document) -> None:
+        for key in keys:
+            del document[table][number][key]
+
+    return change
+
+
+def both(*changes: Callable[[Document], None]) -> Callable[[Document], None]:
+    def change(document: Document) -> None:
+        for one in changes:
+            one(document)
+
+    return change
+
+
+def run(**values: Any) -> Callable[[Document], None]:
+    return lambda document: document.update(run=values)
+
+
+def island(**more: Any) -> Document:
+    return {"name": "island", "material": "oxide", "lower": [6, 0, 0], "upper": [7, 1, 1], **more}
+
+
+LID = {"lower": [0, 0, 1], "upper": [4, 1, 1]}
+AIR = {"coefficient": 5, "ambient": 300}
+
+REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
+    "unknown table": (lambda d: d.update(boxes=[]), ("unknown table boxes", 'did you mean "box"?')),
+    "unknown key": (put("boundary", 1, voltge=1), ('boundary "left".voltge = 1', 'did you mean "voltage"?')),
+    "single bracket": (lambda d: d.update(box=d["box"][0]), ("box must be a list of tables", "[[box]]")),
+    "no boxes": (lambda d: d.update(box=[]), ("no [[box]]",)),
+    "wrong unit": (
+        put("boundary", 1, voltage="2 um"), ('boundary "left".voltage = "2 um" is a length, not a voltage',),
+    ),
+    "unnamed boundary": (
+        both(drop("boundary", 1, "name"), put("boundary", 1, voltage="x")), ("boundary[2].voltage = ",),
+    ),
+    "flux in volts": (
+        both(drop("boundary", 1, "voltage"), put("boundary", 1, heat_flux="2 V")), ("not a heat flux", "100 W/m2"),
+    ),
+    "not a point": (put("box", 0, lower=[0, 0]), ('box "beam".lower = [0, 0] is not a point',)),
+    "bad coordinate": (put("box", 0, lower=[0, 0, "1 s"]), ('box "beam".lower[z] = "1 s" is a time',)),
+    "no upper": (drop("box", 0, "upper"), ('box "beam".upper is missing',)),
+    "flat box": (put("box", 0, upper=[4, 1, 0]), ('box "beam" has no extent, z from 0 m to 0 m',)),
+    "negative box": (put("box", 0, upper=[4, 1, -2]), ('box "beam" has a negative extent, z',)),
+    "sliver": (put("box", 1, upper=[1e-9, 1, 0]), ('box "foot" has no extent, x',)),
+    "unknown material": (put("box", 0, material="metl"), ('box "beam".material = "metl"', 'did you mean "metal"?')),
+    "two of a name": (put("box", 1, name="beam"), ('box[2].name = "beam" is taken',)),
+    "two materials": (put("material", 1, name="metal"), ('material[2].name = "metal" is taken',)),
+    "two probes": (add("probe", {"name": "tip", "at": [0, 0, 0]}), ('probe[2].name = "tip" is taken',)),
+    "bad name": (put("probe", 0, name="a,b"), ('"a,b" is not a name',)),
+    "name of the times": (put("probe", 0, name="time_s"), ("the column of times",)),
+    "covered box": (
+        add("box", {"name": "all", "material": "metal", "lower": [0, 0, -1], "upper": [1, 1, 0]}),
+        ('box "foot" is entirely covered',),
+    ),
+    "no conductivity": (
+        drop("material", 1, "thermal_conductivity"), ('material "oxide".thermal_conductivity is missing',),
+    ),
+    "no capacity": (run(end_time=1), ('material "metal".density is missing', "specific_heat")),
+    "negative resistivity": (
+        put("material", 0, temperature_coefficient=0.1, reference_temperature=350),
+        ('material "metal".temperature_coefficient', "scene.initial_temperature = 293 K", "above 0"),
+    ),
+    "not flat": (put("boundary", 1, upper=[1, 1, 1]), ('boundary "left" is not flat',)),
+    "a line": (put("boundary", 1, upper=[0, 0, 1]), ('boundary "left" is not flat',)),
+    "negative boundary": (put("boundary", 1, upper=[0, -1, 1]), ('boundary "left" has a negative extent, y',)),
+    "no condition": (drop("boundary", 1, "voltage"), ('boundary "left" has no condition', "heat_flux")),
+    "two conditions": (put("boundary", 1, temperature=1), ('boundary "left" has temperature and voltage',)),
+    "in the air": (put("boundary", 1, lower=[-1, 0, 0], upper=[-1, 1, 1]), ('boundary "left" touches no solid',)),
+    "beside": (put("boundary", 1, lower=[0, 2, 0], upper=[0, 3, 1]), ('boundary "left" touches no solid',)),
+    "touches an edge": (put("boundary", 1, lower=[0, 1, 0], upper=[0, 2, 1]), ('boundary "left" touches no solid',)),
+    "buried flux": (
+        add("boundary", flat("in", [0, 0, 0], [1, 1, 0], heat_flux=1)),
+        ('boundary "in".heat_flux has solid on both sides', "exposed"),
+    ),
+    "buried convection": (
+        add("boundary", flat("in", [2, 0, 0], [2, 1, 1], convection=AIR)), ('boundary "in".convection has solid',),
+    ),
+    "varying coefficient": (
+        add("boundary", {"name": "air", **LID, "convection": {"coefficient": {"times": [0], "values": [1]},
+                                                              "ambient": 1}}),
+        ('boundary "air".convection.coefficient may not vary in time',),
+    ),
+    "no ambient": (
+        add("boundary", {"name": "air", **LID, "convection": {"coefficient": 1}}), ("convection.ambient is missing",),
+    ),
+    "electrode on oxide": (
+        add("boundary", flat("low", [0, 0, -1], [1, 1, -1], voltage=1)),
+        ('boundary "low".voltage touches nothing that',),
+    ),
+    "electrodes at an edge": (
+        add("boundary", flat("top", [0, 0, 1], [1, 1, 1], voltage=2)), ('"left" and "top" touch', "1 V and 2 V"),
+    ),
+    "electrodes over one another": (
+        add("boundary", flat("again", [0, 0.5, 0], [0, 1, 1], voltage=2)), ('"left" and "again" touch',),
+    ),
+    "flux into a fixed temperature": (
+        add("boundary", flat("in", [0, 0, -1], [0.5, 1, -1], heat_flux=1)),
+        ('boundary "in".heat_flux lies where other boundaries fix the temperature',),
+    ),
+    "two temperatures": (
+        add("boundary", flat("warm", [0.5, 0, -1], [2, 1, -1], temperature=300)),
+        ('"base" and "warm" overlap', "300 K"),
+    ),
+    "probe outside": (put("probe", 0, at=[2, 0.5, -0.5]), ('probe "tip" lies outside the solid', "at [2 m, ")),
+    "probe beyond": (put("probe", 0, at=[9, 0.5, 0.5]), ('probe "tip" lies outside the solid',)),
+    "probe half outside": (
+        both(drop("probe", 0, "at"), put("probe", 0, lower=[0, 0, -1], upper=[4, 1, 1])),
+        ('probe "tip" reaches outside the solid',),
+    ),
+    "probe nowhere": (drop("probe", 0, "at"), ('probe "tip" has no place', "at = [x, y, z]")),
+    "probe twice": (put("probe", 0, lower=[0, 0, 0]), ('probe "tip" has at and lower',)),
+    "flow at a point": (
+        put("probe", 0, quantity="heat_flow"), ('probe "tip" asks for a heat flow through what is not',),
+    ),
+    "largest current": (put("probe", 0, quantity="current", reduce="max"), ('probe "tip".reduce = "max"',)),
+    "current in oxide": (
+        add("probe", flat("i", [0, 0, -0.5], [1, 1, -0.5], quantity="current")),
+        ('probe "i" asks for a current where',),
+    ),
+    "flow in the air": (
+        add("probe", flat("q", [2, 0, -0.5], [3, 1, -0.5], quantity="heat_flow")), ('probe "q" lies outside',),
+    ),
+    "potential in oxide": (
+        put("probe", 0, quantity="potential", at=[0.5, 0.5, -0.5]), ('probe "tip" asks for the potential where',),
+    ),
+    "flow both ways": (
+        both(add("boundary", {"name": "air", **LID, "convection": AIR}),
+             add("box", {"name": "knob", "material": "oxide", "lower": [0, 0, 1], "upper": [1, 1, 2]}),
+             add("probe", {"name": "up", **LID, "quantity": "heat_flow"})),
+        ('probe "up" lies partly inside the solid', 'boundary "air"'),
+    ),
+    "conductor without a voltage": (
+        add("box", {"name": "lead", "material": "metal", "lower": [0, 0, -2], "upper": [1, 1, -1]}),
+        ('box "lead" conducts', "leave out its material's resistivity"),
+    ),
+    "potential without electrodes": (
+        both(lambda d: d.update(boundary=d["boundary"][:1]), put("probe", 0, quantity="potential")),
+        ('box "beam" conducts, but no boundary',),
+    ),
+    "floating": (add("box", island()), ('box "island" is joined to nothing',)),
+    "touches with an edge": (
+        add("box", {"name": "corner", "material": "oxide", "lower": [4, 1, 0], "upper": [5, 2, 1]}),
+        ('box "corner" is joined to nothing',),
+    ),
+    "no exit": (add("box", island(heat_source=1)), ('box "island" has no exit for heat',)),
+    "no exit at all": (put("boundary", 0, lower=[1, 1, 0], upper=[1, 1, 0]), ('boundary "base" is not flat',)),
+    "convection of zero": (
+        both(drop("boundary", 0, "temperature"), put("boundary", 0, convection={"coefficient": 0, "ambient": 300})),
+        ('boxes "beam" and "foot" have no exit for heat',),
+    ),
+    "nothing happens": (put("boundary", 1, voltage=0), ("nothing happens", "no voltage across a conductor")),
+    "no time": (run(), ("neither how long nor steady",)),
+    "steady for a time": (run(steady=True, end_time=1), ("run.steady = true and run.end_time",)),
+    "steady at times": (run(steady=True, output_times=[1]), ("run.steady = true and run.output_times",)),
+    "times after the end": (run(end_time=1, output_times=[2]), ("run.end_time = 1 s is before",)),
+    "steady and varying": (
+        put("boundary", 1, voltage={"times": [0, 1], "values": [0, 1]}),
+        ('boundary "left".voltage varies in time', "run.end_time"),
+    ),
+    "lists of two lengths": (
+        put("box", 0, heat_source={"times": [0, 1], "values": [0]}),
+        ('box "beam".heat_source has 2 times and 1 values',),
+    ),
+    "decreasing times": (
+        put("box", 0, heat_source={"times": [1, 0], "values": [0, 1]}), ('box "beam".heat_source.times[2] = 0',),
+    ),
+    "no values": (put("box", 0, heat_source={"times": [1]}), ('box "beam".heat_source.values is missing',)),
+    "value of values": (
+        put("box", 0, heat_source={"times": [1], "values": ["1 V"]}), ('heat_source.values[1] = "1 V" is a voltage',),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_refused_in_one_sentence(case: str) -> None:
+    change, said = REFUSED[case]
+    document = beam()
+    change(document)
+    message = refusal(from_dict, document)
+    for words in said:
+        assert words in message
+
+
+ALLOWED: dict[str, Callable[[Document], None]] = {
+    "as it is": lambda d: None,
+    "electrodes apart": add("boundary", flat("top", [2, 0, 1], [3, 1, 1], voltage=2)),
+    "electrodes of one voltage": add("boundary", flat("top", [0, 0, 1], [1, 1, 1], voltage=1)),
+    "electrode inside": put("boundary", 1, lower=[2, 0, 0], upper=[2, 1, 1]),
+    "electrode larger than its face": put("boundary", 1, lower=[0, -9, -9], upper=[0, 9, 9]),
+    "temperatures side by side": add("boundary", flat("side", [0, 0, -1], [0, 1, -0.5], temperature=300)),
+    "the same temperature over itself": add("boundary", flat("again", [0.5, 0, -1], [2, 1, -1], temperature=293)),
+    "flux into a fixed temperature and beside it": add(
+        "boundary", flat("in", [0, 0, -1], [0, 1, 1], heat_flux=1)
+    ),
+    "flux where partly exposed": add("boundary", flat("under", [0, 0, 0], [4, 1, 0], heat_flux=1)),
+    "probe on a corner": put("probe", 0, at=[4, 1, 1]),
+    "probe within rounding": put("probe", 0, at=[4 + 1e-10, 1, 1]),
+    "current through a section": add("probe", flat("i", [2, -5, -5], [2, 5, 5], quantity="current")),
+    "island that is heated and cooled": both(
+        add("box", island(heat_source=1)), add("boundary", flat("air", [6, 0, 1], [7, 1, 1], convection=AIR)),
+    ),
+    "conductor that is insulated": add(
+        "box", {"name": "lead", "material": "oxide", "lower": [0, 0, -2], "upper": [1, 1, -1]}
+    ),
+    "library of materials": add("material", {"name": "unused"}),
+    "box cut by a later one": add(
+        "box", {"name": "ring", "material": "oxide", "lower": [2, 0, 0], "upper": [3, 1, 0.5]}
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", ALLOWED)
+def test_twins_of_what_is_refused(case: str) -> None:
+    document = beam()
+    ALLOWED[case](document)
+    from_dict(document)
+
+
+def test_transient_needs_no_exit_but_something_that_acts() -> None:
+    document = beam()
+    for material in document["material"]:
+        material |= {"density": 1000, "specific_heat": 700}
+    document |= {"run": {"end_time": 1}, "boundary": document["boundary"][1:]}
+    assert not from_dict(document).steady
+    document["box"].append(island())
+    assert 'box "island" is joined to nothing' in refusal(from_dict, document)
+
+
+@pytest.mark.parametrize(
+    ("setting", "said"),
+    [
+        ("boundary.lft electrode.voltage=1", ('no boundary "lft electrode"', 'did you mean "left electrode"?')),
+        ("boundry.left.voltage=1", ("boundry.left.voltage", 'did you mean "boundary"?')),
+        ("run.acuracy=1", ("unknown key run.acuracy", 'did you mean "accuracy"?')),
+        ("run.accuracy=1", ("run.accuracy = 1 is out of range",)),
+        ("voltage", ("sets nothing",)),
+        ("box.beam.lower=1", ('box "beam".lower = 1 is not a point',)),
+    ],
+)
+def test_refused_overrides(setting: str, said: tuple[str, ...]) -> None:
+    message = refusal(load, "bridge", [setting])
+    for words in said:
+        assert words in message
+
+
+@pytest.mark.parametrize("text", ["[[box]", "\xff", "a = 1", ""])
+def test_files_that_are_no_scene(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_bytes(text.encode("latin-1"))
+    refusal(load, path)
+
+
+def test_too_many_planes_is_refused_before_the_memory_is_gone() -> None:
+    boxes = [
+        {"name": f"b{i}", "material": "m", "lower": [i, i, i], "upper": [i + 1.5, i + 1.5, i + 1.5]} for i in range(400)
+    ]
+    document = {"run": {"steady": True}, "material": [{"name": "m", "thermal_conductivity": 1}], "box": boxes}
+    with pytest.raises(SceneError, match="cells"):
+        from_dict(document)
