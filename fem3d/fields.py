@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from fem3d.operators import HeatProblem
 from fem3d.steady import SteadyState
 from fem3d.transient import Transient
 from meshes.symmetry import Symmetry
@@ -18,13 +19,15 @@ class Fields:
     The solved part stands once for each of its mirror images; images share no points.
     """
 
-    def __init__(self, state: SteadyState, symmetry: Symmetry, transient: Transient | None) -> None:
-        self._state, self._symmetry, self._transient = state, symmetry, transient
+    def __init__(
+        self, heat: HeatProblem, state: SteadyState | None, symmetry: Symmetry, transient: Transient | None
+    ) -> None:
+        self._heat, self._state, self._symmetry, self._transient = heat, state, symmetry, transient
 
     @cached_property
     def _part(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Points, hexahedra, the box of each hexahedron, and the unknown at each point."""
-        mesh, number = self._state.heat.mesh, self._state.heat.number
+        mesh, number = self._heat.mesh, self._heat.number
         points, hexes, boxes, nodes = hexahedra(mesh)
         return points, hexes, boxes, number[nodes]
 
@@ -54,18 +57,20 @@ class Fields:
     @cached_property
     def material_names(self) -> list[str]:
         """Names of the materials, in the order of ``material``."""
-        return list(dict.fromkeys(b.material.name for b in self._state.heat.mesh.boxes))
+        return list(dict.fromkeys(b.material.name for b in self._heat.mesh.boxes))
 
     @cached_property
     def material(self) -> np.ndarray:
         """(m,): the material of each hexahedron."""
-        boxes = self._state.heat.mesh.boxes
+        boxes = self._heat.mesh.boxes
         of_box = np.array([self.material_names.index(b.material.name) for b in boxes])
         return np.tile(of_box[self._part[2]], self._symmetry.copies)
 
     @cached_property
     def steady(self) -> np.ndarray:
-        """(n,) in K."""
+        """(n,) in K; ValueError where the run has no steady state."""
+        if self._state is None:
+            raise ValueError("the run has no steady state")
         return self._whole(self._state.rise[None])[0]
 
     def at(self, times: np.ndarray) -> np.ndarray:
@@ -75,6 +80,6 @@ class Fields:
         return self._whole(self._transient.rises(np.asarray(times, dtype=float)))
 
     def _whole(self, rises: np.ndarray) -> np.ndarray:
-        heat = self._state.heat
+        heat = self._heat
         nodal = heat.whole(rises)
         return heat.scene.initial_temperature + np.tile(nodal[:, self._part[3]], (1, self._symmetry.copies))

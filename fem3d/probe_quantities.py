@@ -1,8 +1,8 @@
 """The quantities of a free scene: its probes, temperatures in K, potentials in V, heat flows in W, currents in A.
 
 An error is relative to the largest rise of the probe (above the coldest given temperature, or above the start), but to
-no less than a tenth of the largest rise in the scene; of a potential to the span of the voltages; of a flow or a current
-to its own size, but to no less than a hundredth of what passes the scene.
+no less than a tenth of the largest rise in the scene; of a potential to the span of the voltages; of a flow or a
+current to its own size, but to no less than a hundredth of what passes the scene.
 """
 
 from __future__ import annotations

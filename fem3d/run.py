@@ -56,7 +56,7 @@ def solve(
         "profile": _profile(sink, state, part),
         "sink": sink,
         "answer": answer,
-        "fields": Fields(answer.fine.state, part, None if response is None else response.transient),
+        "fields": Fields(state.heat, state, part, None if response is None else response.transient),
     }
     return Result("fem3d", steady, traces, details)
 

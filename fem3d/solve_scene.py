@@ -54,7 +54,7 @@ def _steady(study: Study, scene: Scene, say: Callable[[str], None]) -> Result:
         "transient_imbalance": None,
         "mesh": statistics.of(state.heat.mesh),
         "plan": plan(scene),
-        "fields": Fields(state, study.part, None),
+        "fields": Fields(state.heat, state, study.part, None),
     }
     return Result("fem3d", found, None, details)
 
@@ -71,7 +71,7 @@ def _transient(study: Study, scene: Scene, say: Callable[[str], None]) -> Result
         "accurate_from_s": study.earliest,
         "mesh": statistics.of(heat.mesh),
         "plan": plan(scene),
-        "fields": Fields(None, study.part, response.transient),
+        "fields": Fields(heat, None, study.part, response.transient),
     }
     return Result("fem3d", {}, Traces(response.times, response.traces, response.errors), details)
 
