@@ -37,8 +37,7 @@ class Features:
 def features(scene: Scene) -> Features:
     """The features of a scene."""
     planes = [scene_planes(scene, d) for d in range(3)]
-    x, y, z = (Axis(np.array(p), np.ones(len(p) - 1, dtype=int)) for p in planes)
-    a, b, c = singular.exponents(BrickMesh((x, y, z), scene.boxes))
+    a, b, c = singular.exponents(scene)
     return Features((planes[0][1:-1], planes[1][1:-1], planes[2][1:-1]), (a, b, c))
 
 

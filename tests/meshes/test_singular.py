@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from meshes.singular import exponent
+from meshes.singular import exponent, exponents
+from scenes.model import Boundary, Box, Material, Scene
 
 
 @pytest.mark.parametrize(
@@ -39,3 +40,32 @@ def test_half_a_plane_on_a_quarter_of_another_material(ratio):
 
 def test_only_ratios_matter():
     assert abs(exponent((5e3, 2e3, 1e3, 0.0)) - exponent((5.0, 2.0, 1.0, 0.0))) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("quadrants", "rays", "expected"),
+    [
+        ((1, 1, 0, 0), (1, 0, 0, 0), 1 / 2),  # the rim of an electrode on a flat face
+        ((1, 1, 0, 0), (1, 0, 1, 0), 1.0),
+        ((1, 0, 0, 0), (1, 0, 0, 0), 1.0),
+        ((1, 0, 0, 0), (1, 1, 0, 0), 2.0),
+        ((1, 1, 1, 0), (1, 0, 0, 0), 1 / 3),
+        ((1, 1, 1, 0), (1, 0, 0, 1), 2 / 3),
+        ((1, 1, 1, 1), (0, 1, 0, 0), 1 / 2),  # the edge of a sheet inside
+        ((1, 1, 1, 1), (0, 1, 0, 1), 1.0),
+    ],
+)
+def test_wedges_with_given_values(quadrants, rays, expected):
+    assert abs(exponent(tuple(map(float, quadrants)), tuple(map(bool, rays))) - expected) < 2e-4
+
+
+def test_the_rim_of_a_partial_electrode_is_found_and_the_rim_of_a_whole_face_is_not():
+    box = Box("b", Material("m", 1.0, 1.0, 1.0, 1.0), (0.0, 0.0, 0.0), (4.0, 4.0, 1.0))
+    ground = Boundary("g", "voltage", (0.0, 0.0, 0.0), (4.0, 4.0, 0.0), 0.0)
+    part = Boundary("e", "voltage", (1.0, 1.0, 1.0), (2.0, 3.0, 1.0), 1.0)
+    x, y, z = exponents(Scene("s", (box,), (ground, part), ()))
+    assert sorted(x) == [1.0, 2.0]
+    assert sorted(y) == [1.0, 3.0]
+    assert z == pytest.approx({1.0: 0.5}, abs=1e-4)
+    whole = Boundary("e", "voltage", (0.0, 0.0, 1.0), (4.0, 4.0, 1.0), 1.0)
+    assert exponents(Scene("s", (box,), (ground, whole), ())) == [{}, {}, {}]
