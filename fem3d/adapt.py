@@ -227,8 +227,8 @@ def steady_errors(
 def _goals(study: Study, fine: Solution, snapshots: list[np.ndarray], features: Features) -> dict[str, Indicators]:
     state = fine.state
     potentials = [] if state.potential is None else [state.potential]
-    caused = {q: abs(float(fine.quantities[q])) or scale for q, scale in study.steady_scales(fine.out).items()}
-    return goals_of(study, state.heat, state.conductor, potentials, [state.rise, *snapshots], caused, features)
+    scales = study.steady_scales(fine.out)
+    return goals_of(study, state.heat, state.conductor, potentials, [state.rise, *snapshots], scales, features)
 
 
 def goals_of(
@@ -237,14 +237,14 @@ def goals_of(
     conductor: Conductor | None,
     potentials: list[np.ndarray],
     rises: list[np.ndarray],
-    caused: dict[str, float],
+    scales: dict[str, float],
     features: Features,
 ) -> dict[str, Indicators]:
     """Where the errors of the study's goals come from, the last of the rises being the one that extremes are read at;
-    ``caused`` is how large what the current causes in a quantity may be."""
+    ``scales`` are how large what the current causes in a quantity may be."""
     by_name = {p.name: p for p in study.part.scene.probes}
     rows = {q: outputs.goal(heat, by_name[probe], rises[-1]) for q, probe in study.goals.items()}
-    return indicators.of_goals(heat, conductor, potentials, rises, rows, caused, features)
+    return indicators.of_goals(heat, conductor, potentials, rises, rows, scales, features)
 
 
 def weighted(goals: dict[str, Indicators], scales: dict[str, float]) -> list[np.ndarray]:

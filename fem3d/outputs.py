@@ -38,7 +38,7 @@ def of_steady(state: SteadyState, symmetry: Symmetry) -> Outputs:
     for probe in heat.scene.probes:
         if _is_linear(probe):
             row = _linear(heat, probe)
-            read[probe.name] = row.per_rise @ state.rise - row.entering @ g
+            read[probe.name] = row.per_rise @ state.rise + row.entering @ g + sum(flows[b] for b in row.boundaries)
         elif probe.quantity == "temperature":
             extreme = _extreme(heat, probe)
             read[probe.name] = np.array(extreme.of(extreme.sampled(state.rise[:, None]), g))
@@ -66,14 +66,16 @@ def of_transient(transient: Transient, symmetry: Symmetry, times: np.ndarray) ->
         found: np.ndarray = states @ (row[: heat.free] @ basis) + inputs_now @ (lifts @ row)
         return found
 
+    c = reduced.currents(a, g) if base.patterns else np.zeros((len(times), 0))
     flows = {}
     for name, (per_rise, per_rate) in heat.fixed_rows.items():
         given = g @ heat.loads[:, heat.fixed_sets[name]].sum(axis=1)
         flows[name] = along(per_rise, a, g) + along(per_rate, rates, changing) - given
+        if name in reduced.at_held:
+            flows[name] -= _joule(reduced.at_held[name], c, a, g)
     for name, film in heat.films.items():
         flows[name] = g @ film.entering + along(film.per_kelvin, a, g)
     read: Outputs = {}
-    c = reduced.currents(a, g) if base.patterns else np.zeros((len(times), 0))
     currents = {
         name: c @ np.array([p.currents[name] for p in base.patterns])
         for name in (base.patterns[0].currents if base.patterns else {})
@@ -81,7 +83,7 @@ def of_transient(transient: Transient, symmetry: Symmetry, times: np.ndarray) ->
     for probe in heat.scene.probes:
         if _is_linear(probe):
             row = _linear(heat, probe)
-            read[probe.name] = along(row.per_rise, a, g) + along(row.per_rate, rates, changing) - g @ row.entering
+            read[probe.name] = along(row.per_rise, a, g) + g @ row.entering + sum(flows[b] for b in row.boundaries)
         elif probe.quantity == "temperature":
             extreme = _extreme(heat, probe)
             fields = np.concatenate([heat.whole(basis.T), lifts]).T
@@ -91,14 +93,19 @@ def of_transient(transient: Transient, symmetry: Symmetry, times: np.ndarray) ->
             read[probe.name] = _potentials(transient, probe, times, g)
         elif probe.quantity == "current":
             read[probe.name] = np.array(_current(base.conductor, currents, probe)) * np.ones(len(times))
-    pairs = c[:, :, None] * c[:, None, :]
-    joule = {
-        name: np.einsum("tij,tij->t", pairs, np.tensordot(g, cold, (-1, 0)) + np.tensordot(a, warm, (-1, -1)))
-        for name, (cold, warm) in reduced.in_box.items()
-    }
+    joule = {name: _joule(tested, c, a, g) for name, tested in reduced.in_box.items()}
     found = _whole(symmetry, times, read, flows, currents, joule)
     power = np.einsum("tm,tm->t", c, g @ reduced.supply) if base.patterns else np.zeros(len(times))
     found["power"], found["generated"] = symmetry.copies * power, symmetry.copies * (g @ heat.generated)
+    return found
+
+
+def _joule(tested: tuple[np.ndarray, np.ndarray], c: np.ndarray, a: np.ndarray, g: np.ndarray) -> np.ndarray:
+    """(times,): the Joule heat (W) of a box, or at held nodes."""
+    cold, warm = tested
+    pairs = c[:, :, None] * c[:, None, :]
+    resistance = np.tensordot(g, cold, (-1, 0)) + np.tensordot(a, warm, (-1, -1))
+    found: np.ndarray = np.einsum("tij,tij->t", pairs, resistance)
     return found
 
 
@@ -116,7 +123,7 @@ def goal(state_heat: HeatProblem, probe: Probe, rise: np.ndarray) -> np.ndarray 
     if probe.quantity not in ("temperature", "heat_flow"):
         return None
     if _is_linear(probe):
-        return _linear(state_heat, probe).per_rise[: state_heat.free]
+        return _linear(state_heat, probe).row(state_heat)[: state_heat.free]
     extreme = _extreme(state_heat, probe)
     at = extreme.where(extreme.sampled(rise[:, None]), np.ones(1))
     point = Probe(probe.name, at, at)

@@ -1,7 +1,6 @@
 """What probes read off a temperature field: means, heat flows and extremes.
 
-Means and heat flows are linear: a row for the rise, for a flow also one for its rate (heat that is stored at nodes of
-given temperature) and what enters at no rise. The flow of a whole boundary is its reaction, which converges twice as
+Means and heat flows are linear: a row for the rise, for a flow also what enters at no rise. The flow of a whole boundary is its reaction, which converges twice as
 fast as the gradient; elsewhere the gradient is integrated.
 """
 
@@ -22,35 +21,36 @@ SAMPLES = 2  # times the degree plus one: points of an interval at which an extr
 
 @dataclass(frozen=True, eq=False)
 class Linear:
-    """value = per_rise @ rise + per_rate @ rate - entering @ g, with rows over all nodes."""
+    """value = per_rise @ rise + entering @ g + the flows of some boundaries of given temperature; a row over all nodes."""
 
     per_rise: np.ndarray
-    per_rate: np.ndarray
     entering: np.ndarray
+    boundaries: tuple[str, ...] = ()
+
+    def row(self, heat: HeatProblem) -> np.ndarray:
+        """(all nodes,): how the value follows the rise."""
+        found: np.ndarray = sum((heat.fixed_rows[name][0] for name in self.boundaries), self.per_rise)
+        return found
 
 
 def linear(heat: HeatProblem, probe: Probe) -> Linear:
     """The mean rise (K) or the heat flow (W) of a probe."""
-    none, still = np.zeros(heat.size), np.zeros(heat.inputs.count)
+    still = np.zeros(heat.inputs.count)
     if probe.quantity == "temperature":
-        return Linear(mean_row(heat, probe, heat.number, heat.size), none, still)
+        return Linear(mean_row(heat, probe, heat.number, heat.size), still)
     within = [b for b in heat.scene.boundaries if b.kind != "voltage" and _overlap(heat, b, probe)]
     cut = any(b.kind == "temperature" and not covers(heat.mesh, probe, b) for b in within)
     if cut or not heat.mesh.faces(probe.lower, probe.upper, exposed=True):
-        return Linear(_gradient(heat, probe), none, still)
-    per_rise, per_rate, entering = none, none.copy(), still
+        return Linear(_gradient(heat, probe), still)
+    per_rise, entering = np.zeros(heat.size), still
     for b in within:
-        if b.kind == "temperature":
-            rise, rate = heat.fixed_rows[b.name]
-            per_rise, per_rate = per_rise + rise, per_rate + rate
-            entering = entering + heat.loads[:, heat.fixed_sets[b.name]].sum(axis=1)
-        else:
+        if b.kind != "temperature":
             shared = _integral(heat, _meet(max, b.lower, probe.lower), _meet(min, b.upper, probe.upper))
             film, share = heat.films[b.name], shared.sum() / _integral(heat, b.lower, b.upper).sum()
             if isinstance(b.value, float | int) and b.kind == "convection":
                 per_rise = per_rise - b.value * shared
-            entering = entering - share * film.entering
-    return Linear(per_rise, per_rate, entering)
+            entering = entering + share * film.entering
+    return Linear(per_rise, entering, tuple(b.name for b in within if b.kind == "temperature"))
 
 
 def _gradient(heat: HeatProblem, probe: Probe) -> np.ndarray:

@@ -32,7 +32,8 @@ class Reduced:
     The inputs' channels come first: ``source`` (channels, r), ``supply`` (channels, m), and for pairs (i, j) of current
     fields ``cold`` (channels, m, m) and ``warm`` (m, m, r), which make up A, ``cold_load`` (channels, m, m, r) and
     ``warm_load`` (m, m, r, r), the Joule heat. ``in_box`` holds cold and warm for the heat of each conducting box
-    alone. ``inertia`` (channels, r): M of the lifts, tested with each field.
+    alone, ``at_held`` for that which falls to the nodes of a boundary of given temperature. ``inertia`` (channels, r):
+    M of the lifts, tested with each field.
     """
 
     basis: np.ndarray
@@ -45,6 +46,7 @@ class Reduced:
     cold_load: np.ndarray
     warm_load: np.ndarray
     in_box: dict[str, tuple[np.ndarray, np.ndarray]]
+    at_held: dict[str, tuple[np.ndarray, np.ndarray]]
 
     @property
     def states(self) -> int:
@@ -57,6 +59,7 @@ class Reduced:
             self, source=g[None] @ self.source, inertia=g[None] @ self.inertia, supply=g[None] @ self.supply,
             cold=_weighted(g[None], self.cold), cold_load=_weighted(g[None], self.cold_load),
             in_box={name: (_weighted(g[None], cold), warm) for name, (cold, warm) in self.in_box.items()},
+            at_held={name: (_weighted(g[None], cold), warm) for name, (cold, warm) in self.at_held.items()},
         )  # fmt: skip
 
     def dissipation(self, a: np.ndarray, g: np.ndarray | None = None) -> np.ndarray:
@@ -116,12 +119,19 @@ def project(
     cold, warm = np.zeros((channels, m, m)), np.zeros((m, m, r))
     cold_load, warm_load = np.zeros((channels, m, m, r)), np.zeros((m, m, r, r))
     in_box: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+    at_held: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+    held = _held(heat)
     if conductor is not None:
         for number, (block, parts) in enumerate(zip(conductor.blocks, conductor.parts, strict=True)):
             at_room, per_kelvin = law(conductor.material(block), heat.scene)
             fields_here = np.stack([tensor.values(parts, heat.on_block(block, u)).ravel() for u in basis.T], axis=1)
             lifts_here = {c: tensor.values(parts, heat.on_block(block, lifts[c])).ravel() for c in lifted}
             weight = tensor.weights(parts).ravel()
+            falls = {
+                n: v for n, u in held.items() if (v := tensor.values(parts, heat.on_block(block, u)).ravel()).any()
+            }
+            for name in falls:
+                at_held.setdefault(name, (np.zeros((channels, m, m)), np.zeros((m, m, r))))
             cold_here, warm_here = np.zeros((channels, m, m)), np.zeros((m, m, r))
             for i in range(m):
                 for j in range(i + 1):
@@ -135,6 +145,8 @@ def project(
                         for c, lift in lifts_here.items():
                             cold_here[c, i, j] += per_kelvin * float(heating @ lift)
                             cold_load[c, i, j] += per_kelvin * (heating * lift) @ fields_here
+                    for name, v in falls.items():
+                        _add_falling(at_held[name], (i, j), heating * v, (at_room, per_kelvin), fields_here, lifts_here)
                     if i != j:
                         cold_here[:, j, i] = cold_here[:, i, j]
                         cold_load[:, j, i], warm_load[j, i] = cold_load[:, i, j], warm_load[i, j]
@@ -143,7 +155,35 @@ def project(
             name = heat.mesh.boxes[block.box].name
             old = in_box.get(name, (np.zeros_like(cold), np.zeros((m, m, r))))
             in_box[name] = (old[0] + cold_here, old[1] + warm_here)
-    return Reduced(basis, stiffness, source, inertia, supply, cold, warm, cold_load, warm_load, in_box)
+    return Reduced(basis, stiffness, source, inertia, supply, cold, warm, cold_load, warm_load, in_box, at_held)
+
+
+def _held(heat: HeatProblem) -> dict[str, np.ndarray]:
+    """For each boundary of given temperature the field (all nodes) that is one at its nodes."""
+    found = {}
+    for name, nodes in heat.fixed_sets.items():
+        found[name] = np.zeros(heat.size)
+        found[name][nodes] = 1.0
+    return found
+
+
+def _add_falling(
+    into: tuple[np.ndarray, np.ndarray],
+    pair: tuple[int, int],
+    heating: np.ndarray,
+    resistivity: tuple[float, float],
+    fields: np.ndarray,
+    lifts: dict[int, np.ndarray],
+) -> None:
+    """Add the Joule heat of a pair of current fields that falls to held nodes, symmetric in the pair."""
+    cold, warm = into
+    (at_room, per_kelvin), (i, j) = resistivity, pair
+    first = per_kelvin * heating @ fields
+    for p, q in {(i, j), (j, i)}:
+        cold[0, p, q] += at_room * heating.sum()
+        warm[p, q] += first
+        for c, lift in lifts.items():
+            cold[c, p, q] += per_kelvin * float(heating @ lift)
 
 
 def orthonormal(heat: HeatProblem, fields: np.ndarray) -> np.ndarray:

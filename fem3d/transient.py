@@ -192,6 +192,7 @@ def truncate(reduced: Reduced, states: int) -> Reduced:
         warm=reduced.warm[..., keep], cold_load=reduced.cold_load[..., keep],
         warm_load=reduced.warm_load[..., keep, keep],
         in_box={name: (cold, warm[..., keep]) for name, (cold, warm) in reduced.in_box.items()},
+        at_held={name: (cold, warm[..., keep]) for name, (cold, warm) in reduced.at_held.items()},
     )  # fmt: skip
 
 
@@ -204,5 +205,6 @@ def diagonal(reduced: Reduced) -> tuple[Reduced, np.ndarray]:
         inertia=reduced.inertia @ modes,
         warm=reduced.warm @ modes, cold_load=reduced.cold_load @ modes, warm_load=warm_load,
         in_box={name: (cold, warm @ modes) for name, (cold, warm) in reduced.in_box.items()},
+        at_held={name: (cold, warm @ modes) for name, (cold, warm) in reduced.at_held.items()},
     )  # fmt: skip
     return modal, np.maximum(rates, 0.0)
