@@ -1,7 +1,7 @@
 """What probes read off a temperature field: means, heat flows and extremes.
 
-Means and heat flows are linear: a row for the rise, for a flow also what enters at no rise. The flow of a whole boundary is its reaction, which converges twice as
-fast as the gradient; elsewhere the gradient is integrated.
+Means and heat flows are linear: a row for the rise, for a flow also what enters at no rise. The flow of a whole boundary
+of given temperature is its reaction, which converges twice as fast as the gradient; elsewhere the gradient is integrated.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ SAMPLES = 2  # times the degree plus one: points of an interval at which an extr
 
 @dataclass(frozen=True, eq=False)
 class Linear:
-    """value = per_rise @ rise + entering @ g + the flows of some boundaries of given temperature; a row over all nodes."""
+    """value = per_rise @ rise + entering @ g + the flows of some boundaries of given temperature; rows over all nodes."""
 
     per_rise: np.ndarray
     entering: np.ndarray
