@@ -38,9 +38,12 @@ def write(outcome: Outcome, folder: Folder, renderer: Renderer, clock: Clock) ->
 
             names.append(write_traces(folder.partial / "traces.csv", outcome.fem3d, outcome.reduced1d))
         if not scope.fields_reason(request) and outcome.fem3d is not None:
-            from compare.fields import write_fields
+            from compare.fields import stored_times, write_fields
 
-            names += write_fields(folder.partial, outcome.sink, outcome.fem3d, request.transient)
+            times = stored_times(outcome.sink.end_time, request.field_times)
+            names += write_fields(
+                folder.partial, outcome.sink, outcome.fem3d, times if request.transient else times[:0]
+            )
     if drawn:
         with clock.stage("figures"):
             from compare.figures import draw

@@ -37,7 +37,13 @@ def assemble(
     else:
         steps.append(Step("traces.csv", "skipped", "only the steady state was asked for"))
     why = scope.fields_reason(request)
-    steps.append(Step("field files", "skipped" if why else "done", why or "fem3d.pvd with its .vtu files"))
+    steps.append(
+        Step(
+            "field files",
+            "skipped" if why else "done",
+            why or "fem3d.pvd with its .vtu files, and fem3d.vtkhdf where VTK can",
+        )
+    )
     return tuple(steps)
 
 

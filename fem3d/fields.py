@@ -1,8 +1,9 @@
-"""Temperature fields of the whole structure as linear hexahedra, for pictures and files."""
+"""Temperature fields of the whole structure: as linear hexahedra for pictures, as quadratic ones for files."""
 
 from __future__ import annotations
 
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +12,9 @@ from fem3d.steady import SteadyState
 from fem3d.transient import Transient
 from meshes.symmetry import Symmetry
 from meshes.unstructured import hexahedra
+
+if TYPE_CHECKING:
+    from fem3d.quadratic import Quadratic
 
 
 class Fields:
@@ -78,6 +82,18 @@ class Fields:
         if self._transient is None:
             raise ValueError("the run has no transient")
         return self._whole(self._transient.rises(np.asarray(times, dtype=float)))
+
+    def quadratic(self, times: np.ndarray, accuracy: float) -> tuple[Quadratic, np.ndarray]:
+        """Quadratic cells fine enough for the steady state and some times (s), and the rises (1 + times, free nodes) of
+        those states, the steady one first; ValueError for times where the run has no transient."""
+        from fem3d.quadratic import Quadratic
+
+        rises = self._state.rise[None]
+        if len(times):
+            if self._transient is None:
+                raise ValueError("the run has no transient")
+            rises = np.concatenate([rises, self._transient.rises(np.asarray(times, dtype=float))])
+        return Quadratic(self._state, self._symmetry, rises, accuracy), rises
 
     def _whole(self, rises: np.ndarray) -> np.ndarray:
         heat = self._heat

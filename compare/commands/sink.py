@@ -34,7 +34,8 @@ def describe(parser: argparse.ArgumentParser) -> None:
     add("--voltage", metavar="V", help='voltage across the electrodes: 1, 2V or "500 mV"; for --set drive.voltage=V')
     add("--steady", action="store_true", help="the steady state only, no transient")
     add("--only", choices=("3d", "1d"), help="one model only")
-    add("--fields", action="store_true", help="write the 3D temperature fields (fem3d.pvd with .vtu files)")
+    add("--fields", action="store_true", help="write the 3D fields (fem3d.pvd with .vtu files, fem3d.vtkhdf)")
+    add("--field-times", metavar="T,T...", help="with --fields, times to store beside the usual ones: 0.1ms,2ms")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -42,7 +43,7 @@ def run(arguments: argparse.Namespace) -> int:
     from scenes.loading import load
 
     sink = load(arguments.scene, common.settings(arguments, ("drive.voltage", arguments.voltage)))
-    request, out = _request(arguments), common.out(arguments)
+    request, out = _request(arguments, sink.end_time), common.out(arguments)
 
     from compare import sink_run
 
@@ -60,7 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
     return common.report(arguments, sink, outcome, table, planned)
 
 
-def _request(arguments: argparse.Namespace) -> Request:
+def _request(arguments: argparse.Namespace, end_time: float) -> Request:
     from scenes.plan import Request
 
     models: dict[str | None, Request] = {
@@ -73,4 +74,19 @@ def _request(arguments: argparse.Namespace) -> Request:
         transient=not arguments.steady,
         figures=arguments.figures,
         fields=arguments.fields,
+        field_times=_field_times(arguments, end_time),
     )
+
+
+def _field_times(arguments: argparse.Namespace, end_time: float) -> tuple[float, ...]:
+    """The times (s) of --field-times; SceneError where they are none, beyond the end, or without fields to store."""
+    if arguments.field_times is None:
+        return ()
+    from scenes.dimensions import TIME
+    from scenes.errors import SceneError
+    from scenes.kinds import Quantity
+
+    if not arguments.fields or arguments.steady:
+        raise SceneError("--field-times needs --fields, and the transient: leave out --steady")
+    kind = Quantity(TIME, 0.0, end_time, note=", the end of the run")
+    return tuple(float(kind.read("--field-times", part.strip()) or 0.0) for part in arguments.field_times.split(","))
