@@ -19,10 +19,10 @@ def write_fields(folder: Path, sink: Sink, result: Result, times: np.ndarray) ->
     """Writes fem3d_steady.vtu, fem3d_<k>.vtu for each of ``times`` (s), fem3d.pvd and, where VTK can, fem3d.vtkhdf;
     returns the files' names.
 
-    Cells are triquadratic hexahedra (27 points), so many that they follow the solution to a tenth of the accuracy. Point
-    data: "temperature" and "rise" in K, "potential" in V (not a number where no current flows). Cell data: "material"
-    (its number, 0 is silicon), "current_density" (A/m2) and "heat_source" (W/m3), means over each cell. The collections
-    hold the times; without any they hold the steady state.
+    Cells are triquadratic hexahedra (27 points), so many that they follow the solution to a tenth of the accuracy.
+    Point data: "temperature" and "rise" in K, "potential" in V (not a number where no current flows). Cell data:
+    "material" (its number, 0 is silicon), "current_density" (A/m2) and "heat_source" (W/m3), means over each cell. The
+    collections hold the times; without any they hold the steady state.
     """
     cells, rises = result.details["fields"].quadratic(times, sink.accuracy)
     room = sink.room_temperature

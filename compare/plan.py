@@ -44,6 +44,8 @@ def assemble(
             why or "fem3d.pvd with its .vtu files, and fem3d.vtkhdf where VTK can",
         )
     )
+    turned = "" if "figure4" in skipped else ", with the field to turn"
+    steps.append(Step("report.html", "done", f"everything on one page{turned}"))
     return tuple(steps)
 
 

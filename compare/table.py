@@ -179,7 +179,7 @@ def where_text(folder: Path, files: Sequence[str], timing: Mapping[str, float]) 
     """Where the results are, what is there, and how long it took."""
     here = Path.cwd()
     shown = folder.relative_to(here) if folder.is_relative_to(here) else folder
-    kinds = ["summary.json"]
+    kinds = (["report.html"] if "report.html" in files else []) + ["summary.json"]
     kinds += ["traces.csv"] if "traces.csv" in files else []
     figures = sorted({Path(file).stem for file in files if file.startswith("figure")})
     kinds += [f"{len(figures)} figures"] if figures else []

@@ -1,4 +1,4 @@
-"""An axis of a brick mesh cut into pieces on which a parabola follows the solution: the step from hp to quadratic cells.
+"""An axis of a brick mesh cut into pieces on which a parabola follows the solution: from hp to quadratic cells.
 
 A file for other programs holds quadratic cells at most; the solution has degrees up to eight. So each interval is cut
 into as many equal pieces as keep the parabola through three of its values within a tolerance of the solution itself.
@@ -56,7 +56,7 @@ class Pieces:
 
     @cached_property
     def at_gauss(self) -> tuple[np.ndarray, np.ndarray]:
-        """Two (pieces * GAUSS, nodes): nodal values to values, and to derivatives (1/m), at each piece's Gauss points."""
+        """Twice (pieces * GAUSS, nodes): nodal values to values, and to slopes (1/m), at the pieces' Gauss points."""
         places, _ = legendre.leggauss(GAUSS)
         middles, halves = self.points[1::2], np.diff(self.edges) / 2
         values, slopes = np.zeros((2, len(middles) * GAUSS, self.axis.size))

@@ -179,17 +179,17 @@ class Quadratic:
     def _means(self, nodal: np.ndarray, potential: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Current density (m, 3) in A/m2 and Joule heat (m,) in W/m3, means over the cells."""
         (vx, dx), (vy, dy), (vz, dz) = (p.at_gauss for p in self._pieces)
-        means = [p.weights for p in self._pieces]
+        mx, my, mz = (p.weights for p in self._pieces)
         at_room, per_kelvin = self._laws
         resistivity = at_room + per_kelvin * tensor.along(vx, vy, vz, nodal)
-        gradient = [tensor.along(*m, potential) for m in ((dx, vy, vz), (vx, dy, vz), (vx, vy, dz))]
+        gradient = [tensor.along(a, b, c, potential) for a, b, c in ((dx, vy, vz), (vx, dy, vz), (vx, vy, dz))]
         alive = self._alive.repeat(GAUSS, 0).repeat(GAUSS, 1).repeat(GAUSS, 2)
         conductivity = np.zeros(alive.shape)
         conductivity[alive] = 1 / resistivity[alive]
-        joule = tensor.along(*means, conductivity * sum(g * g for g in gradient))
+        joule = tensor.along(mx, my, mz, conductivity * np.sum(np.square(gradient), axis=0))
         found = []
         for component, g in enumerate(gradient):
-            j = tensor.along(*means, -conductivity * g)
+            j = tensor.along(mx, my, mz, -conductivity * g)
             for axis, _, parity in self._symmetry.planes:
                 # Even: the mirror turns the normal component; odd: it turns the others.
                 sign = -1.0 if (axis == component) == (parity == "even") else 1.0

@@ -95,7 +95,7 @@ def test_heat_and_current_add_up(made):
 
 
 def test_the_mirror_turns_potential_and_current_as_it_should(made):
-    """The 1st electrode is at 3 V, the other at 0: the potential is odd about its middle, the current along y is even."""
+    """One electrode is at 3 V, the other at 0: the potential is odd about the middle, the current along y even."""
     _, cells, _, snapshot = made
     place = {tuple(p): k for k, p in enumerate(np.round(cells.points / 1e-12).astype(int))}
     length = round(SINK.length / 1e-12)
