@@ -28,7 +28,12 @@ def describe(parser: argparse.ArgumentParser) -> None:
     )
     add = parser.add_argument
     add("path", metavar="RUN_OR_FILE", help="a results folder, or a .pvd, .vtu or .vtkhdf file")
-    add("--show", choices=SHOWN, default="rise", help="what to show first (default: rise); compare is 3D, 1D, difference")
+    add(
+        "--show",
+        choices=SHOWN,
+        default="rise",
+        help="what to show first (default: rise); compare is 3D, 1D, difference",
+    )
     add("--time", metavar="T", help="the stored time next to T, such as 0.5ms (default: the last)")
     add("--exaggerate", metavar="N", help="draw the thickness N times as large (default: a round factor, stated)")
     add("--clip", metavar="AXIS[=PART]", help="clip across x, y or z, at a part of the extent: y=0.25 (default 0.5)")

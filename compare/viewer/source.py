@@ -97,8 +97,9 @@ def _time_of(path: Path) -> float | None:
 
 
 def _hdf_times(path: Path) -> tuple[float, ...]:
-    reader = _hdf(path)
-    return tuple(reader.GetTimeValues().GetValue(k) for k in range(reader.GetNumberOfSteps())) if reader else ()
+    from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as Pipeline
+
+    return tuple(_hdf(path).GetOutputInformation(0).Get(Pipeline.TIME_STEPS()) or ())
 
 
 def _hdf(path: Path) -> Any:
@@ -109,7 +110,7 @@ def _hdf(path: Path) -> Any:
         raise SceneError(f"{quoted(path)} is not a VTKHDF file")
     reader.SetFileName(str(path))
     reader.UpdateInformation()
-    return reader if hasattr(reader, "GetTimeValues") and reader.GetHasTemporalData() else None
+    return reader
 
 
 def _grid(path: Path, step: int) -> Any:
@@ -117,7 +118,8 @@ def _grid(path: Path, step: int) -> Any:
 
     if not path.exists():
         raise SceneError(f"{quoted(path)} is listed but does not exist")
-    if path.suffix in (".vtkhdf", ".hdf") and (reader := _hdf(path)):
+    if path.suffix in (".vtkhdf", ".hdf"):
+        reader = _hdf(path)
         reader.SetStep(step)
         reader.Update()
         return pv.wrap(reader.GetOutput()).copy()

@@ -16,8 +16,8 @@ PROBE_POINTS = 401
 _PANELS = (("rise", "3D"), ("rise_1d", "1D model on the same geometry"), ("difference", "1D less 3D"))
 PLOT = 0.3
 """The part of the window for the line probe's plot."""
-
-_FONT = {"font": "courier", "color": INK}
+STRIP = 0.09
+"""The part of the window for the time slider."""
 
 
 class Stage:
@@ -27,7 +27,10 @@ class Stage:
         self.source = source
         self._ranges: dict[tuple[str, int | None], tuple[float, float]] = {}
         # Any: pyvista's decorators hide from a type checker what its methods take.
-        self.plotter: Any = pv.Plotter(shape=(4, 1), off_screen=off_screen, window_size=list(size), border=False)
+        plotter: Any = pv.Plotter
+        self.plotter: Any = plotter(shape=(5, 1), off_screen=off_screen, window_size=list(size), border=False)
+        self._strip = STRIP if not off_screen and len(source.times) > 1 else 0.0
+        self.plotter.renderers[4].SetViewport(0.0, 0.0, 1.0, max(self._strip, 1e-3))
         self.plotter.set_background("white", all_renderers=True)
         for number in range(3):  # not the plot, whose size it would halve
             self.plotter.subplot(number, 0)
@@ -35,24 +38,45 @@ class Stage:
         self._bounds = np.array(source.grid(0).bounds).reshape(3, 2)
         self._layout: tuple[bool, bool] | None = None
         self._chart: Any = None
+        self._drawn: list[tuple[int, Any]] = []
 
     def show(self, view: View) -> None:
         """Draws everything of a view; the camera stays where it is."""
+        # Nothing half done is ever seen: pyvista would draw after every addition.
+        self.plotter.suppress_rendering = True
+        self._strike()
         panels = _PANELS if view.compare else ((view.quantity, ""),)
-        for title_of_bar in list(self.plotter.scalar_bars.keys()):
-            self.plotter.remove_scalar_bar(title_of_bar, render=False)
         for number in range(4):
             self.plotter.subplot(number, 0)
             self._frame(number, len(panels), view.probe)
-            self.plotter.renderer.clear_actors()
             if number < len(panels):
-                self._panel(view, *panels[number], first=number == 0)
+                self._panel(view, number, *panels[number])
         self.plotter.subplot(0, 0)
         self._texts(view)
         self._probe(view)
         if self._layout != (view.compare, view.probe):
             self.look(view)
             self._layout = (view.compare, view.probe)
+        self.plotter.suppress_rendering = False
+
+    def _strike(self) -> None:
+        """Takes away what the last view drew, and nothing else: the time slider stays."""
+        for bar in list(self.plotter.scalar_bars.keys()):
+            self.plotter.remove_scalar_bar(bar, render=False)
+        for number, actor in self._drawn:
+            self.plotter.renderers[number].remove_actor(actor, render=False)
+        self._drawn.clear()
+        if self._chart is not None:
+            self.plotter.renderers[3].remove_chart(self._chart)
+            self._chart = None
+
+    def _add(self, number: int, mesh: Any, view: View, **options: Any) -> Any:
+        """Draws a mesh in a panel, with the thickness exaggerated."""
+        self.plotter.subplot(number, 0)
+        actor = self.plotter.add_mesh(mesh, lighting=False, render=False, reset_camera=False, **options)
+        actor.scale = self._scale(view)
+        self._drawn.append((number, actor))
+        return actor
 
     def look(self, view: View) -> None:
         """The first view: the longest side across the window, from above one side, as large as the panel allows."""
@@ -76,14 +100,16 @@ class Stage:
         self.plotter.camera.parallel_scale = max(high / (1 - bar - 0.1), wide / aspect / 0.94) / 2
         self.plotter.camera.SetWindowCenter(0.0, -0.8 * bar)
         self.plotter.link_views([0, 1, 2])
+        for renderer in self.plotter.renderers:
+            renderer.camera_set = True  # else the first drawing would set it anew
 
     def _frame(self, number: int, count: int, probe: bool) -> None:
         """A panel's part of the window: all of it for one, a third for three; none for those not shown."""
-        bottom = PLOT if probe else 0.0
+        bottom = self._strip + (PLOT if probe else 0.0)
         high = (1.0 - bottom) / count
         box = (0.0, 1.0 - (number + 1) * high, 1.0, 1.0 - number * high)
         if number == 3:
-            box = (0.0, 0.0, 1.0, bottom)
+            box = (0.0, self._strip, 1.0, bottom)
         shown = probe if number == 3 else number < count
         renderer = self.plotter.renderers[number]
         renderer.SetDraw(shown)
@@ -91,7 +117,7 @@ class Stage:
         if shown:
             renderer.SetViewport(*box)
 
-    def _panel(self, view: View, name: str, words: str, first: bool) -> None:
+    def _panel(self, view: View, number: int, name: str, words: str) -> None:
         grid = self.source.grid(view.step)
         surface = self._surface(grid, view)
         if not surface.n_points:
@@ -112,26 +138,18 @@ class Stage:
             "width": 0.42, "height": 0.2 if view.compare else 0.06, "position_x": 0.29, "position_y": 0.03,
             "title_font_size": 15, "label_font_size": 14,
         }  # fmt: skip
-        actor = self.plotter.add_mesh(
-            surface, scalars=data, cmap=_colours(name), clim=(low, high), show_edges=False, lighting=False,
-            nan_color="#d9d9d9", scalar_bar_args=bar, name="field", render=False, interpolate_before_map=True,
-            reset_camera=False,
+        actor = self._add(
+            number, surface, view, scalars=data, cmap=_colours(name), clim=(low, high), nan_color="#d9d9d9",
+            scalar_bar_args=bar, interpolate_before_map=True,
         )  # fmt: skip
-        actor.scale = self._scale(view)
         # A little farther from the eye than the lines on it, which would show in parts otherwise.
         actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
         actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, 2.0)
         lines = surface.extract_feature_edges(30, boundary_edges=True, manifold_edges=False)
         if lines.n_points:
-            self.plotter.add_mesh(
-                lines, color="#404040", line_width=1.5, lighting=False, name="outline", render=False, reset_camera=False
-            ).scale = self._scale(view)
+            self._add(number, lines, view, color="#404040", line_width=1.5)
         if view.edges:
-            wire = self._mesh_edges(grid, view)
-            self.plotter.add_mesh(
-                wire, color="#303030", line_width=0.7, opacity=0.55, lighting=False, name="edges", render=False,
-                reset_camera=False,
-            ).scale = self._scale(view)  # fmt: skip
+            self._add(number, self._mesh_edges(grid, view), view, color="#303030", line_width=0.7, opacity=0.55)
 
     def _scale(self, view: View) -> tuple[float, float, float]:
         return MICRO, MICRO, MICRO * view.factor
@@ -176,11 +194,18 @@ class Stage:
 
     def _texts(self, view: View) -> None:
         time = self.source.times[view.step]
-        self.plotter.add_text(
-            title(view, self.source.name, time), position="upper_left", font_size=10, color=INK, name="title"
-        )
+        self._text(title(view, self.source.name, time), 0, 12, "arial")
         if view.keys:
-            self.plotter.add_text(keys_text(view), position="right_edge", font_size=7, name="keys", **_FONT)
+            self._text(keys_text(view), 30, 9, "courier")
+
+    def _text(self, text: str, down: int, size: int, font: str) -> None:
+        """Text at the first panel's left, some pixels below its top."""
+        _, y0, _, y1 = self.plotter.renderers[0].GetViewport()
+        top = int((y1 - y0) * self.plotter.window_size[1]) - 6 - down
+        actor = self.plotter.add_text(text, position=(10, top), font_size=size, font=font, color=INK, render=False)
+        self._drawn.append((0, actor))
+        actor.prop.justification_vertical = "top"
+        actor.prop.font_size = size + 3
 
     def line(self) -> tuple[np.ndarray, int]:
         """The probe's points (m): through the middle of the structure along its longest side; and that side."""
@@ -207,26 +232,24 @@ class Stage:
         return places[inside, axis] * MICRO, curves
 
     def _probe(self, view: View) -> None:
-        if self._chart is not None:
-            self.plotter.renderers[3].remove_chart(self._chart)
-            self._chart = None
         if not view.probe:
             return
         places, axis = self.line()
         end_points = np.array([places[0], places[-1]])
-        self.plotter.add_mesh(
-            pv.lines_from_points(end_points), color="#2b6cb0", line_width=3, name="probe", render=False,
-            reset_camera=False,
-        ).scale = self._scale(view)  # fmt: skip
+        self._add(0, pv.lines_from_points(end_points), view, color="#2b6cb0", line_width=3)
         name = "rise" if view.compare else view.quantity
         words, unit = QUANTITIES[name]
         where, curves = self.probed(view)
         self.plotter.subplot(3, 0)
-        chart = pv.Chart2D(size=(0.96, 0.96), loc=(0.02, 0.02), x_label=f"{'xyz'[axis]} (um)", y_label=f"{words} ({unit})")
+        chart = pv.Chart2D(
+            size=(0.96, 0.96), loc=(0.02, 0.02), x_label=f"{'xyz'[axis]} (um)", y_label=f"{words} ({unit})"
+        )
         for label, values in curves.items():
             good = np.isfinite(values)
             colour = LINES["peak_K"] if label == "3D" else LINES["end_K"]
-            chart.line(where[good], values[good], color=colour, width=2.0, style="-" if label == "3D" else "--", label=label)
+            chart.line(
+                where[good], values[good], color=colour, width=2.0, style="-" if label == "3D" else "--", label=label
+            )
         chart.legend_visible = len(curves) > 1
         self._chart = chart
         self.plotter.add_chart(chart)

@@ -96,7 +96,7 @@ closes the window, and r, which resets the camera, for itself."""
 
 
 def keys_text(view: View) -> str:
-    """The keys that do something here, a line each."""
+    """The keys that do something here, in two columns."""
     idle = set()
     if view.steps < 2:
         idle |= {"space", "Right", "Left", "a"}
@@ -105,12 +105,15 @@ def keys_text(view: View) -> str:
     if len(view.quantities) < 2:
         idle |= {"t"}
     lines = [f"{shown:<6} {what}" for name, (shown, what, _) in KEYS.items() if name not in idle]
-    return "\n".join([*lines, "r      reset the camera", "q      close"])
+    lines += ["r      reset the camera", "q      close"]
+    half = -(-len(lines) // 2)
+    pairs = zip(lines[:half], [*lines[half:], ""], strict=False)
+    return "\n".join(f"{left:<34}{right}".rstrip() for left, right in pairs)
 
 
 def title(view: View, name: str, time: float | None) -> str:
     """What is shown, in one line that states the exaggeration."""
-    words = QUANTITIES[view.quantity][0]
+    words = "rise in 3D and 1D, and the difference" if view.compare else QUANTITIES[view.quantity][0]
     when = "steady" if time is None else f"{time * 1e3:.4g} ms"
     drawn = f"thickness drawn x{view.factor:g}" if view.factor != 1 else "true proportions"
     clip = f", clipped across {view.cut}" if view.cut else ""

@@ -59,7 +59,7 @@ def begin(asked: dict[str, Any], source: Any, grid: Any) -> View:
         raise SceneError("--show compare needs the 1D model: a run of the sink in its folder, made with both models")
     quantity = "rise" if asked["show"] == "compare" else asked["show"]
     if quantity not in names:
-        raise SceneError(f'--show {quantity}: the field has no such data, but {", ".join(names)}')
+        raise SceneError(f"--show {quantity}: the field has no such data, but {', '.join(names)}")
     step = len(source.times) - 1
     if asked["time"] is not None:
         if any(time is None for time in source.times):
@@ -81,6 +81,7 @@ def film(stage: Any, view: View, path: Path) -> None:
     frames = []
     for step in range(view.steps):
         stage.show(view.at(step))
+        stage.plotter.render()
         frames.append(stage.plotter.screenshot(return_img=True))
         print(f"{FILM}{step + 1} of {view.steps}", flush=True)
     frames += [frames[-1]] * HOLD
@@ -93,10 +94,9 @@ def film(stage: Any, view: View, path: Path) -> None:
     try:
         import imageio.v2 as imageio
 
-        with imageio.get_writer(path, fps=FRAMES_PER_SECOND) as writer:
-            for frame in frames:
-                # The codec wants even sides.
-                writer.append_data(frame[: frame.shape[0] // 2 * 2, : frame.shape[1] // 2 * 2])
+        # The codec wants even sides.
+        even = [frame[: frame.shape[0] // 2 * 2, : frame.shape[1] // 2 * 2] for frame in frames]
+        imageio.mimwrite(path, even, fps=FRAMES_PER_SECOND, macro_block_size=2)
     except (ImportError, ValueError) as error:
         raise SceneError(
             f"--movie {quoted(path)} needs the package imageio with its ffmpeg (pip install imageio[ffmpeg]); a .gif "
@@ -140,11 +140,12 @@ def _slider(stage: Any, now: list[View]) -> Any:
         if step != now[0].step:
             now[0] = now[0].at(step)
             stage.show(now[0])
+            stage.plotter.render()
 
-    stage.plotter.subplot(0, 0)
+    stage.plotter.subplot(4, 0)
     return stage.plotter.add_slider_widget(
-        moved, (0, now[0].steps - 1), value=now[0].step, title="stored time", pointa=(0.03, 0.12), pointb=(0.27, 0.12),
-        fmt="%.0f", style="modern", interaction_event="always", title_height=0.018, slider_width=0.02, tube_width=0.004,
+        moved, (0, now[0].steps - 1), value=now[0].step, title="stored time", pointa=(0.2, 0.55), pointb=(0.8, 0.55),
+        fmt="%.0f", style="modern", interaction_event="always", title_height=0.3, slider_width=0.25, tube_width=0.06,
     )  # fmt: skip
 
 
