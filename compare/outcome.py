@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from compare.against.data import Data
     from compare.verdict import Check
     from scenes.plan import Request, Step
     from scenes.result import Result
@@ -16,7 +17,8 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Outcome:
     """What a run found: the plan as carried out, each model's result (``None`` where not asked for), the checks, the
-    remarks on the run, how long each stage took (s), and the folder with its files."""
+    remarks on the run, how long each stage took (s), the folder with its files, and a user's own traces
+    if there are any."""
 
     sink: Sink
     request: Request
@@ -28,3 +30,4 @@ class Outcome:
     timing: dict[str, float] = field(default_factory=dict)
     folder: Path = Path()
     files: tuple[str, ...] = ()
+    against: Data | None = None

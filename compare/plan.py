@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from compare import scope
 from scenes.plan import Request, Step
 from scenes.sink import Sink
+
+if TYPE_CHECKING:
+    from compare.against.data import Data
 
 
 def plan(sink: Sink, request: Request) -> tuple[Step, ...]:
@@ -47,6 +51,14 @@ def assemble(
     turned = "" if "figure4" in skipped else ", with the field to turn"
     steps.append(Step("report.html", "done", f"everything on one page{turned}"))
     return tuple(steps)
+
+
+def data_step(data: Data) -> Step:
+    """The line of a user's own traces."""
+    names = ", ".join(data.values)
+    span = f"{len(data.time)} rows to {data.time[-1] * 1e3:g} ms"
+    notes = "".join(f"; {note}" for note in data.notes)
+    return Step(f"against {data.name}", "done", f"{names} from a {data.kind}, {span}, interpolated in time{notes}")
 
 
 def _reduction(request: Request) -> Step:

@@ -43,6 +43,8 @@ def document(outcome: Outcome) -> dict[str, Any]:
         }
     )
     assert isinstance(found, dict)
+    if outcome.against is not None:
+        found["against"] = plain(outcome.against.document())
     return found
 
 

@@ -9,7 +9,9 @@ from compare.commands import common
 from compare.terminal import Progress
 
 if TYPE_CHECKING:
+    from compare.against.data import Data
     from scenes.plan import Request, Step
+    from scenes.sink import Sink
 
 _ACCURACY = "1e-3"
 
@@ -32,6 +34,8 @@ def describe(parser: argparse.ArgumentParser) -> None:
     )
     add = parser.add_argument
     add("--voltage", metavar="V", help='voltage across the electrodes: 1, 2V or "500 mV"; for --set drive.voltage=V')
+    add("--against", metavar="FILE",
+        help="compare your own traces with 3D: a COMSOL table, a CSV, or an ngspice raw or print file")  # fmt: skip
     add("--steady", action="store_true", help="the steady state only, no transient")
     add("--only", choices=("3d", "1d"), help="one model only")
     add("--fields", action="store_true", help="write the 3D fields (fem3d.pvd with .vtu files, fem3d.vtkhdf)")
@@ -45,20 +49,37 @@ def run(arguments: argparse.Namespace) -> int:
     sink = load(arguments.scene, common.settings(arguments, ("drive.voltage", arguments.voltage)))
     request, out = _request(arguments, sink.end_time), common.out(arguments)
 
+    data = _data(arguments, sink, request)
+
     from compare import sink_run
 
     def plan() -> tuple[Step, ...]:
-        from compare.plan import plan
+        from compare.plan import data_step, plan
 
-        return plan(sink, request)
+        return plan(sink, request) + (() if data is None else (data_step(data),))
 
     planned = common.explained(arguments, plan)
     with Progress() as progress:
-        outcome = sink_run.run(sink, request, out, progress)
+        outcome = sink_run.run(sink, request, out, progress, data)
 
     from compare import table
 
     return common.report(arguments, sink, outcome, table, planned)
+
+
+def _data(arguments: argparse.Namespace, sink: Sink, request: Request) -> Data | None:
+    """The user's own traces, read before anything is solved."""
+    if arguments.against is None:
+        return None
+    from pathlib import Path
+
+    from scenes.errors import SceneError
+
+    if not request.transient or "fem3d" not in request.models:
+        raise SceneError("--against compares with the 3D model over time: leave out --steady and --only 1d")
+    from compare.against.data import read
+
+    return read(Path(arguments.against), sink)
 
 
 def _request(arguments: argparse.Namespace, end_time: float) -> Request:
