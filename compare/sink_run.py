@@ -50,6 +50,14 @@ def run(
     return replace(outcome, folder=folder.target, timing=clock.all())
 
 
+def answer(
+    sink: Sink, request: Request, progress: Callable[[str], None] | None = None, against: Data | None = None
+) -> Outcome:
+    """The same without any file: solved and compared. Raises RunawayError and NumericsError."""
+    clock = Clock()
+    return replace(_with_data(_solve(sink, request, progress or (lambda _: None), clock), against), timing=clock.all())
+
+
 def _with_data(outcome: Outcome, against: Data | None) -> Outcome:
     """With the checks of a user's own traces."""
     if against is None or outcome.fem3d is None:

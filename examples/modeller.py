@@ -1,0 +1,30 @@
+"""For a modeller: your own traces against 3D. Here they come from a one-line lumped model; yours may come from COMSOL,
+a CSV or ngspice, at any times, as long as the columns' names have units."""
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+import compare
+import scenes
+
+scene = scenes.load("sink")
+material = scene.silicon
+
+# The beam's heat capacity, and its way out: two anchors of eq 14 side by side after the beam's own L / (12 k A).
+capacity = material.density * material.specific_heat * scene.length * scene.cross_section
+anchor = 1861.76 / 2 + scene.length / (12 * material.thermal_conductivity * scene.cross_section)
+power = scene.voltage**2 / 300.0
+time = np.concatenate([[0.0], np.geomspace(1e-6, 0.02, 200)])
+mean = scene.room_temperature + power * anchor * (1 - np.exp(-time / (anchor * capacity)))
+
+with tempfile.TemporaryDirectory() as folder:
+    file = Path(folder, "lumped.csv")
+    np.savetxt(file, np.column_stack([time * 1e3, mean - 273.15]), delimiter=",", comments="",
+               header="time (ms),mean temperature (degC)")  # fmt: skip
+    run = compare.run(scene, against=file)
+
+check = run.check("against_mean")
+print(f"{check.id}: {check.verdict}, {check.difference:+.1%} give or take {check.u_num:.1%} of the final rise")
+print(check.because)
