@@ -7,54 +7,52 @@ from typing import Any
 
 import numpy as np
 
+from compare import vtkhdf
 from compare.scope import FIRST_TIME
+from compare.vtkhdf import State
 from scenes.result import Result
 from scenes.sink import Sink
 
+STEADY = "fem3d_steady.vtu"
 TIMES = 13
 """How many times are stored beside the start and those asked for."""
 
 
 def write_fields(folder: Path, sink: Sink, result: Result, times: np.ndarray) -> list[str]:
-    """Writes fem3d_steady.vtu, fem3d_<k>.vtu for each of ``times`` (s), fem3d.pvd and, where VTK can, fem3d.vtkhdf;
-    returns the files' names.
+    """Writes fem3d_steady.vtu if there is a steady state, fem3d_<k>.vtu for each of ``times`` (s), fem3d.pvd and, where
+    VTK can, fem3d.vtkhdf; returns the files' names.
 
     Cells are triquadratic hexahedra (27 points), so many that they follow the solution to a tenth of the accuracy.
     Point data: "temperature" and "rise" in K, "potential" in V (not a number where no current flows). Cell data:
     "material" (its number, 0 is silicon), "current_density" (A/m2) and "heat_source" (W/m3), means over each cell. The
     collections hold the times; without any they hold the steady state.
     """
-    cells, rises = result.details["fields"].quadratic(times, sink.accuracy)
-    room = sink.room_temperature
+    fields = result.details["fields"]
+    cells = fields.quadratic(times, sink.accuracy)
+    material = np.asarray(cells.material, np.int32)
 
-    def arrays(k: int) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-        found = cells.snapshot(rises[k])
-        point = {
-            "temperature": found.temperature,
-            "rise": found.temperature - room,
-            "potential": found.potential,
-        }
-        return point, {
-            "material": np.asarray(cells.material, np.int32),
-            "current_density": found.current_density,
-            "heat_source": found.heat_source,
-        }
+    def arrays(k: int) -> State:
+        found = cells.snapshot(k)
+        rise = found.temperature - sink.room_temperature
+        point = {"temperature": found.temperature, "rise": rise, "potential": found.potential}
+        cell = {"material": material, "current_density": found.current_density, "heat_source": found.heat_source}
+        return point, cell
 
-    steady = arrays(0)
-    _write(folder / "fem3d_steady.vtu", cells, *steady)
+    first = 1 if fields.has_steady else 0
     files = {f"fem3d_{k:02d}.vtu": float(time) for k, time in enumerate(times)}
-    stored = [arrays(k + 1) for k in range(len(times))]
+    stored = [arrays(k + first) for k in range(len(times))]
     for name, state in zip(files, stored, strict=True):
         _write(folder / name, cells, *state)
-    (folder / "fem3d.pvd").write_text(_collection(files or {"fem3d_steady.vtu": 0.0}, cells.error), encoding="utf-8")
-    names = ["fem3d.pvd", "fem3d_steady.vtu", *files]
-    from compare import vtkhdf
-
-    if vtkhdf.write(
-        folder / "fem3d.vtkhdf", cells.points, cells.hexes, list(files.values()) or [0.0], stored or [steady]
-    ):
+    names = list(files)
+    if first:
+        steady = arrays(0)
+        _write(folder / STEADY, cells, *steady)
+        names.insert(0, STEADY)
+        files, stored = files or {STEADY: 0.0}, stored or [steady]
+    (folder / "fem3d.pvd").write_text(_collection(files, cells.error), encoding="utf-8")
+    if vtkhdf.write(folder / "fem3d.vtkhdf", cells.points, cells.hexes, list(files.values()), stored):
         names.append("fem3d.vtkhdf")
-    return names
+    return ["fem3d.pvd", *names]
 
 
 def stored_times(end_time: float, asked: tuple[float, ...] = ()) -> np.ndarray:

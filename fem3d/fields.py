@@ -83,17 +83,30 @@ class Fields:
             raise ValueError("the run has no transient")
         return self._whole(self._transient.rises(np.asarray(times, dtype=float)))
 
-    def quadratic(self, times: np.ndarray, accuracy: float) -> tuple[Quadratic, np.ndarray]:
-        """Quadratic cells fine enough for the steady state and some times (s), and the rises (1 + times, free nodes) of
-        those states, the steady one first; ValueError for times where the run has no transient."""
-        from fem3d.quadratic import Quadratic
+    @property
+    def has_steady(self) -> bool:
+        """Whether the run has a steady state."""
+        return self._state is not None
 
-        rises = self._state.rise[None]
+    def quadratic(self, times: np.ndarray, accuracy: float) -> Quadratic:
+        """Quadratic cells fine enough for the steady state, if there is one, and for some times (s), in this order;
+        ValueError for times where the run has no transient."""
+        from fem3d.quadratic import Quadratic, State
+
+        state, inputs = self._state, self._heat.inputs
+        # A run at another voltage keeps the first one's scene, and says how much more it drives it by.
+        drive = 1.0 if state is None else state.drive
+        states = [] if state is None else [State(state.rise, drive * inputs.at(np.zeros(1))[0])]
         if len(times):
             if self._transient is None:
                 raise ValueError("the run has no transient")
-            rises = np.concatenate([rises, self._transient.rises(np.asarray(times, dtype=float))])
-        return Quadratic(self._state, self._symmetry, rises, accuracy), rises
+            at = np.asarray(times, dtype=float)
+            pairs = zip(self._transient.rises(at), drive * inputs.at(at), strict=True)
+            states += [State(rise, given) for rise, given in pairs]
+        conductor = state.conductor if state is not None else None
+        if conductor is None and self._transient is not None:
+            conductor = self._transient.base.conductor
+        return Quadratic(self._heat, conductor, self._symmetry, states, accuracy)
 
     def _whole(self, rises: np.ndarray) -> np.ndarray:
         heat = self._heat

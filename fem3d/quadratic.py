@@ -6,15 +6,16 @@ run's accuracy (``fem3d.pieces``), and mirrored to the whole, with the points of
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from fem3d import tensor
-from fem3d.conductor import law
+from fem3d.conductor import Conductor, law
+from fem3d.operators import HeatProblem
 from fem3d.pieces import GAUSS, Pieces, cut
-from fem3d.steady import SteadyState
 from meshes.bricks import VOID
 from meshes.symmetry import Symmetry
 
@@ -40,23 +41,44 @@ class Snapshot:
     heat_source: np.ndarray
 
 
-class Quadratic:
-    """The quadratic cells of a run's structure.
+@dataclass(frozen=True)
+class State:
+    """A state to be shown: the rise (all nodes, K), and the values (channels,) of what drives the scene then."""
 
-    ``rises`` (states, free nodes) are those that will be asked for: the pieces are made for them. ``error`` bounds
-    what the cells add to the temperature (K), by the sum over the axes of the largest distance along each.
+    rise: np.ndarray
+    inputs: np.ndarray
+
+
+class Quadratic:
+    """The quadratic cells of a run's structure, fine enough for some states; ``snapshot(k)`` has the k-th's fields.
+
+    ``error`` bounds what the cells add to the temperature (K), by the sum over the axes of the largest distance along
+    each. The potentials are solved for at each state's temperature.
     """
 
-    def __init__(self, state: SteadyState, symmetry: Symmetry, rises: np.ndarray, accuracy: float) -> None:
-        self._state, self._symmetry, self._mesh = state, symmetry, state.heat.mesh
-        tolerance = SHARE * accuracy * float(np.abs(rises).max(initial=0.0))
-        fields = [self._grid(np.pad(r, (0, state.heat.size - state.heat.free)), state.heat.number) for r in rises]
+    def __init__(
+        self,
+        heat: HeatProblem,
+        conductor: Conductor | None,
+        symmetry: Symmetry,
+        states: Sequence[State],
+        accuracy: float,
+    ) -> None:
+        self._heat, self._conductor, self._symmetry, self._mesh = heat, conductor, symmetry, heat.mesh
+        self._states = states
+        tolerance = SHARE * accuracy * max((float(np.abs(s.rise).max(initial=0.0)) for s in states), default=0.0)
+        fields = [self._grid(s.rise, heat.number) for s in states]
         tolerances = [tolerance] * len(fields)
-        if state.conductor is not None and state.potential is not None:
-            live = (state.conductor.number >= 0).reshape(self._mesh.shape)
+        self._potentials: list[np.ndarray] = []
+        if conductor is not None:
+            live = (conductor.number >= 0).reshape(self._mesh.shape)
+            voltages = [s.inputs @ conductor.voltages for s in states]
+            found = [conductor.solve(s.rise, v).potential for s, v in zip(states, voltages, strict=True)]
+            self._potentials = [self._grid(phi, conductor.number) for phi in found]
             # Not a number outside: lines that leave the conductor are left out.
-            fields.append(np.where(live, self._grid(state.potential, state.conductor.number), np.nan))
-            tolerances.append(SHARE * accuracy * float(np.ptp(state.conductor.fixed_voltage)))
+            fields += [np.where(live, phi, np.nan) for phi in self._potentials]
+            widest = max((float(np.ptp(v)) for v in voltages), default=0.0)
+            tolerances += [SHARE * accuracy * widest] * len(states)
         # A third along each axis, so that the three together stay within it.
         cuts = [
             cut(axis, self._slabs(d, fields), [t / 3 for t in tolerances]) for d, axis in enumerate(self._mesh.axes)
@@ -130,43 +152,46 @@ class Quadratic:
         of_box = np.array([self.material_names.index(b.material.name) for b in self._mesh.boxes])
         return of_box[self._owner[self._owner != VOID]]
 
-    def snapshot(self, rise: np.ndarray) -> Snapshot:
-        """The fields of a state, given its rise at the free nodes; the potential is solved for at that temperature."""
-        heat, conductor = self._state.heat, self._state.conductor
-        nodal = self._grid(np.pad(rise, (0, heat.size - heat.free)), heat.number)
-        given = np.array([b.heat_source for b in self._mesh.boxes])[self._owner[self._owner != VOID]]
+    def snapshot(self, k: int) -> Snapshot:
+        """The fields of the k-th state."""
+        heat, state = self._heat, self._states[k]
+        nodal = self._grid(state.rise, heat.number)
+        per_box = np.array([float(heat.inputs.split(b.heat_source) @ state.inputs) for b in self._mesh.boxes])
+        given = per_box[self._owner[self._owner != VOID]]
         temperature = heat.scene.initial_temperature + self._at_points(nodal)
-        if conductor is None:
+        if self._conductor is None:
             return Snapshot(temperature, np.full(len(temperature), np.nan), np.zeros((len(given), 3)), given)
-        potential = self._grid(conductor.solve(rise).potential, conductor.number)
+        potential = self._potentials[k]
         volts = np.full(len(temperature), np.nan)
         live = np.unique(self.hexes[self._whole(self._alive)[self._owner != VOID]])
-        volts[live] = self._at_points(potential, odd=True)[live]
+        volts[live] = self._at_points(potential, state.inputs)[live]
         density, joule = self._means(nodal, potential)
         return Snapshot(temperature, volts, density, joule + given)
 
-    def _at_points(self, nodal: np.ndarray, odd: bool = False) -> np.ndarray:
-        """(n,): a field of the grid's nodes at the points of the whole; ``odd`` is for the potential."""
+    def _at_points(self, nodal: np.ndarray, inputs: np.ndarray | None = None) -> np.ndarray:
+        """(n,): a field of the grid's nodes at the points of the whole; ``inputs`` are given for a potential, which
+        mirrors may turn about a level."""
         x, y, z = self._pieces
         found = tensor.along(x.at_points, y.at_points, z.at_points, nodal)
         for axis, _, parity in self._symmetry.planes:
             image = np.take(found, np.arange(found.shape[axis] - 2, -1, -1), axis=axis)
-            if odd and parity == "odd":
-                image = 2 * self._level(axis) - image
+            if inputs is not None and parity == "odd":
+                image = 2 * self._level(axis, inputs) - image
             found = np.concatenate([found, image], axis=axis)
         return found.ravel()[self._solid[1]]
 
-    def _level(self, axis: int) -> float:
+    def _level(self, axis: int, inputs: np.ndarray) -> float:
         """The potential of an odd mirror plane (V)."""
         name = f"symmetry-{'xyz'[axis]}"
-        return next(b.value for b in self._symmetry.scene.boundaries if b.name == name)
+        value = next(b.value for b in self._symmetry.scene.boundaries if b.name == name)
+        return float(self._heat.inputs.split(value) @ inputs)
 
     @cached_property
     def _alive(self) -> np.ndarray:
         """Which pieces of the solved part carry current."""
-        assert self._state.conductor is not None
+        assert self._conductor is not None
         alive = np.zeros(self._mesh.owner.shape, dtype=bool)
-        for block in self._state.conductor.blocks:
+        for block in self._conductor.blocks:
             alive[tuple(slice(*span) for span in block.spans)] = True
         return alive[np.ix_(*(p.interval for p in self._pieces))]
 
@@ -200,9 +225,7 @@ class Quadratic:
     @cached_property
     def _laws(self) -> tuple[np.ndarray, np.ndarray]:
         """The resistivity at the initial temperature and its change per kelvin at the Gauss points; 0 in insulators."""
-        boxes = [
-            law(b.material, self._state.heat.scene) if b.material.resistivity else (0.0, 0.0) for b in self._mesh.boxes
-        ]
+        boxes = [law(b.material, self._heat.scene) if b.material.resistivity else (0.0, 0.0) for b in self._mesh.boxes]
         of_piece = np.array([*boxes, (0.0, 0.0)])[self._mesh.owner[np.ix_(*(p.interval for p in self._pieces))]]
         wide = of_piece.repeat(GAUSS, 0).repeat(GAUSS, 1).repeat(GAUSS, 2)
         return wide[..., 0], wide[..., 1]

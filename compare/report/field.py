@@ -15,14 +15,20 @@ if TYPE_CHECKING:
     import numpy as np
 
 
+PICTURES = ("figure4", "figure_field")
+"""The figures that are a picture of the field."""
+
+
 @dataclass(frozen=True)
 class Field:
-    """A field to show: points (n, 3) in m, hexahedra (m, 8), rises (n,) in K, and the factor that z is drawn by."""
+    """A field to show: points (n, 3) in m, hexahedra (m, 8), rises (n,) in K above what ``label`` says, and the factor
+    that z is drawn by."""
 
     points: np.ndarray
     hexes: np.ndarray
     rise: np.ndarray
     factor: float
+    label: str = "steady rise"
 
 
 def of_result(fields: Any, room_temperature: float) -> Field:
@@ -52,24 +58,22 @@ def show(folder: Path, field: Field | None) -> tuple[str, str]:
     factor = f"\N{MULTIPLICATION SIGN}{field.factor:g}" if field.factor > 1 else "true proportions"
     found = (
         '<figure class="field">'
-        '<canvas class="scene" tabindex="0" role="img" aria-label="The steady temperature rise on the structure&#39;s '
-        'surface; arrow keys turn it"></canvas>'
+        '<canvas class="scene" tabindex="0" role="img" aria-label="The temperature on the structure&#39;s surface; '
+        'arrow keys turn it"></canvas>'
         '<div class="controls"><div class="bar"><div class="ramp"></div><div class="ends">'
-        f"<span>0&nbsp;K</span><span>rise</span><span>{text(quantity(top, 'K', 4))}</span></div></div>"
+        f"<span>0&nbsp;K</span><span>{text(field.label)}</span><span>{text(quantity(top, 'K', 4))}</span></div></div>"
         f'<label>thickness <input type="range" min="0" max="{most:.2f}" step="0.01" '
         f'value="{math.log10(field.factor):.4f}"> <output>{factor}</output></label>'
         "<span>drag to turn, wheel or pinch to zoom, double-click to start over</span></div>"
-        f"{picture}<figcaption>The steady 3D temperature rise, thickness exaggerated as stated.</figcaption></figure>"
+        f"{picture}<figcaption>The 3D temperature, {text(field.label)}; thickness exaggerated as stated.</figcaption>"
+        "</figure>"
     )
     return section("Field", found), script
 
 
 def _picture(folder: Path) -> str:
-    path = folder / "figure4.png"
-    if not path.exists():
+    path = next((folder / f"{name}.png" for name in PICTURES if (folder / f"{name}.png").exists()), None)
+    if path is None:
         return ""
     source = base64.b64encode(path.read_bytes()).decode("ascii")
-    return (
-        f'<div class="wide picture"><img src="data:image/png;base64,{source}" '
-        'alt="Figure 4: the steady 3D temperature field"></div>'
-    )
+    return f'<div class="wide picture"><img src="data:image/png;base64,{source}" alt="The 3D temperature field"></div>'

@@ -32,6 +32,7 @@ def page(folder: Path, title: str, headline: str, document: Mapping[str, Any], f
     parts = [
         sections.checks(document),
         sections.quantities(document),
+        sections.at_times(document),
         shown,
         sections.figures(folder, document),
         sections.others(document),

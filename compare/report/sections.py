@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from compare.report.field import PICTURES
 from compare.report.parts import anything, row, section, table, values
 from compare.report.words import named, shown, text
 from compare.words import difference_text, percent, quantity, with_error
@@ -21,6 +22,7 @@ _TREATED = (
 _CAPTIONS = {
     "figure5": "The steady rise along the beam in both models.",
     "figure6": "Rises against time in both models.",
+    "figure_traces": "Every probe against time.",
     "figure7": "The current against time in both models.",
 }
 
@@ -70,7 +72,7 @@ def quantities(document: Document) -> str:
         heads.append("1D/3D - 1")
     rows = []
     for key in [*fem3d, *(k for k in reduced1d if k not in fem3d)]:
-        label, unit = named(key)
+        label, unit = _probe_or_quantity(document, key)
         cells = [text(label)]
         if fem3d:
             cells.append(_with_error(fem3d.get(key), unit))
@@ -83,10 +85,31 @@ def quantities(document: Document) -> str:
     return section("Steady state", table(heads, rows, range(1, len(heads))))
 
 
+def at_times(document: Document) -> str:
+    """The values of a transient at the times that were asked for."""
+    over_time = (document.get("fem3d") or {}).get("transient") or {}
+    times, found = over_time.get("time_s"), over_time.get("values")
+    if not times or not found:
+        return ""
+    names = [_probe_or_quantity(document, key) for key in found]
+    rows = [
+        [shown(t, "s"), *(shown(v[i], unit) for v, (_, unit) in zip(found.values(), names, strict=True))]
+        for i, t in enumerate(times)
+    ]
+    heads = ["time", *(label for label, _ in names)]
+    return section("Over time", f'<div class="wide">{table(heads, rows, range(len(heads)))}</div>')
+
+
+def _probe_or_quantity(document: Document, key: str) -> tuple[str, str]:
+    """Name and unit of a key of a model's values: a probe has its own, a quantity's are in the key."""
+    units = (document.get("fem3d") or {}).get("units") or {}
+    return (key, units[key]) if key in units else named(key)
+
+
 def figures(folder: Path, document: Document, captions: Mapping[str, str] = _CAPTIONS) -> str:
-    """The figures of the folder but figure 4, which the field's section shows."""
+    """The figures of the folder but the field's picture, which has a section of its own."""
     names = sorted(
-        {Path(f).stem for f in document.get("files", ()) if f.startswith("figure")} - {"figure4"}, key=_order
+        {Path(f).stem for f in document.get("files", ()) if f.startswith("figure")} - set(PICTURES), key=_order
     )
     found = []
     for name in names:
@@ -108,12 +131,15 @@ def errors(document: Document) -> str:
     rows = []
     over_time = (fem3d.get("transient") or {}).get("errors") or {}
     for key, item in _steady(document, "fem3d").items():
-        label, unit = named(key)
+        label, unit = _probe_or_quantity(document, key)
         error, value = _number(item.get("error")), _number(item.get("value"))
         rows.append([text(label), _error(error, unit), text(percent(error / abs(value))) if value else ""])
     parts = [table(("steady", "estimated error", "of the value"), rows, (1, 2))] if rows else []
     if over_time:
-        listed = [[text(named(key)[0]), _error(error, named(key)[1])] for key, error in over_time.items()]
+        listed = [
+            [text(name), _error(error, unit)]
+            for (name, unit), error in ((_probe_or_quantity(document, k), e) for k, e in over_time.items())
+        ]
         parts.append(table(("over time, from 10 \N{MICRO SIGN}s on", "estimated error"), listed, (1,)))
     judged = [c for c in document.get("checks", ()) if c["u_num"]]
     if judged:

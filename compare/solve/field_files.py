@@ -16,4 +16,5 @@ def write_fields(folder: Path, scene: Scene, result: Result) -> list[str]:
     like: Any = SimpleNamespace(
         room_temperature=scene.initial_temperature, end_time=scene.end_time, accuracy=scene.accuracy
     )
-    return fields.write_fields(folder, cast(Any, like), result, not scene.steady)
+    times = fields.stored_times(scene.end_time, scene.output_times)
+    return fields.write_fields(folder, cast(Any, like), result, times[:0] if scene.steady else times)

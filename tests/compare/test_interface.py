@@ -49,7 +49,7 @@ def test_another_voltage_withdraws_what_the_scene_declares() -> None:
 def test_refusals() -> None:
     run = compare.run("sink", steady=True)
     with pytest.raises(SceneError, match='did you mean "eq13"'):
-        run.check("eq31")
+        run.check("eq133")
     with pytest.raises(SceneError, match="they need the transient"):
         run.check("fig6_peak")
     with pytest.raises(SceneError, match="transient"):
@@ -74,7 +74,7 @@ def test_within_and_outside() -> None:
     assert text.index("end: steady end rise") < text.index("mean: steady mean rise")
     assert "OUTSIDE the tolerance of 5" in text
     assert "within the tolerance of 10" in text
-    with pytest.raises(AssertionError, match="eq14.*"):
+    with pytest.raises(AssertionError, match="eq14"):
         assert_reduction_agrees(scene, eq14=0.01)
 
 
@@ -99,9 +99,8 @@ def test_traces_of_a_file() -> None:
     run = compare.run("sink")
     time, three, _ = run.traces("peak_K")
     Path("good.csv").write_text("time_s,peak_K\n" + "".join(f"{t!r},{v!r}\n" for t, v in _rows(time, three)))
-    Path("bad.csv").write_text(
-        "time_s,peak_K\n" + "".join(f"{t!r},{293 + 0.9 * (v - 293)!r}\n" for t, v in _rows(time, three))
-    )
+    less = 293 + 0.9 * (three - 293)
+    Path("bad.csv").write_text("time_s,peak_K\n" + "".join(f"{t!r},{v!r}\n" for t, v in _rows(time, less)))
     assert_traces_agree("sink", "good.csv", peak=0.01)
     with pytest.raises(AssertionError, match=r"bad\.csv"):
         assert_traces_agree("sink", "bad.csv", peak=0.05)
@@ -114,6 +113,7 @@ def _rows(time: object, values: object) -> list[tuple[float, float]]:
 
 
 def test_importing_costs_nothing() -> None:
-    code = "import sys, scenes, compare\nprint(sorted({'numpy', 'scipy', 'skfem', 'matplotlib', 'pyvista'} & set(sys.modules)))"
+    heavy = "{'numpy', 'scipy', 'skfem', 'matplotlib', 'pyvista'}"
+    code = f"import sys, scenes, compare\nprint(sorted({heavy} & set(sys.modules)))"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
     assert found.stdout.strip() == "[]"

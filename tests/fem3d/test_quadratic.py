@@ -17,8 +17,8 @@ CELLS = 1e-3  # finer than the run, so that cells at the run's own hundredfold a
 @pytest.fixture(scope="module")
 def made():
     result = run.solve(SINK, Request())
-    cells, rises = result.details["fields"].quadratic(TIMES, CELLS)
-    return result, cells, rises, cells.snapshot(rises[0])
+    cells = result.details["fields"].quadratic(TIMES, CELLS)
+    return result, cells, result.details["answer"].fine.state.rise, cells.snapshot(0)
 
 
 def interpolated(cells, values, xi):
@@ -35,15 +35,15 @@ def interpolated(cells, values, xi):
 
 def furthest(made, cells):
     """The largest distance of the cells' parabolas from the finite-element solution, in K."""
-    result, _, rises, _ = made
+    result, _, rise, _ = made
     answer, part = result.details["answer"], result.details["fields"]._symmetry
-    heat, snapshot = answer.fine.state.heat, cells.snapshot(rises[0])
+    heat, snapshot = answer.fine.state.heat, cells.snapshot(0)
     worst = 0.0
     for xi in ((0.5, 0.5, 0.0), (-0.5, 0.3, 0.4), (0.0, -0.6, -0.5)):
         places = part.mirrored(np.stack([interpolated(cells, cells.points[:, d], xi) for d in range(3)], axis=1))
         found = interpolated(cells, snapshot.temperature, xi)[::7] - SINK.room_temperature
         exact = [
-            heat.sample(rises[0], x, y, z)[0, 0, 0]
+            heat.sample(rise, x, y, z)[0, 0, 0]
             for x, y, z in zip(*(places[::7, d : d + 1] for d in range(3)), strict=True)
         ]
         worst = max(worst, float(np.abs(found - exact).max()))
@@ -53,14 +53,14 @@ def furthest(made, cells):
 def test_the_cells_follow_the_solution_to_the_bound_that_they_state(made):
     """The bound adds the largest distances along the three axes; a product of interpolations may exceed the sum by the
     quadratic Lebesgue constant, 1.25 squared."""
-    _, cells, rises, _ = made
-    assert cells.error <= 0.1 * CELLS * rises.max()
+    _, cells, rise, _ = made
+    assert cells.error <= 0.1 * CELLS * rise.max()
     assert furthest(made, cells) <= 1.6 * cells.error
 
 
 def test_coarser_cells_are_caught(made):
     result, cells, _, _ = made
-    coarse, _ = result.details["fields"].quadratic(TIMES, 100 * CELLS)
+    coarse = result.details["fields"].quadratic(TIMES, 100 * CELLS)
     assert len(coarse.hexes) < len(cells.hexes)
     assert furthest(made, coarse) > 1.6 * cells.error
 
@@ -117,8 +117,8 @@ def test_the_mirror_turns_potential_and_current_as_it_should(made):
 
 
 def test_the_start_is_cold_with_the_full_field(made):
-    _, cells, rises, _ = made
-    start = cells.snapshot(rises[1])
+    _, cells, _, _ = made
+    start = cells.snapshot(1)
     assert np.abs(start.temperature - SINK.room_temperature).max() < 1e-6
     assert np.nanmax(start.potential) == pytest.approx(SINK.voltage)
     assert start.heat_source.max() > 0
