@@ -9,4 +9,5 @@ COMMANDS = {
     "solve": "solve any scene of boxes in 3D",
     "view": "look at the 3D fields of a run, or write pictures and films of them",
     "scene": "print a built-in scene as TOML",
+    "completion": "print what a shell needs to complete this command",
 }

@@ -59,7 +59,7 @@ def run(arguments: argparse.Namespace) -> int:
         return plan(sink, request) + (() if data is None else (data_step(data),))
 
     planned = common.explained(arguments, plan)
-    with Progress() as progress:
+    with Progress(arguments.quiet) as progress:
         outcome = sink_run.run(sink, request, out, progress, data)
 
     from compare import table

@@ -48,7 +48,7 @@ def run(arguments: argparse.Namespace) -> int:
     scope.check(scene, request)
     out = common.out(arguments) or results_folder(scene, settings)
     planned = common.explained(arguments, lambda: scope.plan(scene, request))
-    with Progress() as progress:
+    with Progress(arguments.quiet) as progress:
         outcome = run(scene, request, out, progress)
 
     from compare.solve import table

@@ -173,11 +173,9 @@ class Stage:
         return surface.extract_all_edges()
 
     def _range(self, name: str, step: int | None) -> tuple[float, float]:
-        """The least and the largest value of a state, or of all (``None``): of the first, middle and last, of which the
-        last is as a rule the most extreme."""
+        """The least and the largest value of a state, or of all of them (``None``)."""
         if (name, step) not in self._ranges:
-            count = len(self.source.times)
-            steps = [step] if step is not None else sorted({0, count // 2, count - 1})
+            steps = [step] if step is not None else range(len(self.source.times))
             values = np.stack([self._values(name, k) for k in steps])
             low, high = float(np.nanmin(values)), float(np.nanmax(values))
             if name == "difference":
