@@ -50,6 +50,9 @@ def start(asked: dict[str, Any], progress: Callable[[str], None]) -> None:
     fault = next((line for line in said.splitlines() if line.startswith("fault: ")), None)
     if fault is not None:
         raise SceneError(fault.removeprefix("fault: "))
+    if "Traceback" in said and "ImportError" not in said:
+        # A fault here, which is not the machine's.
+        raise RuntimeError(f"the viewer ended: {_why(status, said)}")
     missing = [name for name in (asked["screenshot"], asked["movie"]) if name and not Path(name).exists()]
     if status != 0 or missing:
         raise NoGraphicsError(

@@ -99,7 +99,7 @@ def film(stage: Any, view: View, path: Path) -> None:
         imageio.mimwrite(path, even, fps=FRAMES_PER_SECOND, macro_block_size=2)
     except (ImportError, ValueError) as error:
         raise SceneError(
-            f"--movie {quoted(path)} needs the package imageio with its ffmpeg (pip install imageio[ffmpeg]); a .gif "
+            f"--movie {quoted(path)} needs the package imageio with its ffmpeg (the extra movie); a .gif "
             f"needs nothing more ({type(error).__name__})"
         ) from None
 
