@@ -24,3 +24,4 @@ html_theme = "furo"
 html_title = "How far to trust a 1D model"
 html_static_path: list[str] = []
 html_copy_source = False
+html_show_copyright = False

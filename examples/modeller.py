@@ -15,9 +15,8 @@ material = scene.silicon
 
 # The beam's heat capacity, and its way out: two anchors of eq 14 side by side after the beam's own L / (12 k A).
 capacity = material.density * material.specific_heat * scene.length * scene.cross_section
-way_out = anchor_series_resistance(scene) / 2 + scene.length / (
-    12 * material.thermal_conductivity * scene.cross_section
-)
+conductance = material.thermal_conductivity * scene.cross_section
+way_out = anchor_series_resistance(scene) / 2 + scene.length / (12 * conductance)
 power = scene.voltage**2 * scene.cross_section / (material.resistivity * scene.length)
 time = np.concatenate([[0.0], np.geomspace(1e-6, 0.02, 200)])
 mean = scene.room_temperature + power * way_out * (1 - np.exp(-time / (way_out * capacity)))
