@@ -45,3 +45,12 @@ def test_the_readmes_examples_are_of_this_version() -> None:
     assert commands
     for command in commands:
         parse(shlex.split(re.sub(r" > .*", "", command))[1:])
+
+
+def test_the_scene_to_add_is_one(tmp_path: Path) -> None:
+    from scenes.free import load
+
+    found = re.search(r"```toml\n(.*?)```", (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8"), re.DOTALL)
+    assert found is not None
+    (tmp_path / "beam.toml").write_text(found.group(1), encoding="utf-8")
+    assert [probe.name for probe in load(str(tmp_path / "beam.toml"), []).probes] == ["tip"]
