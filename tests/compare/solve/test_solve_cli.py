@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import pyvista
 
 from compare.cli import main
 from compare.solve.traces import at
@@ -110,6 +111,13 @@ def test_files_of_an_earlier_run_are_replaced_and_others_kept(capsys: pytest.Cap
 def test_fields(capsys: pytest.CaptureFixture[str]) -> None:
     solve("plate", "--fields")
     assert {"fem3d.pvd", "fem3d_steady.vtu"} <= set(summary("results/plate")["files"])
+    solve("hotplate", "--fields")
+    files = summary("results/hotplate")["files"]
+    reader = pyvista.get_reader("results/hotplate/fem3d.pvd")
+    assert reader.time_values == [0.0, 1e-3, 2e-3, 3e-3, 4e-3]
+    assert set(files) == {entry.name for entry in Path("results/hotplate").iterdir()}
+    grid = pyvista.read("results/hotplate/fem3d_4.vtu")
+    assert np.allclose(grid.point_data["rise"], 293.0 - 293.15)
 
 
 def test_every_example_is_printed_and_solved_as_a_file(capsys: pytest.CaptureFixture[str]) -> None:
