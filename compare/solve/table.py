@@ -57,6 +57,11 @@ def _probes(outcome: SolveOutcome, style: Style) -> str:
         heads += f"{'least':>11}{'largest':>11}"
     lines = [style.paint(heads, "heading")]
     lines += [_line(probe, result, style) for probe in scene.probes]
+    start = result.details.get("accurate_from_s")
+    if result.traces is not None and start:
+        lines.append(
+            wrapped(f"The errors hold from {quantity(start, 's', 3)} on, before that they may be larger.", "  ")
+        )
     return "\n".join(lines)
 
 

@@ -63,6 +63,8 @@ def test_transient_has_a_column_per_probe_by_its_name(capsys: pytest.CaptureFixt
     assert found["transient"]["time_s"] == [1e-3, 2e-3, 3e-3, 4e-3]
     assert found["transient"]["values"]["heater"] == [1.0] * 4
     assert found["transient"]["errors"]["plate"] == 2e-3
+    assert found["transient"]["accurate_from_s"] == 4e-6
+    assert "The errors hold from 4.00 us on" in capsys.readouterr().out
 
 
 def test_value_at_a_jump_is_the_later_one() -> None:
