@@ -73,7 +73,7 @@ def _line(probe: Probe, result: Result, style: Style) -> str:
         value, error, shown, _, _ = with_error(found.value, found.error, unit)
         return f"  {name:<{_NAME}}{f'{value} {style.plus_minus} {error} {shown}':>26}"
     values, column = result.traces.values[probe.name], _Column.of(probe, result.traces)
-    value, error = column.show(float(values[-1])), column.show(result.traces.errors[probe.name])
+    value, error = column.show(float(values[-1])), column.show_error(result.traces.errors[probe.name])
     few = replace(column, places=min(column.places, 3))
     ends = "".join(f"{few.show(float(v))} {few.unit}".rjust(11) for v in (values.min(), values.max()))
     return f"  {name:<{_NAME}}{f'{value} {style.plus_minus} {error} {column.unit}':>26}{ends}"
@@ -96,6 +96,10 @@ class _Column:
     def show(self, value: float) -> str:
         # Zero is added so that what rounds to zero has no sign.
         return f"{round(value * self.factor, self.places) + 0.0:.{self.places}f}"
+
+    def show_error(self, error: float) -> str:
+        # Rounded up to the last decimal, so that it stays a bound.
+        return self.show(max(error, 10.0**-self.places / self.factor) if error > 0 else 0.0)
 
 
 def _at_times(outcome: SolveOutcome, style: Style) -> list[str]:
