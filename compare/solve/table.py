@@ -38,10 +38,7 @@ def headline(outcome: SolveOutcome, style: Style) -> str:
 def outcome_text(outcome: SolveOutcome, style: Style, planned: tuple[Step, ...] | None = None) -> str:
     """Everything about a run; ``planned`` is the plan if it has been printed, so that only what turned out otherwise is
     added."""
-    parts = [headline(outcome, style)]
-    if outcome.scene.probes:
-        parts.append(_probes(outcome, style))
-    parts += _at_times(outcome, style)
+    parts = [headline(outcome, style), _probes(outcome, style), *_at_times(outcome, style)]
     changed = [step for step in outcome.plan if planned is not None and step not in planned]
     if changed:
         parts.append(plan_text(changed, style).replace("Plan", "As it turned out", 1))
@@ -106,7 +103,7 @@ def _at_times(outcome: SolveOutcome, style: Style) -> list[str]:
     """The probes at the times that were asked for, a few columns at a time."""
     scene, traces = outcome.scene, outcome.result.traces
     times = scene.output_times
-    if traces is None or not times or not scene.probes:
+    if traces is None or not times:
         return []
     if len(times) > _MOST_TIMES:
         return [wrapped(f"The {len(times)} output times are in summary.json and traces.csv.")]

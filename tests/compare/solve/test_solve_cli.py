@@ -166,3 +166,4 @@ def test_nothing_to_report(capsys: pytest.CaptureFixture[str]) -> None:
     assert solve("mine.toml") == 2
     assert "no [[probe]]" in capsys.readouterr().err
     assert solve("mine.toml", "--fields") == 0
+    assert list(summary("results/plate")["fem3d"]["steady"]) == ["mean plate"]
