@@ -56,10 +56,10 @@ def test_transient_has_a_column_per_probe_by_its_name(capsys: pytest.CaptureFixt
     assert solve("hotplate") == 0
     with open("results/hotplate/traces.csv") as file:
         rows = list(csv.DictReader(file))
-    assert list(rows[0]) == ["time_s", "heater", "plate", "current", "middle"]
+    assert list(rows[0]) == ["time_s", "heater", "plate", "current", "heat to the left"]
     assert [float(row["plate"]) for row in rows] == [1.0, 1.0, 2.0, 2.0]
     found = summary("results/hotplate")["fem3d"]
-    assert found["units"] == {"heater": "K", "plate": "K", "current": "A", "middle": "V"}
+    assert found["units"] == {"heater": "K", "plate": "K", "current": "A", "heat to the left": "W"}
     assert found["transient"]["time_s"] == [1e-3, 2e-3, 3e-3, 4e-3]
     assert found["transient"]["values"]["heater"] == [1.0] * 4
     assert found["transient"]["errors"]["plate"] == 2e-3
