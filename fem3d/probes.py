@@ -1,7 +1,8 @@
 """What probes read off a temperature field: means, heat flows and extremes.
 
-Means and heat flows are linear: a row for the rise, for a flow also what enters at no rise. The flow of a whole boundary
-of given temperature is its reaction, which converges twice as fast as the gradient that is integrated elsewhere.
+Means and heat flows are linear: a row for the rise, for a flow also what enters at no rise. The flow of a whole
+boundary of given temperature is its reaction, which converges twice as fast as the gradient that is integrated
+elsewhere.
 """
 
 from __future__ import annotations
