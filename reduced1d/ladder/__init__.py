@@ -61,6 +61,11 @@ def describe(name: str) -> str:
     return REDUCTIONS[name.partition(":")[0]]
 
 
+def few_states_of(name: str) -> str:
+    """The few-state model that goes with a reduction, by its canonical name: itself, or moments:4."""
+    return name if name.startswith("moments:") else f"moments:{STATES}"
+
+
 def solve(
     sink: Sink,
     reduction: str = "paper",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -51,11 +51,10 @@ class Level:
         """The paper's model on the plate's anchor resistance."""
         return lump(self.sink, self.anchor.resistance)
 
-    def fin(self, pad_capacity: bool = True, oxide_capacity: bool = True) -> FewStates:
-        """The fin on the plate's anchor."""
-        return fin(
-            self.sink, self.anchor, pad_capacity=pad_capacity, oxide_capacity=oxide_capacity, finer=self.finer
-        )  # fmt: skip
+    def fin(self, pad_capacity: bool = True, oxide_capacity: bool = True, circuit: bool = True) -> FewStates:
+        """The fin on the plate's anchor, with what is asked for of the anchor's capacity and of the circuit in it."""
+        anchor = self.anchor if circuit else replace(self.anchor, circuit=0.0, source=0.0, feedback=0.0)
+        return fin(self.sink, anchor, pad_capacity=pad_capacity, oxide_capacity=oxide_capacity, finer=self.finer)
 
     def moments(self, states: int) -> FewStates:
         """The plate with some states (fewer where they would depend on each other)."""
