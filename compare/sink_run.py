@@ -52,6 +52,11 @@ def _solve(sink: Sink, request: SinkRequest, say: Callable[[str], None], clock: 
     """Both models and the checks, without any file."""
     fem3d = reduced1d = why = exported = None
     levels = _levels(sink, request)
+    if request.export is not None and levels is not None:
+        from reduced1d.export import export
+
+        with clock.stage("export"):
+            exported = export(levels, request.reduction, request.export)
     checks: tuple[Check, ...] = ()
     solver_steps: tuple[Step, ...] = (Step("3D model", "skipped", "only the 1D model was asked for"),)
     if "fem3d" in request.models:
@@ -74,11 +79,6 @@ def _solve(sink: Sink, request: SinkRequest, say: Callable[[str], None], clock: 
 
         with clock.stage("why"):
             why = budget(sink, request.reduction, fem3d, levels, say)
-    if request.export is not None and levels is not None:
-        from reduced1d.export import export
-
-        with clock.stage("export"):
-            exported = export(levels, request.reduction, request.export)
     warnings = tuple(text for model in (fem3d, reduced1d) if model for text in model.details.get("warnings", ()))
     plan = assemble(sink, request, solver_steps)
     return Outcome(sink, request, plan, fem3d, reduced1d, checks, warnings, why=why, exported=exported)

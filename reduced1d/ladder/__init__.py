@@ -58,7 +58,8 @@ def canonical(text: str) -> str:
 
 def describe(name: str) -> str:
     """What a reduction is, in words."""
-    return REDUCTIONS[name.partition(":")[0]]
+    family, _, states = name.partition(":")
+    return REDUCTIONS[family].replace("a few", states) if states else REDUCTIONS[family]
 
 
 def few_states_of(name: str) -> str:

@@ -27,7 +27,8 @@ PLATE_STATES = 24
 """With so many fields the projection is the plate to 1e-5 from the first time on."""
 
 _DEPENDENT = 1e-10  # what is left of a field that lies in the span of those before it
-_SETTLED = 1e-9
+_SETTLED = 1e-9  # of the rise: the change that ends the search for the steady state
+_PATTERN = 1e-6  # of the rise: the change that ends that for the current's pattern, which falls by far more at a time
 _MOST_PATTERNS = 30
 
 
@@ -83,7 +84,7 @@ def hot(plate: Plate) -> tuple[Plate, np.ndarray]:
     for _ in range(_MOST_PATTERNS if plate.sink.silicon.temperature_coefficient else 0):
         plate = plate.carrying(current_through_pads(plate, rise))
         before, rise = rise, _steady_rise(plate)
-        if np.abs(rise - before).max() <= _SETTLED * np.abs(rise).max():
+        if np.abs(rise - before).max() <= _PATTERN * np.abs(rise).max():
             return plate, rise
     return plate, rise
 

@@ -40,11 +40,12 @@ def steady_state(model: FewStates) -> tuple[np.ndarray, float]:
 
     def excess(current: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         x = model.coefficient * current**2
-        parts = sources**2 / (1 - np.outer(x, gains))
-        resistance = model.resistance + x * parts.sum(axis=1)
-        slope = resistance + 2 * x * (parts / (1 - np.outer(x, gains))).sum(axis=1)
-        # I - V/R has no pole where the resistance does.
-        return current - voltage / resistance, 1 + voltage * (slope - resistance) / (current * resistance**2)
+        # I - V/R has no pole where the resistance does; its derivative there is not needed, a bisection follows.
+        with np.errstate(divide="ignore", invalid="ignore"):
+            parts = sources**2 / (1 - np.outer(x, gains))
+            resistance = model.resistance + x * parts.sum(axis=1)
+            slope = 2 * x * (parts / (1 - np.outer(x, gains))).sum(axis=1)
+            return current - voltage / resistance, 1 + voltage * slope / (current * resistance**2)
 
     lower = 1e-3 * upper if model.coefficient >= 0 else voltage / model.resistance * (1 - 1e-12)
     current = float(increasing_root(excess, np.array([lower]), np.array([upper]))[0])
