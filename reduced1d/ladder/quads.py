@@ -21,16 +21,18 @@ SLIVER = 1e-3
 @dataclass(frozen=True)
 class Grading:
     """How fine a mesh is: the first cell at the corner of beam and pad, and that at the oxide's outline, as parts of
-    the narrowest size there; the largest ratio of neighbouring cells; the longest cell, as a part of half the beam."""
+    the narrowest size there; the largest ratio of neighbouring cells, in general and above the oxide; the longest cell,
+    as a part of half the beam."""
 
     corner: float
     outline: float
     ratio: float
+    above: float
     longest: float
 
 
-FINE = Grading(0.0005, 0.25, 2.0, 0.1)
-COARSE = Grading(0.003, 0.5, 2.8, 0.15)
+FINE = Grading(0.0005, 0.25, 2.0, 1.4, 0.1)
+COARSE = Grading(0.003, 0.5, 2.8, 2.0, 0.15)
 """Two meshes whose answers differ by more than the error of the finer one."""
 
 
@@ -63,8 +65,8 @@ def quarter(sink: Sink, grading: Grading) -> Quarter:
     small = SLIVER * min(narrow, sink.oxide_length / 2, oxide)
     across = [(0.0, None), (min(w, pad), corner), (max(w, pad), None), (oxide, outline)]
     along = [(-length, None), (-far, outline), (-near, outline), (0.0, corner), (sink.length / 2, None)]
-    x = _lines(across, grading, small, math.inf)
-    y = _lines(along, grading, small, grading.longest * sink.length / 2)
+    x = _lines(across, grading, small, math.inf, (0.0, oxide))
+    y = _lines(along, grading, small, grading.longest * sink.length / 2, (-far, -near))
     mesh = MeshQuad.init_tensor(x, y)
     cx, cy = mesh.p[:, mesh.t].mean(axis=1)
     solid = ((cy > 0) & (cx < w)) | ((cy < 0) & (cx < pad))
@@ -86,9 +88,10 @@ def film(sink: Sink) -> float:
 
 
 def _lines(
-    planes: list[tuple[float, float | None]], grading: Grading, small: float, longest: float
+    planes: list[tuple[float, float | None]], grading: Grading, small: float, longest: float, above: tuple[float, float]
 ) -> np.ndarray:  # fmt: skip
-    """Coordinates through the planes, the cells at each no longer than its value (``None``: as long as others let)."""
+    """Coordinates through the planes, the cells at each no longer than its value (``None``: as long as others let),
+    with the oxide's ratio in the range ``above``."""
     merged: list[tuple[float, float | None]] = []
     for at, first in sorted(planes, key=lambda plane: plane[0]):
         if merged and at - merged[-1][0] < small:
@@ -98,7 +101,8 @@ def _lines(
             merged.append((at, first))
     found = [merged[0][0]]
     for (a, at_a), (b, at_b) in pairwise(merged):
-        found += [*_between(a, b, at_a, at_b, grading.ratio, longest), b]
+        ratio = grading.above if above[0] < (a + b) / 2 < above[1] else grading.ratio
+        found += [*_between(a, b, at_a, at_b, ratio, longest), b]
     return np.array(found)
 
 
