@@ -180,14 +180,14 @@ def timed(call: Callable[[], object]) -> float:
     return statistics.median(found)
 
 
-def thin_row(thickness: str) -> str:
-    """A row of the last table; 3D to 1e-4, in the steady state."""
+def thin_row(thickness: str, accuracy: str = "1e-4") -> str:
+    """A row of the last table, in the steady state."""
     from fem3d.run import solve as solve_3d
     from reduced1d import ladder
     from scenes.loading import load
     from scenes.plan import Request
 
-    sink = load("sink", [f"sink.thickness={thickness}", "run.accuracy=1e-4"])
+    sink = load("sink", [f"sink.thickness={thickness}", f"run.accuracy={accuracy}"])
     fem3d = solve_3d(sink, Request(transient=False)).steady["anchor_resistance_K_per_W"]
     found = ladder.solve(sink, "plate", steady_only=True)
     off = found.steady["anchor_resistance_K_per_W"].value / fem3d.value - 1
