@@ -58,7 +58,7 @@ def run_json(text: str, voltage: float) -> Traces:
         found: np.ndarray = (-G * T + (voltage / (r + a * s @ T)) ** 2 * (s + a * F @ T)) / C
         return found
 
-    T = solve_ivp(rate, (0, TIMES[-1]), np.zeros(len(C)), t_eval=TIMES, method="Radau", rtol=1e-8, atol=1e-10).y.T
+    T = solve_ivp(rate, (0, TIMES[-1]), np.zeros(len(C)), t_eval=TIMES, method="Radau", rtol=1e-6, atol=1e-6).y.T
     found = {name.replace("_rise_K", "_K"): T @ row for name, row in model["outputs"].items()}
     return {**found, "current_A": voltage / (r + a * T @ s)}
 

@@ -94,10 +94,13 @@ def test_the_mesh_covers_the_sink(sink: Sink) -> None:
         assert 4 * areas[where].sum() == relative(area, 3e-6)
 
 
-@pytest.mark.parametrize("electrodes", ["beam-end", "pad-edge"])
-@pytest.mark.parametrize("sink", SHAPES.values(), ids=SHAPES)
-def test_heat_is_conserved(sink: Sink, electrodes: str) -> None:
-    sink = replace(sink, electrodes=electrodes, convection_coefficient=100.0, voltage=3.0)  # type: ignore[arg-type]
+@pytest.mark.parametrize(
+    "sink",
+    [replace(SHAPES[name], electrodes="pad-edge") for name in ("default", "wide beam", "strip")]
+    + [SHAPES["all but equal"]],
+)
+def test_heat_is_conserved(sink: Sink) -> None:
+    sink = replace(sink, convection_coefficient=100.0, voltage=3.0)
     plate, rise = hot(assemble(sink, COARSE))
     one = np.ones(plate.unknowns)
     whole = plate.current.whole
@@ -113,7 +116,7 @@ def test_heat_is_conserved(sink: Sink, electrodes: str) -> None:
     assert one @ (plate.capacity @ one) == relative(expected, 3e-6)
 
 
-@pytest.mark.parametrize("sink", [SHAPES[name] for name in ("default", "wide pads", "wide beam", "oxide at the edge")])
+@pytest.mark.parametrize("sink", [SHAPES[name] for name in ("default", "wide beam", "oxide at the edge")])
 def test_the_coarse_mesh_tells_the_error_of_the_fine_one(sink: Sink) -> None:
     fine, coarse = (anchor_of(assemble(sink, grading)).resistance for grading in (FINE, COARSE))
     best = anchor_of(assemble(sink, replace(FINE, corner=1e-4, outline=0.15, ratio=1.6, above=1.3))).resistance
