@@ -7,22 +7,19 @@ ends. Takes a few minutes, nearly all of it for the 3D solutions.
 from __future__ import annotations
 
 import argparse
-import statistics
 import sys
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from compare.ladder_measures import REPEATS, errors, grid, scales, timed, times_of
 from compare.scope import FIRST_TIME
 from compare.words import percent, quantity
 
 if TYPE_CHECKING:
-    from reduced1d.ladder.levels import Levels
     from scenes.result import Result
-    from scenes.sink import Sink
 
 SCENES = {
     "The paper's sink": [],
@@ -32,8 +29,8 @@ SCENES = {
     "Electrodes at the pads' outer faces": ["drive.electrodes=pad-edge"],
 }
 MODELS = ("paper", "anchored", "fin-massless", "fin", "plate", "moments:3", "moments:4")
+PADS = ("100um", "150um", "300um", "600um", "1200um")
 THICKNESSES = ("1um", "2um", "5um", "10um", "20um", "50um")
-REPEATS = 7
 
 _HEAD = """\
 # Reductions of the sink, from the paper's to the plate
@@ -48,7 +45,7 @@ Errors are the largest distance from 3D at any time from 10 us on, relative to t
 change from the cold sink's; anchor resistance is the steady end rise over the heat through an end. The 3D solution's
 own error bounds stand above each table: no difference is known more closely. *Build* is the time from a sink to the
 model's matrices, then as a part of the time of the 3D steady state at an accuracy of 1e-3; *evaluate* is the time of a
-transient of {times} times to the scene's end. Times are medians of {repeats} on one machine, after imports.
+transient of {times} times to the scene's end. Times are the shortest of {repeats} on one machine, after imports.
 """
 _THIN = """
 ## Where the plate ends
@@ -58,6 +55,15 @@ says itself that it may be (`reduced1d/ladder/anchor.py`, first order of what it
 
 | thickness | plate less 3D | 3D's own error | the plate's estimate | warns |
 |---|---|---|---|---|
+"""
+_SLOW = """
+## Where the fin ends
+
+The paper's sink with larger square pads: the largest distances from the plate, the fin's own estimate for its ends
+(`one_node_remainder` in the same file), and whether it warns.
+
+| pads | fin, peak | fin, end | moments:4, peak | moments:4, end | the fin's estimate | warns |
+|---|---|---|---|---|---|---|
 """
 
 
@@ -76,7 +82,7 @@ def page(accuracy: str, say: Callable[[str], None] = lambda _: None) -> Iterator
     from reduced1d.ladder import describe
 
     models = "\n".join(f"| `{name}` | {describe(name)} |" for name in MODELS)
-    yield _HEAD.format(accuracy=accuracy, models=models, times=len(_times(0.02)), repeats=REPEATS)
+    yield _HEAD.format(accuracy=accuracy, models=models, times=len(grid(0.02)), repeats=REPEATS)
     for title, settings in SCENES.items():
         say(title)
         yield from scene(title, settings, accuracy)
@@ -84,6 +90,10 @@ def page(accuracy: str, say: Callable[[str], None] = lambda _: None) -> Iterator
     for thickness in THICKNESSES:
         say(f"thickness {thickness}")
         yield thin_row(thickness)
+    yield _SLOW
+    for size in PADS:
+        say(f"pads of {size}")
+        yield slow_row(size)
 
 
 def scene(title: str, settings: list[str], accuracy: str) -> Iterator[str]:
@@ -99,14 +109,14 @@ def scene(title: str, settings: list[str], accuracy: str) -> Iterator[str]:
     coarse = load("sink", settings)
     steady = timed(lambda: solve_3d(coarse, Request(transient=False)))
     shown = f" (`{' '.join(f'--set {text}' for text in settings)}`)" if settings else ""
-    yield f"\n## {title}{shown}\n\n{own_error(sink, fem3d)}\n\n"
+    yield f"\n## {title}{shown}\n\n{own_error(fem3d)}\n\n"
     yield "| model | states | peak | end | current | anchor resistance | build | build / 3D steady | evaluate |\n"
     yield "|---|---|---|---|---|---|---|---|---|\n"
     assert fem3d.traces is not None
     levels = Levels(sink)
     for name in MODELS:
         found = ladder.solve(sink, name, times=fem3d.traces.time, levels=levels)
-        off = " | ".join(percent(value) for value in errors(sink, found, fem3d))
+        off = " | ".join(percent(value) for value in errors(found, fem3d))
         key = "anchor_resistance_K_per_W"
         R = percent(found.steady[key].value / fem3d.steady[key].value - 1, sign=True)
         build, evaluate = times_of(sink, name)
@@ -115,7 +125,7 @@ def scene(title: str, settings: list[str], accuracy: str) -> Iterator[str]:
         yield f"| `{name}` | {states} | {off} | {R} | {built} | {1e3 * evaluate:.1f} ms |\n"
 
 
-def own_error(sink: Sink, fem3d: Result) -> str:
+def own_error(fem3d: Result) -> str:
     """The 3D solution's estimated errors, in the measure of the table."""
     assert fem3d.traces is not None
     peak, end, current = (
@@ -129,55 +139,6 @@ def own_error(sink: Sink, fem3d: Result) -> str:
         f"own error at most {peak} in the peak, {end} in the end, {current} in the current, {own} "
         f"in the anchor resistance ({fem3d.details['unknowns']} unknowns)."
     )
-
-
-def scales(fem3d: Result) -> dict[str, float]:
-    """What differences are relative to, by trace."""
-    assert fem3d.traces is not None
-    cold = float(fem3d.traces.values["current_A"][0])
-    return {
-        "peak_K": fem3d.steady["peak_rise_K"].value,
-        "end_K": fem3d.steady["end_rise_K"].value,
-        "current_A": abs(fem3d.steady["current_A"].value - cold),
-    }
-
-
-def errors(sink: Sink, found: Result, fem3d: Result) -> list[float]:
-    """The largest distances of peak, end and current, relative."""
-    assert found.traces is not None
-    assert fem3d.traces is not None
-    late = fem3d.traces.time >= FIRST_TIME
-    return [
-        float(np.abs(found.traces.values[key] - fem3d.traces.values[key])[late].max()) / scale
-        for key, scale in scales(fem3d).items()
-    ]
-
-
-def times_of(sink: Sink, name: str) -> tuple[float | None, float]:
-    """Seconds to build a reduction (``None`` for the paper's, which has nothing to build) and to evaluate it."""
-    from reduced1d import ladder
-    from reduced1d.ladder.answer import over_time
-    from reduced1d.ladder.levels import Levels
-
-    times = _times(sink.end_time)
-    if name == "paper":
-        return None, timed(lambda: ladder.solve(sink, name, times=times))
-
-    def build(levels: Levels) -> object:
-        return ladder.build(levels.fine, name)
-
-    model = ladder.build(Levels(sink).fine, name)
-    return timed(lambda: build(Levels(sink))), timed(lambda: over_time(model, times))
-
-
-def timed(call: Callable[[], object]) -> float:
-    """The median of some runs (s)."""
-    found = []
-    for _ in range(REPEATS):
-        started = time.perf_counter()
-        call()
-        found.append(time.perf_counter() - started)
-    return statistics.median(found)
 
 
 def thin_row(thickness: str, accuracy: str = "1e-4") -> str:
@@ -197,8 +158,25 @@ def thin_row(thickness: str, accuracy: str = "1e-4") -> str:
     )
 
 
-def _times(end: float) -> np.ndarray:
-    return np.concatenate([[0.0], np.geomspace(FIRST_TIME / 10, end, 200)])
+def slow_row(size: str) -> str:
+    """A row of the table of pads; without 3D, for the plate is that to all that is shown."""
+    from reduced1d import ladder
+    from reduced1d.ladder.levels import Levels
+    from scenes.loading import load
+
+    sink = load("sink", [f"anchor.pad_length={size}", f"anchor.pad_width={size}"])
+    levels, times = Levels(sink), grid(sink.end_time)
+    plate, fin, few = (ladder.solve(sink, name, times=times, levels=levels) for name in ("plate", "fin", "moments:4"))
+    off = []
+    for found in (fin, few):
+        for key in ("peak", "end"):
+            assert plate.traces is not None
+            assert found.traces is not None
+            apart = np.abs(found.traces.values[f"{key}_K"] - plate.traces.values[f"{key}_K"])[times >= FIRST_TIME]
+            off.append(percent(float(apart.max()) / plate.steady[f"{key}_rise_K"].value))
+    warns = "yes" if any("one node" in text for text in fin.details["warnings"]) else "no"
+    cells = [size.replace("um", " um"), *off, percent(levels.fine.one_node), warns]
+    return f"| {' | '.join(cells)} |\n"
 
 
 if __name__ == "__main__":

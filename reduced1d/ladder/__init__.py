@@ -93,14 +93,17 @@ def solve(
 
     from reduced1d.ladder.answer import result
     from reduced1d.ladder.levels import Levels
-    from reduced1d.ladder.validity import warnings
+    from reduced1d.ladder.validity import fin_warnings, warnings
 
     levels = levels or Levels(sink)
     found = result(name, sink, build(levels.fine, name), build(levels.coarse, name), steady_only, times)
+    said = warnings(sink, levels.fine.remainder)
+    if name in ("anchored", "fin-massless", "fin"):
+        said += fin_warnings(sink, levels.fine.one_node)
     more = {
         "unknowns": levels.fine.plate.unknowns,
         "thin_plate_remainder": levels.fine.remainder,
-        "warnings": warnings(sink, levels.fine.remainder),
+        "warnings": said,
     }
     return replace(found, details={**found.details, **more})
 

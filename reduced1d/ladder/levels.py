@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from reduced1d.ladder import moments, quads
-from reduced1d.ladder.anchor import Anchor, anchor_of, thin_plate_remainder
+from reduced1d.ladder.anchor import Anchor, anchor_of, one_node_remainder, thin_plate_remainder
 from reduced1d.ladder.few_states import FewStates
 from reduced1d.ladder.fin import fin, lump
 from reduced1d.ladder.plate import Plate, assemble
@@ -46,6 +46,11 @@ class Level:
     def remainder(self) -> float:
         """What the plate leaves out of the anchor resistance (-)."""
         return thin_plate_remainder(self._assembled)
+
+    @cached_property
+    def one_node(self) -> float:
+        """What a fin on one-node anchors may leave out at its ends (-)."""
+        return one_node_remainder(self._assembled)
 
     def lump(self) -> FewStates:
         """The paper's model on the plate's anchor resistance."""

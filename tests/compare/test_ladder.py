@@ -13,7 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from compare.ladder_table import errors, scene, thin_row
+from compare.ladder_measures import errors
+from compare.ladder_table import scene, slow_row, thin_row
 from compare.why import budget, document
 from compare.why_text import budget_text
 from fem3d.run import solve as solve_3d
@@ -48,7 +49,7 @@ class Case:
         """How far peak, end and current of a model are from 3D."""
         assert self.fem3d.traces is not None
         found = result("model", self.sink, model, model, False, self.fem3d.traces.time)
-        return errors(self.sink, found, self.fem3d)
+        return errors(found, self.fem3d)
 
 
 @cache
@@ -207,7 +208,7 @@ def test_the_plates_estimate_of_what_it_leaves_out() -> None:
 
 def test_a_row_of_the_page(monkeypatch: pytest.MonkeyPatch) -> None:
     """With the cheapest 3D solution; what matters is that every model has its row."""
-    monkeypatch.setattr("compare.ladder_table.REPEATS", 1)
+    monkeypatch.setattr("compare.ladder_measures.REPEATS", 1)
     monkeypatch.setattr("compare.ladder_table.MODELS", ("paper", "plate", "moments:3"))
     text = "".join(scene("A title", ["sink.width=150um"], "1e-3"))
     lines = text.splitlines()
@@ -216,4 +217,5 @@ def test_a_row_of_the_page(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(rows) == 3
     assert all(row.count("|") == lines[5].count("|") for row in rows)
     assert "own error at most" in lines[3]
+    assert slow_row("150um").endswith("| no |\n")
     assert thin_row("10um", "1e-3").endswith("| yes |\n")

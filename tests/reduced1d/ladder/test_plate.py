@@ -10,12 +10,13 @@ import pytest
 
 from reduced1d.equations import room_resistivity
 from reduced1d.ladder.anchor import anchor_of
+from reduced1d.ladder.answer import over_time, steady
 from reduced1d.ladder.levels import Levels
 from reduced1d.ladder.moments import hot
 from reduced1d.ladder.plate import assemble
 from reduced1d.ladder.quads import COARSE, FINE, film, quarter
 from reduced1d.ladder.stream import current_through_pads
-from reduced1d.ladder.validity import oxide_time, warnings
+from reduced1d.ladder.validity import fin_warnings, oxide_time, warnings
 from scenes.sink import Sink
 from tests.reduced1d import relative
 
@@ -137,6 +138,19 @@ def test_the_anchors_capacity_is_what_its_impedance_says(levels: Levels) -> None
     change = float(plate.end @ (moved - field)) / float(plate.end @ field)
     assert change == relative(-R * C, 1e-2)
     assert change != relative(-R * anchor.pad / 2, 0.3)
+
+
+def test_the_fin_says_where_it_ends(levels: Levels) -> None:
+    """Pads that hold much more heat than the beam: one node is 10 % off, and the estimate is above that."""
+    assert fin_warnings(levels.sink, levels.fine.one_node) == []
+    sink = Sink(pad_length=1e-3, pad_width=1e-3)
+    slow = Levels(sink).coarse
+    times = np.geomspace(1e-5, 0.02, 60)
+    plate, fin = (over_time(model, times)["end_K"] for model in (slow.whole_plate(), slow.fin()))
+    off = float(np.abs(fin - plate).max()) / steady(slow.whole_plate())["end_rise_K"]
+    assert 0.05 < off < slow.one_node
+    assert any("one node" in text for text in fin_warnings(sink, slow.one_node))
+    assert any("slender" in text for text in fin_warnings(replace(sink, width=1e-3), 0.0))
 
 
 def test_the_plate_says_where_it_ends(levels: Levels) -> None:
