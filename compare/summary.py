@@ -96,7 +96,7 @@ def _model(check: Check, outcome: Outcome) -> dict[str, str]:
 
 
 def _why(budget: Budget) -> dict[str, Any]:
-    from compare.why import document
+    from compare.why_text import document
 
     return document(budget)
 

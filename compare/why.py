@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -109,35 +109,6 @@ def scale_of(sink: Sink, name: str, fem3d: Result, levels: Levels) -> float:
     if fem3d.traces is not None:
         return abs(value - float(fem3d.traces.values["current_A"][0]))
     return abs(value - sink.voltage / levels.fine.plate.current.whole.resistance)
-
-
-def named(reduction: str) -> str:
-    """A reduction in a sentence."""
-    return "the paper's model" if reduction == "paper" else reduction
-
-
-def document(found: Budget) -> dict[str, Any]:
-    """The budget for summary.json."""
-
-    def part(given: Part) -> dict[str, Any]:
-        made = {"assumption": given.blame, "value": given.value, "error": given.error}
-        return made if given.when is None else {**made, "largest": given.largest, "largest_time_s": given.when}
-
-    def split(given: Split) -> dict[str, Any]:
-        made: dict[str, Any] = {
-            "unit": given.unit,
-            "scale": given.scale,
-            "difference": {"value": given.total, "error": given.error},
-            "parts": [part(p) for p in given.parts],
-        }
-        return made if given.time is None else {**made, "time_s": given.time}
-
-    return {
-        "reduction": found.start,
-        "sentence": found.sentence,
-        "steady": {given.quantity: split(given) for given in found.steady},
-        "transient": {given.quantity: split(given) for given in found.transient},
-    }
 
 
 def _steady_split(scale: float, name: str, found: Sequence[Rung], results: Sequence[Result]) -> Split:

@@ -25,7 +25,7 @@ def draw(outcome: Outcome) -> Figure:
     """A panel for each quantity: what every assumption adds to the reduction less 3D, stacked away from zero in percent
     of the final rise (or the current's change), against time; the bar beside it is the steady state, with its
     numerical error. The black line is the whole difference."""
-    from compare.why import named
+    from compare.why_text import named
 
     budget: Budget = outcome.why  # type: ignore[assignment]
     sink = outcome.sink

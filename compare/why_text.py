@@ -1,21 +1,20 @@
-"""The budget of a difference as a table of at most 80 columns."""
+"""The budget of a difference in words: as a table of at most 80 columns, and for summary.json."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from compare.words import difference_text, percent, quantity
 
 if TYPE_CHECKING:
     from compare.table import Style
-    from compare.why import Budget, Split
+    from compare.why import Budget, Part, Split
 
 
 def budget_text(budget: Budget, style: Style) -> str:
     """Its parts in percent of the final rise or of the current's change, then the sentence."""
     from compare.table import wrapped
-    from compare.why import named
 
     lines = [style.paint(f"Why {named(budget.start)} differs from 3D", "heading")]
     lines.append("  in % of the final rise, or of the current's change")
@@ -24,6 +23,35 @@ def budget_text(budget: Budget, style: Style) -> str:
         lines += _table("when it is largest", budget.transient, style)
         lines += _largest(budget.transient, style)
     return "\n".join([*lines, wrapped(f"{budget.sentence[0].upper()}{budget.sentence[1:]}.", "  ", "  ")])
+
+
+def named(reduction: str) -> str:
+    """A reduction in a sentence."""
+    return "the paper's model" if reduction == "paper" else reduction
+
+
+def document(found: Budget) -> dict[str, Any]:
+    """The budget for summary.json."""
+
+    def part(given: Part) -> dict[str, Any]:
+        made = {"assumption": given.blame, "value": given.value, "error": given.error}
+        return made if given.when is None else {**made, "largest": given.largest, "largest_time_s": given.when}
+
+    def split(given: Split) -> dict[str, Any]:
+        made: dict[str, Any] = {
+            "unit": given.unit,
+            "scale": given.scale,
+            "difference": {"value": given.total, "error": given.error},
+            "parts": [part(p) for p in given.parts],
+        }
+        return made if given.time is None else {**made, "time_s": given.time}
+
+    return {
+        "reduction": found.start,
+        "sentence": found.sentence,
+        "steady": {given.quantity: split(given) for given in found.steady},
+        "transient": {given.quantity: split(given) for given in found.transient},
+    }
 
 
 def _table(title: str, splits: Sequence[Split], style: Style) -> list[str]:

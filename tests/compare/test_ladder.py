@@ -15,8 +15,8 @@ import pytest
 
 from compare.ladder_measures import errors
 from compare.ladder_table import scene, slow_row, thin_row
-from compare.why import budget, document
-from compare.why_text import budget_text
+from compare.why import budget
+from compare.why_text import budget_text, document
 from fem3d.run import solve as solve_3d
 from reduced1d import ladder
 from reduced1d.ladder.answer import result
