@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -14,6 +15,8 @@ from scenes.sink import Sink
 if TYPE_CHECKING:
     import skfem
 
+Growth = Callable[[float], float]
+
 SLIVER = 1e-3
 """Planes closer than this part of the narrowest size are one plane."""
 
@@ -21,8 +24,8 @@ SLIVER = 1e-3
 @dataclass(frozen=True)
 class Grading:
     """How fine a mesh is: the first cell at the corner of beam and pad, and that at the oxide's outline, as parts of
-    the narrowest size there; the largest ratio of neighbouring cells, in general and above the oxide; the longest cell,
-    as a part of half the beam."""
+    the narrowest size there; the largest ratio of neighbouring cells, in general and, where they are longer than the
+    outline's, above the oxide; the longest cell, as a part of half the beam."""
 
     corner: float
     outline: float
@@ -65,8 +68,16 @@ def quarter(sink: Sink, grading: Grading) -> Quarter:
     small = SLIVER * min(narrow, sink.oxide_length / 2, oxide)
     across = [(0.0, None), (min(w, pad), corner), (max(w, pad), None), (oxide, outline)]
     along = [(-length, None), (-far, outline), (-near, outline), (0.0, corner), (sink.length / 2, None)]
-    x = _lines(across, grading, small, math.inf, (0.0, oxide))
-    y = _lines(along, grading, small, grading.longest * sink.length / 2, (-far, -near))
+    longest = grading.longest * sink.length / 2
+
+    def free(distance: float) -> float:
+        return (grading.ratio - 1) * distance
+
+    def above(distance: float) -> float:
+        return min(free(distance), max(outline, (grading.above - 1) * distance))
+
+    x = _lines(across, small, lambda at: above if at < oxide else free)
+    y = _lines(along, small, lambda at: above if -far < at < -near else lambda d: min(free(d), longest))
     mesh = MeshQuad.init_tensor(x, y)
     cx, cy = mesh.p[:, mesh.t].mean(axis=1)
     solid = ((cy > 0) & (cx < w)) | ((cy < 0) & (cx < pad))
@@ -88,10 +99,10 @@ def film(sink: Sink) -> float:
 
 
 def _lines(
-    planes: list[tuple[float, float | None]], grading: Grading, small: float, longest: float, above: tuple[float, float]
+    planes: list[tuple[float, float | None]], small: float, grows_at: Callable[[float], Growth]
 ) -> np.ndarray:  # fmt: skip
     """Coordinates through the planes, the cells at each no longer than its value (``None``: as long as others let),
-    with the oxide's ratio in the range ``above``."""
+    and between them as long as ``grows_at`` of the middle says for a distance from the nearer plane."""
     merged: list[tuple[float, float | None]] = []
     for at, first in sorted(planes, key=lambda plane: plane[0]):
         if merged and at - merged[-1][0] < small:
@@ -101,20 +112,18 @@ def _lines(
             merged.append((at, first))
     found = [merged[0][0]]
     for (a, at_a), (b, at_b) in pairwise(merged):
-        ratio = grading.above if above[0] < (a + b) / 2 < above[1] else grading.ratio
-        found += [*_between(a, b, at_a, at_b, ratio, longest), b]
+        found += [*_between(a, b, at_a, at_b, grows_at((a + b) / 2)), b]
     return np.array(found)
 
 
-def _between(
-    a: float, b: float, at_a: float | None, at_b: float | None, ratio: float, longest: float
-) -> list[float]:  # fmt: skip
-    """Cells that grow from each end by a ratio, the shorter side first, until they meet."""
+def _between(a: float, b: float, at_a: float | None, at_b: float | None, grows: Growth) -> list[float]:
+    """Cells that grow from each end, the shorter side first, until they meet; one that is not graded follows the
+    other, or the growth at the whole distance."""
     left, right = [a], [b]
     while True:
         gap = right[-1] - left[-1]
         following = [
-            longest if first is None else min(max(first, (ratio - 1) * abs(side[-1] - side[0])), longest)
+            grows(b - a) if first is None else max(first, grows(abs(side[-1] - side[0])))
             for first, side in ((at_a, left), (at_b, right))
         ]
         shorter = min(following)
