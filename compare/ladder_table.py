@@ -45,7 +45,8 @@ Errors are the largest distance from 3D at any time from 10 us on, relative to t
 change from the cold sink's; anchor resistance is the steady end rise over the heat through an end. The 3D solution's
 own error bounds stand above each table: no difference is known more closely. *Build* is the time from a sink to the
 model's matrices, then as a part of the time of the 3D steady state at an accuracy of 1e-3; *evaluate* is the time of a
-transient of {times} times to the scene's end. Times are processor times, the shortest of {repeats}, on one machine after imports.
+transient of {times} times to the scene's end. Both are processor times, the shortest of {repeats} on one machine, after
+imports.
 """
 _THIN = """
 ## Where the plate ends
