@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from compare.verdict import Check
+    from compare.why import Budget
     from scenes.plan import Request, Step
     from scenes.result import Result
     from scenes.sink import Sink
@@ -16,7 +17,8 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Outcome:
     """What a run found: the plan as carried out, each model's result (``None`` where not asked for), the checks, the
-    remarks on the run, how long each stage took (s), and the folder with its files."""
+    remarks on the run, how long each stage took (s), and the folder with its files. ``why`` is the budget of the 1D
+    model's differences and ``exported`` the few-state model's folder, where asked for."""
 
     sink: Sink
     request: Request
@@ -28,3 +30,5 @@ class Outcome:
     timing: dict[str, float] = field(default_factory=dict)
     folder: Path = Path()
     files: tuple[str, ...] = ()
+    why: Budget | None = None
+    exported: Path | None = None
