@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from compare.against.data import Data
     from compare.verdict import Check
+    from compare.why import Budget
     from scenes.plan import Request, Step
     from scenes.result import Result
     from scenes.sink import Sink
@@ -17,8 +18,9 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Outcome:
     """What a run found: the plan as carried out, each model's result (``None`` where not asked for), the checks, the
-    remarks on the run, how long each stage took (s), the folder with its files, and a user's own traces
-    if there are any."""
+    remarks on the run, how long each stage took (s), and the folder with its files. ``against`` are a user's own
+    traces, ``why`` is the budget of the 1D model's differences and ``exported`` the few-state model's folder, where
+    asked for."""
 
     sink: Sink
     request: Request
@@ -31,3 +33,5 @@ class Outcome:
     folder: Path = Path()
     files: tuple[str, ...] = ()
     against: Data | None = None
+    why: Budget | None = None
+    exported: Path | None = None

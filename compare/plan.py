@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from compare import scope
+from compare.asked import whole
 from scenes.plan import Request, Step
 from scenes.sink import Sink
 
@@ -41,6 +42,7 @@ def assemble(
     else:
         steps.append(Step("traces.csv", "skipped", "only the steady state was asked for"))
     why = scope.fields_reason(request)
+    steps += _asked(request)
     steps.append(
         Step(
             "field files",
@@ -65,7 +67,23 @@ def _reduction(request: Request) -> Step:
     if "reduced1d" not in request.models:
         return Step("1D model", "skipped", "only the 3D model was asked for")
     when = "steady and at the 3D model's times" if "fem3d" in request.models else "steady and over time"
-    return Step("1D model", "done", f"eq 20, exact in time, {when if request.transient else 'steady only'}")
+    from reduced1d.ladder import describe
+
+    name = whole(request).reduction
+    model = describe(name) if name == "paper" else f"{name}, {describe(name)}"
+    return Step("1D model", "done", f"{model}, {when if request.transient else 'steady only'}")
+
+
+def _asked(request: Request) -> list[Step]:
+    """What is done only when asked for, and so has no line where it isn't."""
+    asked, steps = whole(request), []
+    if asked.why:
+        steps.append(Step("why", "done", f"the ladder of models between {asked.reduction} and 3D, one assumption each"))
+    if asked.export is not None:
+        from reduced1d.ladder import few_states_of
+
+        steps.append(Step("export", "done", f"{few_states_of(asked.reduction)} as JSON, Python and SPICE"))
+    return steps
 
 
 def _grouped(kind: str, skipped: Mapping[str, str]) -> list[Step]:

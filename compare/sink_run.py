@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from compare import output
+from compare.asked import SinkRequest, whole
 from compare.clock import Clock
 from compare.folder import Folder, results_folder
 from compare.outcome import Outcome
@@ -20,6 +21,7 @@ from scenes.plan import Request, Step
 if TYPE_CHECKING:
     from compare.against.data import Data
     from compare.verdict import Check
+    from reduced1d.ladder.levels import Levels
     from scenes.result import Result
     from scenes.sink import Sink
 
@@ -39,10 +41,12 @@ def run(
     """
     say = progress or (lambda _: None)
     clock = Clock()
-    with Folder(out or results_folder(sink)) as folder:
+    asked = whole(request)
+    variant = "" if asked.reduction == "paper" else asked.reduction.replace(":", "")
+    with Folder(out or results_folder(sink, variant)) as folder:
         drawing = output.prepare(request)
         try:
-            outcome = _with_data(_solve(sink, request, say, clock), against)
+            outcome = _with_data(_solve(sink, asked, say, clock), against)
             say("writing the results")
             outcome = output.write(outcome, folder, drawing, clock)
         finally:
@@ -55,7 +59,8 @@ def answer(
 ) -> Outcome:
     """The same without any file: solved and compared. Raises RunawayError and NumericsError."""
     clock = Clock()
-    return replace(_with_data(_solve(sink, request, progress or (lambda _: None), clock), against), timing=clock.all())
+    outcome = _solve(sink, whole(request), progress or (lambda _: None), clock)
+    return replace(_with_data(outcome, against), timing=clock.all())
 
 
 def _with_data(outcome: Outcome, against: Data | None) -> Outcome:
@@ -68,9 +73,15 @@ def _with_data(outcome: Outcome, against: Data | None) -> Outcome:
     return replace(outcome, checks=checks, plan=(*outcome.plan, data_step(against)), against=against)
 
 
-def _solve(sink: Sink, request: Request, say: Callable[[str], None], clock: Clock) -> Outcome:
+def _solve(sink: Sink, request: SinkRequest, say: Callable[[str], None], clock: Clock) -> Outcome:
     """Both models and the checks, without any file."""
-    fem3d = reduced1d = None
+    fem3d = reduced1d = why = exported = None
+    levels = _levels(sink, request)
+    if request.export is not None and levels is not None:
+        from reduced1d.export import export
+
+        with clock.stage("export"):
+            exported = export(levels, request.reduction, request.export)
     checks: tuple[Check, ...] = ()
     solver_steps: tuple[Step, ...] = (Step("3D model", "skipped", "only the 1D model was asked for"),)
     if "fem3d" in request.models:
@@ -82,24 +93,39 @@ def _solve(sink: Sink, request: Request, say: Callable[[str], None], clock: Cloc
         solver_steps = tuple(fem3d.details["plan"])
     if "reduced1d" in request.models:
         with clock.stage("reduced1d"):
-            reduced1d = _reduction(sink, request, fem3d)
+            reduced1d = _reduction(sink, request, fem3d, levels)
     if fem3d is not None:
         from compare.checks import evaluate
 
         with clock.stage("checks"):
             checks = evaluate(sink, request, fem3d, reduced1d)
-    warnings = tuple(fem3d.details.get("warnings", ())) if fem3d else ()
-    return Outcome(sink, request, assemble(sink, request, solver_steps), fem3d, reduced1d, checks, warnings)
+    if request.why and fem3d is not None and levels is not None:
+        from compare.why import budget
+
+        with clock.stage("why"):
+            why = budget(sink, request.reduction, fem3d, levels, say)
+    warnings = tuple(text for model in (fem3d, reduced1d) if model for text in model.details.get("warnings", ()))
+    plan = assemble(sink, request, solver_steps)
+    return Outcome(sink, request, plan, fem3d, reduced1d, checks, warnings, why=why, exported=exported)
 
 
-def _reduction(sink: Sink, request: Request, fem3d: Result | None) -> Result:
+def _levels(sink: Sink, request: SinkRequest) -> Levels | None:
+    """The plate, where any of what is asked for stands on it; it is solved when first used."""
+    if request.reduction == "paper" and not request.why and request.export is None:
+        return None
+    from reduced1d.ladder.levels import Levels
+
+    return Levels(sink)
+
+
+def _reduction(sink: Sink, request: SinkRequest, fem3d: Result | None, levels: Levels | None) -> Result:
     """The 1D model, at the times of the 3D model's traces where there are any."""
     from reduced1d.errors import RunawayError
-    from reduced1d.sink import solve as solve_1d
+    from reduced1d.ladder import solve as solve_1d
 
     times = fem3d.traces.time if fem3d is not None and fem3d.traces is not None else None
     try:
-        return solve_1d(sink, steady_only=not request.transient, times=times)
+        return solve_1d(sink, request.reduction, steady_only=not request.transient, times=times, levels=levels)
     except RunawayError as error:
         if fem3d is None:
             raise

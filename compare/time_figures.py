@@ -106,8 +106,9 @@ def _limit(ax: Any, axis: _Axis) -> None:
 def _curve(ax: Any, result: Result, key: str, times: np.ndarray, axis: _Axis) -> None:
     solid = result.model == "fem3d"
     style: dict[str, Any] = {"ls": "-", "lw": 2.0} if solid else {"ls": (0, (5, 2.5)), "lw": 1.6}
-    name = f"{_NAMES[key]}, {'3D' if solid else '1D'}"
-    if key == "mean_K" and not solid:
+    paper = result.model in ("paper", "reduced1d")
+    name = f"{_NAMES[key]}, {'3D' if solid else '1D' if paper else result.model}"
+    if key == "mean_K" and paper:
         name = "equivalent, 1D"
     ax.plot(times * 1e3, axis.show(result, key, times), color=LINES[key], label=name, **style)
 

@@ -92,11 +92,11 @@ def solve(study: Study, transient: bool, progress: Callable[[str], None] = lambd
         if lesser is not None:
             coarse, low, tall = lesser
             depth = {q: IN_DEPTH * abs(float(tall.quantities[q] - low.quantities[q])) for q in low.quantities}
-            deep = max(depth[q] / scales[q] for q in depth) > NEGLIGIBLE * accuracy
+            deep = max((depth[q] / scales[q] for q in depth), default=0.0) > NEGLIGIBLE * accuracy
             if not deep:
                 estimate = {name: goals[name].in_plane for name in goals}
             errors = steady_errors(study, fine.quantities, coarse.quantities, depth, estimate, scales)
-            if max(e / scales[q] for q, e in errors.items()) <= accuracy:
+            if max((e / scales[q] for q, e in errors.items()), default=0.0) <= accuracy:
                 if not transient:
                     return Answer(fine, errors, None, level)
                 progress("transient")
@@ -195,7 +195,8 @@ def _lesser(study: Study, mesh: BrickMesh, fine: Solution) -> tuple[Solution, So
 def _apart(study: Study, a: Solution, b: Solution) -> float:
     """The largest difference of their rises (of all quantities where there are none), relative to the scales."""
     scales = study.steady_scales(b.out)
-    return max(abs(float(a.quantities[q] - b.quantities[q])) / scales[q] for q in (study.rises or scales))
+    apart = (abs(float(a.quantities[q] - b.quantities[q])) / scales[q] for q in (study.rises or scales))
+    return max(apart, default=0.0)
 
 
 def steady_errors(

@@ -8,6 +8,7 @@ from typing import Any
 
 from compare.report import checks, numbers, sections
 from compare.report import field as field_section
+from compare.report import why as why_section
 from compare.report.field import Field
 from compare.report.words import text
 
@@ -35,6 +36,7 @@ def page(folder: Path, title: str, headline: str, document: Mapping[str, Any], f
         numbers.at_times(document),
         shown,
         sections.figures(folder, document),
+        why_section.why(document),
         sections.others(document),
         numbers.errors(document),
         numbers.energy(document),

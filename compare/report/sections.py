@@ -13,13 +13,14 @@ from compare.report.values import Document
 from compare.report.words import named, shown, text
 
 _TREATED = (
-    "schema", "scene", "plan", "provenance", "fem3d", "reduced1d", "checks", "warnings", "files", "timing_s",
+    "schema", "scene", "plan", "provenance", "fem3d", "reduced1d", "checks", "warnings", "files", "timing_s", "why",
     "findings",
 )  # fmt: skip
 _CAPTIONS = {
     "figure5": "The steady rise along the beam in both models.",
     "figure6": "Rises against time in both models.",
     "figure_traces": "Every probe against time.",
+    "why": "What each assumption of the 1D model adds to its difference from 3D.",
     "figure7": "The current against time in both models.",
 }
 
@@ -27,7 +28,8 @@ _CAPTIONS = {
 def figures(folder: Path, document: Document, captions: Mapping[str, str] = _CAPTIONS) -> str:
     """The figures of the folder but the field's picture, which has a section of its own."""
     names = sorted(
-        {Path(f).stem for f in document.get("files", ()) if f.startswith("figure")} - set(PICTURES), key=_order
+        {Path(f).stem for f in document.get("files", ()) if f.startswith(("figure", "why."))} - set(PICTURES),
+        key=_order,
     )
     found = []
     for name in names:

@@ -31,7 +31,7 @@ def run(
     that can't be used and a run that would report nothing (before anything is solved), and fem3d.errors.NumericsError.
     """
     say = progress or (lambda _: None)
-    scope.check(scene, request)
+    scene = scope.reported(scene, request)
     clock = Clock()
     with Folder(out) as folder:
         renderer = Renderer()

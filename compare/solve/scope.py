@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from scenes.errors import SceneError
 from scenes.free import asks
-from scenes.model import Scene
+from scenes.model import Probe, Scene
 from scenes.plan import Step
 
 UNITS = {"temperature": "K", "potential": "V", "heat_flow": "W", "current": "A"}
@@ -22,17 +22,19 @@ class SolveRequest:
     fields: bool = False
 
 
-def check(scene: Scene, request: SolveRequest) -> None:
-    """Refuses a run that would report nothing."""
-    if not scene.probes and not request.fields:
+def reported(scene: Scene, request: SolveRequest) -> Scene:
+    """The scene with something to report: where it has no probes and field files are asked for, every box's mean
+    temperature, which then also says how accurate the fields are. Raises SceneError for a run that reports nothing."""
+    if scene.probes:
+        return scene
+    if fields_reason(scene, request):
         raise SceneError("the scene has no [[probe]], so there is nothing to report: add one, or give --fields")
+    return replace(scene, probes=tuple(Probe(f"mean {b.name}", b.lower, b.upper) for b in scene.boxes))
 
 
 def traces_reason(scene: Scene) -> str:
     """Why there are no traces; empty where there are."""
-    if scene.steady:
-        return "only the steady state was asked for (run.steady)"
-    return "" if scene.probes else "the scene has no probes"
+    return "only the steady state was asked for (run.steady)" if scene.steady else ""
 
 
 def fields_reason(scene: Scene, request: SolveRequest) -> str:

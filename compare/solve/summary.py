@@ -53,6 +53,7 @@ def _fem3d(outcome: SolveOutcome) -> dict[str, Any]:
         times = np.array(sorted({*scene.output_times, scene.end_time}))
         found["transient"] = {
             "errors": result.traces.errors,
+            "accurate_from_s": details.get("accurate_from_s"),
             "imbalance": details.get("transient_imbalance"),
             "time_s": times,
             "values": {probe.name: at(result.traces, probe.name, times) for probe in scene.probes},

@@ -91,7 +91,7 @@ def test_without_figures_it_is_small_and_without_a_script(
 def test_a_name_or_text_is_not_taken_for_markup(tmp_path: Path) -> None:
     document = {
         "checks": [], "warnings": ["5 < 6 & <b>bold</b>"], "scene": {"name": "<script>alert(1)</script>"},
-        "why": {"end rise": {"constriction": 0.3, "note": "a < b"}, "parts": [{"name": "x", "share_K": 1.0}]},
+        "more": {"end rise": {"constriction": 0.3, "note": "a < b"}, "parts": [{"name": "x", "share_K": 1.0}]},
     }  # fmt: skip
     text = page(tmp_path, "<i>", "a & b", document, None)
     assert "<script" not in text
@@ -109,6 +109,19 @@ def test_an_undeclared_difference_is_said(tmp_path: Path, no_solver: None, monke
     text = (outcome.folder / "report.html").read_text(encoding="utf-8")
     assert "not as expected" in text
     assert "the scene declares that it agrees" in text
+
+
+def test_the_assumptions_to_blame_add_up_in_one_table(tmp_path: Path) -> None:
+    def budget(*parts: float) -> dict[str, object]:
+        listed = [{"assumption": f"part {k}", "value": v, "error": 1e-3} for k, v in enumerate(parts)]
+        return {"unit": "K", "difference": {"value": sum(parts), "error": 2e-3}, "parts": listed}
+
+    document = {"why": {"sentence": "the anchor", "steady": {"peak": budget(-1.0, 0.25), "end": budget(-1.5, 0.125)}}}
+    text = page(tmp_path, "a", "b", document, None)
+    read(text)
+    assert "<h2>Why</h2>" in text
+    assert text.count("part 0") == 1
+    assert "-0.7500 \N{PLUS-MINUS SIGN} 0.0020" in text.replace("&nbsp;", " ")
 
 
 needs_browser = pytest.mark.skipif(browser.find() is None, reason="no Chromium here")

@@ -39,7 +39,9 @@ def solve(scene: Scene, progress: object = None) -> Result:
         traces,
         {
             "unknowns": 8, "steps": 5, "levels": 1, "energy_imbalance": 1e-11, "transient_imbalance": 1e-5,
-            "mesh": {"cells": 1}, "symmetry": "the whole", "plan": plan(scene), "warnings": ["it is made up"],
+            "mesh": {"cells": 1},
+            "accurate_from_s": None if scene.steady else 1e-3 * scene.end_time,
+            "symmetry": "the whole", "plan": plan(scene), "warnings": ["it is made up"],
             "fields": fields,
         },
     )  # fmt: skip
