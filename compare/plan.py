@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from compare import scope
 from compare.asked import whole
 from scenes.plan import Request, Step
 from scenes.sink import Sink
+
+if TYPE_CHECKING:
+    from compare.against.data import Data
 
 
 def plan(sink: Sink, request: Request) -> tuple[Step, ...]:
@@ -39,8 +43,19 @@ def assemble(
         steps.append(Step("traces.csv", "skipped", "only the steady state was asked for"))
     why = scope.fields_reason(request)
     steps += _asked(request)
-    steps.append(Step("field files", "skipped" if why else "done", why or "fem3d.pvd with its .vtu files"))
+    files = "fem3d.pvd with its .vtu files, and fem3d.vtkhdf where VTK can"
+    steps.append(Step("field files", "skipped" if why else "done", why or files))
+    turned = "" if "figure4" in skipped else ", with the field to turn"
+    steps.append(Step("report.html", "done", f"everything on one page{turned}"))
     return tuple(steps)
+
+
+def data_step(data: Data) -> Step:
+    """The line of a user's own traces."""
+    names = ", ".join(data.values)
+    span = f"{len(data.time)} rows to {data.time[-1] * 1e3:g} ms"
+    notes = "".join(f"; {note}" for note in data.notes)
+    return Step(f"against {data.name}", "done", f"{names} from a {data.kind}, {span}, interpolated in time{notes}")
 
 
 def _reduction(request: Request) -> Step:

@@ -15,10 +15,11 @@ from compare.asked import SinkRequest, whole
 from compare.clock import Clock
 from compare.folder import Folder, results_folder
 from compare.outcome import Outcome
-from compare.plan import assemble
+from compare.plan import assemble, data_step
 from scenes.plan import Request, Step
 
 if TYPE_CHECKING:
+    from compare.against.data import Data
     from compare.verdict import Check
     from reduced1d.ladder.levels import Levels
     from scenes.result import Result
@@ -26,10 +27,15 @@ if TYPE_CHECKING:
 
 
 def run(
-    sink: Sink, request: Request, out: Path | None = None, progress: Callable[[str], None] | None = None
+    sink: Sink,
+    request: Request,
+    out: Path | None = None,
+    progress: Callable[[str], None] | None = None,
+    against: Data | None = None,
 ) -> Outcome:
     """Solve a sink as asked, compare the models, and write the results folder (``out``, or one named after the sink).
 
+    ``against`` are a user's own traces, checked against the 3D model's; they need its transient.
     The folder is there, whole, when this returns, and as it was before when this raises. Raises SceneError for a folder
     that can't be used (before anything is solved), RunawayError (of either model) and NumericsError.
     """
@@ -40,12 +46,31 @@ def run(
     with Folder(out or results_folder(sink, variant)) as folder:
         drawing = output.prepare(request)
         try:
-            outcome = _solve(sink, asked, say, clock)
+            outcome = _with_data(_solve(sink, asked, say, clock), against)
             say("writing the results")
             outcome = output.write(outcome, folder, drawing, clock)
         finally:
             drawing.close()
     return replace(outcome, folder=folder.target, timing=clock.all())
+
+
+def answer(
+    sink: Sink, request: Request, progress: Callable[[str], None] | None = None, against: Data | None = None
+) -> Outcome:
+    """The same without any file: solved and compared. Raises RunawayError and NumericsError."""
+    clock = Clock()
+    solved = _solve(sink, whole(request), progress or (lambda _: None), clock)
+    return replace(_with_data(solved, against), timing=clock.all())
+
+
+def _with_data(outcome: Outcome, against: Data | None) -> Outcome:
+    """With the checks of a user's own traces."""
+    if against is None or outcome.fem3d is None:
+        return outcome
+    from compare.against.checks import evaluate
+
+    checks = (*outcome.checks, *evaluate(outcome.sink, against, outcome.fem3d))
+    return replace(outcome, checks=checks, plan=(*outcome.plan, data_step(against)), against=against)
 
 
 def _solve(sink: Sink, request: SinkRequest, say: Callable[[str], None], clock: Clock) -> Outcome:

@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 _LIBRARIES = {"numpy": "numpy", "scipy": "scipy", "skfem": "scikit-fem", "matplotlib": "matplotlib"}
 
 
-def write_summary(path: Path, outcome: Outcome) -> None:
-    """Writes ``document`` of an outcome."""
-    path.write_text(json.dumps(document(outcome), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+def write_document(path: Path, found: dict[str, Any]) -> None:
+    """Writes a summary."""
+    path.write_text(json.dumps(found, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def document(outcome: Outcome) -> dict[str, Any]:
@@ -46,6 +46,8 @@ def document(outcome: Outcome) -> dict[str, Any]:
         }
     )
     assert isinstance(found, dict)
+    if outcome.against is not None:
+        found["against"] = plain(outcome.against.document())
     return found
 
 

@@ -47,7 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
     scene = scope.reported(load(arguments.scene, settings), request)
     out = common.out(arguments) or results_folder(scene, settings)
     planned = common.explained(arguments, lambda: scope.plan(scene, request))
-    with Progress() as progress:
+    with Progress(arguments.quiet) as progress:
         outcome = run(scene, request, out, progress)
 
     from compare.solve import table

@@ -70,7 +70,7 @@ def assemble(
     does = {
         **{f"figure {name}": what for name, what in drawn.items()},
         "traces.csv": "a column for each probe",
-        "field files": "fem3d.pvd with its .vtu files",
+        "field files": "fem3d.pvd with its .vtu files, and fem3d.vtkhdf where VTK can",
     }
     lines = (Step(name, "skipped" if why.get(name) else "done", why.get(name) or what) for name, what in does.items())
     return (*solver_steps, *lines)

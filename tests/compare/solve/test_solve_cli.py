@@ -46,7 +46,11 @@ def test_steady_summary_has_the_contract(capsys: pytest.CaptureFixture[str]) -> 
     assert list(found["fem3d"]["steady"]) == [p.name for p in load("bridge").probes]
     assert {"energy_imbalance", "dofs", "steps", "levels"} <= set(found["fem3d"])
     assert "transient" not in found["fem3d"]
-    assert set(found["files"]) == {entry.name for entry in Path("results/bridge").iterdir()} == {"summary.json"}
+    assert (
+        set(found["files"])
+        == {entry.name for entry in Path("results/bridge").iterdir()}
+        == {"report.html", "summary.json"}
+    )
     assert {"step": "traces.csv", "state": "skipped", "reason": "only the steady state was asked for (run.steady)"} in (
         found["plan"]
     )
@@ -107,7 +111,7 @@ def test_files_of_an_earlier_run_are_replaced_and_others_kept(capsys: pytest.Cap
     assert set(summary("here")["files"]) == files
     Path("here/notes.txt").write_text("mine")
     solve("plate", "--out", "here")
-    assert {entry.name for entry in Path("here").iterdir()} == {"notes.txt", "summary.json"}
+    assert {entry.name for entry in Path("here").iterdir()} == {"notes.txt", "report.html", "summary.json"}
 
 
 def test_fields(capsys: pytest.CaptureFixture[str]) -> None:
