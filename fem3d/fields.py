@@ -91,7 +91,8 @@ class Fields:
     def quadratic(self, times: np.ndarray, accuracy: float) -> Quadratic:
         """Quadratic cells fine enough for the steady state, if there is one, and for some times (s), in this order;
         ValueError for times where the run has no transient."""
-        from fem3d.quadratic import Quadratic, State
+        from fem3d.hex27 import State
+        from fem3d.quadratic import Quadratic
 
         state, inputs = self._state, self._heat.inputs
         # A run at another voltage keeps the first one's scene, and says how much more it drives it by.

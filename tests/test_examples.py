@@ -1,8 +1,9 @@
-"""The examples run as they are, each in a process of its own and away from the clone."""
+"""The examples run as they are (`test_my_sink.py` is collected by itself), and a failing assertion reads well."""
 
 from __future__ import annotations
 
 import os
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -17,27 +18,17 @@ SAID = {
 }
 
 
-def run(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
-    env = {**os.environ, "PYTHONPATH": str(ROOT)}
-    return subprocess.run(
-        [sys.executable, *command], cwd=folder, env=env, capture_output=True, text=True, timeout=120, check=False
-    )
-
-
 @pytest.mark.parametrize("name", SAID)
-def test_an_example_runs(name: str, tmp_path: Path) -> None:
-    found = run([str(ROOT / "examples" / name)], tmp_path)
-    assert (found.returncode, found.stderr) == (0, "")
-    assert all(text in found.stdout for text in SAID[name])
+def test_an_example_runs(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    runpy.run_path(str(ROOT / "examples" / name), run_name="__main__")
+    said = capsys.readouterr()
+    assert said.err == ""
+    assert all(text in said.out for text in SAID[name])
     # Nothing is left behind.
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_users_own_tests_run(tmp_path: Path) -> None:
-    file = ROOT / "examples" / "test_my_sink.py"
-    found = run(["-m", "pytest", "-q", "-p", "no:cacheprovider", str(file)], tmp_path)
-    assert found.returncode == 0, found.stdout
-    assert found.stdout.startswith("...")
 
 
 def test_a_failing_assertion_reads_well(tmp_path: Path) -> None:
@@ -46,7 +37,9 @@ def test_a_failing_assertion_reads_well(tmp_path: Path) -> None:
         "import scenes\nfrom compare.testing import assert_reduction_agrees\n"
         "def test_peak(): assert_reduction_agrees(scenes.load('sink'), peak=0.05)\n"
     )
-    found = run(["-m", "pytest", "-q", "-p", "no:cacheprovider", "test_mine.py"], tmp_path)
+    env = {**os.environ, "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_mine.py"]
+    found = subprocess.run(command, cwd=tmp_path, env=env, capture_output=True, text=True, timeout=120, check=False)
     assert found.returncode == 1
     for text in ("1D 18.99", "3D 20.33", "\N{PLUS-MINUS SIGN}", "difference -6.56", "tolerance of 5"):
         assert text in found.stdout

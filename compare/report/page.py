@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from compare.report import checks, numbers, sections
 from compare.report import field as field_section
-from compare.report import sections
 from compare.report.field import Field
 from compare.report.words import text
 
@@ -30,15 +30,15 @@ def page(folder: Path, title: str, headline: str, document: Mapping[str, Any], f
     """The page as text; figures are read from ``folder``."""
     shown, data = field_section.show(folder, field)
     parts = [
-        sections.checks(document),
-        sections.quantities(document),
-        sections.at_times(document),
+        checks.checks(document),
+        numbers.quantities(document),
+        numbers.at_times(document),
         shown,
         sections.figures(folder, document),
         sections.others(document),
-        sections.errors(document),
-        sections.energy(document),
-        sections.mesh(document),
+        numbers.errors(document),
+        numbers.energy(document),
+        numbers.mesh(document),
         sections.plan(document),
         sections.scene(document),
         sections.provenance(document),

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 
-from compare.colours import INK, LINES, table
+from compare.colours import INK, table
+from compare.viewer import probe
 from compare.viewer.source import Source
 from compare.viewer.state import QUANTITIES, View, keys_text, title
 
 MICRO = 1e6
-PROBE_POINTS = 401
 _PANELS = (("rise", "3D"), ("rise_1d", "1D model on the same geometry"), ("difference", "1D less 3D"))
 PLOT = 0.3
 """The part of the window for the line probe's plot."""
@@ -205,52 +205,14 @@ class Stage:
         actor.prop.justification_vertical = "top"
         actor.prop.font_size = size + 3
 
-    def line(self) -> tuple[np.ndarray, int]:
-        """The probe's points (m): through the middle of the structure along its longest side; and that side."""
-        sides = np.ptp(self._bounds, axis=1)
-        axis = int(np.argmax(sides))
-        places = np.tile(self._bounds.mean(axis=1), (PROBE_POINTS, 1))
-        reduction = self.source.reduction
-        if reduction is not None:
-            # Along the beam's own middle, not that of beam and oxide.
-            places[:, 2] = reduction.sink.thickness / 2
-        places[:, axis] = self._bounds[axis, 0] + np.linspace(1e-6, 1 - 1e-6, PROBE_POINTS) * sides[axis]
-        return places, axis
-
-    def probed(self, view: View) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """Places along the line (um) and the values there by their label; outside the solid they are left out."""
-        places, axis = self.line()
-        found = pv.PolyData(places).sample(self.source.grid(view.step))
-        inside = np.asarray(found["vtkValidPointMask"], dtype=bool)
-        name = "rise" if view.compare else view.quantity
-        values = np.asarray(found[name])[inside]
-        curves = {"3D": np.linalg.norm(values, axis=1) if values.ndim > 1 else values}
-        if name == "rise" and self.source.reduction is not None:
-            curves["1D"] = self.source.reduction.rise(places[inside], self.source.times[view.step])
-        return places[inside, axis] * MICRO, curves
-
     def _probe(self, view: View) -> None:
         if not view.probe:
             return
-        places, axis = self.line()
-        end_points = np.array([places[0], places[-1]])
-        self._add(0, pv.lines_from_points(end_points), view, color="#2b6cb0", line_width=3)
-        name = "rise" if view.compare else view.quantity
-        words, unit = QUANTITIES[name]
-        where, curves = self.probed(view)
+        line = probe.through(self.source, self._bounds)
+        self._add(0, pv.lines_from_points(line.points[[0, -1]]), view, color="#2b6cb0", line_width=3)
         self.plotter.subplot(3, 0)
-        chart = pv.Chart2D(
-            size=(0.96, 0.96), loc=(0.02, 0.02), x_label=f"{'xyz'[axis]} (um)", y_label=f"{words} ({unit})"
-        )
-        for label, values in curves.items():
-            good = np.isfinite(values)
-            colour = LINES["peak_K"] if label == "3D" else LINES["end_K"]
-            chart.line(
-                where[good], values[good], color=colour, width=2.0, style="-" if label == "3D" else "--", label=label
-            )
-        chart.legend_visible = len(curves) > 1
-        self._chart = chart
-        self.plotter.add_chart(chart)
+        self._chart = probe.plot(self.source, line, view)
+        self.plotter.add_chart(self._chart)
         self.plotter.subplot(0, 0)
 
 

@@ -16,7 +16,7 @@ from compare import terminal
 terminal._SLOW = 0.2
 with terminal.Progress(quiet={quiet}) as say:
     say("solving in 3D")
-    time.sleep(1.2)
+    time.sleep(0.8)
 print("done")
 """
 

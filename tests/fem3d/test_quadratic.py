@@ -23,7 +23,7 @@ def made():
 
 def interpolated(cells, values, xi):
     """Values at the same place (-1..1)^3 of every cell, from its 27 in VTK's order."""
-    from fem3d.quadratic import ORDER
+    from fem3d.hex27 import ORDER
 
     def shape(s):
         return np.array([s * (s - 1) / 2, 1 - s * s, s * (s + 1) / 2])

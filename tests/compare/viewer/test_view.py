@@ -20,7 +20,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("view") / "run"
     with pytest.MonkeyPatch.context() as patch:
         # Enough states for a film.
-        patch.setattr("compare.fields.TIMES", 5)
+        patch.setattr("compare.fields.TIMES", 4)
         sink_run.run(load("sink", ["accuracy=1e-2"]), Request(figures=False, fields=True), folder)
     return folder
 
@@ -78,14 +78,14 @@ def test_a_picture_and_a_film(run: Path, tmp_path: Path, capsys: pytest.CaptureF
     from PIL import Image
 
     picture, movie = tmp_path / "a.png", tmp_path / "a.gif"
-    options = ["--show", "compare", "--probe", "--clip", "y=0.6", "--edges", "--size", "500x400", "--exaggerate", "10"]
+    options = ["--show", "compare", "--probe", "--clip", "y=0.6", "--edges", "--size", "400x320", "--exaggerate", "10"]
     assert main(["view", str(run), *options, "--screenshot", str(picture), "--movie", str(movie)]) == 0
     assert "Wrote" in capsys.readouterr().out
     image = np.asarray(Image.open(picture).convert("RGB"))
-    assert image.shape == (400, 500, 3)
+    assert image.shape == (320, 400, 3)
     # All three panels have something coloured in their middle third: not white, not grey.
-    middle = np.ptp(image[:, 160:340].astype(int), axis=2) > 60
-    assert all(middle[a:b].any() for a, b in ((0, 90), (94, 185), (188, 278)))
+    middle = np.ptp(image[:, 130:270].astype(int), axis=2) > 60
+    assert all(middle[a:b].any() for a, b in ((0, 72), (75, 148), (150, 222)))
     film = Image.open(movie)
     assert film.n_frames >= len(find(run).times)
     film.seek(0)
