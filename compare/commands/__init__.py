@@ -7,5 +7,6 @@ COMMANDS = {
     "sink": "compare the 1D model of the active sink with 3D",
     "device": "simulate the whole sensor in 1D and check what the paper says of it",
     "solve": "solve any scene of boxes in 3D",
+    "verify": "verify the code: orders, exact solutions, benchmarks, a second code",
     "scene": "print a built-in scene as TOML",
 }
