@@ -8,5 +8,6 @@ COMMANDS = {
     "device": "simulate the whole sensor in 1D and check what the paper says of it",
     "solve": "solve any scene of boxes in 3D",
     "verify": "verify the code: orders, exact solutions, benchmarks, a second code",
+    "stress": "test numerical stability and robustness",
     "scene": "print a built-in scene as TOML",
 }
