@@ -11,15 +11,16 @@ from compare import vtkhdf
 from compare.scope import FIRST_TIME
 from compare.vtkhdf import State
 from scenes.result import Result
+from scenes.sink import Sink
 
 STEADY = "fem3d_steady.vtu"
 TIMES = 13
 """How many times are stored beside the start and those asked for."""
 
 
-def write_fields(folder: Path, room: float, accuracy: float, result: Result, times: np.ndarray) -> list[str]:
+def write_fields(folder: Path, sink: Sink, result: Result, times: np.ndarray) -> list[str]:
     """Writes fem3d_steady.vtu if there is a steady state, fem3d_<k>.vtu for each of ``times`` (s), fem3d.pvd and, where
-    VTK can, fem3d.vtkhdf; returns the files' names. Rises are above ``room`` (K).
+    VTK can, fem3d.vtkhdf; returns the files' names.
 
     Cells are triquadratic hexahedra (27 points), so many that they follow the solution to a tenth of the accuracy.
     Point data: "temperature" and "rise" in K, "potential" in V (not a number where no current flows). Cell data:
@@ -27,19 +28,18 @@ def write_fields(folder: Path, room: float, accuracy: float, result: Result, tim
     collections hold the times; without any they hold the steady state.
     """
     fields = result.details["fields"]
-    cells = fields.quadratic(times, accuracy)
+    cells = fields.quadratic(times, sink.accuracy)
     material = np.asarray(cells.material, np.int32)
 
     def arrays(k: int) -> State:
         found = cells.snapshot(k)
-        rise = found.temperature - room
+        rise = found.temperature - sink.room_temperature
         point = {"temperature": found.temperature, "rise": rise, "potential": found.potential}
         cell = {"material": material, "current_density": found.current_density, "heat_source": found.heat_source}
         return point, cell
 
     first = 1 if fields.has_steady else 0
-    digits = max(2, len(str(len(times))))
-    files = {f"fem3d_{k:0{digits}d}.vtu": float(time) for k, time in enumerate(times)}
+    files = {f"fem3d_{k:02d}.vtu": float(time) for k, time in enumerate(times)}
     stored = [arrays(k + first) for k in range(len(times))]
     for name, state in zip(files, stored, strict=True):
         _write(folder / name, cells, *state)

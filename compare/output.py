@@ -40,14 +40,9 @@ def write(outcome: Outcome, folder: Folder, renderer: Renderer, clock: Clock) ->
         if not scope.fields_reason(request) and outcome.fem3d is not None:
             from compare.fields import stored_times, write_fields
 
-            sink = outcome.sink
-            times = stored_times(sink.end_time, request.field_times)
+            times = stored_times(outcome.sink.end_time, request.field_times)
             names += write_fields(
-                folder.partial,
-                sink.room_temperature,
-                sink.accuracy,
-                outcome.fem3d,
-                times if request.transient else times[:0],
+                folder.partial, outcome.sink, outcome.fem3d, times if request.transient else times[:0]
             )
     if drawn:
         with clock.stage("figures"):

@@ -43,13 +43,8 @@ def assemble(
         steps.append(Step("traces.csv", "skipped", "only the steady state was asked for"))
     why = scope.fields_reason(request)
     steps += _asked(request)
-    steps.append(
-        Step(
-            "field files",
-            "skipped" if why else "done",
-            why or "fem3d.pvd with its .vtu files, and fem3d.vtkhdf where VTK can",
-        )
-    )
+    files = "fem3d.pvd with its .vtu files, and fem3d.vtkhdf where VTK can"
+    steps.append(Step("field files", "skipped" if why else "done", why or files))
     turned = "" if "figure4" in skipped else ", with the field to turn"
     steps.append(Step("report.html", "done", f"everything on one page{turned}"))
     return tuple(steps)

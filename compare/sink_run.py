@@ -59,8 +59,8 @@ def answer(
 ) -> Outcome:
     """The same without any file: solved and compared. Raises RunawayError and NumericsError."""
     clock = Clock()
-    outcome = _solve(sink, whole(request), progress or (lambda _: None), clock)
-    return replace(_with_data(outcome, against), timing=clock.all())
+    solved = _solve(sink, whole(request), progress or (lambda _: None), clock)
+    return replace(_with_data(solved, against), timing=clock.all())
 
 
 def _with_data(outcome: Outcome, against: Data | None) -> Outcome:

@@ -199,7 +199,7 @@ def where_text(folder: Path, files: Sequence[str], timing: Mapping[str, float]) 
     kinds = (["report.html"] if "report.html" in files else []) + ["summary.json"]
     kinds += ["traces.csv"] if "traces.csv" in files else []
     figures = sorted({Path(file).stem for file in files if file.startswith("figure")})
-    kinds += [f"{len(figures)} figures"] if figures else []
+    kinds += [f"{len(figures)} figure{'s' * (len(figures) > 1)}"] if figures else []
     kinds += ["fem3d.pvd"] if "fem3d.pvd" in files else []
     parts = [f"{name} {timing[key]:.1f} s" for key, name in _STAGES.items() if key in timing]
     spent = f"Took {timing['total']:.1f} s" + (f" ({', '.join(parts)})" if parts else "")

@@ -74,6 +74,7 @@ def budget(
 
     Raises RunawayError where a model of the ladder has no steady state.
     """
+    from reduced1d.errors import RunawayError
     from reduced1d.ladder.rungs import rungs, solve
 
     found = rungs(levels, start)
@@ -81,7 +82,12 @@ def budget(
     results = []
     for rung in found:
         progress(f"solving the ladder: {rung.name}")
-        results.append(solve(levels, rung, times is None, times))
+        try:
+            results.append(solve(levels, rung, times is None, times))
+        except RunawayError as error:
+            raise RunawayError(
+                f"on the ladder from {start} to 3D, in the model {rung.name} (see --why): {error}", error.limit_voltage
+            ) from None
     results.append(fem3d)
     steady = tuple(_steady_split(scale_of(sink, name, fem3d, levels), name, found, results) for name in QUANTITIES)
     transient: tuple[Split, ...] = ()
@@ -166,14 +172,16 @@ def _sentence(found: Sequence[Rung], splits: Sequence[Split]) -> str:
     whole = "change of the current" if split.quantity == "current" else f"final {split.quantity} rise"
     when = "in the steady state" if split.time is None else f"at {quantity(split.time, 's', 3)}"
     left = split.total - part.value
-    what = {"peak": "peak", "end": "ends", "current": "current"}[split.quantity]
+    does = f"puts the current {signed(part.value, unit)} off"
+    if split.quantity != "current":
+        what = {"peak": "peak", "end": "ends"}[split.quantity]
+        does = f"makes the {what} {quantity(abs(part.value), unit, 3)} too {'hot' if part.value > 0 else 'cold'}"
     if abs(part.value) <= part.error:
         return (
             "nothing is to blame: no part of the difference is larger than its numerical error, "
             f"{percent(part.error / split.scale)} of the {whole}"
         )
     return (
-        f"the largest part is the {part.blame}: {found[n].says}, and that alone puts the {what} "
-        f"{signed(part.value, unit)} off {when}, {percent(part.value / split.scale, sign=True)} of the {whole}; "
-        f"all the rest together makes {signed(left, unit)}"
+        f"the largest part is the {part.blame}: {found[n].says}, which alone {does} {when}, "
+        f"{percent(abs(part.value) / split.scale)} of the {whole}; all the rest together makes {signed(left, unit)}"
     )

@@ -31,7 +31,7 @@ def draw(outcome: Outcome) -> Figure:
     sink = outcome.sink
     figure = new_figure(
         _WIDTH, _HEIGHT, f"Why {named(budget.start)} differs from 3D, {sink.name} at {sink.voltage:g} V", [],
-        bottom=1.2, left=0.85,
+        bottom=1.2, left=1.1,
     )  # fmt: skip
     wrapped = textwrap.wrap(f"{budget.sentence[0].upper()}{budget.sentence[1:]}.", 150)
     for i, line in enumerate(wrapped):

@@ -54,3 +54,10 @@ def test_the_scene_to_add_is_one(tmp_path: Path) -> None:
     assert found is not None
     (tmp_path / "beam.toml").write_text(found.group(1), encoding="utf-8")
     assert [probe.name for probe in load(str(tmp_path / "beam.toml"), []).probes] == ["tip"]
+
+
+def test_every_command_is_on_its_page() -> None:
+    from compare.commands import COMMANDS
+
+    page = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
+    assert [name for name in COMMANDS if f"validate {name} --help" not in page] == []

@@ -11,7 +11,7 @@ from compare.terminal import Progress
 if TYPE_CHECKING:
     from compare.against.data import Data
     from compare.asked import SinkRequest
-    from scenes.plan import Step
+    from scenes.plan import Request, Step
     from scenes.sink import Sink
 
 _ACCURACY = "1e-3"
@@ -79,7 +79,7 @@ def run(arguments: argparse.Namespace) -> int:
     return common.report(arguments, sink, outcome, table, planned)
 
 
-def _data(arguments: argparse.Namespace, sink: Sink, request: SinkRequest) -> Data | None:
+def _data(arguments: argparse.Namespace, sink: Sink, request: Request) -> Data | None:
     """The user's own traces, read before anything is solved."""
     if arguments.against is None:
         return None

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 
@@ -10,18 +12,15 @@ from compare import fields
 from scenes.model import Scene
 from scenes.result import Result
 
-TIMES = 13
-"""Of a transient without output times: how many instants are stored, evenly spaced from start to end."""
-
 
 def write_fields(folder: Path, scene: Scene, result: Result) -> list[str]:
-    """Writes what `compare.fields` writes, of the steady state, or of the start, each output time and the end; rises
-    are above the scene's initial temperature. Returns the files' names."""
-    times = np.empty(0) if scene.steady else stored_times(scene)
-    return fields.write_fields(folder, scene.initial_temperature, scene.accuracy, result, times)
+    """Writes what `compare.fields` writes, rises being above the scene's initial temperature; returns the names.
 
-
-def stored_times(scene: Scene) -> np.ndarray:
-    """The instants (s) whose fields are kept."""
-    asked = scene.output_times or tuple(np.linspace(0.0, scene.end_time, TIMES).tolist())
-    return np.array(sorted({0.0, *asked, scene.end_time}))
+    Of a transient with output times these are stored, with its start and end.
+    """
+    like: Any = SimpleNamespace(
+        room_temperature=scene.initial_temperature, end_time=scene.end_time, accuracy=scene.accuracy
+    )
+    asked = np.unique([0.0, *scene.output_times, scene.end_time])
+    times = asked if scene.output_times else fields.stored_times(scene.end_time)
+    return fields.write_fields(folder, cast(Any, like), result, times[:0] if scene.steady else times)

@@ -19,6 +19,7 @@ from compare.why import budget
 from compare.why_text import budget_text, document
 from fem3d.run import solve as solve_3d
 from reduced1d import ladder
+from reduced1d.errors import RunawayError
 from reduced1d.ladder.answer import result
 from reduced1d.ladder.few_states import FewStates
 from reduced1d.ladder.levels import Levels
@@ -175,6 +176,14 @@ def test_the_budget_in_words_and_numbers() -> None:
     short = budget(case.sink, "paper", steady_only, case.levels)
     assert short.transient == ()
     assert short.steady[2].scale == pytest.approx(found.steady[2].scale, rel=1e-4)
+
+
+def test_a_model_of_the_ladder_that_runs_away_is_named() -> None:
+    """At 4.2 V with a falling resistance the fin has a steady state, the paper's shape on the same anchor has none."""
+    sink = load("sink", ["silicon.temperature_coefficient=-1e-3", "voltage=4.2"])
+    ladder.solve(sink, "fin", steady_only=True)
+    with pytest.raises(RunawayError, match="in the model anchored"):
+        budget(sink, "paper", solved("default").fem3d, Levels(sink))
 
 
 @pytest.mark.parametrize("transient", [True, False])

@@ -228,3 +228,19 @@ def test_conditions_reach_no_further_than_the_boxes():
     scene = bar(face("a", "temperature", 0.0, 300.0), probes=(at("x", 0.05),))
     wide = replace(scene.boundaries[0], lower=(-1.0, 0.0, -1.0), upper=(1.0, 0.0, 1.0))
     assert clipped(replace(scene, boundaries=(wide,))) == scene
+
+
+def test_a_singularity_that_no_mesh_resolves_is_refused_by_its_place_and_power():
+    # A given temperature that ends where a good conductor meets a bad one: tan(s pi / 2)^2 = 0.15 / 20.
+    good, bad = Material("good", 20.0, 1.0, 1.0), Material("bad", 0.15, 1.0, 1.0)
+    boxes = (Box("good", good, (0.0, 0.0, 0.0), (6.0, 13.0, 5.0)), Box("bad", bad, (0.0, 0.0, 5.0), (6.0, 13.0, 8.0)))
+    cold = Boundary("cold", "temperature", (0.0, 13.0, 5.0), (6.0, 13.0, 8.0), 293.0)
+    flux = Boundary("flux", "heat_flux", (0.0, 0.0, 0.0), (6.0, 0.0, 5.0), 100.0)
+    scene = Scene("s", boxes, (cold, flux), (Probe("mean", *_corners(boxes[0])),), accuracy=1e-2, steady=True)
+    with pytest.raises(NumericsError, match=r"at y = 13 m a given value ends .* to the power 0\.05"):
+        solve(scene)
+    assert solve(replace(scene, boxes=(boxes[0], replace(boxes[1], material=good)))).steady["mean"].value > 293.0
+
+
+def _corners(box):
+    return box.lower, box.upper
