@@ -39,9 +39,8 @@ def errors(solution: Manufactured, degree: int, cuts: int) -> dict[str, float]:
     heat = assemble(solution.scene, mesh(solution.scene, degree, cuts))
     load = manufactured_load(heat, solution)
     if solution.potential is None:
-        rise, found = heat.solve_steady(load[: heat.free]), {}
-    else:
-        rise, found = _coupled(heat, solution, load)
+        return distances(heat, _all(heat, heat.solve_steady(load[: heat.free])), solution)
+    rise, found = _coupled(heat, solution, load)
     return distances(heat, _all(heat, rise), solution) | found
 
 
