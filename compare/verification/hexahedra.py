@@ -78,8 +78,8 @@ def _on(boundary: Boundary) -> Callable[[np.ndarray], np.ndarray]:
     low, high, small = np.array(boundary.lower), np.array(boundary.upper), 1e-9
 
     def inside(x: np.ndarray) -> np.ndarray:
-        found: np.ndarray = ((low - small < x.T) & (high + small > x.T)).all(axis=-1).T
-        return found
+        near = (low - small < x.T) & (high + small > x.T)
+        return np.asarray(near[..., 0] & near[..., 1] & near[..., 2]).T
 
     return inside
 

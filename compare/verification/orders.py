@@ -13,6 +13,7 @@ from compare.verification.rows import Row, observed_order, order_row
 FAMILY = "order in space"
 CUTS = {1: (4, 8), 2: (3, 6), 3: (3, 4), 4: (2, 3), 5: (1, 2)}  # of each of two intervals along each axis, by degree
 HEX_CUTS = {1: (3, 6), 2: (2, 4)}
+HEX_TRANSIENT = {1: ((2, 4), (4, 8)), 2: ((2, 3), (4, 6))}  # cuts, and steps in time
 HIGHEST_MEAN = 3  # degree above which errors of twice its order drown in rounding
 
 
@@ -41,9 +42,11 @@ def hexahedron(solution: Manufactured) -> Iterator[Row]:
 def hexahedron_transient(heating: Heating) -> Iterator[Row]:
     """scikit-fem's hexahedra and the method of order 3 in time, space and time refined together."""
     end = 1 / heating.modes[0][0]
-    cuts, steps = (2, 4), (4, 8)
-    coarse, fine = (hexahedra.transient_errors(heating, 1, n, end, m) for n, m in zip(cuts, steps, strict=True))
-    yield from _rows(f"scikit-fem hexahedron, transient, {heating.name}", 1, coarse, fine, cuts)
+    for degree, (cuts, steps) in HEX_TRANSIENT.items():
+        coarse, fine = (
+            hexahedra.transient_errors(heating, degree, n, end, m) for n, m in zip(cuts, steps, strict=True)
+        )
+        yield from _rows(f"scikit-fem hexahedron, transient, {heating.name}", degree, coarse, fine, cuts)
 
 
 def theory(quantity: str, degree: int) -> int:
