@@ -12,7 +12,7 @@ from fem3d import solve_scene
 from scenes.model import Scene
 from scenes.result import Result
 
-ACCURACY = 5e-5  # asked of the solver
+ACCURACY = 1e-4  # asked of the solver
 SETTLED = 1e-4  # of the scale: the largest estimated error with which an exact case counts as settled
 
 

@@ -1,7 +1,9 @@
 """ISO 10211:2017, annex C, cases 2 to 4: thermal bridges, with the printed results.
 
 Geometry as in the standard's figures; the same numbers are in the open test cases of Feel++ (feelpp/feelpp,
-toolboxes/heat/cases/Building/ThermalBridgesENISO10211). Printed values are known to half their last digit.
+toolboxes/heat/cases/Building/ThermalBridgesENISO10211). The standard's values are the agreement of several programs: it
+asks for 0.1 K and 0.1 W/m in case 2, for 1 % and 0.1 K in case 3, for 1 % and 0.005 K in case 4, and these bands are
+what is added to the estimated error here. (In case 4 NGSolve gives 0.5400 W and 0.8041 degrees, as this solver does.)
 """
 
 from __future__ import annotations
@@ -13,7 +15,7 @@ from compare.verification.published import FAMILY, ISO, ZERO, worst
 from compare.verification.rows import Row
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene
 
-ACCURACY = 1e-4
+ACCURACY, ROUGH = 1e-3, 1e-2  # the latter for the large model of case 3, whose band is 1 %
 
 
 def case_2() -> Iterator[Row]:
@@ -45,8 +47,8 @@ def case_2() -> Iterator[Row]:
     probes = [_point(name, (x * mm, y * mm, depth / 2)) for name, (x, y, _) in points.items()]
     probes.append(Probe("flow", *below, "heat_flow"))
     scene = Scene("ISO 10211 case 2", boxes, boundaries, tuple(probes), ZERO, accuracy=ACCURACY, steady=True)
-    expected = [Expected(name, "K", ZERO + t, 20.0, 0.05, settled=None) for name, (_, _, t) in points.items()]
-    flow = Expected("flow", "W", 9.5 * depth, 9.5 * depth, 0.05 * depth, "heat flow, 9.5 W/m", None, ISO)
+    expected = [Expected(name, "K", ZERO + t, 20.0, 0.1, settled=None) for name, (_, _, t) in points.items()]
+    flow = Expected("flow", "W", 9.5 * depth, 9.5 * depth, 0.1 * depth, "heat flow, 9.5 W/m", None, ISO)
     found = list(rows(FAMILY, "ISO 10211 case 2, panel with aluminium", scene, [*expected, flow]))
     yield worst(found[:-1], "9 printed temperatures", ISO)
     yield found[-1]
@@ -89,16 +91,16 @@ def case_3() -> Iterator[Row]:
     printed = {"alpha": 46.09, "beta": 13.89, "gamma": -59.98}
     corners = {"coldest of alpha": ((0.2, 0.2, low), 11.32), "coldest of beta": ((0.2, 0.2, 1.2), 11.11)}
     probes += [_point(name, at) for name, (at, _) in corners.items()]
-    scene = Scene("ISO 10211 case 3", tuple(boxes), tuple(boundaries), tuple(probes), ZERO, accuracy=ACCURACY,
+    scene = Scene("ISO 10211 case 3", tuple(boxes), tuple(boundaries), tuple(probes), ZERO, accuracy=ROUGH,
                   steady=True)  # fmt: skip
     case = "ISO 10211 case 3, balcony through a corner"
     expected = [Expected(p.name, "W", 0.0, 60.0, settled=None) for p in probes[: len(boundaries)]]
-    expected += [Expected(name, "K", ZERO + t, 20.0, 0.005, settled=None, note=ISO) for name, (_, t) in corners.items()]
+    expected += [Expected(name, "K", ZERO + t, 20.0, 0.1, settled=None, note=ISO) for name, (_, t) in corners.items()]
     found = list(rows(FAMILY, case, scene, expected))
     for name, value in printed.items():
         mine = [row for row in found if row.quantity.startswith(name)]
         yield Row(FAMILY, case, f"heat through {name}", "W", value, sum(row.found for row in mine),
-                  sum(row.error for row in mine) + 0.005, note=ISO)  # fmt: skip
+                  sum(row.error for row in mine) + 0.01 * abs(value), note=ISO)  # fmt: skip
     yield from found[len(boundaries) :]
 
 
@@ -121,8 +123,8 @@ def case_4() -> Iterator[Row]:
     probes = (Probe("flow", *cold, "heat_flow"), Probe("hottest", *cold, "temperature", "max"))
     scene = Scene("ISO 10211 case 4", boxes, tuple(boundaries), probes, ZERO, accuracy=ACCURACY, steady=True)
     yield from rows(FAMILY, "ISO 10211 case 4, iron bar", scene, [
-        Expected("flow", "W", -0.540, 0.54, 0.0005, "heat flow, 0.540 W", None),
-        Expected("hottest", "K", ZERO + 0.805, 1.0, 0.0005, "hottest of the cold side, 0.805 C", None),
+        Expected("flow", "W", -0.540, 0.54, 0.0054, "heat flow, 0.540 W", None),
+        Expected("hottest", "K", ZERO + 0.805, 1.0, 0.005, "hottest of the cold side, 0.805 C", None),
     ], ISO)  # fmt: skip
 
 

@@ -22,7 +22,7 @@ FAMILY = "published"
 ZERO = 273.15  # K: 0 degrees Celsius
 NAFEMS = "The Standard NAFEMS Benchmarks, rev. 3, 1990"
 ISO = "ISO 10211:2017, annex C"
-STEPS = 640  # straight lines for the sine of NAFEMS T3
+STEPS = 320  # straight lines for the sine of NAFEMS T3
 
 
 def nafems_t3() -> Iterator[Row]:
