@@ -11,10 +11,13 @@ def jobs(given: str | None) -> int:
     """How many processes to use; SceneError for what is no positive number."""
     from compare.verification.run import processors
 
-    if given is None:
-        return processors()
-    if not given.isascii() or not given.isdigit() or not 0 < int(given) <= 256:
-        raise SceneError(f"--jobs is {quoted(given)}: give a whole number from 1 to 256")
+    return processors() if given is None else whole("--jobs", given, 1, 256)
+
+
+def whole(option: str, given: str, least: int, most: int) -> int:
+    """A whole number that was given; SceneError for what is none, or out of range."""
+    if not given.isascii() or not given.isdigit() or not least <= int(given) <= most:
+        raise SceneError(f"{option} is {quoted(given)}: give a whole number from {least} to {most}")
     return int(given)
 
 

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene
 
-ROOM = 293.0
+ROOM, RISE = 293.0, 10.0
 MATERIALS = (
     Material("silicon", 130.0, 2330.0, 712.0, 6e-5, 5e-4), Material("gold", 317.0, 19300.0, 129.0, 2.2e-8, 3.4e-3),
     Material("oxide", 1.38, 2200.0, 703.0), Material("nitride", 20.0, 3100.0, 700.0),
@@ -35,8 +36,10 @@ class Drawn:
 def draw(seed: int, accuracy: float = 1e-2) -> Drawn:
     """The scene of a seed."""
     rng = np.random.default_rng(seed)
-    planes = [_planes(rng, int(rng.integers(1, 4))) for _ in range(3)]
-    cells = _connected(rng, [len(p) - 1 for p in planes], int(rng.integers(2, 9)))
+    base = 10 ** float(rng.uniform(-5.5, -4))
+    planes = [_planes(rng, int(rng.integers(1, 4)), base) for _ in range(2)]
+    planes.append(_planes(rng, int(rng.integers(1, 3)), base * 10 ** float(rng.uniform(-2, 0))))
+    cells = _connected(rng, [len(p) - 1 for p in planes], int(rng.integers(2, 6)))
     palette = [MATERIALS[i] for i in rng.choice(len(MATERIALS), int(rng.integers(1, 4)), replace=False)]
     boxes = [
         Box(f"box {i}", palette[int(rng.integers(len(palette)))], *_corners(planes, cell))
@@ -52,24 +55,22 @@ def draw(seed: int, accuracy: float = 1e-2) -> Drawn:
         film = free.pop()
         h = 10 ** float(rng.uniform(1, 5))
         boundaries.append(Boundary("film", "convection", *_face(planes, cells[film[0]], *film[1:]), h, ROOM))
-    size = max(float(p[-1] - p[0]) for p in planes)
+    strength = _strength(planes, boxes)
     ends = _electrodes(boxes, cells, free) if rng.random() < 0.7 else None
     if ends is not None:
-        for name, at, volts in zip(("plus", "minus"), ends, (1e-3, 0.0), strict=True):
+        for name, at, volts in zip(("plus", "minus"), ends, (strength.voltage, 0.0), strict=True):
             boundaries.append(Boundary(name, "voltage", *_face(planes, cells[at[0]], *at[1:]), volts))
             free.remove(at)
         heats.append("current")
     if (rng.random() < 0.4 or not heats) and free:
         hot = free.pop()
-        boundaries.append(Boundary("flux", "heat_flux", *_face(planes, cells[hot[0]], *hot[1:]), 1.0 / size))
+        boundaries.append(Boundary("flux", "heat_flux", *_face(planes, cells[hot[0]], *hot[1:]), strength.flux))
         heats.append("flux")
     if rng.random() < 0.4 or not heats:
         i = int(rng.integers(len(boxes)))
-        boxes[i] = Box(boxes[i].name, boxes[i].material, boxes[i].lower, boxes[i].upper, 1.0 / size**2)
+        boxes[i] = Box(boxes[i].name, boxes[i].material, boxes[i].lower, boxes[i].upper, strength.source)
         heats.append("source")
-    whole = tuple(p[0] for p in planes), tuple(p[-1] for p in planes)
-    probes = [Probe("hottest", *whole, "temperature", "max"), Probe("coldest", *whole, "temperature", "min")]  # type: ignore[arg-type]
-    probes += [Probe(f"mean {i}", box.lower, box.upper) for i, box in enumerate(boxes[:3])]
+    probes = [Probe(f"mean {i}", box.lower, box.upper) for i, box in enumerate(boxes[:3])]
     probes += [
         Probe(f"into {b.name}", b.lower, b.upper, "current" if b.kind == "voltage" else "heat_flow") for b in boundaries
     ]
@@ -77,10 +78,27 @@ def draw(seed: int, accuracy: float = 1e-2) -> Drawn:
     return Drawn(seed, scene, tuple(heats))
 
 
-def _planes(rng: np.random.Generator, intervals: int) -> list[float]:
-    """Planes with intervals of 0.1 um to 250 um."""
-    sizes = 10 ** rng.uniform(-7, np.log10(250e-6), intervals)
-    return np.concatenate([[0.0], np.cumsum(sizes)]).tolist()
+class _Strength(NamedTuple):
+    """Heating of some ten kelvin: W/m2, W/m3, V."""
+
+    flux: float
+    source: float
+    voltage: float
+
+
+def _strength(planes: list[list[float]], boxes: list[Box]) -> _Strength:
+    """From the worst conductor of heat over the size of the whole, as an order of magnitude."""
+    size = max(p[-1] - p[0] for p in planes)
+    k = min(box.material.thermal_conductivity for box in boxes)
+    rho = min((box.material.resistivity for box in boxes if box.material.resistivity), default=1.0)
+    return _Strength(RISE * k / size, RISE * k / size**2, float(np.sqrt(8 * RISE * k * rho)))
+
+
+def _planes(rng: np.random.Generator, intervals: int, base: float) -> list[float]:
+    """Planes with intervals of a third to three times a base length (m)."""
+    sizes = base * 10 ** rng.uniform(-0.5, 0.5, intervals)
+    planes: list[float] = np.concatenate([[0.0], np.cumsum(sizes)]).tolist()
+    return planes
 
 
 def _connected(rng: np.random.Generator, shape: list[int], count: int) -> list[Cell]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 from compare.verification.cases import CASES, perform
 from compare.verification.rows import Row
@@ -32,15 +33,20 @@ def _side_by_side(chosen: list[int], jobs: int, found: dict[int, list[Row]], say
     from concurrent.futures import ProcessPoolExecutor, as_completed
     from multiprocessing import get_context
 
-    # Each process does one case at a time; threads of the linear algebra below would only compete.
+    with single_threaded(), ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
+        futures = {pool.submit(perform, number): number for number in chosen}
+        for future in as_completed(futures):
+            found[futures[future]] = future.result()
+            say()
+
+
+@contextlib.contextmanager
+def single_threaded() -> Iterator[None]:
+    """Processes started inside use one thread each for linear algebra: more would only compete."""
     before = os.environ.get("OMP_NUM_THREADS")
     os.environ["OMP_NUM_THREADS"] = "1"
     try:
-        with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
-            futures = {pool.submit(perform, number): number for number in chosen}
-            for future in as_completed(futures):
-                found[futures[future]] = future.result()
-                say()
+        yield
     finally:
         if before is None:
             del os.environ["OMP_NUM_THREADS"]
