@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from compare.table import Style
 
 ABOUT = """\
-The table of one run of `validate stress`, which is what wrote this page. Each row says what was run, over which extremes,
+The table of one run of `validate stress`, which is what wrote this page. A row says what was run, over which extremes,
 and the worst that was found of a measure that should stay below the bound; what breaks says so. "As predicted" marks
 methods that are not this toolkit's and are there to be compared with: Crank-Nicolson rings, explicit Euler blows up.
 """

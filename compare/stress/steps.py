@@ -77,7 +77,7 @@ def _modal(problem: HeatProblem) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def _exponential(rates: np.ndarray, step: float) -> np.ndarray:
     """The product's own integrator over one step, from rest under a source that brings every mode to 1."""
-    run = integrate(rates, lambda a: np.tile(rates, (len(a), 1)), step, 1e300, 1.0)
+    run = integrate(rates, lambda since: lambda times, a: np.tile(rates, (len(a), 1)), step, 1e300, 1.0)
     return np.asarray(1.0 - run(np.array([step]))[0][0])
 
 

@@ -12,9 +12,10 @@ import numpy as np
 from compare.verification import loads
 from compare.verification.manufactured import LAYER, SIZE, Heating, Manufactured
 from fem3d import steady, tensor, transient
-from fem3d.conductor import Conductor, find_conductor
+from fem3d.conductor import find_conductor
 from fem3d.operators import HeatProblem, assemble
-from fem3d.steady import joule_load, reduced_problem
+from fem3d.steady import joule_load
+from fem3d.transient import Base, Krylov
 from meshes.axis import Axis
 from meshes.bricks import BrickMesh
 from scenes.model import Scene
@@ -39,9 +40,9 @@ def errors(solution: Manufactured, degree: int, cuts: int) -> dict[str, float]:
     heat = assemble(solution.scene, mesh(solution.scene, degree, cuts))
     load = manufactured_load(heat, solution)
     if solution.potential is None:
-        return distances(heat, _all(heat, heat.solve_steady(load[: heat.free])), solution)
+        return distances(heat, heat.whole(heat.solve_steady(load[: heat.free])), solution)
     rise, found = _coupled(heat, solution, load)
-    return distances(heat, _all(heat, rise), solution) | found
+    return distances(heat, heat.whole(rise), solution) | found
 
 
 def transient_errors(heating: Heating, degree: int, cuts: int, times: np.ndarray) -> dict[str, float]:
@@ -51,20 +52,20 @@ def transient_errors(heating: Heating, degree: int, cuts: int, times: np.ndarray
     """
     final = heating.at(np.inf)
     heat = assemble(heating.scene, mesh(heating.scene, degree, cuts))
-    heat = replace(heat, constant_source=manufactured_load(heat, final))
-    state = steady.solve(heat, 0.0, 1e-13)
-    fields = transient.Krylov(state, transient.shift(state)).fields(12)
-    answer = transient.march(state, reduced_problem(state, fields), float(times[-1]), 1e-12)
+    heat = replace(heat, loads=manufactured_load(heat, final)[None])
+    base = Base.of_steady(steady.solve(heat, 0.0, 1e-13))
+    fields = Krylov(base, transient.shift(1 / heating.modes[0][0], float(times[0]))).fields(12)
+    answer = transient.march(base, base.project(fields), float(times[-1]), 1e-12)
     worst: dict[str, float] = {}
     for time, rise in zip(times, answer.rises(times), strict=True):
-        found = distances(heat, _all(heat, rise), heating.at(time))
+        found = distances(heat, rise, heating.at(time))
         worst = {name: max(value, worst.get(name, 0.0)) for name, value in found.items()}
     return worst
 
 
 def manufactured_load(heat: HeatProblem, solution: Manufactured) -> np.ndarray:
     """(nodes,): the manufactured loads and those of the scene itself (W)."""
-    load = heat.constant_source.copy()
+    load = heat.loads[0].copy()
     for block in heat.mesh.blocks:
         parts = heat.mesh.parts(block)
         heat.scatter(block, tensor.load(parts, loads.at(solution.f, *_points(parts))), load)
@@ -109,18 +110,22 @@ def _coupled(
     heat: HeatProblem, solution: Manufactured, load: np.ndarray
 ) -> tuple[np.ndarray, dict[str, float]]:  # fmt: skip
     """The rise with its Joule heat, by Picard's iteration, and the errors of the potential and the power."""
-    conductor = _with_potential(heat, solution)
-    rise, electric = np.zeros(heat.free), None
+    conductor = find_conductor(heat)
+    assert conductor is not None
+    assert solution.potential is not None
+    # The scene's electrodes have one voltage each; the manufactured potential varies along them.
+    exact, held = solution.potential(0, *heat.mesh.coordinates()), conductor.number >= conductor.free
+    fixed = np.empty(conductor.voltages.shape[1])
+    fixed[conductor.number[held] - conductor.free] = exact[held]
+    rise, electric = np.zeros(heat.free), conductor.solve(np.zeros(heat.free), fixed)
     for _ in range(PICARD):
-        electric = conductor.solve(rise, None if electric is None else electric.potential, accuracy=1e-13)
+        electric = conductor.solve(rise, fixed, electric.potential, accuracy=1e-13)
         old, rise = rise, heat.solve_steady((load + joule_load(conductor, electric.density, rise))[: heat.free])
         if np.abs(rise - old).max() <= SETTLED * np.abs(rise).max():
             break
-    assert electric is not None
     phi = electric.potential[conductor.number]
     nodal = np.zeros(heat.size)
     nodal[heat.number] = phi
-    assert solution.potential is not None
     assert solution.potential_gradient is not None
     squares = np.zeros(2)
     for weights, values, gradient, points in _sampled(heat, nodal):
@@ -128,22 +133,6 @@ def _coupled(
                             gradient - solution.potential_gradient(0, *points))  # fmt: skip
     power = float(electric.potential @ electric.reaction)
     return rise, _named("potential", squares) | {"power": abs(power - loads.power(solution))}
-
-
-def _with_potential(heat: HeatProblem, solution: Manufactured) -> Conductor:
-    """The conductor of a scene with electrodes all round, at the manufactured potential."""
-    conductor = find_conductor(heat)
-    assert conductor is not None
-    assert solution.potential is not None
-    potential = solution.potential(0, *heat.mesh.coordinates())
-    fixed = np.empty(len(conductor.fixed_voltage))
-    held = conductor.number >= conductor.free
-    fixed[conductor.number[held] - conductor.free] = potential[held]
-    return replace(conductor, fixed_voltage=fixed)
-
-
-def _all(heat: HeatProblem, rise: np.ndarray) -> np.ndarray:
-    return np.concatenate([rise, np.zeros(heat.size - heat.free)])
 
 
 def _points(parts: tensor.Parts) -> tuple[Any, Any, Any]:

@@ -42,18 +42,14 @@ def exponential_collocation() -> Iterator[Row]:
 def _fixed_steps(
     rates: np.ndarray, source: Callable[[np.ndarray], np.ndarray], end: float, steps: int, degree: int
 ) -> np.ndarray:
-    """The final state after equal steps, each a run of the integrator from rest in coordinates about its start.
+    """The final state after equal steps, each a run of the integrator of its own.
 
     Without any tolerance the integrator divides each run in the same proportions, so the order is that of its steps.
     """
     state = np.zeros(len(rates))
     for _ in range(steps):
-
-        def about(b: np.ndarray, start: np.ndarray = state) -> np.ndarray:
-            return source(start + b) - rates * start
-
-        run = integrate(rates, about, end / steps, 1e300, 1.0, degree)
-        state = state + run(np.array([end / steps]))[0][0]
+        run = integrate(rates, lambda since: lambda times, a: source(a), end / steps, 1e300, 1.0, degree, state)
+        state = run(np.array([end / steps]))[0][0]
     return state
 
 
