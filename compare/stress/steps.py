@@ -18,7 +18,7 @@ from scenes.sink import Sink
 
 GROUP = "time steps"
 STEPS = (1e-9, 1e-7, 1e-5, 1e-3, 1e-1, 1.0)  # s
-COUNT, SETTLING = 40, 10  # steps taken, and the first of them, which an L-stable method may overshoot in
+COUNTS = (10, 11, 40, 41)  # steps after which is looked; an L-stable method may overshoot in the first few
 RINGING = 1e-3  # of the final rise
 
 Method = Callable[[np.ndarray, float], np.ndarray]  # decay rates, a step to the part of a constant load's rise missing
@@ -38,20 +38,18 @@ def rows() -> Iterator[Row]:
     }
     largest = float((modes @ final).max())
     for name, (method, ours) in factors.items():
-        worst, at, finite = 0.0, STEPS[0], True
+        worst, at = 0.0, STEPS[0]
         for step in STEPS:
             with np.errstate(over="ignore", invalid="ignore"):
                 factor = method(rates, step)
                 # A constant load from rest heats every place monotonically: nothing ever exceeds the final rise.
-                rises = [modes @ ((1 - factor**n) * final) for n in range(1, COUNT + 1)]
-            over = max(float((rise - modes @ final).max()) for rise in rises[SETTLING:]) / largest
-            finite = finite and np.isfinite(over)
+                missing = np.column_stack([factor**n * final for n in COUNTS])
+                over = -float((modes @ missing).min()) / largest
             if not over <= worst:
-                worst, at = over, step
+                worst, at = (over if np.isfinite(over) else np.inf), step
         said = f"largest with steps of {at:g} s" if worst > 1e-9 else "at no step"
-        found = worst if finite else float("inf")
         yield Row(GROUP, name, f"steps of 1 ns to 1 s, decay rates {rates[0]:.1e} to {rates[-1]:.1e} 1/s",
-                  f"overshoot over the final rise after {SETTLING} steps", found, RINGING, ours, said)  # fmt: skip
+                  f"overshoot over the final rise after {COUNTS[0]} steps", worst, RINGING, ours, said)  # fmt: skip
     limit = 2 / float(rates[-1])
     found_limit = _grows(rates, limit)
     yield Row(GROUP, "explicit Euler", "bisection of its largest stable step",
@@ -60,7 +58,7 @@ def rows() -> Iterator[Row]:
 
 def _sink() -> HeatProblem:
     part = symmetry.reduce(Sink().scene())
-    return assemble(part.scene, grading.first_mesh(part.scene, 1e-2), False)
+    return assemble(part.scene, grading.first_mesh(part.scene, 1e-2).with_degrees(-1, -1, 0), False)
 
 
 def _modal(problem: HeatProblem) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
