@@ -1,7 +1,7 @@
 """Random scenes: connected boxes of random sizes and materials, heated in one or more ways, cooled somewhere.
 
-Boxes are cells of a random grid, so that they meet on whole faces or on parts of them, with voids between; some scenes
-have a mirror plane. Everything follows from a seed.
+Boxes are cells of a random grid of up to three by three by two, with voids between, re-entrant edges and corners, thin
+layers; one material conducts, and the underside is held at a temperature. Everything follows from a seed.
 """
 
 from __future__ import annotations
@@ -40,7 +40,12 @@ def draw(seed: int, accuracy: float = 1e-2) -> Drawn:
     planes = [_planes(rng, int(rng.integers(1, 4)), base) for _ in range(2)]
     planes.append(_planes(rng, int(rng.integers(1, 3)), base * 10 ** float(rng.uniform(-2, 0))))
     cells = _connected(rng, [len(p) - 1 for p in planes], int(rng.integers(2, 6)))
-    palette = [MATERIALS[i] for i in rng.choice(len(MATERIALS), int(rng.integers(1, 4)), replace=False)]
+    conductors = [m for m in MATERIALS if m.resistivity is not None]
+    insulators = [m for m in MATERIALS if m.resistivity is None]
+    palette = [
+        conductors[int(rng.integers(len(conductors)))],
+        *rng.permutation(np.array(insulators, object))[: int(rng.integers(0, 3))],
+    ]
     boxes = [
         Box(f"box {i}", palette[int(rng.integers(len(palette)))], *_corners(planes, cell))
         for i, cell in enumerate(cells)
@@ -48,9 +53,10 @@ def draw(seed: int, accuracy: float = 1e-2) -> Drawn:
     free = _free_faces(cells)
     rng.shuffle(free)
     boundaries, heats = [], []
-    # A face of given temperature, and sometimes a film, so that the heat can leave.
-    cold = free.pop()
-    boundaries.append(Boundary("cold", "temperature", *_face(planes, cells[cold[0]], *cold[1:]), ROOM))
+    # The underside at a given temperature, and sometimes a film, so that the heat can leave.
+    far = planes[0][-1], planes[1][-1], 0.0
+    boundaries.append(Boundary("cold", "temperature", (0.0, 0.0, 0.0), far, ROOM))
+    free = [at for at in free if not (at[1:] == (2, 0) and cells[at[0]][2] == 0)]
     if rng.random() < 0.4 and free:
         film = free.pop()
         h = 10 ** float(rng.uniform(1, 5))
