@@ -136,7 +136,8 @@ def honest(drawn: Drawn, found: Result) -> float:
 
 
 ALWAYS: dict[str, Callable[[Drawn, Result], float]] = {
-    "energy closes": energy, "nothing colder than its surroundings": never_colder, "means within extremes": ordered,
+    "energy closes": energy, "nothing reported is colder than its surroundings": never_colder,
+    "means within extremes": ordered, "field away from the probes": undershoot,
 }  # fmt: skip
 IN_TURN: dict[str, Callable[[Drawn, Result], float]] = {
     "mirrored and turned": mirrored, "another unit of length": rescaled, "voltages swapped": swapped,
