@@ -8,7 +8,7 @@ from compare.stress import coupling, drives, extremes, steps, sweep
 from compare.stress.rows import Row, failed
 from compare.verification.run import single_threaded
 
-QUICK_SCENES, QUICK_LIMIT = 24, 15
+QUICK_SCENES, QUICK_LIMIT = 24, 30
 
 
 def run(quick: bool, scenes: int, seed: int, jobs: int, progress: Callable[[str], None]) -> list[Row]:

@@ -10,7 +10,7 @@ from typing import Any
 from compare.stress.rows import Row
 
 GROUP = "random scenes"
-LIMIT = 60  # s a scene with its invariants may take
+LIMIT, PATIENCE = 60, 20  # s of computing a scene with its invariants may take, and times that by the clock
 
 
 @dataclass(frozen=True)
@@ -40,10 +40,12 @@ def examine(seed: int, limit: int = LIMIT) -> Outcome:
     def up(*_: Any) -> None:
         raise _TimeIsUpError
 
-    started = time.perf_counter()
+    started = time.process_time()
     drawn = draw(seed)
-    before = signal.signal(signal.SIGALRM, up)
-    signal.alarm(limit)
+    # What counts is computing, whatever else the machine does; the clock is there for what waits for ever.
+    before = {number: signal.signal(number, up) for number in (signal.SIGVTALRM, signal.SIGALRM)}
+    signal.setitimer(signal.ITIMER_VIRTUAL, limit)
+    signal.alarm(PATIENCE * limit)
     violations: dict[str, float] = {}
     unknowns, ended, said = 0, "", ""
     try:
@@ -60,9 +62,11 @@ def examine(seed: int, limit: int = LIMIT) -> Outcome:
     except Exception as error:
         ended, said = "error", f"{type(error).__name__}: {error}"
     finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
         signal.alarm(0)
-        signal.signal(signal.SIGALRM, before)
-    return Outcome(seed, violations, ended, said, time.perf_counter() - started, unknowns)
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    return Outcome(seed, violations, ended, said, time.process_time() - started, unknowns)
 
 
 def sweep(first: int, count: int, jobs: int, limit: int, progress: Callable[[str], None]) -> list[Outcome]:
@@ -96,14 +100,14 @@ def rows(outcomes: list[Outcome], limit: int) -> Iterator[Row]:
             said = f"violated by {len(broken)} of {len(held)}: seeds {', '.join(map(str, broken[:8]))}"
         yield Row(GROUP, name, f"{len(held)} of {extremes}", "violation over what errors allow",
                   float("inf") if worst != worst else worst, 1.0, said=said)  # fmt: skip
-    for ended, what in (("error", "ended with an error"), ("out of time", f"took more than {limit} s")):
+    for ended, what in (("error", "ended with an error"), ("out of time", f"computed for more than {limit} s")):
         seeds = [o for o in outcomes if o.ended == ended]
         said = f"seeds {', '.join(str(o.seed) for o in seeds[:8])}" if seeds else ""
         if ended == "error" and seeds:
             said = f"seed {seeds[0].seed}: {seeds[0].said}"
         yield Row(GROUP, what, extremes, "scenes", len(seeds), 0, said=said)
     slowest = max(outcomes, key=lambda o: o.seconds)
-    yield Row(GROUP, "the slowest scene with its invariants", extremes, "seconds", slowest.seconds, limit,
+    yield Row(GROUP, "the slowest scene with its invariants", extremes, "seconds of computing", slowest.seconds, limit + 5,
               said=f"seed {slowest.seed}, {slowest.unknowns} unknowns")  # fmt: skip
     refused = [o for o in outcomes if o.ended == "refused by name"]
     if refused:
