@@ -1,0 +1,79 @@
+"""Uniform refinement of a mesh with groups: each cell into eight, on the cell's own curved shape.
+
+The nodes of the new cells lie on a lattice in their old cell. A lattice point is known by its weights at the old
+corners, which neighbours agree on, so that cells stay joined exactly as they were, whatever lies at the same place.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+
+from meshes.grouped import shapes
+from meshes.grouped.model import Faces, GroupedMesh
+
+_OCTAHEDRON = ((4, 9, 5, 6), (4, 9, 6, 7), (4, 9, 7, 8), (4, 9, 8, 5))
+_TETRAHEDRA = ((0, 4, 6, 7), (4, 1, 5, 8), (6, 5, 2, 9), (7, 8, 9, 3), *_OCTAHEDRON)
+
+
+def refine(mesh: GroupedMesh) -> GroupedMesh:
+    """The mesh with eight cells in place of each: those of cell i are 8 i to 8 i + 7."""
+    places, children = _lattice(mesh.kind, mesh.order)
+    corner_weights = np.rint(64 * shapes.values(mesh.kind, 1, places)).astype(np.int64)
+    corners = mesh.corners.astype(np.int64)
+    # A corner and its weight in one number; corners without weight are no part of the key.
+    keys = np.where(corner_weights > 0, corners[:, None, :] * 65 + corner_weights, -1)
+    keys = np.sort(keys, axis=-1).reshape(-1, corners.shape[1])
+    first, local = np.unique(keys, axis=0, return_index=True, return_inverse=True)[1:]
+    at = shapes.values(mesh.kind, mesh.order, places)
+    cell, place = np.divmod(first, len(places))
+    points = np.einsum("pn,pnd->pd", at[place], mesh.points[mesh.cells[cell]])
+    cells = local.reshape(len(corners), len(places))[:, children].reshape(-1, children.shape[1])
+    volumes = {name: (8 * own[:, None] + np.arange(8)).ravel() for name, own in mesh.volumes.items()}
+    surfaces = {name: _faces(mesh.kind, faces) for name, faces in mesh.surfaces.items()}
+    return replace(mesh, points=points, cells=cells, volumes=volumes, surfaces=surfaces)
+
+
+def _faces(kind: str, faces: Faces) -> Faces:
+    """The four faces of new cells on each old one."""
+    own = _children_on_faces(kind)[faces[:, 1]].copy()
+    own[..., 0] += 8 * faces[:, :1]
+    return own.reshape(-1, 2)
+
+
+@cache
+def _lattice(kind: str, order: int) -> tuple[np.ndarray, np.ndarray]:
+    """The lattice points (points, 3) in a cell and which of them are the nodes of each child (8, nodes)."""
+    own = shapes.nodes(kind, order)
+    corners = _child_corners(kind)
+    there = np.einsum("nv,cvd->cnd", shapes.values(kind, 1, own), corners)
+    steps = np.rint(4 * there).astype(int).reshape(-1, 3)
+    places, local = np.unique(steps, axis=0, return_inverse=True)
+    return places / 4, local.reshape(there.shape[:2])
+
+
+@cache
+def _child_corners(kind: str) -> np.ndarray:
+    """(8, corners, 3): where the corners of the children are, with the children the right way round."""
+    if kind == shapes.HEXAHEDRON:
+        cube = shapes.nodes(kind, 1)
+        return np.array([(cube + corner) / 2 for corner in cube])
+    found = shapes.nodes(kind, 2)[np.array(_TETRAHEDRA)]
+    inverted = np.linalg.det(found[:, 1:] - found[:, :1]) < 0
+    found[inverted] = found[inverted][:, [0, 1, 3, 2]]
+    return found
+
+
+@cache
+def _children_on_faces(kind: str) -> np.ndarray:
+    """(faces, 4, 2): the children, and their faces, that make up each face of a cell."""
+    facets, corners, children = shapes.FACETS[kind], shapes.nodes(kind, 1), _child_corners(kind)
+    found = []
+    for face in facets:
+        a, b, c = corners[face[:3]]
+        normal = np.cross(b - a, c - a)
+        on = np.abs((children - a) @ normal) < 1e-9
+        found.append([(i, k) for i in range(8) for k, own in enumerate(facets) if on[i, own].all()])
+    return np.array(found)
