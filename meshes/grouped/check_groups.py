@@ -143,11 +143,8 @@ def probes(placed: Placed) -> None:
                     )
                 shown = ", ".join(f"{c:g} m" for c in probe.at)
                 raise SceneError(f"{where} lies outside the solid: no cell of the mesh is at [{shown}]")
-        elif probe.quantity in ("potential", "current"):
-            if not _conducts(placed, probe):
-                raise SceneError(
-                    f"{where} asks for a {probe.quantity} where nothing conducts: give a group on a conductor"
-                )
+        elif probe.quantity in ("potential", "current") and not _conducts(placed, probe):
+            raise SceneError(f"{where} asks for a {probe.quantity} where nothing conducts: give a group on a conductor")
         if probe.quantity in ("heat_flow", "current"):
             _refuse_mixed(placed, probe)
 

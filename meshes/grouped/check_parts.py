@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from meshes.grouped.place import Placed
@@ -21,14 +23,14 @@ def check(placed: Placed) -> None:
     if asks.electric(scene):
         conductors = mesh.parts(placed.conducting)
         electrodes = [b for b in scene.boundaries if b.kind == "voltage"]
-        _refuse(placed, conductors, _touched(placed, conductors, electrodes), UNFIXED)
-    acted = _touched(placed, parts, scene.boundaries)
+        _refuse(placed, conductors, touched(placed, conductors, electrodes), UNFIXED)
+    acted = touched(placed, parts, scene.boundaries)
     for source in scene.sources:
         if not asks.is_zero(source.heat_source):
             acted |= set(parts[mesh.volumes[source.group]].tolist())
     _refuse(placed, parts, acted, FLOATING)
     if scene.steady and asks.heat(scene):
-        _refuse(placed, parts, _touched(placed, parts, [b for b in scene.boundaries if is_exit(b)]), KEPT)
+        _refuse(placed, parts, touched(placed, parts, [b for b in scene.boundaries if is_exit(b)]), KEPT)
     if any(heats(b, scene.initial_temperature) for b in scene.boundaries):
         return
     if any(not asks.is_zero(s.heat_source) for s in scene.sources) or carries(placed).any():
@@ -45,15 +47,13 @@ def carries(placed: Placed) -> np.ndarray:
     levels: dict[int, set[object]] = {}
     for b in placed.scene.boundaries:
         if b.kind == "voltage":
-            for part in _touched(placed, conductors, [b]):
+            for part in touched(placed, conductors, [b]):
                 levels.setdefault(part, set()).add(b.value)
     live = [part for part, found in levels.items() if len(found) > 1]
     return np.isin(conductors, live)
 
 
-def _touched(
-    placed: Placed, parts: np.ndarray, boundaries: list[GroupBoundary] | tuple[GroupBoundary, ...]
-) -> set[int]:
+def touched(placed: Placed, parts: np.ndarray, boundaries: list[GroupBoundary] | tuple[GroupBoundary, ...]) -> set[int]:
     found: set[int] = set()
     for b in boundaries:
         found |= set(parts[placed.mesh.both_sides(placed.faces(b))].tolist())

@@ -15,7 +15,7 @@ Faces = np.ndarray
 
 @dataclass(frozen=True, eq=False)
 class GroupedMesh:
-    """``points`` (n, 3) in m; ``cells`` (m, nodes of a cell), all of one ``kind`` and geometric ``order``, in VTK's order.
+    """``points`` (n, 3) in m; ``cells`` (m, nodes of a cell), in VTK's order, of one ``kind`` and ``order``.
 
     ``volumes``: the cells of each volume group. ``surfaces``: the faces of each surface group. ``others``: the
     names of groups that are neither, and of surface groups with faces that are of no cell, with what they are.

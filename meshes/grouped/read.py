@@ -38,9 +38,7 @@ def read(path: Path, unit: float) -> GroupedMesh:
     first, same = np.unique(np.sort(cells, axis=1), axis=0, return_index=True, return_inverse=True)[1:]
     cells, points = cells[first], np.asarray(found.points, float) * unit
     if name == "hexahedron20":
-        inner = np.einsum("kn,cnd->ckd", shapes.serendipity(), points[cells])
-        more = len(points) + np.arange(inner[..., 0].size).reshape(len(cells), 7)
-        points, cells = np.concatenate([points, inner.reshape(-1, 3)]), np.concatenate([cells, more], axis=1)
+        points, cells = _completed(points, cells)
     mesh = GroupedMesh(points, cells, kind, order, {}, {}, {}, name)
     _refuse_inverted(mesh, path)
     of_cell = np.full(max((n.max(initial=-1) for n in numbers.values()), default=-1) + 1, -1)
@@ -93,6 +91,17 @@ def _joined(found: Any, names: list[str]) -> tuple[dict[str, np.ndarray], np.nda
             cells.append(np.asarray(block.data, int))
         start += len(block.data)
     return {name: np.concatenate(own) for name, own in numbers.items()}, np.concatenate(cells)
+
+
+def _completed(points: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Hexahedra of 20 nodes with the 7 more that give them the same shape among those of 27."""
+    facets = GroupedMesh(points, cells, shapes.HEXAHEDRON, 2, {}, {}).facets
+    inner = np.einsum("kn,cnd->ckd", shapes.serendipity(), points[cells])
+    start, count = len(points), int(facets.max()) + 1
+    more = np.concatenate([start + facets, (start + count + np.arange(len(cells)))[:, None]], axis=1)
+    joined = np.concatenate([points, np.empty((count + len(cells), 3))])
+    joined[more] = inner
+    return joined, np.concatenate([cells, more], axis=1)
 
 
 def _refuse_inverted(mesh: GroupedMesh, path: Path) -> None:

@@ -21,19 +21,34 @@ _TETRAHEDRA = ((0, 4, 6, 7), (4, 1, 5, 8), (6, 5, 2, 9), (7, 8, 9, 3), *_OCTAHED
 def refine(mesh: GroupedMesh) -> GroupedMesh:
     """The mesh with eight cells in place of each: those of cell i are 8 i to 8 i + 7."""
     places, children = _lattice(mesh.kind, mesh.order)
-    corner_weights = np.rint(64 * shapes.values(mesh.kind, 1, places)).astype(np.int64)
+    points, local = _numbered(mesh, places)
+    cells = local[:, children].reshape(-1, children.shape[1])
+    volumes = {name: (8 * own[:, None] + np.arange(8)).ravel() for name, own in mesh.volumes.items()}
+    surfaces = {name: _faces(mesh.kind, faces) for name, faces in mesh.surfaces.items()}
+    return replace(mesh, points=points, cells=cells, volumes=volumes, surfaces=surfaces)
+
+
+def quadratic(mesh: GroupedMesh) -> GroupedMesh:
+    """The same mesh with cells of second order: with a node in the middle of every edge, and of hexahedra of every face
+    and cell too."""
+    if mesh.order == 2:
+        return mesh
+    points, cells = _numbered(mesh, shapes.nodes(mesh.kind, 2))
+    return replace(mesh, points=points, cells=cells, order=2)
+
+
+def _numbered(mesh: GroupedMesh, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, 3) of a lattice with reference coordinates (places, 3) in every cell, and their numbers (m, places)."""
+    weights = np.rint(64 * shapes.values(mesh.kind, 1, places)).astype(np.int64)
     corners = mesh.corners.astype(np.int64)
     # A corner and its weight in one number; corners without weight are no part of the key.
-    keys = np.where(corner_weights > 0, corners[:, None, :] * 65 + corner_weights, -1)
+    keys = np.where(weights > 0, corners[:, None, :] * 65 + weights, -1)
     keys = np.sort(keys, axis=-1).reshape(-1, corners.shape[1])
     first, local = np.unique(keys, axis=0, return_index=True, return_inverse=True)[1:]
     at = shapes.values(mesh.kind, mesh.order, places)
     cell, place = np.divmod(first, len(places))
     points = np.einsum("pn,pnd->pd", at[place], mesh.points[mesh.cells[cell]])
-    cells = local.reshape(len(corners), len(places))[:, children].reshape(-1, children.shape[1])
-    volumes = {name: (8 * own[:, None] + np.arange(8)).ravel() for name, own in mesh.volumes.items()}
-    surfaces = {name: _faces(mesh.kind, faces) for name, faces in mesh.surfaces.items()}
-    return replace(mesh, points=points, cells=cells, volumes=volumes, surfaces=surfaces)
+    return points, local.reshape(len(corners), len(places))
 
 
 def _faces(kind: str, faces: Faces) -> Faces:

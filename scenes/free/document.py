@@ -72,7 +72,8 @@ def _items(table: str, given: object, tables: Tables) -> tuple[Item, ...]:
         values = _values(label, f"[[{table}]]", item, tables.lists[table])
         for key in tables.required[table]:
             if key not in values:
-                raise SceneError(f"{label}.{key} is missing: every [[{table}]] needs {' and '.join(tables.required[table])}")
+                needs = " and ".join(tables.required[table])
+                raise SceneError(f"{label}.{key} is missing: every [[{table}]] needs {needs}")
         if name in found:
             raise SceneError(f"{table}[{number}].name = {quoted(name)} is taken: give every {table} a name of its own")
         found[name] = Item(name, label, values)

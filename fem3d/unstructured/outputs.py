@@ -1,0 +1,153 @@
+"""What is read off a solution on a mesh with groups, under the names of `fem3d.outputs`: ``probe:``, ``flow:``,
+``current:``, ``power`` and ``generated``."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fem3d.outputs import Outputs
+from fem3d.transient import Transient
+from fem3d.unstructured.patterns import Pattern
+from fem3d.unstructured.probes import Reading, reading
+from fem3d.unstructured.start import Start
+from fem3d.unstructured.steady import SteadyState
+
+AT_ONCE = 4_000_000  # numbers that a block of times may take
+POTENTIALS = 24  # instants, between knots, at which potentials are solved; they move as slowly as the temperature
+
+
+def of_steady(state: SteadyState) -> Outputs:
+    """The outputs of a steady state."""
+    heat, conductor = state.heat, state.conductor
+    entering = heat.stiffness @ state.rise - state.source
+    flows = {name: entering[nodes].sum() for name, nodes in heat.fixed_sets.items()}
+    flows |= {name: given[0] + per_kelvin @ state.rise for name, (given, per_kelvin) in heat.films.items()}
+    currents: dict[str, float] = {}
+    if conductor is not None and state.potential is not None:
+        currents = Pattern.of(conductor, state.potential).currents
+    found: Outputs = {f"flow:{name}": np.array(v) for name, v in flows.items()}
+    found |= {f"current:{name}": np.array(v) for name, v in currents.items() if not name.startswith("through:")}
+    for probe in heat.placed.scene.probes:
+        read = reading(heat, probe)
+        field = state.rise
+        if probe.quantity == "potential":
+            field = np.zeros(heat.size) if state.potential is None else state.potential.potential
+        if probe.quantity == "current":
+            names = read.boundaries or (f"through:{probe.name}",)
+            value = sum(currents.get(name, 0.0) for name in names)
+        elif read.nodes is not None:
+            value = float(read.extreme(field[read.nodes]))
+        else:
+            value = 0.0 if read.row is None else float(read.row @ field)
+            value += sum(float(flows[name]) for name in read.boundaries)
+        found[f"probe:{probe.name}"] = np.array(value)
+    return found | {"power": np.array(state.power), "generated": np.array(heat.generated[0])}
+
+
+class Response:
+    """A transient with what its outputs need, worked out once."""
+
+    def __init__(self, base: Start, transient: Transient) -> None:
+        self.base, self.transient = base, transient
+        self._readings = {p.name: reading(base.heat, p) for p in base.heat.placed.scene.probes}
+        self._unit: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+
+    def __call__(self, times: np.ndarray) -> Outputs:
+        """The outputs at some times (s)."""
+        heat, reduced, drive = self.base.heat, self.transient.reduced, self.base.heat.inputs
+        g, changing = drive.at(times), drive.rates(times)
+        a, sources = self.transient.trajectory(times)
+        rates = sources - a * self.transient.trajectory.rates
+        basis, lifts, n = reduced.basis, heat.lifts, heat.free
+        c = reduced.currents(a, g) if self.base.patterns else np.zeros((len(times), 0))
+
+        def along(row: np.ndarray, states: np.ndarray, inputs_now: np.ndarray) -> np.ndarray:
+            found: np.ndarray = states @ (row[:n] @ basis) + inputs_now @ (lifts @ row)
+            return found
+
+        flows: Outputs = {}
+        for name, nodes in heat.fixed_sets.items():
+            per_rise, per_rate = heat.row(name)
+            flows[name] = (
+                along(per_rise, a, g) + along(per_rate, rates, changing) - g @ heat.loads[:, nodes].sum(axis=1)
+            )
+            if self.base.patterns:
+                cold, warm = reduced.at_held[name]
+                pairs = c[:, :, None] * c[:, None, :]
+                heating = np.tensordot(g, cold, (-1, 0)) + np.tensordot(a, warm, (-1, -1))
+                flows[name] -= np.einsum("tij,tij->t", pairs, heating)
+        for name, (given, per_kelvin) in heat.films.items():
+            flows[name] = g @ given + along(per_kelvin, a, g)
+        names = self.base.patterns[0].currents if self.base.patterns else {}
+        currents = {name: c @ np.array([p.currents[name] for p in self.base.patterns]) for name in names}
+        found: Outputs = {f"flow:{name}": value for name, value in flows.items()}
+        found |= {f"current:{name}": value for name, value in currents.items() if not name.startswith("through:")}
+        zero = np.zeros(len(times))
+        for probe in heat.placed.scene.probes:
+            read = self._readings[probe.name]
+            if probe.quantity == "current":
+                value = sum((currents.get(name, zero) for name in read.boundaries or (f"through:{probe.name}",)), zero)
+            elif probe.quantity == "potential":
+                value = self._potential(probe.name, read, times, g)
+            elif read.nodes is not None:
+                value = self._extreme(read, np.concatenate([a, g], axis=1))
+            else:
+                value = zero if read.row is None else along(read.row, a, g)
+                value = sum((flows[name] for name in read.boundaries), value)
+            found[f"probe:{probe.name}"] = value
+        power = np.einsum("tm,tm->t", c, g @ reduced.supply) if self.base.patterns else zero
+        return found | {"power": power, "generated": g @ heat.generated}
+
+    def stored(self, times: np.ndarray) -> np.ndarray:
+        """(times,): heat stored above the initial temperature (J)."""
+        heat = self.base.heat
+        capacity = heat.mass @ np.ones(heat.size)
+        a = self.transient.trajectory(times)[0]
+        found: np.ndarray = a @ (capacity[: heat.free] @ self.transient.reduced.basis)
+        return found + heat.inputs.at(times) @ (heat.lifts @ capacity)
+
+    def _extreme(self, read: Reading, weights: np.ndarray) -> np.ndarray:
+        heat = self.base.heat
+        fields = np.concatenate([heat.whole(self.transient.reduced.basis.T), heat.lifts])[:, read.nodes]
+        size = max(1, AT_ONCE // fields.shape[1])
+        return np.concatenate([read.extreme(weights[i : i + size] @ fields) for i in range(0, len(weights), size)])
+
+    def _potential(self, name: str, read: Reading, times: np.ndarray, g: np.ndarray) -> np.ndarray:
+        """What a probe reads is a sum over the channels of their values times a factor that follows the temperature;
+        where the largest or smallest value is asked for, at the instants themselves."""
+        conductor, end = self.base.conductor, self.transient.end
+        if conductor is None:
+            return np.zeros(len(times))
+        if name not in self._unit:
+            knots = [0.0, *conductor.heat.inputs.knots(end), end]
+            warms, shares = conductor.warm.any(), (np.linspace(0, 1, POTENTIALS) ** 2)[:-1]
+            inner = [s + (e - s) * shares for s, e in zip(knots[:-1], knots[1:], strict=True)]
+            instants = np.concatenate([*inner, [end]]) if warms else np.zeros(1)
+            self._unit[name] = instants, self._fields(read, instants)
+        instants, factors = self._unit[name]  # (instants, channels, nodes read)
+        here = np.empty((len(times), *factors.shape[1:]))
+        for channel in range(factors.shape[1]):
+            for k in range(factors.shape[2]):
+                here[:, channel, k] = np.interp(times, instants, factors[:, channel, k])
+        fields = np.einsum("tc,tck->tk", g, here)
+        return fields[:, 0] if read.nodes is None else read.extreme(fields)
+
+    def _fields(self, read: Reading, instants: np.ndarray) -> np.ndarray:
+        conductor = self.base.conductor
+        assert conductor is not None
+        found = []
+        for rise in self.transient.rises(instants):
+            fields = [conductor.solve(rise, v).potential if v.any() else np.zeros(len(v)) for v in conductor.voltages]
+            found.append([[read.row @ u] if read.row is not None else u[read.nodes] for u in fields])
+        return np.array(found)
+
+
+def imbalance(out: Outputs) -> float:
+    """|what enters| over what passes, of a steady state."""
+    flows = [float(v) for name, v in out.items() if name.startswith("flow:")]
+    power, generated = float(out["power"]), float(out["generated"])
+    if not flows:
+        currents = [float(v) for name, v in out.items() if name.startswith("current:")]
+        return abs(sum(currents)) / (sum(map(abs, currents)) / 2) if any(currents) else 0.0
+    passing = (sum(map(abs, flows)) + abs(power) + abs(generated)) / 2
+    return abs(sum(flows) + power + generated) / passing if passing else 0.0
