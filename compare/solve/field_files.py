@@ -7,12 +7,17 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 from compare import fields
-from scenes.model import Scene
+from scenes.free.asks import AnyScene
+from scenes.meshed.model import MeshScene
 from scenes.result import Result
 
 
-def write_fields(folder: Path, scene: Scene, result: Result) -> list[str]:
+def write_fields(folder: Path, scene: AnyScene, result: Result) -> list[str]:
     """Writes what `compare.fields` writes, rises being above the scene's initial temperature; returns the names."""
+    if isinstance(scene, MeshScene):
+        from compare.solve.mesh_files import write_own
+
+        return write_own(folder, scene, result)
     like: Any = SimpleNamespace(
         room_temperature=scene.initial_temperature, end_time=scene.end_time, accuracy=scene.accuracy
     )

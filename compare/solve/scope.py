@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from scenes.errors import SceneError
 from scenes.free import asks
-from scenes.model import Scene
+from scenes.free.asks import AnyScene
+from scenes.meshed.model import MeshScene
 from scenes.plan import Step
+
+if TYPE_CHECKING:
+    from scenes.result import Result
 
 UNITS = {"temperature": "K", "potential": "V", "heat_flow": "W", "current": "A"}
 """The unit of each quantity that a probe may ask for."""
@@ -22,27 +27,27 @@ class SolveRequest:
     fields: bool = False
 
 
-def check(scene: Scene, request: SolveRequest) -> None:
+def check(scene: AnyScene, request: SolveRequest) -> None:
     """Refuses a run that would report nothing."""
     if not scene.probes and not request.fields:
         raise SceneError("the scene has no [[probe]], so there is nothing to report: add one, or give --fields")
 
 
-def traces_reason(scene: Scene) -> str:
+def traces_reason(scene: AnyScene) -> str:
     """Why there are no traces; empty where there are."""
     if scene.steady:
         return "only the steady state was asked for (run.steady)"
     return "" if scene.probes else "the scene has no probes"
 
 
-def fields_reason(scene: Scene, request: SolveRequest) -> str:
+def fields_reason(scene: AnyScene, request: SolveRequest) -> str:
     """Why no field files are written; empty where they are."""
     if not request.fields:
         return "not asked for (--fields)"
     return "" if asks.heat(scene) else "no temperature is solved for"
 
 
-def skipped_figures(scene: Scene, request: SolveRequest) -> dict[str, str]:
+def skipped_figures(scene: AnyScene, request: SolveRequest) -> dict[str, str]:
     """The figures that a run does not draw, each with the reason."""
     if not request.figures:
         return dict.fromkeys(("field", "traces"), "no figures were asked for")
@@ -55,7 +60,7 @@ def skipped_figures(scene: Scene, request: SolveRequest) -> dict[str, str]:
 
 
 def assemble(
-    scene: Scene, request: SolveRequest, solver_steps: tuple[Step, ...], notes: Mapping[str, str] | None = None
+    scene: AnyScene, request: SolveRequest, solver_steps: tuple[Step, ...], notes: Mapping[str, str] | None = None
 ) -> tuple[Step, ...]:
     """The whole plan around the solver's lines; ``notes`` says of a figure why it could not be drawn."""
     when = "steady" if scene.steady else "last"
@@ -74,8 +79,23 @@ def assemble(
     return (*solver_steps, *lines)
 
 
-def plan(scene: Scene, request: SolveRequest) -> tuple[Step, ...]:
+def solver(scene: AnyScene) -> Callable[..., Result]:
+    """What solves a scene and tells how far it is: boxes have bricks, and a mesh is taken as it is."""
+    if isinstance(scene, MeshScene):
+        from fem3d.unstructured.run import solve as solve_on_mesh
+
+        return solve_on_mesh
+    from fem3d.solve_scene import solve
+
+    return solve
+
+
+def plan(scene: AnyScene, request: SolveRequest) -> tuple[Step, ...]:
     """What `compare.solve.run.run` will do, before it does it."""
+    if isinstance(scene, MeshScene):
+        from fem3d.unstructured.run import plan as plan_on_mesh
+
+        return assemble(scene, request, plan_on_mesh(scene))
     from fem3d.solve_scene import plan
 
     return assemble(scene, request, plan(scene))

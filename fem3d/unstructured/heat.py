@@ -25,7 +25,7 @@ from scenes.model import Schedule, Value
 @dataclass(frozen=True, eq=False)
 class Heat:
     """Matrices (all nodes) in W/K and J/K; per channel ``loads`` (channels, all nodes) in W, ``given`` (channels,
-    fixed nodes) in K and ``generated`` in W. ``fixed_sets`` are the nodes of the boundaries of given temperature, ``films``
+    fixed nodes) in K and ``generated`` in W. ``fixed_sets``: the nodes of boundaries of given temperature; ``films``:
     those of given flux or convection: the heat that enters per channel, and per kelvin at all nodes."""
 
     placed: Placed

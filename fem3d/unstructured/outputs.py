@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from fem3d.outputs import Outputs
@@ -76,8 +78,8 @@ class Response:
                 pairs = c[:, :, None] * c[:, None, :]
                 heating = np.tensordot(g, cold, (-1, 0)) + np.tensordot(a, warm, (-1, -1))
                 flows[name] -= np.einsum("tij,tij->t", pairs, heating)
-        for name, (given, per_kelvin) in heat.films.items():
-            flows[name] = g @ given + along(per_kelvin, a, g)
+        for name, (entering, per_kelvin) in heat.films.items():
+            flows[name] = g @ entering + along(per_kelvin, a, g)
         names = self.base.patterns[0].currents if self.base.patterns else {}
         currents = {name: c @ np.array([p.currents[name] for p in self.base.patterns]) for name in names}
         found: Outputs = {f"flow:{name}": value for name, value in flows.items()}
@@ -121,7 +123,7 @@ class Response:
         if name not in self._unit:
             knots = [0.0, *conductor.heat.inputs.knots(end), end]
             warms, shares = conductor.warm.any(), (np.linspace(0, 1, POTENTIALS) ** 2)[:-1]
-            inner = [s + (e - s) * shares for s, e in zip(knots[:-1], knots[1:], strict=True)]
+            inner = [s + (e - s) * shares for s, e in pairwise(knots)]
             instants = np.concatenate([*inner, [end]]) if warms else np.zeros(1)
             self._unit[name] = instants, self._fields(read, instants)
         instants, factors = self._unit[name]  # (instants, channels, nodes read)

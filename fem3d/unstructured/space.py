@@ -34,7 +34,7 @@ class Space:
         self.points = used
         x, weights = _quadrature(mesh.kind, _ORDER[degree])
         self.at = shapes.values(mesh.kind, degree, x)
-        jacobian, determinant, self.slopes = self._mapped(np.arange(len(own)), x[None])
+        _, determinant, self.slopes = self._mapped(np.arange(len(own)), x[None])
         self.weights = weights * determinant
 
     @property
@@ -59,9 +59,8 @@ class Space:
 
         corners = self.mesh.points[self.mesh.cells[cells]]
         jacobian = tabulated(self.mesh.order) @ corners[:, None]
-        slopes = np.linalg.solve(
-            jacobian, np.broadcast_to(tabulated(self.degree), (*jacobian.shape[:3], self.at.shape[1]))
-        )
+        own = tabulated(self.degree)
+        slopes = np.linalg.solve(jacobian, np.broadcast_to(own, (len(jacobian), *own.shape[1:])))
         return jacobian, np.linalg.det(jacobian), slopes
 
     def value(self, u: np.ndarray, cells: np.ndarray | slice = slice(None)) -> np.ndarray:
@@ -106,7 +105,7 @@ class Space:
 
 class FaceSpace:
     """The same on some faces: ``dofs`` (faces, nodes of a cell), ``at`` (faces, points, nodes of a cell), ``slopes``
-    (faces, points, 3, nodes), and ``normals`` (faces, points, 3), outwards and as long as the area of the point (m2)."""
+    (faces, points, 3, nodes), and ``normals`` (faces, points, 3), outwards, as long as the area of the point (m2)."""
 
     def __init__(self, space: Space, faces: Faces) -> None:
         self._space, self.faces = space, faces

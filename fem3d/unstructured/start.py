@@ -1,5 +1,5 @@
-"""What the space of a transient must hold, as in `fem3d.start`: the currents at the start and at hot instants of a rough
-response, and the responses to every load."""
+"""What the space of a transient must hold, as in `fem3d.start`: the currents at the start and at hot instants of a
+rough response, and the responses to every load."""
 
 from __future__ import annotations
 
@@ -82,10 +82,7 @@ def _followed(found: Start, potentials: list[Potential], shift: float, end: floa
         for i, rise in enumerate(rises):
             if not (g[i] @ conductor.voltages).any():
                 continue
-            hot = [
-                conductor.solve(rise, conductor.voltages[k], p.potential)
-                for k, p in zip(driven, potentials, strict=False)
-            ]
+            hot = [conductor.solve(rise, conductor.voltages[k]) for k in driven]
             true: np.ndarray = sum(f * h.density for f, h in zip(g[i][driven], hot, strict=True))  # type: ignore[assignment]
             load = pattern.joule_load(conductor, true, true, rise)
             reached = pattern.combined(found.patterns, c[i])

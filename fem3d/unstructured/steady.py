@@ -24,7 +24,7 @@ BACK = 0.8
 
 @dataclass(frozen=True, eq=False)
 class SteadyState:
-    """The converged state: ``rise`` (all nodes, K), the ``source`` that it answers (all nodes, W), and the potential."""
+    """The converged state: ``rise`` (all nodes, K), the ``source`` that it answers (all nodes, W), the potential."""
 
     heat: Heat
     conductor: Conductor | None

@@ -38,7 +38,7 @@ def quadratic(mesh: GroupedMesh) -> GroupedMesh:
 
 
 def _numbered(mesh: GroupedMesh, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Points (n, 3) of a lattice with reference coordinates (places, 3) in every cell, and their numbers (m, places)."""
+    """Points (n, 3) of a lattice with reference coordinates (places, 3) in all cells, and their numbers (m, places)."""
     weights = np.rint(64 * shapes.values(mesh.kind, 1, places)).astype(np.int64)
     corners = mesh.corners.astype(np.int64)
     # A corner and its weight in one number; corners without weight are no part of the key.
@@ -92,3 +92,14 @@ def _children_on_faces(kind: str) -> np.ndarray:
         on = np.abs((children - a) @ normal) < 1e-9
         found.append([(i, k) for i in range(8) for k, own in enumerate(facets) if on[i, own].all()])
     return np.array(found)
+
+
+@cache
+def inherited(kind: str, order: int) -> tuple[np.ndarray, np.ndarray]:
+    """(nodes,) twice: for each node of a cell a child that has it, and which of the child's nodes it is."""
+    own = shapes.nodes(kind, order)
+    corners = _child_corners(kind)
+    there = np.einsum("nv,cvd->cnd", shapes.values(kind, 1, shapes.nodes(kind, 2)), corners)
+    distance = np.abs(there[None] - own[:, None, None]).max(axis=-1).reshape(len(own), -1)
+    child, node = np.divmod(distance.argmin(axis=1), there.shape[1])
+    return child, node
