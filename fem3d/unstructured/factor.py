@@ -22,10 +22,12 @@ def dissection(points: np.ndarray, matrix: csc_array) -> np.ndarray:
     side = np.zeros(len(points), np.int8)
 
     def split(nodes: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> None:
-        own = points[nodes]
-        axis = int(np.ptp(own, axis=0).argmax()) if len(nodes) > LEAF else 0
-        right = own[:, axis] > np.median(own[:, axis])
-        if len(nodes) <= LEAF or not right.any():
+        if len(nodes) <= LEAF:
+            pieces.append(nodes)
+            return
+        along = points[nodes][:, int(np.ptp(points[nodes], axis=0).argmax())]
+        right = along > np.median(along)
+        if not right.any():
             pieces.append(nodes)
             return
         side[nodes] = np.where(right, 2, 1)

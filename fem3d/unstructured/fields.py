@@ -33,7 +33,7 @@ class MeshFields:
         self.cell_type = mesh.file_type
         own = mesh.cells[:, : _OWN[self.cell_type]]
         used, local = np.unique(own, return_inverse=True)
-        self.own_points, self.cells = mesh.points[used], local.reshape(own.shape)
+        self.own_points, self.cells = mesh.points[used], np.asarray(local.reshape(own.shape), int)
 
     @property
     def material_names(self) -> list[str]:
@@ -48,7 +48,7 @@ class MeshFields:
     def own_values(self, field: np.ndarray) -> np.ndarray:
         """(..., n): a field at the nodes of the solution as one at the file's points."""
         mesh = self._level.given.mesh
-        unknown = self._level.at_file_nodes(mesh.order)[:, : self.cells.shape[1]]
+        unknown = self._level.at_file_nodes(mesh.order)[:, : _OWN[self.cell_type]]
         found = np.empty((*field.shape[:-1], len(self.own_points)))
         found[..., self.cells.ravel()] = field[..., unknown.ravel()]
         return found

@@ -13,7 +13,7 @@ from fem3d.unstructured.heat import Heat
 from meshes.grouped.place import Placed
 from meshes.grouped.refine import inherited, refine
 
-LARGEST_REFINED = 40_000  # unknowns of a refined mesh; above, the mesh is taken as it is
+LARGEST_REFINED = 60_000  # unknowns of a refined mesh; above, the mesh is taken as it is
 
 
 @dataclass(frozen=True, eq=False)

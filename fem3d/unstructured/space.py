@@ -105,7 +105,7 @@ class Space:
 
 class FaceSpace:
     """The same on some faces: ``dofs`` (faces, nodes of a cell), ``at`` (faces, points, nodes of a cell), ``slopes``
-    (faces, points, 3, nodes), and ``normals`` (faces, points, 3), outwards, as long as the area of the point (m2)."""
+    (faces, points, 3, nodes), and ``normals`` (faces, points, 3), outwards, times ``areas`` (faces, points) in m2."""
 
     def __init__(self, space: Space, faces: Faces) -> None:
         self._space, self.faces = space, faces
@@ -115,12 +115,9 @@ class FaceSpace:
         self.at = np.array([shapes.values(space.kind, space.degree, x) for x in places])[local]
         jacobian, _, self.slopes = space._mapped(cells, places[local])
         along = np.einsum("fsd,fpde->fspe", sides[local], jacobian)
-        self.normals = np.cross(along[:, 0], along[:, 1]) * weights[:, None]
-
-    @property
-    def areas(self) -> np.ndarray:
-        """(faces, points) in m2."""
-        return np.linalg.norm(self.normals, axis=-1)
+        normals = np.cross(along[:, 0], along[:, 1])
+        # Some rules have negative weights.
+        self.normals, self.areas = normals * weights[:, None], np.linalg.norm(normals, axis=-1) * weights
 
     def load(self) -> np.ndarray:
         """(nodes,): the integral of each shape function (m2)."""
