@@ -83,7 +83,7 @@ def _respond(level: Level, study: Study, g: float) -> _Answer:
         out = response(checked)
         there, scales = study.traces(out), study.trace_scales(out)
         dropped = space.dropped(generations, DROPPED)
-        fewer = Response(base, base.march(reduced, end, 10 * TIME_SHARE * accuracy, dropped))
+        fewer = Response(base, base.march(reduced, end, 10 * TIME_SHARE * accuracy, dropped), response)
         lost = _distance(there, study.traces(fewer(checked)))
         enough = max((lost[n] / scales[n] for n in lost), default=0.0) <= SPACE_SHARE * accuracy
         if enough or generations >= MOST_FIELDS or not dropped:

@@ -15,7 +15,7 @@ from fem3d.unstructured.start import Start
 from fem3d.unstructured.steady import SteadyState
 
 AT_ONCE = 4_000_000  # numbers that a block of times may take
-POTENTIALS = 24  # instants, between knots, at which potentials are solved; they move as slowly as the temperature
+POTENTIALS = 24  # instants at which potentials are solved; per volt they move as slowly as the temperature
 
 
 def of_steady(state: SteadyState) -> Outputs:
@@ -49,10 +49,12 @@ def of_steady(state: SteadyState) -> Outputs:
 class Response:
     """A transient with what its outputs need, worked out once."""
 
-    def __init__(self, base: Start, transient: Transient) -> None:
+    def __init__(self, base: Start, transient: Transient, like: Response | None = None) -> None:
+        """``like`` is a response so near that its potentials serve again."""
         self.base, self.transient = base, transient
+        self._unit: dict[str, tuple[np.ndarray, np.ndarray]] = like._unit if like is not None else {}
+        self._fields_at: list[list[np.ndarray]] = []
         self._readings = {p.name: reading(base.heat, p) for p in base.heat.placed.scene.probes}
-        self._unit: dict[str, tuple[np.ndarray, np.ndarray]] = {}
 
     def __call__(self, times: np.ndarray) -> Outputs:
         """The outputs at some times (s)."""
@@ -121,9 +123,9 @@ class Response:
         if conductor is None:
             return np.zeros(len(times))
         if name not in self._unit:
-            knots = [0.0, *conductor.heat.inputs.knots(end), end]
-            warms, shares = conductor.warm.any(), (np.linspace(0, 1, POTENTIALS) ** 2)[:-1]
-            inner = [s + (e - s) * shares for s, e in pairwise(knots)]
+            warms, knots = conductor.warm.any(), [0.0, *conductor.heat.inputs.knots(end), end]
+            each = max(2, POTENTIALS // (len(knots) - 1))
+            inner = [s + (e - s) * np.linspace(0, 1, each + 1)[:-1] ** 2 for s, e in pairwise(knots)]
             instants = np.concatenate([*inner, [end]]) if warms else np.zeros(1)
             self._unit[name] = instants, self._fields(read, instants)
         instants, factors = self._unit[name]  # (instants, channels, nodes read)
@@ -135,13 +137,20 @@ class Response:
         return fields[:, 0] if read.nodes is None else read.extreme(fields)
 
     def _fields(self, read: Reading, instants: np.ndarray) -> np.ndarray:
+        """(instants, channels, nodes read): potentials per value of each channel."""
         conductor = self.base.conductor
         assert conductor is not None
-        found = []
-        for rise in self.transient.rises(instants):
-            fields = [conductor.solve(rise, v).potential if v.any() else np.zeros(len(v)) for v in conductor.voltages]
-            found.append([[read.row @ u] if read.row is not None else u[read.nodes] for u in fields])
-        return np.array(found)
+        if not self._fields_at:
+            last: list[np.ndarray | None] = [None] * len(conductor.voltages)
+            for rise in self.transient.rises(instants):
+                now = []
+                for channel, v in enumerate(conductor.voltages):
+                    now.append(conductor.solve(rise, v, last[channel]).potential if v.any() else np.zeros(len(v)))
+                self._fields_at.append(now)
+                last = [u if v.any() else None for u, v in zip(now, conductor.voltages, strict=True)]
+        return np.array(
+            [[[read.row @ u] if read.row is not None else u[read.nodes] for u in fields] for fields in self._fields_at]
+        )
 
 
 def imbalance(out: Outputs) -> float:
