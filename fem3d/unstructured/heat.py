@@ -47,6 +47,11 @@ class Heat:
         return self.space.size
 
     @cached_property
+    def memo(self) -> dict[str, Any]:
+        """What probes have been worked out to, by name."""
+        return {}
+
+    @cached_property
     def inner_stiffness(self) -> csc_array:
         """The stiffness matrix of the free nodes."""
         return self.stiffness[: self.free, : self.free]

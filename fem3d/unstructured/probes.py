@@ -30,7 +30,14 @@ class Reading:
 
 
 def reading(heat: Heat, probe: GroupProbe) -> Reading:
-    """How a probe is read off a rise or, for an electric one, a potential."""
+    """How a probe is read off a rise or, for an electric one, a potential; worked out once."""
+    if probe.name not in heat.memo:
+        heat.memo[probe.name] = _reading(heat, probe)
+    found: Reading = heat.memo[probe.name]
+    return found
+
+
+def _reading(heat: Heat, probe: GroupProbe) -> Reading:
     placed, space = heat.placed, heat.space
     if probe.at is not None:
         inside = placed.conducting if probe.quantity == "potential" else None
