@@ -14,7 +14,6 @@ from fem3d.unstructured.probes import Reading, reading
 from fem3d.unstructured.start import Start
 from fem3d.unstructured.steady import SteadyState
 
-AT_ONCE = 4_000_000  # numbers that a block of times may take
 POTENTIALS = 24  # instants at which potentials are solved; per volt they move as slowly as the temperature
 
 
@@ -37,8 +36,8 @@ def of_steady(state: SteadyState) -> Outputs:
         if probe.quantity == "current":
             names = read.boundaries or (f"through:{probe.name}",)
             value = sum(currents.get(name, 0.0) for name in names)
-        elif read.nodes is not None:
-            value = float(read.extreme(field[read.nodes]))
+        elif read.extreme is not None:
+            value = float(read.extreme(field[None], np.ones((1, 1)))[0])
         else:
             value = 0.0 if read.row is None else float(read.row @ field)
             value += sum(float(flows[name]) for name in read.boundaries)
@@ -52,8 +51,8 @@ class Response:
     def __init__(self, base: Start, transient: Transient, like: Response | None = None) -> None:
         """``like`` is a response so near that its potentials serve again."""
         self.base, self.transient = base, transient
-        self._unit: dict[str, tuple[np.ndarray, np.ndarray]] = like._unit if like is not None else {}
-        self._fields_at: list[list[np.ndarray]] = []
+        self._instants: list[np.ndarray] = like._instants if like is not None else []
+        self._fields: list[np.ndarray] = like._fields if like is not None else []
         self._readings = {p.name: reading(base.heat, p) for p in base.heat.placed.scene.probes}
 
     def __call__(self, times: np.ndarray) -> Outputs:
@@ -92,9 +91,10 @@ class Response:
             if probe.quantity == "current":
                 value = sum((currents.get(name, zero) for name in read.boundaries or (f"through:{probe.name}",)), zero)
             elif probe.quantity == "potential":
-                value = self._potential(probe.name, read, times, g)
-            elif read.nodes is not None:
-                value = self._extreme(read, np.concatenate([a, g], axis=1))
+                value = self._potential(read, times, g)
+            elif read.extreme is not None:
+                fields = np.concatenate([heat.whole(basis.T), lifts])
+                value = read.extreme(fields, np.concatenate([a, g], axis=1))
             else:
                 value = zero if read.row is None else along(read.row, a, g)
                 value = sum((flows[name] for name in read.boundaries), value)
@@ -110,47 +110,43 @@ class Response:
         found: np.ndarray = a @ (capacity[: heat.free] @ self.transient.reduced.basis)
         return found + heat.inputs.at(times) @ (heat.lifts @ capacity)
 
-    def _extreme(self, read: Reading, weights: np.ndarray) -> np.ndarray:
-        heat = self.base.heat
-        fields = np.concatenate([heat.whole(self.transient.reduced.basis.T), heat.lifts])[:, read.nodes]
-        size = max(1, AT_ONCE // fields.shape[1])
-        return np.concatenate([read.extreme(weights[i : i + size] @ fields) for i in range(0, len(weights), size)])
-
-    def _potential(self, name: str, read: Reading, times: np.ndarray, g: np.ndarray) -> np.ndarray:
-        """What a probe reads is a sum over the channels of their values times a factor that follows the temperature;
-        where the largest or smallest value is asked for, at the instants themselves."""
-        conductor, end = self.base.conductor, self.transient.end
-        if conductor is None:
+    def _potential(self, read: Reading, times: np.ndarray, g: np.ndarray) -> np.ndarray:
+        """What a probe reads is a sum over the channels of their values times a factor that follows the temperature."""
+        if self.base.conductor is None:
             return np.zeros(len(times))
-        if name not in self._unit:
-            warms, knots = conductor.warm.any(), [0.0, *conductor.heat.inputs.knots(end), end]
-            each = max(2, POTENTIALS // (len(knots) - 1))
-            inner = [s + (e - s) * np.linspace(0, 1, each + 1)[:-1] ** 2 for s, e in pairwise(knots)]
-            instants = np.concatenate([*inner, [end]]) if warms else np.zeros(1)
-            self._unit[name] = instants, self._fields(read, instants)
-        instants, factors = self._unit[name]  # (instants, channels, nodes read)
-        here = np.empty((len(times), *factors.shape[1:]))
-        for channel in range(factors.shape[1]):
-            for k in range(factors.shape[2]):
-                here[:, channel, k] = np.interp(times, instants, factors[:, channel, k])
-        fields = np.einsum("tc,tck->tk", g, here)
-        return fields[:, 0] if read.nodes is None else read.extreme(fields)
+        if not self._instants:
+            self._solve_potentials()
+        instants, fields = self._instants[0], self._fields[0]  # (instants, channels, all nodes)
+        after = np.clip(np.searchsorted(instants, times, side="right"), 1, max(len(instants) - 1, 1))
+        if len(instants) == 1:
+            weights = np.ones((len(times), 1))
+        else:
+            part = np.clip((times - instants[after - 1]) / (instants[after] - instants[after - 1]), 0, 1)
+            weights = np.zeros((len(times), len(instants)))
+            weights[np.arange(len(times)), after - 1], weights[np.arange(len(times)), after] = 1 - part, part
+        if read.row is not None:
+            found: np.ndarray = np.einsum("ti,tc,ic->t", weights, g, fields @ read.row)
+            return found
+        assert read.extreme is not None
+        mixed = (weights[:, :, None] * g[:, None, :]).reshape(len(times), -1)
+        return read.extreme(fields.reshape(-1, fields.shape[-1]), mixed)
 
-    def _fields(self, read: Reading, instants: np.ndarray) -> np.ndarray:
-        """(instants, channels, nodes read): potentials per value of each channel."""
-        conductor = self.base.conductor
+    def _solve_potentials(self) -> None:
+        """Potentials per value of each channel, at instants between which they are as good as linear."""
+        conductor, end = self.base.conductor, self.transient.end
         assert conductor is not None
-        if not self._fields_at:
-            last: list[np.ndarray | None] = [None] * len(conductor.voltages)
-            for rise in self.transient.rises(instants):
-                now = []
-                for channel, v in enumerate(conductor.voltages):
-                    now.append(conductor.solve(rise, v, last[channel]).potential if v.any() else np.zeros(len(v)))
-                self._fields_at.append(now)
-                last = [u if v.any() else None for u, v in zip(now, conductor.voltages, strict=True)]
-        return np.array(
-            [[[read.row @ u] if read.row is not None else u[read.nodes] for u in fields] for fields in self._fields_at]
-        )
+        knots = [0.0, *conductor.heat.inputs.knots(end), end]
+        each = max(2, POTENTIALS // (len(knots) - 1))
+        inner = [s + (e - s) * np.linspace(0, 1, each + 1)[:-1] ** 2 for s, e in pairwise(knots)]
+        instants = np.concatenate([*inner, [end]]) if conductor.warm.any() else np.zeros(1)
+        found = np.zeros((len(instants), *conductor.voltages.shape))
+        for i, rise in enumerate(self.transient.rises(instants)):
+            for channel, v in enumerate(conductor.voltages):
+                if v.any():
+                    guess = found[i - 1, channel] if i else None
+                    found[i, channel] = conductor.solve(rise, v, guess).potential
+        self._instants.append(instants)
+        self._fields.append(found)
 
 
 def imbalance(out: Outputs) -> float:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fem3d.unstructured.conductor import two_sided
+from fem3d.unstructured.extreme import Extreme
 from fem3d.unstructured.heat import Heat
 from fem3d.unstructured.space import FaceSpace
 from meshes.grouped import shapes
@@ -16,17 +17,11 @@ from scenes.meshed.model import GroupProbe
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """``row`` (all nodes,) times the field, or the largest or smallest value at some ``nodes``; of a flow, the sum
-    of those of ``boundaries`` is added."""
+    """``row`` (all nodes,) times the field, or its ``extreme``; of a flow, the sum of those of ``boundaries`` is added."""
 
     row: np.ndarray | None = None
-    nodes: np.ndarray | None = None
-    sign: float = 1.0
+    extreme: Extreme | None = None
     boundaries: tuple[str, ...] = field(default=())
-
-    def extreme(self, values: np.ndarray) -> np.ndarray:
-        """The largest or smallest of values (..., nodes)."""
-        return self.sign * (self.sign * values).max(axis=-1)
 
 
 def reading(heat: Heat, probe: GroupProbe) -> Reading:
@@ -51,18 +46,17 @@ def _reading(heat: Heat, probe: GroupProbe) -> Reading:
         covered = tuple(b.name for b in placed.covered(probe))
         return Reading(None if covered or probe.quantity == "current" else _through(heat, group), boundaries=covered)
     volume = group in placed.mesh.volumes and (probe.quantity != "potential" or _conducts(heat, group))
+    cells = faces = None
     if volume:
         cells = placed.mesh.volumes[group]
-        row, nodes = space.load(np.ones(1), cells), space.nodes_of(cells)
     else:
         faces = placed.mesh.surfaces[group]
         if probe.quantity == "potential":
             faces = placed.beside(faces, placed.conducting)
-        face = FaceSpace(space, faces)
-        row, nodes = face.load(), face.nodes()
-    if probe.reduce == "mean":
-        return Reading(row / row.sum())
-    return Reading(nodes=nodes, sign=1.0 if probe.reduce == "max" else -1.0)
+    if probe.reduce != "mean":
+        return Reading(extreme=Extreme(space, 1.0 if probe.reduce == "max" else -1.0, cells, faces))
+    row = space.load(np.ones(1), cells) if faces is None else FaceSpace(space, faces).load()
+    return Reading(row / row.sum())
 
 
 def _conducts(heat: Heat, group: str) -> bool:

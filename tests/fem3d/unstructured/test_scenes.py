@@ -48,20 +48,21 @@ TRANSIENT: dict[str, Any] = {"end_time": 2e-5, "output_times": [2e-6, 2e-5], "ac
 def test_bar_is_exact(cell: str, tmp_path: Path) -> None:
     """A parabola is in the space of second degree, so that only rounding is left: T'' = -(V/L)^2 / (rho k)."""
     found = on_mesh(bar(), cell, 1, tmp_path).steady
-    source, length, area = (0.1 / 1e-4) ** 2 / 1e-5, 1e-4, 2e-10
+    source, length, area = (0.4 / 1e-4) ** 2 / 1e-5, 1e-4, 2e-10
 
     def exact(x: float) -> float:
         return 300 + 10 * x / length + source / 200 * x * (length - x)
 
     assert found["middle"].value == pytest.approx(exact(5e-5), abs=1e-8)
-    assert found["volt"].value == pytest.approx(0.075, abs=1e-11)
-    assert found["current"].value == pytest.approx(0.1 / (1e-5 * length / area), rel=1e-9)
+    assert found["volt"].value == pytest.approx(0.3, abs=1e-11)
+    assert found["current"].value == pytest.approx(0.4 / (1e-5 * length / area), rel=1e-9)
     # Through the middle along the normals, which point to either side: only the size is the test's business.
-    assert abs(found["half"].value) == pytest.approx(0.1 / (1e-5 * length / area), rel=1e-9)
+    assert abs(found["half"].value) == pytest.approx(0.4 / (1e-5 * length / area), rel=1e-9)
     out = 100 * area * (10 / length - source / 200 * length)
     assert found["out"].value == pytest.approx(out, rel=1e-8)
+    # Inside a cell, away from its nodes; the samples there miss less than 2 % of how far the parabola of a cell bulges.
     at = length / 2 + 10 / length / (source / 100)
-    assert abs(found["hottest"].value - exact(at)) <= found["hottest"].error + 1e-9
+    assert abs(found["hottest"].value - exact(at)) <= 0.02 * source / 800 * (length / 2) ** 2
 
 
 @pytest.mark.parametrize(("cell", "pieces"), [("tetra", 2), ("tetra10", 2), ("hexahedron", 2), ("hexahedron20", 2)])
@@ -72,7 +73,7 @@ def test_the_same_scene_as_boxes(cell: str, pieces: int, tmp_path: Path) -> None
     assert set(found.steady) == set(boxed)
     for name, value in found.steady.items():
         assert abs(value.value - boxed[name].value) <= value.error + boxed[name].error, name
-        assert 0 < value.error
+        assert value.error > 0
 
 
 def test_a_wrong_conductivity_is_caught(tmp_path: Path) -> None:
@@ -97,7 +98,7 @@ def test_transient_of_the_same_scene_as_boxes(cell: str, tmp_path: Path) -> None
 
 def test_a_drive_over_time_ends_in_its_steady_state(tmp_path: Path) -> None:
     document = bar(end_time=1e-3, accuracy=1e-3)
-    document["boundary"][2]["voltage"] = {"times": [1e-4, 1e-4, 2e-4], "values": [0, 0.05, 0.1]}
+    document["boundary"][2]["voltage"] = {"times": [1e-4, 1e-4, 2e-4], "values": [0, 0.05, 0.4]}
     document["boundary"][1]["temperature"] = {"times": [0, 1e-4], "values": [300, 310]}
     found = on_mesh(document, "hexahedron", 1, tmp_path)
     assert found.traces is not None
@@ -139,7 +140,7 @@ def test_curved_cells_are_taken_as_they_are(tmp_path: Path) -> None:
     exact = -2 * np.pi / 4 * 100 * 2e-5 * 10 / np.log(2)
     errors = {}
     for cell in ("hexahedron", "hexahedron20", "tetra10"):
-        value = on_mesh(document, cell, 4, tmp_path, bend=bend).steady["out"]
+        value = on_mesh(document, cell, 3, tmp_path, bend=bend).steady["out"]
         errors[cell] = abs(value.value + exact) / abs(exact)
     assert errors["hexahedron20"] < 1e-3
     assert errors["tetra10"] < 1e-3

@@ -33,7 +33,9 @@ def grouped(scene: Scene, cell: str, pieces: int, bend: Map | None = None) -> Gr
     axes = []
     for d in range(3):
         planes = np.unique(np.round([c[d] for item in flat for c in (item.lower, item.upper)], 15))
-        planes = planes[(planes >= min(b.lower[d] for b in scene.boxes)) & (planes <= max(b.upper[d] for b in scene.boxes))]
+        planes = planes[
+            (planes >= min(b.lower[d] for b in scene.boxes)) & (planes <= max(b.upper[d] for b in scene.boxes))
+        ]
         steps = [np.linspace(a, b, pieces + 1)[:-1] for a, b in zip(planes[:-1], planes[1:], strict=True)]
         axes.append(np.concatenate([*steps, planes[-1:]]))
     counts = [len(a) - 1 for a in axes]

@@ -19,7 +19,7 @@ def bar(**run: Any) -> dict[str, Any]:
         "boundary": [
             {"name": "cold", **end, "temperature": 300},
             {"name": "warm", **other, "temperature": 310},
-            {"name": "plus", **end, "voltage": 0.1},
+            {"name": "plus", **end, "voltage": 0.4},
             {"name": "minus", **other, "voltage": 0},
         ],
         "probe": [

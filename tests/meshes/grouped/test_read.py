@@ -47,7 +47,9 @@ def test_groups_come_back(cell: str, suffix: str, tmp_path: Path) -> None:
     for name, cells in mesh.volumes.items():
         own = found.cells[found.volumes[names[name]]]
         volume = shapes.jacobians(found.kind, found.order, found.points[own], at).sum()
-        assert volume == pytest.approx(shapes.jacobians(mesh.kind, mesh.order, mesh.points[mesh.cells[cells]], at).sum())
+        assert volume == pytest.approx(
+            shapes.jacobians(mesh.kind, mesh.order, mesh.points[mesh.cells[cells]], at).sum()
+        )
     for name, faces in mesh.surfaces.items():
         assert len(found.surfaces[names[name]]) == len(faces)
 
@@ -117,7 +119,10 @@ REFUSED: dict[str, tuple[Change, tuple[str, ...]]] = {
     "current on an insulator": (put("probe", 2, group="base"), ('probe "current" asks for a current where nothing',)),
     "electrode on an insulator": (put("boundary", 2, group="base"), ('"plus".voltage touches nothing that conducts',)),
     "electrodes that touch": (put("boundary", 3, group="plus"), ("touch on a conductor with different voltages",)),
-    "no voltage": (lambda d: (d["boundary"].pop(3), d["boundary"].pop(2)), ("conducts, but no boundary fixes a voltage",)),
+    "no voltage": (
+        lambda d: (d["boundary"].pop(3), d["boundary"].pop(2)),
+        ("conducts, but no boundary fixes a voltage",),
+    ),
     "no exit": (
         lambda d: (d["boundary"].pop(1), d["boundary"].pop(0), d["probe"].pop(3)),
         ("has no exit for heat",),
