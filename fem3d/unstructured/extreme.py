@@ -18,10 +18,9 @@ AT_ONCE = 4_000_000  # numbers that a block of times may take
 class Extreme:
     """The largest value (``sign`` 1) or the smallest one (-1) over some cells or faces."""
 
-    def __init__(self, space: Space, sign: float, cells: np.ndarray | None, faces: Faces | None) -> None:
+    def __init__(self, space: Space, sign: float, cells: np.ndarray, faces: Faces | None) -> None:
         self._sign = sign
         if faces is None:
-            assert cells is not None
             self._dofs, self._which = space.dofs[cells], np.zeros(len(cells), int)
             places = _lattice(space.kind)[None]
         else:

@@ -17,7 +17,7 @@ from scenes.meshed.model import GroupProbe
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """``row`` (all nodes,) times the field, or its ``extreme``; of a flow, the sum of those of ``boundaries`` is added."""
+    """``row`` (all nodes,) times the field, or its ``extreme``; of a flow, those of ``boundaries`` are added."""
 
     row: np.ndarray | None = None
     extreme: Extreme | None = None
@@ -46,7 +46,7 @@ def _reading(heat: Heat, probe: GroupProbe) -> Reading:
         covered = tuple(b.name for b in placed.covered(probe))
         return Reading(None if covered or probe.quantity == "current" else _through(heat, group), boundaries=covered)
     volume = group in placed.mesh.volumes and (probe.quantity != "potential" or _conducts(heat, group))
-    cells = faces = None
+    faces, cells = None, np.empty(0, int)
     if volume:
         cells = placed.mesh.volumes[group]
     else:

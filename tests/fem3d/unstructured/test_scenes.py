@@ -125,7 +125,7 @@ def test_what_a_mesh_cannot_reach_is_told(tmp_path: Path) -> None:
 
 
 def test_curved_cells_are_taken_as_they_are(tmp_path: Path) -> None:
-    """A quarter of a tube: T is linear in the logarithm of the radius, and the heat flow 2 pi k L dT / ln(b / a) / 4."""
+    """A quarter of a tube: T is linear in the logarithm of the radius, the heat flow 2 pi k L dT / ln(b / a) / 4."""
     document = copy.deepcopy(bar(steady=True, accuracy=1e-3))
     for kind in ("plus", "minus"):
         document["boundary"] = [b for b in document["boundary"] if b["name"] != kind]

@@ -6,6 +6,7 @@ Every box, boundary and probe with an extent becomes a group of its name, so tha
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -33,10 +34,9 @@ def grouped(scene: Scene, cell: str, pieces: int, bend: Map | None = None) -> Gr
     axes = []
     for d in range(3):
         planes = np.unique(np.round([c[d] for item in flat for c in (item.lower, item.upper)], 15))
-        planes = planes[
-            (planes >= min(b.lower[d] for b in scene.boxes)) & (planes <= max(b.upper[d] for b in scene.boxes))
-        ]
-        steps = [np.linspace(a, b, pieces + 1)[:-1] for a, b in zip(planes[:-1], planes[1:], strict=True)]
+        low, high = min(b.lower[d] for b in scene.boxes), max(b.upper[d] for b in scene.boxes)
+        planes = planes[(planes >= low) & (planes <= high)]
+        steps = [np.linspace(a, b, pieces + 1)[:-1] for a, b in pairwise(planes)]
         axes.append(np.concatenate([*steps, planes[-1:]]))
     counts = [len(a) - 1 for a in axes]
     i = np.stack(np.meshgrid(*(np.arange(n) for n in counts), indexing="ij"), axis=-1).reshape(-1, 1, 3)

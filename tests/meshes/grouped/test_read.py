@@ -146,19 +146,21 @@ REFUSED: dict[str, tuple[Change, tuple[str, ...]]] = {
 }
 
 
+def read_and_check(document: dict[str, Any], folder: Path) -> None:
+    scene = from_dict(document, folder=str(folder))
+    assert isinstance(scene, MeshScene)
+    check(scene, read(scene.path, scene.unit))
+
+
 @pytest.mark.parametrize("name", REFUSED)
 def test_what_does_not_fit_is_refused_in_one_sentence(name: str, tmp_path: Path) -> None:
     change, said = REFUSED[name]
     boxes.write(boxes.grouped(scene_of(bridge()), "hexahedron", 1), tmp_path / "chip.msh")
     document = boxes.document(bridge(), "chip.msh")
-    scene = from_dict(document, folder=str(tmp_path))
-    assert isinstance(scene, MeshScene)
-    check(scene, read(scene.path, scene.unit))
+    read_and_check(document, tmp_path)
     change(document)
     with pytest.raises(SceneError) as caught:
-        wrong = from_dict(document, folder=str(tmp_path))
-        assert isinstance(wrong, MeshScene)
-        check(wrong, read(wrong.path, wrong.unit))
+        read_and_check(document, tmp_path)
     message = str(caught.value)
     assert "\n" not in message
     for words in said:
