@@ -28,33 +28,42 @@ def bent(x: np.ndarray) -> np.ndarray:
     return x + 1e-6 * np.sin(x[:, [1, 2, 0]] / 5e-6)
 
 
-@pytest.mark.parametrize("cell", ELEMENTS)
-def test_matrices_are_those_of_the_forms(cell: str) -> None:
+def both(cell: str, bend: Any) -> tuple[Any, Any, Space, np.ndarray]:
+    """scikit-fem's mesh and basis, our space, and which of our nodes each of theirs is, by where it is."""
     scene = from_dict(bridge())
     assert isinstance(scene, Scene)
-    mesh = boxes.grouped(scene, cell, 1, bent)
+    mesh = boxes.grouped(scene, cell, 1, bend)
     element, degree, order = ELEMENTS[cell]
     used, local = np.unique(mesh.cells, return_inverse=True)
     theirs = from_meshio(meshio.Mesh(mesh.points[used], [(cell, local.reshape(mesh.cells.shape))]))
     basis, space = skfem.Basis(theirs, element, intorder=order), Space(mesh, degree)
-    # Each knows its nodes by where they are.
-    scale = np.ptp(space.nodes)
     distance = np.abs(basis.doflocs.T[:, None] - space.nodes[None]).max(axis=2)
     mine = distance.argmin(axis=1)
     assert len(set(mine)) == space.size == basis.N
-    assert distance.min(axis=1).max() < 1e-12 * scale
-    k = np.linspace(1, 2, len(mesh.cells))[:, None]
+    assert distance.min(axis=1).max() < 1e-12 * np.ptp(space.nodes)
+    return theirs, basis, space, mine
+
+
+@pytest.mark.parametrize("cell", ELEMENTS)
+def test_matrices_are_those_of_the_forms(cell: str) -> None:
+    _, basis, space, mine = both(cell, bent)
+    k = np.linspace(1, 2, len(space.weights))[:, None]
     for ours, form in (
         (space.stiffness(k), forms.conduction.assemble(basis, conductivity=k * np.ones(basis.dx.shape))),
         (space.mass(k), forms.capacity.assemble(basis, heat_capacity=k * np.ones(basis.dx.shape))),
     ):
-        difference = ours[mine][:, mine] - form
-        assert abs(difference).max() < 1e-12 * abs(form).max()
+        assert abs(ours[mine][:, mine] - form).max() < 1e-12 * abs(form).max()
         assert abs(ours[mine][:, mine] - 1.001 * form).max() > 1e-4 * abs(form).max()
+
+
+@pytest.mark.parametrize("cell", ELEMENTS)
+def test_films_are_those_of_the_forms(cell: str) -> None:
+    theirs, _, space, mine = both(cell, None)
+    element, _, order = ELEMENTS[cell]
     outer = skfem.FacetBasis(theirs, element, facets=theirs.boundary_facets(), intorder=order)
-    every = np.argwhere(~mesh.shared)
     film = forms.film.assemble(outer, coefficient=3.0)
-    assert abs(3.0 * FaceSpace(space, every).mass()[mine][:, mine] - film).max() < 1e-12 * abs(film).max()
+    ours = 3.0 * FaceSpace(space, np.argwhere(~space.mesh.shared)).mass()
+    assert abs(ours[mine][:, mine] - film).max() < 1e-12 * abs(film).max()
 
 
 def test_flux_through_a_closed_surface_is_what_is_inside() -> None:
