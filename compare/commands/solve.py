@@ -1,4 +1,4 @@
-"""`validate solve`: any scene of boxes in 3D."""
+"""`validate solve`: any scene of boxes, or on a mesh file, in 3D."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from compare.terminal import FINE, Progress, show, style
 def describe(parser: argparse.ArgumentParser) -> None:
     """What the command takes."""
     parser.description = (
-        "Solve any scene of boxes in 3D: heat, current or both; steady or over time; every probe with\n"
-        "its estimated numerical error."
+        "Solve any scene of boxes, or on a Gmsh or Nastran mesh, in 3D: heat, current or both; steady or\n"
+        "over time; every probe with its estimated numerical error."
     )
     parser.epilog = (
         "examples:\n"

@@ -13,25 +13,25 @@ from compare.colours import INK, table
 from compare.drawing import new_figure
 from compare.render import Renderer
 from scenes.dimensions import TIME
-from scenes.model import Scene
+from scenes.free.asks import AnyScene
 from scenes.result import Result
 
 
-def send(scene: Scene, result: Result, renderer: Renderer) -> None:
+def send(scene: AnyScene, result: Result, renderer: Renderer) -> None:
     """Gives the renderer the field, in kelvin above its coldest place."""
     fields, temperature = result.details["fields"], temperatures(scene, result)
     drawn = SimpleNamespace(points=fields.points, hexes=fields.hexes, steady=temperature)
     renderer.send(drawn, float(temperature.min()))
 
 
-def temperatures(scene: Scene, result: Result) -> np.ndarray:
+def temperatures(scene: AnyScene, result: Result) -> np.ndarray:
     """(points,): the temperatures (K) that are drawn."""
     fields = result.details["fields"]
     found: np.ndarray = fields.steady if scene.steady else fields.at(np.array([scene.end_time]))[0]
     return found
 
 
-def draw(scene: Scene, result: Result, image: np.ndarray, factor: float) -> Figure:
+def draw(scene: AnyScene, result: Result, image: np.ndarray, factor: float) -> Figure:
     """The rendered field with its colour bar."""
     temperature = temperatures(scene, result)
     low, high = float(temperature.min()), float(temperature.max())

@@ -9,15 +9,20 @@ from typing import Any, cast
 import numpy as np
 
 from compare import fields
-from scenes.model import Scene
+from scenes.free.asks import AnyScene
+from scenes.meshed.model import MeshScene
 from scenes.result import Result
 
 
-def write_fields(folder: Path, scene: Scene, result: Result) -> list[str]:
+def write_fields(folder: Path, scene: AnyScene, result: Result) -> list[str]:
     """Writes what `compare.fields` writes, rises being above the scene's initial temperature; returns the names.
 
     Of a transient with output times these are stored, with its start and end.
     """
+    if isinstance(scene, MeshScene):
+        from compare.solve.mesh_files import write_own
+
+        return write_own(folder, scene, result)
     like: Any = SimpleNamespace(
         room_temperature=scene.initial_temperature, end_time=scene.end_time, accuracy=scene.accuracy
     )

@@ -7,12 +7,12 @@ import zlib
 from collections.abc import Sequence
 from pathlib import Path
 
-from scenes.model import Scene
+from scenes.free.asks import AnyScene
 
 _LONGEST = 80
 
 
-def results_folder(scene: Scene, settings: Sequence[str]) -> Path:
+def results_folder(scene: AnyScene, settings: Sequence[str]) -> Path:
     """ "results/bridge", or with an override "results/bridge-left-electrode.voltage2"."""
     words = [scene.name]
     for setting in settings:

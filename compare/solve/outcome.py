@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from compare.solve.scope import SolveRequest
-from scenes.model import Scene
+from scenes.free.asks import AnyScene
 from scenes.plan import Step
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 class SolveOutcome:
     """The plan as carried out, the result, how long each stage took (s), and the folder with its files."""
 
-    scene: Scene
+    scene: AnyScene
     request: SolveRequest
     plan: tuple[Step, ...]
     result: Result

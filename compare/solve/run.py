@@ -16,14 +16,14 @@ from compare.render import Renderer
 from compare.solve import scope
 from compare.solve.outcome import SolveOutcome
 from compare.solve.scope import SolveRequest
-from scenes.model import Scene
+from scenes.free.asks import AnyScene
 
 if TYPE_CHECKING:
     from scenes.result import Result
 
 
 def run(
-    scene: Scene, request: SolveRequest, out: Path, progress: Callable[[str], None] | None = None
+    scene: AnyScene, request: SolveRequest, out: Path, progress: Callable[[str], None] | None = None
 ) -> SolveOutcome:  # fmt: skip
     """Solve a scene and write the results folder.
 
@@ -39,7 +39,7 @@ def run(
             renderer.start()
         try:
             with clock.stage("imports"):
-                from fem3d.solve_scene import solve
+                solve = scope.solver(scene)
             say("solving in 3D")
             with clock.stage("fem3d"):
                 result: Result = solve(scene, say)

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from scenes.errors import SceneError
 from scenes.free import asks
-from scenes.model import Probe, Scene
+from scenes.free.asks import AnyScene
+from scenes.meshed.model import GroupProbe, MeshScene
+from scenes.model import Probe
 from scenes.plan import Step
+
+if TYPE_CHECKING:
+    from scenes.result import Result
 
 UNITS = {"temperature": "K", "potential": "V", "heat_flow": "W", "current": "A"}
 """The unit of each quantity that a probe may ask for."""
@@ -22,29 +28,33 @@ class SolveRequest:
     fields: bool = False
 
 
-def reported(scene: Scene, request: SolveRequest) -> Scene:
-    """The scene with something to report: where it has no probes and field files are asked for, every box's mean
-    temperature, which then also says how accurate the fields are. Raises SceneError for a run that reports nothing."""
+def reported(scene: AnyScene, request: SolveRequest) -> AnyScene:
+    """The scene with something to report: where it has no probes and field files are asked for, the mean temperature of
+    every box (or group), which then also says how accurate the fields are. Raises SceneError for a run that reports
+    nothing."""
     if scene.probes:
         return scene
     if fields_reason(scene, request):
         raise SceneError("the scene has no [[probe]], so there is nothing to report: add one, or give --fields")
+    if isinstance(scene, MeshScene):
+        groups = [group for body in scene.bodies for group in body.groups]
+        return replace(scene, probes=tuple(GroupProbe(f"mean {group}", group=group) for group in groups))
     return replace(scene, probes=tuple(Probe(f"mean {b.name}", b.lower, b.upper) for b in scene.boxes))
 
 
-def traces_reason(scene: Scene) -> str:
+def traces_reason(scene: AnyScene) -> str:
     """Why there are no traces; empty where there are."""
     return "only the steady state was asked for (run.steady)" if scene.steady else ""
 
 
-def fields_reason(scene: Scene, request: SolveRequest) -> str:
+def fields_reason(scene: AnyScene, request: SolveRequest) -> str:
     """Why no field files are written; empty where they are."""
     if not request.fields:
         return "not asked for (--fields)"
     return "" if asks.heat(scene) else "no temperature is solved for"
 
 
-def skipped_figures(scene: Scene, request: SolveRequest) -> dict[str, str]:
+def skipped_figures(scene: AnyScene, request: SolveRequest) -> dict[str, str]:
     """The figures that a run does not draw, each with the reason."""
     if not request.figures:
         return dict.fromkeys(("field", "traces"), "no figures were asked for")
@@ -57,7 +67,7 @@ def skipped_figures(scene: Scene, request: SolveRequest) -> dict[str, str]:
 
 
 def assemble(
-    scene: Scene, request: SolveRequest, solver_steps: tuple[Step, ...], notes: Mapping[str, str] | None = None
+    scene: AnyScene, request: SolveRequest, solver_steps: tuple[Step, ...], notes: Mapping[str, str] | None = None
 ) -> tuple[Step, ...]:
     """The whole plan around the solver's lines; ``notes`` says of a figure why it could not be drawn."""
     when = "steady" if scene.steady else "last"
@@ -76,8 +86,23 @@ def assemble(
     return (*solver_steps, *lines)
 
 
-def plan(scene: Scene, request: SolveRequest) -> tuple[Step, ...]:
+def solver(scene: AnyScene) -> Callable[..., Result]:
+    """What solves a scene and tells how far it is: boxes have bricks, and a mesh is taken as it is."""
+    if isinstance(scene, MeshScene):
+        from fem3d.unstructured.run import solve as solve_on_mesh
+
+        return solve_on_mesh
+    from fem3d.solve_scene import solve
+
+    return solve
+
+
+def plan(scene: AnyScene, request: SolveRequest) -> tuple[Step, ...]:
     """What `compare.solve.run.run` will do, before it does it."""
+    if isinstance(scene, MeshScene):
+        from fem3d.unstructured.run import plan as plan_on_mesh
+
+        return assemble(scene, request, plan_on_mesh(scene))
     from fem3d.solve_scene import plan
 
     return assemble(scene, request, plan(scene))

@@ -16,6 +16,7 @@ from scenes.dimensions import TIME
 
 if TYPE_CHECKING:
     from compare.solve.outcome import SolveOutcome
+    from scenes.meshed.model import GroupProbe
     from scenes.model import Probe
     from scenes.plan import Step
     from scenes.result import Result, Traces
@@ -63,7 +64,7 @@ def _probes(outcome: SolveOutcome, style: Style) -> str:
     return "\n".join(lines)
 
 
-def _line(probe: Probe, result: Result, style: Style) -> str:
+def _line(probe: Probe | GroupProbe, result: Result, style: Style) -> str:
     unit, name = UNITS[probe.quantity], cut(probe.name, _NAME - 1)
     if result.traces is None:
         found = result.steady[probe.name]
@@ -109,7 +110,7 @@ def _at_times(outcome: SolveOutcome, style: Style) -> list[str]:
         return [wrapped(f"The {len(times)} output times are in summary.json and traces.csv.")]
     blocks = []
     for first in range(0, len(scene.probes), _PER_BLOCK):
-        probes: Sequence[Probe] = scene.probes[first : first + _PER_BLOCK]
+        probes: Sequence[Probe | GroupProbe] = scene.probes[first : first + _PER_BLOCK]
         heads = "".join(f"{cut(probe.name, 15):>16}" for probe in probes)
         lines = [style.paint(f"  {'time':<12}{heads}", "heading")]
         columns = [(_Column.of(probe, traces), at(traces, probe.name, np.array(times))) for probe in probes]

@@ -12,7 +12,9 @@ from compare.solve.scope import UNITS
 from compare.solve.table import cut
 from compare.solve.traces import traces_of
 from compare.words import scale
-from scenes.model import Probe, Scene
+from scenes.free.asks import AnyScene
+from scenes.meshed.model import GroupProbe
+from scenes.model import Probe
 from scenes.result import Result
 
 _COLOURS = ("#8b1a1a", "#3a86c8", "#f0a030", "#5e3c99", "#2a7f62", "#b04f8c", "#707070")
@@ -21,7 +23,7 @@ _TIMES = ((1.0, "s"), (1e3, "ms"), (1e6, "µs"), (1e9, "ns"))
 _PANEL = 2.4  # inches
 
 
-def draw(scene: Scene, result: Result) -> Figure:
+def draw(scene: AnyScene, result: Result) -> Figure:
     """Every probe with a band for its estimated error, on a common axis of time."""
     traces = traces_of(result)
     panels = [q for q in UNITS if any(probe.quantity == q for probe in scene.probes)]
@@ -43,7 +45,9 @@ def draw(scene: Scene, result: Result) -> Figure:
     return figure
 
 
-def _curve(ax: Any, times: np.ndarray, values: np.ndarray, error: float, probe: Probe, number: int) -> None:
+def _curve(
+    ax: Any, times: np.ndarray, values: np.ndarray, error: float, probe: Probe | GroupProbe, number: int
+) -> None:
     colour, dash = _COLOURS[number % len(_COLOURS)], _DASHES[number // len(_COLOURS) % len(_DASHES)]
     ax.plot(times, values, color=colour, ls=dash, label=cut(probe.name, 24))
     ax.fill_between(times, values - error, values + error, color=colour, alpha=0.25, lw=0)

@@ -2,17 +2,34 @@
 
 from __future__ import annotations
 
+from scenes.errors import quoted
+from scenes.meshed.model import MeshScene
 from scenes.model import Material, Scene, Schedule, Value
 
+AnyScene = Scene | MeshScene
+"""A scene of boxes, or one on a mesh."""
 
-def electric(scene: Scene) -> bool:
+
+def materials(scene: AnyScene) -> tuple[Material, ...]:
+    """Every material that is used."""
+    return tuple(part.material for part in (scene.bodies if isinstance(scene, MeshScene) else scene.boxes))
+
+
+def heat_sources(scene: AnyScene) -> tuple[tuple[str, Value], ...]:
+    """Every heat source (W/m3) and what messages call its part."""
+    if isinstance(scene, MeshScene):
+        return tuple((f"source {quoted(s.name)}", s.heat_source) for s in scene.sources)
+    return tuple((f"box {quoted(b.name)}", b.heat_source) for b in scene.boxes)
+
+
+def electric(scene: AnyScene) -> bool:
     """Whether potentials and currents are asked for: there is an electrode, or a probe of them."""
     return any(b.kind == "voltage" for b in scene.boundaries) or any(
         p.quantity in ("potential", "current") for p in scene.probes
     )
 
 
-def heat(scene: Scene) -> bool:
+def heat(scene: AnyScene) -> bool:
     """Whether temperatures are asked for.
 
     That is so where the scene has a thermal condition, a heat source or a thermal probe, and in a transient with
@@ -21,14 +38,14 @@ def heat(scene: Scene) -> bool:
     """
     return (
         any(b.kind != "voltage" for b in scene.boundaries)
-        or any(not is_zero(b.heat_source) for b in scene.boxes)
+        or any(not is_zero(value) for _, value in heat_sources(scene))
         or any(p.quantity in ("temperature", "heat_flow") for p in scene.probes)
-        or (not scene.steady and electric(scene) and any(_varies(b.material) for b in scene.boxes))
+        or (not scene.steady and electric(scene) and any(_varies(m) for m in materials(scene)))
         or not electric(scene)
     )
 
 
-def capacity(scene: Scene) -> bool:
+def capacity(scene: AnyScene) -> bool:
     """Whether density and specific heat matter."""
     return heat(scene) and not scene.steady
 

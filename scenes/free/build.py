@@ -7,6 +7,7 @@ from typing import Any
 
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.free import asks
+from scenes.free.asks import AnyScene
 from scenes.free.document import Document, Item
 from scenes.free.tables import CONDITIONS, HEAT_KEYS
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene, Schedule
@@ -17,20 +18,21 @@ UNUSED = 1.0
 
 def build(document: Document, name: str) -> Scene:
     """The scene; ``name`` is for one that has none. Raises SceneError."""
-    materials = {item.name: _material(item) for item in document.items["material"]}
+    materials = {item.name: material(item) for item in document.items["material"]}
     boxes = tuple(_box(item, materials) for item in document.items["box"])
     if not boxes:
         raise SceneError("the scene has no [[box]]: give at least one, with material, lower and upper")
     boundaries = tuple(_boundary(item) for item in document.items["boundary"])
     probes = tuple(_probe(item) for item in document.items["probe"])
-    given = {"name": name, **document.sections["scene"], **_run(document.sections["run"])}
+    given = {"name": name, **document.sections["scene"], **run_keys(document.sections["run"])}
     scene = replace(Scene(name, boxes, boundaries, probes), **given)
-    _refuse_schedules(scene)
-    _refuse_missing(scene, document)
+    refuse_schedules(scene)
+    refuse_missing(scene, document, {box.material.name for box in boxes})
     return scene
 
 
-def _material(item: Item) -> Material:
+def material(item: Item) -> Material:
+    """The material of an item, with a stand-in for what is not given."""
     given = item.values
     return Material(**{**dict.fromkeys(HEAT_KEYS, UNUSED), **given})
 
@@ -47,19 +49,30 @@ def _box(item: Item, materials: dict[str, Material]) -> Box:
 
 def _boundary(item: Item) -> Boundary:
     given = item.values
-    kinds = [kind for kind in CONDITIONS if kind in given]
-    if len(kinds) != 1:
-        has = f"has {' and '.join(kinds)}" if kinds else "has no condition"
-        raise SceneError(f"{item.label} {has}: give exactly one of {', '.join(CONDITIONS)}")
-    kind: Any = kinds[0]
-    value = given[kind]
+    kind, value = condition(item)
     if kind == "convection":
         return Boundary(item.name, kind, given["lower"], given["upper"], *value)
     return Boundary(item.name, kind, given["lower"], given["upper"], value)
 
 
+def condition(item: Item) -> tuple[Any, Any]:
+    """The kind and the value of a boundary's one condition."""
+    given = item.values
+    kinds = [kind for kind in CONDITIONS if kind in given]
+    if len(kinds) != 1:
+        has = f"has {' and '.join(kinds)}" if kinds else "has no condition"
+        raise SceneError(f"{item.label} {has}: give exactly one of {', '.join(CONDITIONS)}")
+    return kinds[0], given[kinds[0]]
+
+
 def _probe(item: Item) -> Probe:
     lower, upper = _where(item)
+    quantity, reduce = asked_of(item)
+    return Probe(item.name, lower, upper, quantity, reduce)
+
+
+def asked_of(item: Item) -> tuple[Any, Any]:
+    """The quantity and the reduction of a probe."""
     quantity, reduce = item.values.get("quantity", "temperature"), item.values.get("reduce", "mean")
     if item.name == "time_s":
         raise SceneError('probe.name = "time_s" is the name of the column of times: give another')
@@ -68,7 +81,7 @@ def _probe(item: Item) -> Probe:
             f"{item.label}.reduce = {quoted(reduce)} says nothing about a {quantity}, which is a total: leave it out, "
             "or give quantity temperature or potential"
         )
-    return Probe(item.name, lower, upper, quantity, reduce)
+    return quantity, reduce
 
 
 def _where(item: Item) -> tuple[Point, Point]:
@@ -82,7 +95,7 @@ def _where(item: Item) -> tuple[Point, Point]:
     raise SceneError(f"{item.label} has {has}: give at = [x, y, z], or lower and upper")
 
 
-def _run(given: dict[str, Any]) -> dict[str, Any]:
+def run_keys(given: dict[str, Any]) -> dict[str, Any]:
     """The keys of [run] as attributes of a scene."""
     found = {key: value for key, value in given.items() if key in ("accuracy", "steady")}
     times: tuple[float, ...] = given.get("output_times", ())
@@ -99,13 +112,14 @@ def _run(given: dict[str, Any]) -> dict[str, Any]:
     return {**found, "end_time": end, "output_times": times}
 
 
-def _refuse_schedules(scene: Scene) -> None:
+def refuse_schedules(scene: AnyScene) -> None:
+    """Refuses values that vary in a steady state."""
     if not scene.steady:
         return
     for path, value in (
         *((f"boundary {quoted(b.name)}.{b.kind}", b.value) for b in scene.boundaries),
         *((f"boundary {quoted(b.name)}.convection.ambient", b.ambient) for b in scene.boundaries),
-        *((f"box {quoted(b.name)}.heat_source", b.heat_source) for b in scene.boxes),
+        *((f"{what}.heat_source", value) for what, value in asks.heat_sources(scene)),
     ):
         if isinstance(value, Schedule):
             raise SceneError(
@@ -114,9 +128,8 @@ def _refuse_schedules(scene: Scene) -> None:
             )
 
 
-def _refuse_missing(scene: Scene, document: Document) -> None:
-    """What the physics that the scene asks for needs to know of the materials that are in boxes."""
-    used = {box.material.name for box in scene.boxes}
+def refuse_missing(scene: AnyScene, document: Document, used: set[str]) -> None:
+    """What the physics that the scene asks for needs to know of the materials that are used."""
     needed = HEAT_KEYS if asks.capacity(scene) else HEAT_KEYS[:1] if asks.heat(scene) else ()
     for item in document.items["material"]:
         missing = [key for key in needed if key not in item.values]

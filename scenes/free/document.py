@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from scenes.errors import SceneError, did_you_mean, printable, quoted
-from scenes.free.tables import LISTS, REQUIRED, SECTIONS
 from scenes.kinds import Kind
 
 
@@ -28,22 +27,33 @@ class Document:
     items: dict[str, tuple[Item, ...]]
 
 
-def read(document: Mapping[str, object]) -> Document:
+@dataclass(frozen=True)
+class Tables:
+    """What a kind of file may say: the keys of the tables that it has once and of those it may have many of, with those
+    of the latter that have no default. ``called`` names the kind in messages."""
+
+    called: str
+    sections: dict[str, dict[str, Kind]]
+    lists: dict[str, dict[str, Kind]]
+    required: dict[str, tuple[str, ...]]
+
+
+def read(document: Mapping[str, object], tables: Tables) -> Document:
     """The values of a nested document; raises SceneError for what is unknown, missing, of the wrong type or out of
     bounds, and for a name that is given twice."""
     for name, given in document.items():
-        if name not in SECTIONS and name not in LISTS:
-            tables = [*(f"[{s}]" for s in SECTIONS), *(f"[[{t}]]" for t in LISTS)]
+        if name not in tables.sections and name not in tables.lists:
+            known = [*(f"[{s}]" for s in tables.sections), *(f"[[{t}]]" for t in tables.lists)]
             kind = "table" if isinstance(given, (Mapping, list)) else "key"
-            hint = did_you_mean(str(name), (*SECTIONS, *LISTS))
-            raise SceneError(f"unknown {kind} {printable(str(name))}: a free scene takes {', '.join(tables)}{hint}")
+            hint = did_you_mean(str(name), (*tables.sections, *tables.lists))
+            raise SceneError(f"unknown {kind} {printable(str(name))}: {tables.called} takes {', '.join(known)}{hint}")
     sections = {}
-    for section, kinds in SECTIONS.items():
+    for section, kinds in tables.sections.items():
         table = document.get(section, {})
         if not isinstance(table, Mapping):
             raise SceneError(f"{section} = {quoted(table)} must be a section: [{section}] takes {', '.join(kinds)}")
         sections[section] = _values(section, f"[{section}]", table, kinds)
-    return Document(sections, {name: _items(name, document.get(name, [])) for name in LISTS})
+    return Document(sections, {name: _items(name, document.get(name, []), tables) for name in tables.lists})
 
 
 def label_of(table: str, number: int, given: object) -> tuple[str, str]:
@@ -53,16 +63,17 @@ def label_of(table: str, number: int, given: object) -> tuple[str, str]:
     return name, f"{table} {quoted(name)}" if named else f"{table}[{number}]"
 
 
-def _items(table: str, given: object) -> tuple[Item, ...]:
+def _items(table: str, given: object, tables: Tables) -> tuple[Item, ...]:
     if not isinstance(given, (list, tuple)) or not all(isinstance(item, Mapping) for item in given):
         raise SceneError(f"{table} must be a list of tables: start each with [[{table}]]")
     found: dict[str, Item] = {}
     for number, item in enumerate(given, 1):
         name, label = label_of(table, number, item)
-        values = _values(label, f"[[{table}]]", item, LISTS[table])
-        for key in REQUIRED[table]:
+        values = _values(label, f"[[{table}]]", item, tables.lists[table])
+        for key in tables.required[table]:
             if key not in values:
-                raise SceneError(f"{label}.{key} is missing: every [[{table}]] needs {' and '.join(REQUIRED[table])}")
+                needs = " and ".join(tables.required[table])
+                raise SceneError(f"{label}.{key} is missing: every [[{table}]] needs {needs}")
         if name in found:
             raise SceneError(f"{table}[{number}].name = {quoted(name)} is taken: give every {table} a name of its own")
         found[name] = Item(name, label, values)

@@ -7,12 +7,13 @@ from scenes.free import asks
 from scenes.free.boxes import conducting
 from scenes.free.grid import Grid
 from scenes.free.parts import connected, labels_at
+from scenes.meshed.model import GroupBoundary
 from scenes.model import Boundary, Box, Scene, Value
 
 
 def check(scene: Scene, grid: Grid) -> None:
     """Refuses a scene that stays as it starts: all at the initial temperature, and no voltage across a conductor."""
-    if any(_heats(b, scene) for b in scene.boundaries) or any(_generates(b) for b in scene.boxes):
+    if any(heats(b, scene.initial_temperature) for b in scene.boundaries) or any(_generates(b) for b in scene.boxes):
         return
     if _carries_current(scene, grid):
         return
@@ -23,8 +24,8 @@ def check(scene: Scene, grid: Grid) -> None:
     )
 
 
-def _heats(boundary: Boundary, scene: Scene) -> bool:
-    initial = scene.initial_temperature
+def heats(boundary: Boundary | GroupBoundary, initial: float) -> bool:
+    """Whether a boundary changes a solid that is at an initial temperature (K)."""
     if boundary.kind == "temperature":
         return _other_than(boundary.value, initial)
     if boundary.kind == "heat_flux":

@@ -7,27 +7,39 @@ from pathlib import Path
 from typing import Any
 
 from scenes import examples
-from scenes.free import build, document
+from scenes.free import build, document, tables
+from scenes.free.asks import AnyScene
 from scenes.free.overrides import override
 from scenes.free.validity import check
 from scenes.free.write import as_dict
 from scenes.loading import file_name, file_text, toml
-from scenes.model import Scene
+from scenes.meshed import build as meshed
+from scenes.meshed import tables as meshed_tables
 
 __all__ = ["as_dict", "check", "from_dict", "load"]
 
 
-def load(source: str | Path, overrides: Sequence[str] = ()) -> Scene:
+def load(source: str | Path, overrides: Sequence[str] = ()) -> AnyScene:
     """The scene of a file, with what "KEY=VALUE" overrides say put over it, checked.
 
-    ``source`` is the name of an example or a path to a TOML file; a scene without a name is called after its file.
-    Raises SceneError.
+    ``source`` is the name of an example or a path to a TOML file; a scene without a name is called after its file, and
+    the mesh of one with a [mesh], which is not read here, lies beside it. Raises SceneError.
     """
     example = isinstance(source, str) and source in examples.names()
     text = examples.text(str(source)) if example else file_text(source, examples.names())
-    return from_dict(override(toml(text, source), overrides), str(source) if example else file_name(Path(source)))
+    found, folder = toml(text, source), "" if example else str(Path(source).parent)
+    given = override(found, overrides, _tables(found))
+    return from_dict(given, str(source) if example else file_name(Path(source)), folder)
 
 
-def from_dict(given: Mapping[str, Any], name: str = "scene") -> Scene:
+def from_dict(given: Mapping[str, Any], name: str = "scene", folder: str = "") -> AnyScene:
     """The scene of nested tables such as `as_dict` returns, checked; raises SceneError."""
-    return check(build.build(document.read(given), name))
+    found = document.read(given, _tables(given))
+    if "mesh" in given:
+        return meshed.build(found, name, folder)
+    return check(build.build(found, name))
+
+
+def _tables(given: Mapping[str, Any]) -> document.Tables:
+    """What a document may say: a [mesh] makes the difference."""
+    return meshed_tables.TABLES if "mesh" in given else tables.TABLES

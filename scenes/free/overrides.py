@@ -7,12 +7,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from scenes.errors import SceneError, did_you_mean, printable, quoted
-from scenes.free.document import label_of
-from scenes.free.tables import LISTS, SECTIONS
+from scenes.free.document import Tables, label_of
 from scenes.overrides import toml_value
 
 
-def override(document: Mapping[str, Any], settings: Sequence[str]) -> dict[str, Any]:
+def override(document: Mapping[str, Any], settings: Sequence[str], tables: Tables) -> dict[str, Any]:
     """A nested document with the settings put over it, in their order; the one that is given stays as it is.
 
     Raises SceneError for a setting without "=" or value, and for a table or an item that does not exist.
@@ -23,18 +22,18 @@ def override(document: Mapping[str, Any], settings: Sequence[str]) -> dict[str, 
         if not equals or not key or not text:
             raise SceneError(f"{quoted(setting)} sets nothing: give KEY=VALUE, such as run.accuracy=1e-4")
         table, _, rest = key.partition(".")
-        if table in SECTIONS and rest:
+        if table in tables.sections and rest:
             section = found.setdefault(table, {})
             if isinstance(section, dict):
                 section[rest] = toml_value(text)
-        elif table in LISTS and "." in rest:
+        elif table in tables.lists and "." in rest:
             item, path = _find(table, rest, found.get(table, []))
             _put(item, path, toml_value(text))
         else:
-            known = [*(f"{s}.KEY" for s in SECTIONS), *(f"{t}.NAME.KEY" for t in LISTS)]
+            known = [*(f"{s}.KEY" for s in tables.sections), *(f"{t}.NAME.KEY" for t in tables.lists)]
             raise SceneError(
-                f"{printable(key)} = {quoted(text)} is not a key of a free scene: give {', '.join(known)}"
-                f"{did_you_mean(table, (*SECTIONS, *LISTS))}"
+                f"{printable(key)} = {quoted(text)} is not a key of {tables.called}: give {', '.join(known)}"
+                f"{did_you_mean(table, (*tables.sections, *tables.lists))}"
             )
     return found
 

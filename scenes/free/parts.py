@@ -11,6 +11,7 @@ from scenes.free import asks, words
 from scenes.free.boxes import conducting, solid
 from scenes.free.conditions import acting, sheet_of
 from scenes.free.grid import VOID, Grid
+from scenes.meshed.model import GroupBoundary
 from scenes.model import Boundary, Scene
 
 
@@ -18,25 +19,25 @@ def check(scene: Scene, grid: Grid) -> None:
     """Refuses, by their boxes' names, conductors without a fixed voltage, floating parts and parts without an exit."""
     if asks.electric(scene):
         labels = connected(grid, conducting(scene))
-        _refuse(scene, grid, labels, _touched(scene, grid, labels, lambda b: b.kind == "voltage"), _UNFIXED)
+        _refuse(scene, grid, labels, _touched(scene, grid, labels, lambda b: b.kind == "voltage"), UNFIXED)
     labels = connected(grid, solid(scene))
     acted = _touched(scene, grid, labels, lambda b: True)
     acted |= _sources(scene, grid, labels)
-    _refuse(scene, grid, labels, acted, _FLOATING)
+    _refuse(scene, grid, labels, acted, FLOATING)
     if scene.steady and asks.heat(scene):
-        _refuse(scene, grid, labels, _touched(scene, grid, labels, is_exit), _KEPT)
+        _refuse(scene, grid, labels, _touched(scene, grid, labels, is_exit), KEPT)
 
 
-_UNFIXED = (
+UNFIXED = (
     "conducts, but no boundary fixes a voltage there|conduct, but no boundary fixes a voltage there",
     "give one, or leave out its material's resistivity",
 )
-_FLOATING = (
+FLOATING = (
     "is joined to nothing that a boundary or a heat source acts on|are joined to nothing that a boundary or a heat "
     "source acts on",
     "let it touch the rest with a face, or give it a boundary",
 )
-_KEPT = (
+KEPT = (
     "has no exit for heat, so there is no steady state|have no exit for heat, so there is no steady state",
     "give a boundary with a temperature or a convection, or run.end_time in place of steady",
 )
@@ -62,7 +63,7 @@ def connected(grid: Grid, wanted: np.ndarray) -> np.ndarray:
     return found
 
 
-def is_exit(boundary: Boundary) -> bool:
+def is_exit(boundary: Boundary | GroupBoundary) -> bool:
     """Whether heat can leave by a boundary in the end."""
     return boundary.kind == "temperature" or (boundary.kind == "convection" and boundary.value != 0)
 

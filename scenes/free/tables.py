@@ -7,6 +7,7 @@ unit.
 from __future__ import annotations
 
 from scenes import dimensions as d
+from scenes.free.document import Tables
 from scenes.free.kinds import KELVIN, Convection, Instants, Label, Place, Varying
 from scenes.keys import ACCURACY
 from scenes.kinds import Choice, Kind, Name, Quantity, Switch
@@ -70,3 +71,6 @@ REQUIRED: dict[str, tuple[str, ...]] = {
     "probe": ("name",),
 }
 """What has no default; a box or boundary without a name is called box-1, boundary-1 and so on."""
+
+TABLES = Tables("a free scene", SECTIONS, LISTS, REQUIRED)
+"""What a file of a free scene of boxes may say."""

@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 from typing import Any
 
+from scenes.free.asks import AnyScene
 from scenes.free.write import as_dict
-from scenes.model import Scene
 
 
-def as_toml(scene: Scene) -> str:
+def as_toml(scene: AnyScene) -> str:
     """The file that reads back as an equal scene, in SI units."""
     lines: list[str] = []
     for table, given in as_dict(scene).items():

@@ -5,26 +5,36 @@ from __future__ import annotations
 from typing import Any
 
 from scenes.free import asks
+from scenes.free.asks import AnyScene
 from scenes.free.build import UNUSED
 from scenes.free.tables import CONDITIONS, HEAT_KEYS, LISTS
-from scenes.model import Boundary, Box, Material, Probe, Scene
+from scenes.meshed.model import GroupBoundary, GroupProbe, MeshScene
+from scenes.model import Boundary, Box, Material, Probe, Value
 
 
-def as_dict(scene: Scene) -> dict[str, Any]:
+def as_dict(scene: AnyScene) -> dict[str, Any]:
     """What a file of the scene would say; what nothing is said about by default is left out."""
     run: dict[str, Any] = {"steady": True} if scene.steady else {"end_time": scene.end_time}
     if scene.output_times and not scene.steady:
         run["output_times"] = list(scene.output_times)
     needed = HEAT_KEYS if asks.capacity(scene) else HEAT_KEYS[:1] if asks.heat(scene) else ()
-    materials = {box.material.name: box.material for box in scene.boxes}
-    return {
-        "scene": {"name": scene.name, "initial_temperature": scene.initial_temperature},
-        "material": [_material(m, needed) for m in materials.values()],
-        "box": [_box(box) for box in scene.boxes],
+    head = {"scene": {"name": scene.name, "initial_temperature": scene.initial_temperature}}
+    tail = {
         "boundary": [_boundary(b) for b in scene.boundaries],
         "probe": [_probe(p) for p in scene.probes],
         "run": {**run, "accuracy": scene.accuracy},
     }
+    if isinstance(scene, MeshScene):
+        return head | {
+            "mesh": {"file": scene.file, "unit": scene.unit},
+            "material": [_material(b.material, needed) | {"groups": list(b.groups)} for b in scene.bodies],
+            "source": [{"name": s.name, "group": s.group, **_source(s.heat_source)} for s in scene.sources],
+        } | tail  # fmt: skip
+    materials = {box.material.name: box.material for box in scene.boxes}
+    return head | {
+        "material": [_material(m, needed) for m in materials.values()],
+        "box": [_box(box) for box in scene.boxes],
+    } | tail  # fmt: skip
 
 
 def _material(material: Material, needed: tuple[str, ...]) -> dict[str, Any]:
@@ -41,22 +51,30 @@ def _material(material: Material, needed: tuple[str, ...]) -> dict[str, Any]:
 
 def _box(box: Box) -> dict[str, Any]:
     found = {"name": box.name, "material": box.material.name, "lower": list(box.lower), "upper": list(box.upper)}
-    if not asks.is_zero(box.heat_source):
-        found["heat_source"] = LISTS["box"]["heat_source"].write(box.heat_source)
-    return found
+    return found if asks.is_zero(box.heat_source) else found | _source(box.heat_source)
 
 
-def _boundary(boundary: Boundary) -> dict[str, Any]:
+def _source(value: Value) -> dict[str, Any]:
+    return {"heat_source": LISTS["box"]["heat_source"].write(value)}
+
+
+def _boundary(boundary: Boundary | GroupBoundary) -> dict[str, Any]:
     value: Any = boundary.value
     if boundary.kind == "convection":
         value = (boundary.value, boundary.ambient)
-    found = {"name": boundary.name, "lower": list(boundary.lower), "upper": list(boundary.upper)}
+    found: dict[str, Any] = {"name": boundary.name}
+    if isinstance(boundary, GroupBoundary):
+        found["group"] = boundary.group
+    else:
+        found |= {"lower": list(boundary.lower), "upper": list(boundary.upper)}
     return found | {boundary.kind: CONDITIONS[boundary.kind].write(value)}
 
 
-def _probe(probe: Probe) -> dict[str, Any]:
+def _probe(probe: Probe | GroupProbe) -> dict[str, Any]:
     found: dict[str, Any] = {"name": probe.name, "quantity": probe.quantity}
-    if probe.lower == probe.upper:
+    if isinstance(probe, GroupProbe):
+        found |= {"group": probe.group} if probe.at is None else {"at": list(probe.at)}
+    elif probe.lower == probe.upper:
         found["at"] = list(probe.lower)
     else:
         found |= {"lower": list(probe.lower), "upper": list(probe.upper)}

@@ -1,0 +1,67 @@
+"""Parts of a mesh, and of its conductors, that nothing acts on or that heat cannot leave; scenes that stay at rest."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from meshes.grouped.place import Placed
+from scenes.errors import SceneError
+from scenes.free import asks
+from scenes.free.drives import heats
+from scenes.free.parts import FLOATING, KEPT, UNFIXED, is_exit
+from scenes.free.words import listed
+from scenes.meshed.model import GroupBoundary
+
+
+def check(placed: Placed) -> None:
+    """Refuses conductors without a fixed voltage, floating parts, parts without an exit, and scenes at rest."""
+    scene, mesh = placed.scene, placed.mesh
+    everywhere = np.ones(len(mesh.cells), bool)
+    parts = mesh.parts(everywhere)
+    if asks.electric(scene):
+        conductors = mesh.parts(placed.conducting)
+        electrodes = [b for b in scene.boundaries if b.kind == "voltage"]
+        _refuse(placed, conductors, touched(placed, conductors, electrodes), UNFIXED)
+    acted = touched(placed, parts, scene.boundaries)
+    for source in scene.sources:
+        if not asks.is_zero(source.heat_source):
+            acted |= set(parts[mesh.volumes[source.group]].tolist())
+    _refuse(placed, parts, acted, FLOATING)
+    if scene.steady and asks.heat(scene):
+        _refuse(placed, parts, touched(placed, parts, [b for b in scene.boundaries if is_exit(b)]), KEPT)
+    if any(heats(b, scene.initial_temperature) for b in scene.boundaries):
+        return
+    if any(not asks.is_zero(s.heat_source) for s in scene.sources) or carries(placed).any():
+        return
+    raise SceneError(
+        "nothing happens in this scene: it has no voltage across a conductor, no heat source, no flux, and no "
+        f"temperature other than scene.initial_temperature = {scene.initial_temperature:g} K: give at least one"
+    )
+
+
+def carries(placed: Placed) -> np.ndarray:
+    """(cells,): which cells are joined, through conductors, to electrodes of two voltages."""
+    conductors = placed.mesh.parts(placed.conducting)
+    levels: dict[int, set[object]] = {}
+    for b in placed.scene.boundaries:
+        if b.kind == "voltage":
+            for part in touched(placed, conductors, [b]):
+                levels.setdefault(part, set()).add(b.value)
+    live = [part for part, found in levels.items() if len(found) > 1]
+    return np.isin(conductors, live)
+
+
+def touched(placed: Placed, parts: np.ndarray, boundaries: list[GroupBoundary] | tuple[GroupBoundary, ...]) -> set[int]:
+    found: set[int] = set()
+    for b in boundaries:
+        found |= set(parts[placed.mesh.both_sides(placed.faces(b))].tolist())
+    return found - {0}
+
+
+def _refuse(placed: Placed, parts: np.ndarray, fine: set[int], why: tuple[str, str]) -> None:
+    for part in range(1, int(parts.max(initial=0)) + 1):
+        if part not in fine:
+            own = parts == part
+            names = [name for name, cells in placed.mesh.volumes.items() if own[cells].any()]
+            said = why[0].split("|")[0]
+            raise SceneError(f"a part of {int(own.sum())} cells of group {listed(names)} {said}: {why[1]}")
