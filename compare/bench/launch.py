@@ -29,7 +29,9 @@ def run(module: str, entry: Entry, more: dict[str, Any]) -> dict[str, Any]:
     given = {"tool": entry.module, "options": entry.options, "launched": time.time(), **more}
     command = [sys.executable, "-m", module, json.dumps(given)]
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT, env=environment(), check=False)
+        done = subprocess.run(
+            command, capture_output=True, text=True, timeout=TIME_LIMIT, env=environment(), check=False
+        )
     except subprocess.TimeoutExpired:
         raise EntryError(f"{entry.tool} ({entry.label}) took more than {TIME_LIMIT:g} s") from None
     if done.returncode:

@@ -7,5 +7,6 @@ COMMANDS = {
     "sink": "compare the 1D model of the active sink with 3D",
     "device": "simulate the whole sensor in 1D and check what the paper says of it",
     "solve": "solve any scene of boxes in 3D",
+    "bench": "run time against error, beside other programs",
     "scene": "print a built-in scene as TOML",
 }

@@ -12,7 +12,6 @@ import resource
 import shutil
 import subprocess
 import tempfile
-import time
 from collections.abc import Callable
 from importlib.resources import files
 from pathlib import Path
@@ -41,14 +40,18 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], Answer], Callable[[An
     scene = symmetry.reduce(sink.scene()).scene
     times = step_times(options["steps"]) if options["transient"] else np.empty(0)
     folder = Path(tempfile.mkdtemp())
-    tetrahedra.write(cells.graded(scene, options["grading"], options["cuts"], 1, options["across"]), folder / "quarter.mesh")
-    (folder / "input.txt").write_text(" ".join(map(repr, _inputs(sink, times, METHODS[options["method"]]))) + "\n", encoding="utf-8")
+    tetrahedra.write(
+        cells.graded(scene, options["grading"], options["cuts"], 1, options["across"]), folder / "quarter.mesh"
+    )
+    (folder / "input.txt").write_text(
+        " ".join(map(repr, _inputs(sink, times, METHODS[options["method"]]))) + "\n", encoding="utf-8"
+    )
     script = files("compare.bench.tools").joinpath("sink.edp").read_text(encoding="utf-8")
     script = script.replace("SOLVER", SOLVER).replace("ORDER);", f"P{options['order']});")
     (folder / "sink.edp").write_text(script, encoding="utf-8")
 
     def solve() -> Answer:
-        started = time.perf_counter()
+        before = _children_s()
         command = ["FreeFem++", "-nw", "-v", "0", "sink.edp"]
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, env=dict(os.environ))
         if done.returncode:
@@ -56,7 +59,7 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], Answer], Callable[[An
         lines = (folder / "output.txt").read_text(encoding="utf-8").splitlines()
         rows = np.array([[float(word) for word in line.split()] for line in lines[:-1]])
         unknowns, inside = lines[-1].split()
-        return np.vstack([rows, [float(unknowns), float(inside), 0.0, 0.0]]), time.perf_counter() - started
+        return np.vstack([rows, [float(unknowns), float(inside), 0.0, 0.0]]), _children_s() - before
 
     def read(answer: Answer) -> dict[str, Any]:
         rows, whole = answer
@@ -70,6 +73,11 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], Answer], Callable[[An
         }  # fmt: skip
 
     return solve, read
+
+
+def _children_s() -> float:
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def _inputs(sink: Sink, times: np.ndarray, method: tuple[tuple[float, ...], ...]) -> list[float | int]:

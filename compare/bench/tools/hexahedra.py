@@ -23,9 +23,7 @@ def of(mesh: BrickMesh) -> ngsolve.Mesh:
     indices = np.ravel_multi_index(tuple(np.moveaxis(cells[:, None] + CORNERS, -1, 0)), shape)
     used, local = np.unique(indices, return_inverse=True)
     local = local.reshape(-1, 8)
-    at = np.array(
-        [axis.breaks[i] * MICRO for axis, i in zip(mesh.axes, np.unravel_index(used, shape), strict=True)]
-    ).T
+    at = np.array([axis.breaks[i] * MICRO for axis, i in zip(mesh.axes, np.unravel_index(used, shape), strict=True)]).T
     points = [found.Add(netgen.MeshPoint(netgen.Pnt(*map(float, point)))) for point in at]
     for number, box in enumerate(mesh.boxes):
         found.SetMaterial(number + 1, box.name)

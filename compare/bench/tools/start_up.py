@@ -21,7 +21,9 @@ from scenes.loading import load  # noqa: E402
 from scenes.plan import Request  # noqa: E402
 
 
-def prepare(options: dict[str, Any]) -> tuple[Callable[[], dict[str, float]], Callable[[dict[str, float]], dict[str, Any]]]:
+def prepare(
+    options: dict[str, Any],
+) -> tuple[Callable[[], dict[str, float]], Callable[[dict[str, float]], dict[str, Any]]]:
     """Solve at one voltage, then at twice that with what is known."""
     sink = load("sink", [f"accuracy={options['accuracy']}"])
 
