@@ -33,7 +33,7 @@ def run(quick: bool, count: int, progress: Callable[[str], None]) -> dict[str, A
               {**end, "scheme": "paper", "dt": dt, "nx": nx, "nt": nt})
         for dt, nx, nt in SCHEMES[: 2 if quick else None]
     ]  # fmt: skip
-    measured = rounds.measure(entries, count, progress)
+    measured = rounds.measure(entries, count, progress, rounds.patience(quick))
     rows = [
         {"tool": m.entry.tool, "label": m.entry.label, "failure": m.failure, "median_s": m.median_s,
          "error": _error(m.found, reference) if m.found else None}

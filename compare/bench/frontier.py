@@ -17,11 +17,13 @@ def targets(rows: list[Row]) -> list[dict[str, Any]]:
     for target in TARGETS:
         fastest = {tool: _fastest(rows, tool, target) for tool in (OURS, *PEERS)}
         ours = fastest[OURS]
-        ratios = {
-            tool: fastest[tool]["median_s"] / ours["median_s"] if ours and fastest[tool] else None for tool in PEERS
-        }
+        ratios = {tool: _ratio(fastest[tool], ours) for tool in PEERS}
         found.append({"target": target, "fastest": fastest, "ratios": ratios})
     return found
+
+
+def _ratio(peer: Row | None, ours: Row | None) -> float | None:
+    return None if peer is None or ours is None else float(peer["median_s"] / ours["median_s"])
 
 
 def _fastest(rows: list[Row], tool: str, target: float) -> Row | None:

@@ -34,11 +34,11 @@ def _preface(found: Mapping[str, Any]) -> Lines:
     machine = found["machine"]
     absent = [tool for tool, key in ((NGSOLVE, "ngsolve"), (FREEFEM, FREEFEM)) if machine[key] == "not installed"]
     lines = [
-        f"Made by `validate bench{' --quick' if found['quick'] else ''}`. Scene: the default sink at 1 V. Each entry runs "
-        "in processes of its own, in turns with the others; a time is the median over them, in seconds of processor time "
-        "of one thread (which other work on the machine disturbs less than the clock on the wall), without start-up "
-        "(interpreter and imports), which has a column of its own. The first solve of a process warms up and does not "
-        f"count where it takes less than a second. Rounds: {found['rounds']}.",
+        f"Made by `validate bench{' --quick' if found['quick'] else ''}`. Scene: the default sink at 1 V. Each entry "
+        "runs in processes of its own, in turns with the others. A time is the median over them, in seconds of "
+        "processor time of one thread, which other work on the machine disturbs less than the clock on the wall. "
+        "Start-up (interpreter and imports; on the wall) is not in it and has a column of its own. The first solve of "
+        "a process warms up and does not count where it takes less than a second.",
         "",
         *_table(("", ""), machine.items()),
     ]
@@ -51,27 +51,37 @@ def _work(title: str, part: Mapping[str, Any], transient: bool) -> Lines:
     reference, rows = part["reference"], part["rows"]
     known = reference["uncertainty"]
     what = (
-        "the largest difference over time (octaves from 10 us to 20 ms) of the rises of peak, end and mean, relative to "
-        "their final values, and of the current, relative to itself"
+        "the largest difference over time (octaves from 10 us to 20 ms) of the rises of peak, end and mean, relative "
+        "to their final values, and of the current, relative to itself"
         if transient
         else "the largest relative difference of the rises of peak, end and mean and of the current"
     )
     doubt = (
         f"its uncertainty is taken as its distance from {reference['checked_by']}: {known:.1e}"
         if known is not None
-        else "no other program is installed to check it, so that errors of this toolkit near its own accuracy mean little"
+        else "no other program is installed to check it, so it says little of this toolkit's own errors"
     )
     lines = [f"## {title}", "", f"Error: {what}. Reference: {reference['made_by']}, which is no entry; {doubt}.", ""]
     if part["targets"]:
         lines += ["The fastest entry of each at an error no larger than:", "", *_targets(part["targets"])]
     ours = [row for row in rows if row["tool"] == OURS and not row["failure"]]
     lines += [
-        "This toolkit's times include finding the mesh and estimating the error; every other entry's settings were found "
-        f"by trial beforehand, and its error is known only from the reference. What {OURS} was asked for, estimated and "
-        "had: " + "; ".join(f"{r['label']}: {r['claimed']:.1e}, {r['error']:.1e}" for r in ours) + ".",
+        "This toolkit's times include finding the mesh and estimating the error; every other entry's settings were "
+        "found by trial beforehand, and its error is known only from the reference. What this toolkit was asked for, "
+        "estimated and had: " + "; ".join(f"{r['label']}: {r['claimed']:.1e}, {r['error']:.1e}" for r in ours) + ".",
         "",
     ]
-    head = ("entry", "settings", "unknowns", "steps", "error", "time, s", "(least to most)", "start-up, s", "peak MB")
+    head = (
+        "entry",
+        "settings",
+        "unknowns",
+        "steps",
+        "error",
+        "time, s",
+        "least to most (solves)",
+        "start-up, s",
+        "peak MB",
+    )
     body = [_entry(row) for row in rows]
     return [*lines, *_table(head, body)]
 
@@ -90,7 +100,7 @@ def _targets(targets: Sequence[Mapping[str, Any]]) -> Lines:
 def _entry(row: Mapping[str, Any]) -> tuple[str, ...]:
     if row["failure"]:
         return (row["tool"], row["label"], "", "", row["failure"], "", "", "", "")
-    spread = f"{row['fastest_s']:.3g} to {row['slowest_s']:.3g}"
+    spread = f"{row['fastest_s']:.3g} to {row['slowest_s']:.3g} ({row['solves']})"
     return (
         row["tool"], row["label"], str(row["unknowns"]), str(row["steps"] or ""), f"{row['error']:.1e}",
         f"{row['median_s']:.3g}", spread, f"{row['start_up_s']:.2g}", f"{row['peak_MB']:.0f}",
@@ -100,7 +110,7 @@ def _entry(row: Mapping[str, Any]) -> tuple[str, ...]:
 def _device(part: Mapping[str, Any]) -> Lines:
     doubt = part["uncertainty"]
     checked = "" if doubt is None else (
-        f" The paper's scheme on its two finest grids, extrapolated at first order in space, comes within {doubt:.1e} of it."
+        f" The paper's scheme, extrapolated from its two finest grids at first order in space, is {doubt:.1e} from it."
     )  # fmt: skip
     body = [
         (r["tool"], r["label"], r["failure"] or f"{r['error']:.1e}", "" if r["failure"] else f"{r['median_s']:.3g}")
@@ -108,8 +118,9 @@ def _device(part: Mapping[str, Any]) -> Lines:
     ]
     return [
         "## The whole sensor in 1D", "",
-        f"From cold to {part['end_time_s'] * 1e3:g} ms. Error: the largest of sink and sensor over time, relative to the set "
-        "rise. Reference: the accurate scheme at an accuracy of 1e-08, so it is judged by itself." + checked, "",
+        f"From cold to {part['end_time_s'] * 1e3:g} ms. Error: the largest of sink and sensor over time, relative "
+        "to the set rise. Reference: the accurate scheme at an accuracy of 1e-08, so it is judged by itself."
+        + checked, "",
         *_table(("entry", "settings", "error", "time, s"), body),
     ]  # fmt: skip
 
@@ -127,8 +138,8 @@ def _growth(part: Mapping[str, Any]) -> Lines:
     ]
     return [
         "## Growth", "",
-        "The heat problem of the quarter on cells cut further and further, seconds by phase (assembly with the mesh), and "
-        "the memory above that of the imports.", "",
+        "The heat problem of the quarter on cells cut further and further, seconds by phase (assembly with the mesh), "
+        "and the memory above that of the imports.", "",
         *_table(("path", "unknowns", "assembly, s", "factorization, s", "one solve, s", "MB"), body),
         "Exponents: slopes of log time, and of log memory, over log unknowns, from 4,000 on.", "",
         *_table(("path", *phases, "memory", "rises fastest", "takes most at the largest"), slopes),
@@ -144,8 +155,8 @@ def _skips(part: Sequence[Mapping[str, Any]]) -> Lines:
     return [
         "## What each skip of the plan saves", "",
         "The same run in turns with the skip and without it. Solver: seconds of processor time after imports; whole "
-        "commands: on the wall. Without the transient and the figures less is reported; all other skips leave the answer "
-        "within its estimated error.", "",
+        "commands: on the wall. Without the transient, the figures, the fields and the 3D model less is reported; the "
+        "other skips leave the answer within its estimated error.", "",
         *_table(("skipped", "with the skip, s", "without, s", "ratio"), body),
     ]  # fmt: skip
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from compare.bench import device, entries, frontier, growth, machine, reference, rounds, skips, start_up
@@ -12,8 +12,10 @@ PARTS = ("transient", "steady", "device", "growth", "skips", "start-up")
 Progress = Callable[[str], None]
 
 
-def run(parts: Sequence[str], count: int, quick: bool, progress: Progress) -> dict[str, Any]:
-    """The parts asked for, in the order of PARTS, ``count`` rounds each. Raises ArithmeticError where a reference
+def run(
+    parts: Sequence[str], count: int, quick: bool, progress: Progress, earlier: Mapping[str, Any] | None = None
+) -> dict[str, Any]:
+    """The parts asked for, in the order of PARTS, ``count`` rounds each, and those that ``earlier`` has. Raises ArithmeticError where a reference
     cannot be made; an entry that fails is a row that says so."""
     there = machine.installed()
     jobs: dict[str, Callable[[], Any]] = {
@@ -24,8 +26,8 @@ def run(parts: Sequence[str], count: int, quick: bool, progress: Progress) -> di
         "skips": lambda: skips.run(quick, count, progress),
         "start-up": lambda: start_up.run(count, progress),
     }
-    found: dict[str, Any] = {"schema": 1, "quick": quick, "rounds": count, "machine": machine.describe()}
-    return found | {part: jobs[part]() for part in PARTS if part in parts}
+    found: dict[str, Any] = {"schema": 1, "quick": quick, "machine": machine.describe(), **(earlier or {})}
+    return found | {part: jobs[part]() for part in PARTS if part in parts and part not in found}
 
 
 def work_precision(
@@ -33,7 +35,9 @@ def work_precision(
 ) -> dict[str, Any]:
     """Every entry's time and error, the reference, and who is ahead at which error."""
     against = reference.find(transient, quick, installed, progress)
-    measured = rounds.measure(entries.sink_entries(transient, quick, installed), count, progress)
+    measured = rounds.measure(
+        entries.sink_entries(transient, quick, installed), count, progress, rounds.patience(quick)
+    )
     rows = [_row(m, against) for m in measured]
     uncertainty = None if math.isnan(against.uncertainty) else against.uncertainty
     return {

@@ -33,8 +33,15 @@ class Measured:
         return statistics.median(self.seconds)
 
 
-def measure(entries: Sequence[Entry], rounds: int, progress: Callable[[str], None]) -> list[Measured]:
-    """Every entry, ``rounds`` times, one after another."""
+def patience(quick: bool) -> float:
+    """How long (s) a worker repeats its solve for; in a quick run the first solve is the only one."""
+    return 0.0 if quick else PATIENCE
+
+
+def measure(
+    entries: Sequence[Entry], rounds: int, progress: Callable[[str], None], patience: float = PATIENCE
+) -> list[Measured]:
+    """Every entry, ``rounds`` times, one after another, each worker with so much ``patience`` (s)."""
     results: list[list[dict[str, Any]]] = [[] for _ in entries]
     failures = ["" for _ in entries]
     for turn in range(rounds):
@@ -43,7 +50,7 @@ def measure(entries: Sequence[Entry], rounds: int, progress: Callable[[str], Non
                 continue
             progress(f"round {turn + 1} of {rounds}: {entry.tool}, {entry.label}")
             try:
-                results[i].append(launch.measure(entry, MOST, PATIENCE))
+                results[i].append(launch.measure(entry, MOST, patience))
             except launch.EntryError as error:
                 failures[i] = str(error)
     return [_together(*each) for each in zip(entries, results, failures, strict=True)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -20,7 +21,7 @@ Values = Mapping[str, Sequence[float]]
 def step_times(per_interval: int) -> np.ndarray:
     """Times (s) of equal steps within each of EDGES; three times ``per_interval`` where TIMES lie at the thirds."""
     found = [np.zeros(1)]
-    for i, (a, b) in enumerate(zip(EDGES[:-1], EDGES[1:], strict=True)):
+    for i, (a, b) in enumerate(pairwise(EDGES)):
         n = per_interval * (3 if 0 < i < len(EDGES) - 2 else 1)
         found.append(a + (b - a) * np.arange(1, n + 1) / n)
     return np.concatenate(found)

@@ -34,6 +34,8 @@ def describe(parser: argparse.ArgumentParser) -> None:
     add(
         "--rounds", metavar="N", help=f"how often each entry is started (default {ROUNDS}, with --quick {QUICK_ROUNDS})"
     )
+    add("--from", action="append", default=[], metavar="FILE", dest="earlier",
+        help="take the parts that an earlier --json holds from there, as often as needed: to measure in portions")  # fmt: skip
     add("--markdown", metavar="FILE", help="write the page, and its plots to figures/ beside it")
     add("--json", metavar="FILE", help="write every number")
 
@@ -49,11 +51,12 @@ def run(arguments: argparse.Namespace) -> int:
     from compare.bench.parts import PARTS
     from compare.bench.parts import run as measure
 
+    earlier = _earlier(arguments.earlier)
     wanted = [*arguments.parts, *(["start-up"] if arguments.start_up else [])] or PARTS
     if arguments.quick and wanted is PARTS:
         wanted = [part for part in PARTS if part != "start-up"]
     with Progress() as progress:
-        found = measure(wanted, rounds, arguments.quick, progress)
+        found = measure(wanted, rounds, arguments.quick, progress, earlier)
     if arguments.json:
         _write_json(Path(arguments.json), found)
     if arguments.markdown:
@@ -70,6 +73,22 @@ def _rounds(arguments: argparse.Namespace) -> int:
     if not given.isascii() or not given.isdigit() or not 1 <= int(given) <= 100:
         raise SceneError(f'--rounds "{given}" is not allowed: give a whole number from 1 to 100')
     return int(given)
+
+
+def _earlier(names: list[str]) -> dict[str, Any]:
+    """What earlier runs wrote; SceneError where a file is not one of theirs."""
+    import json
+
+    found: dict[str, Any] = {}
+    for name in names:
+        try:
+            read = json.loads(Path(name).read_text(encoding="utf-8"))
+        except ValueError:
+            read = None
+        if not isinstance(read, dict) or not {"schema", "machine"} <= set(read):
+            raise SceneError(f'--from "{name}" is no file of numbers that validate bench --json has written')
+        found |= read
+    return found
 
 
 def _draw(found: dict[str, Any], folder: Path) -> dict[str, str]:

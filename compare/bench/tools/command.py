@@ -1,4 +1,4 @@
-"""A whole `validate` command from cold, as its user waits for it: ``options`` are its ``arguments``; wall-clock time."""
+"""A whole `validate` command from cold, as its user waits for it, on the wall: ``options`` are its ``arguments``."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """The sink in FreeFEM (sink.edp): tetrahedra of order 1 or 2, the bricks of the graded quarter cut in six.
 
-``options``: ``order``, ``grading``, ``cuts``, ``across`` (the cells), ``transient``, ``steps`` in each interval of time,
-``method`` (its order, 2 to 4).
+``options``: ``order``, ``grading``, ``cuts``, ``across`` (the cells), ``transient``, ``steps`` in each interval of
+time, ``method`` (its order, 2 to 4).
 The script takes the time itself, from where it reads the mesh; making the mesh file is not counted.
 """
 
@@ -85,9 +85,12 @@ def _inputs(sink: Sink, times: np.ndarray, method: tuple[tuple[float, ...], ...]
     si, ox = sink.silicon, sink.oxide
     assert si.resistivity is not None
     room = 1 + si.temperature_coefficient * (sink.room_temperature - si.reference_temperature)
+    tableau = np.zeros((len(method), len(method)))
+    for row, weights in zip(tableau, method, strict=True):
+        row[: len(weights)] = weights
     centre = (0.0, sink.length / 2 * MICRO, sink.thickness / 2 * MICRO)
     return [
         si.thermal_conductivity, ox.thermal_conductivity, si.heat_capacity, ox.heat_capacity, si.resistivity * room,
         si.resistivity * si.temperature_coefficient, sink.voltage, sink.length, sink.cross_section, COPIES, TOLERANCE,
-        *centre, len(method), *(w for row in method for w in (*row, *[0.0] * (len(method) - len(row)))), len(times), *times.tolist(),
+        *centre, len(method), *tableau.ravel().tolist(), len(times), *times.tolist(),
     ]  # fmt: skip

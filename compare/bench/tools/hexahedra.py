@@ -34,8 +34,9 @@ def of(mesh: BrickMesh) -> ngsolve.Mesh:
         found.Add(netgen.FaceDescriptor(surfnr=number + 1, domin=1, domout=0, bc=number + 1))
         found.SetBCName(number, name)
     for face, boxes in _faces(local, owner):
-        if name := _name(at[face].mean(axis=0), at, [mesh.boxes[b].name for b in boxes]):
-            found.Add(netgen.Element2D(NAMES.index(name) + 1, [points[i] for i in face]))
+        known = _name(at[face].mean(axis=0), at, [mesh.boxes[b].name for b in boxes])
+        if known:
+            found.Add(netgen.Element2D(NAMES.index(known) + 1, [points[i] for i in face]))
     return ngsolve.Mesh(found)
 
 

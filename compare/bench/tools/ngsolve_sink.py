@@ -89,7 +89,7 @@ class Problem:
             return load, current
         self.rise.vec.data = rise
         self.conduction.Assemble()
-        residual = rise.CreateVector() if False else self.phi.vec.CreateVector()
+        residual = self.phi.vec.CreateVector()
         residual.data = -self.conduction.mat * self.phi.vec
         inverse = self.conduction.mat.Inverse(self.phi.space.FreeDofs(), inverse="sparsecholesky")
         self.phi.vec.data += inverse * residual

@@ -10,10 +10,13 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from fem3d import adapt, run, sink_quantities, steady, time_response
-from meshes import symmetry
+from meshes import connected, symmetry
 from meshes.symmetry import Flow, Symmetry
 from scenes.loading import load
+from scenes.model import Scene
 from scenes.plan import Request
 from scenes.sink import Sink
 
@@ -49,6 +52,17 @@ def _pattern(sink: Sink, off: bool) -> Job:
     return lambda: run.solve(sink, Request())
 
 
+def _dead_parts(sink: Sink, off: bool) -> Job:
+    if off:
+        connected.live = _conducting  # type: ignore[assignment]
+    return lambda: run.solve(sink, Request())
+
+
+def _conducting(scene: Scene) -> np.ndarray:
+    """All cells that conduct, as `connected.live` gives those that carry current."""
+    return np.isin(connected.coarsest(scene).owner, sorted(connected.conducting(scene)))
+
+
 def _depth(sink: Sink, off: bool) -> Job:
     if off:
         adapt.NEGLIGIBLE = time_response.NEGLIGIBLE = 0.0
@@ -68,6 +82,7 @@ SKIPS: dict[str, Callable[[Sink, bool], Job]] = {
     "symmetry": _symmetry,
     "iteration": _iteration,
     "pattern": _pattern,
+    "dead parts": _dead_parts,
     "depth": _depth,
     "transient": _transient,
     "second voltage": _second_voltage,

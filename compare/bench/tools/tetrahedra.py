@@ -15,7 +15,7 @@ SUBSTRATE, END = 2, 3
 
 
 def write(mesh: BrickMesh, path: Path) -> None:
-    """The file, with the boxes' numbers from 1 as regions, and triangles on the oxide's underside and the beam's end."""
+    """The file, the boxes' numbers from 1 its regions, with triangles on the oxide's underside and the beam's end."""
     shape = tuple(len(axis.breaks) for axis in mesh.axes)
     cells = np.argwhere(mesh.owner != VOID)
     paths = np.array([_path(order) for order in permutations(range(3))])
