@@ -15,8 +15,9 @@ Progress = Callable[[str], None]
 def run(
     parts: Sequence[str], count: int, quick: bool, progress: Progress, earlier: Mapping[str, Any] | None = None
 ) -> dict[str, Any]:
-    """The parts asked for, in the order of PARTS, ``count`` rounds each, and those that ``earlier`` has. Raises ArithmeticError where a reference
-    cannot be made; an entry that fails is a row that says so."""
+    """The parts asked for, in the order of PARTS, ``count`` rounds each, and those that ``earlier`` has.
+
+    Raises ArithmeticError where a reference cannot be made; an entry that fails is a row that says so."""
     there = machine.installed()
     jobs: dict[str, Callable[[], Any]] = {
         "transient": lambda: work_precision(True, count, quick, there, progress),

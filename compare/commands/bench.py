@@ -35,7 +35,7 @@ def describe(parser: argparse.ArgumentParser) -> None:
         "--rounds", metavar="N", help=f"how often each entry is started (default {ROUNDS}, with --quick {QUICK_ROUNDS})"
     )
     add("--from", action="append", default=[], metavar="FILE", dest="earlier",
-        help="take the parts that an earlier --json holds from there, as often as needed: to measure in portions")  # fmt: skip
+        help="take the parts that an earlier --json holds from there, as often as needed")  # fmt: skip
     add("--markdown", metavar="FILE", help="write the page, and its plots to figures/ beside it")
     add("--json", metavar="FILE", help="write every number")
 
