@@ -132,17 +132,22 @@ def _growth(part: Mapping[str, Any]) -> Lines:
         if not r["failure"] else (r["path"], r["failure"], "", "", "", "")
         for r in part["rows"]
     ]  # fmt: skip
-    slopes = [
-        (e["path"], *(f"{e['exponents'][p]:.2f}" for p in (*phases, "memory")), e["rises"], e["largest"])
-        for e in part["exponents"]
-    ]
     return [
         "## Growth", "",
         "The heat problem of the quarter on cells cut further and further, seconds by phase (assembly with the mesh), "
         "and the memory above that of the imports.", "",
         *_table(("path", "unknowns", "assembly, s", "factorization, s", "one solve, s", "MB"), body),
+        *(_exponents(part["exponents"], phases) if part["exponents"] else ()),
+    ]  # fmt: skip
+
+
+def _exponents(rows: Sequence[Mapping[str, Any]], phases: Sequence[str]) -> Lines:
+    body = [
+        (e["path"], *(f"{e['exponents'][p]:.2f}" for p in (*phases, "memory")), e["rises"], e["largest"]) for e in rows
+    ]
+    return [
         "Exponents: slopes of log time, and of log memory, over log unknowns, from 4,000 on.", "",
-        *_table(("path", *phases, "memory", "rises fastest", "takes most at the largest"), slopes),
+        *_table(("path", *phases, "memory", "rises fastest", "takes most at the largest"), body),
     ]  # fmt: skip
 
 

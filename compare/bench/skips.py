@@ -18,6 +18,7 @@ SOLVER = {
     "transient": "transient (`--steady`)",
     "second voltage": "mesh, factorization and fields of a second voltage (those of the first serve)",
 }
+QUICK = ("symmetry", "transient")
 COMMANDS = {
     "figures (`--no-figures`), whole command from cold": (["sink", "--no-figures"], ["sink"]),
     "3D model (`--only 1d --no-figures`), whole command from cold": (
@@ -38,6 +39,7 @@ def run(quick: bool, count: int, progress: Callable[[str], None]) -> list[dict[s
         (name, [Entry(name, state, "skip_runs", {"skip": skip, "off": state == "off", "accuracy": accuracy})
                 for state in ("on", "off")])
         for skip, name in SOLVER.items()
+        if not quick or skip in QUICK
     ] + [
         (name, [Entry(name, state, "command", {"arguments": arguments})
                 for state, arguments in zip(("on", "off"), both, strict=True)])
