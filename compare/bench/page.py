@@ -38,7 +38,7 @@ def _preface(found: Mapping[str, Any]) -> Lines:
         "runs in processes of its own, in turns with the others. A time is the median over them, in seconds of "
         "processor time of one thread, which other work on the machine disturbs less than the clock on the wall. "
         "Start-up (interpreter and imports; on the wall) is not in it and has a column of its own. The first solve of "
-        "a process warms up and does not count where it takes less than a second.",
+        "a process warms up and does not count where it takes less than a second on the wall.",
         "",
         *_table(("", ""), machine.items()),
     ]
