@@ -1,8 +1,9 @@
 """One entry in a process of its own: ``python -m compare.bench.worker SPECIFICATION`` prints one line of JSON.
 
 The specification, JSON too: ``tool`` (a module of compare.bench.tools), ``options`` for it, ``launched`` (s since the
-epoch), ``most`` (how many timed solves at most) and ``patience`` (s): solves are repeated until that much has passed on the wall.
-The first solve warms up and does not count, unless it alone takes all the patience. Otherwise times are of the processor.
+epoch), ``most`` (how many timed solves at most) and ``patience`` (s on the wall): solves are repeated until that has
+passed. The first warms up and does not count, unless it alone takes all the patience. Times are of the processor, but
+for tools that take theirs themselves.
 """
 
 from __future__ import annotations
