@@ -86,7 +86,7 @@ class _Column:
     unit: str
 
     @staticmethod
-    def of(probe: Probe, traces: Traces) -> _Column:
+    def of(probe: Probe | GroupProbe, traces: Traces) -> _Column:
         largest = float(np.abs(traces.values[probe.name]).max())
         _, _, unit, places, factor = with_error(largest, traces.errors[probe.name], UNITS[probe.quantity])
         return _Column(factor, min(places, 6), unit)
