@@ -69,7 +69,8 @@ def _parsers(chosen: str | None) -> tuple[argparse.ArgumentParser, Mapping[str, 
         prog="validate", allow_abbrev=False, formatter_class=argparse.RawDescriptionHelpFormatter,
         description="How far to trust a 1D model of a heated microstructure: the same scene in 3D, with error bounds.",
         epilog="example:\n  validate sink --voltage 1   the paper's active sink at 1 V, equation by equation\n"
-        "  validate device             the whole sensor in 1D, what the paper says of it\n\n"
+        "  validate device             the whole sensor in 1D, what the paper says of it\n"
+        "  validate solve mine.toml    any structure of boxes in 3D (validate scene bridge > mine.toml)\n\n"
         "exit status: 0 every check came out as the scene declares, 1 one did not, 2 bad input, 3 the numerics failed",
     )  # fmt: skip
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version and leave")

@@ -68,6 +68,11 @@ def verdict_line(check: Check) -> str:
     """
     mark = {"agrees": "\N{CHECK MARK}", "differs": "\N{MULTIPLICATION X}", "unresolved": "?"}[check.verdict]
     word = check.verdict.upper() if check.verdict == "differs" else check.verdict
+    if check.id.startswith("against_"):
+        most = difference_text(check.difference, check.u_num, "±")
+        return (
+            f"{mark} {check.id} {word}: {check.title} is off by up to {most} (tolerance {percent(check.tolerance, 1)})"
+        )
     if check.id not in _MEANS:
         return f"{mark} {check.id} {word}: {check.because}"
     said = _MEANS[check.id].format(difference_text(check.difference, check.u_num, "±"))

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def draw(outcome: Outcome, names: list[str], folder: Path, renderer: Renderer) -> tuple[list[str], dict[str, str]]:
-    """Draws the named figures into a folder as .png and .svg.
+    """Draws the named figures, and the budget's where there is one, into a folder as .png and .svg.
 
     Returns the files' names, and of each figure that was drawn other than planned, how.
     """
@@ -27,6 +27,10 @@ def draw(outcome: Outcome, names: list[str], folder: Path, renderer: Renderer) -
             files += save(time_figures.rises(outcome), folder, "figure6")
         if "figure7" in names:
             files += save(time_figures.current(outcome), folder, "figure7")
+        if outcome.why is not None:
+            from compare import why_figure
+
+            files += save(why_figure.draw(outcome), folder, "why")
         # Last, because the picture comes from a process of its own.
         if "figure4" in names:
             image = renderer.image()

@@ -18,7 +18,9 @@ from scenes.sink import Sink
 SCHEMA = 1
 """The version of summary.json."""
 
-_OURS = re.compile(r"summary\.json|traces\.csv|figure\w+\.(png|svg)|fem3d\.pvd|fem3d_\w+\.vtu|report\.html")
+_OURS = re.compile(
+    r"summary\.json|traces\.csv|(figure\w+|why)\.(png|svg)|fem3d\.(pvd|vtkhdf)|fem3d_\w+\.vtu|report\.html"
+)
 
 
 def results_folder(scene: Sink | Device, variant: str = "") -> Path:

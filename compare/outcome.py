@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from compare.against.data import Data
     from compare.verdict import Check
+    from compare.why import Budget
     from scenes.plan import Request, Step
     from scenes.result import Result
     from scenes.sink import Sink
@@ -16,7 +18,9 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Outcome:
     """What a run found: the plan as carried out, each model's result (``None`` where not asked for), the checks, the
-    remarks on the run, how long each stage took (s), and the folder with its files."""
+    remarks on the run, how long each stage took (s), and the folder with its files. ``why`` is the budget of the 1D
+    model's differences and ``exported`` the few-state model's folder, where asked for; ``against`` a user's own traces
+    if there are any."""
 
     sink: Sink
     request: Request
@@ -28,3 +32,6 @@ class Outcome:
     timing: dict[str, float] = field(default_factory=dict)
     folder: Path = Path()
     files: tuple[str, ...] = ()
+    why: Budget | None = None
+    exported: Path | None = None
+    against: Data | None = None

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from compare import scope
 from compare.folder import Folder
-from compare.plan import assemble
+from compare.plan import assemble, data_step
 from compare.render import Renderer
-from compare.summary import write_summary
+from compare.summary import document, write_document
 
 if TYPE_CHECKING:
     from compare.clock import Clock
@@ -38,9 +38,12 @@ def write(outcome: Outcome, folder: Folder, renderer: Renderer, clock: Clock) ->
 
             names.append(write_traces(folder.partial / "traces.csv", outcome.fem3d, outcome.reduced1d))
         if not scope.fields_reason(request) and outcome.fem3d is not None:
-            from compare.fields import write_fields
+            from compare.fields import stored_times, write_fields
 
-            names += write_fields(folder.partial, outcome.sink, outcome.fem3d, request.transient)
+            times = stored_times(outcome.sink.end_time, request.field_times)
+            names += write_fields(
+                folder.partial, outcome.sink, outcome.fem3d, times if request.transient else times[:0]
+            )
     if drawn:
         with clock.stage("figures"):
             from compare.figures import draw
@@ -49,7 +52,26 @@ def write(outcome: Outcome, folder: Folder, renderer: Renderer, clock: Clock) ->
         names += files
         if notes and outcome.fem3d is not None:
             solver_steps = tuple(outcome.fem3d.details["plan"])
-            outcome = replace(outcome, plan=assemble(outcome.sink, request, solver_steps, notes))
-    outcome = replace(outcome, files=(*names, "summary.json"), timing=clock.all())
-    write_summary(folder.partial / "summary.json", outcome)
+            plan = assemble(outcome.sink, request, solver_steps, notes)
+            outcome = replace(outcome, plan=plan if outcome.against is None else (*plan, data_step(outcome.against)))
+    outcome = replace(outcome, files=(*names, "report.html", "summary.json"), timing=clock.all())
+    found = document(outcome)
+    _write_report(outcome, folder, found, drawn)
+    write_document(folder.partial / "summary.json", found)
     return outcome
+
+
+def _write_report(outcome: Outcome, folder: Folder, found: dict[str, Any], drawn: list[str]) -> None:
+    """The page; its scene that can be turned comes with the figures."""
+    from compare.checks import contradicts
+    from compare.report.field import of_result
+    from compare.report.page import write_report
+    from compare.table import Style, headline
+
+    sink = outcome.sink
+    field = None
+    if "figure4" in drawn and outcome.fem3d is not None:
+        field = of_result(outcome.fem3d.details["fields"], sink.room_temperature)
+    contrary = [check for check in outcome.checks if contradicts(check, sink, False)]
+    said = " ".join(headline(outcome, contrary, Style()).split())
+    write_report(folder.partial / "report.html", f"{sink.name} at {sink.voltage:g} V", said, found, field)

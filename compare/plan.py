@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from compare import scope
+from compare.asked import whole
 from scenes.plan import Request, Step
 from scenes.sink import Sink
+
+if TYPE_CHECKING:
+    from compare.against.data import Data
 
 
 def plan(sink: Sink, request: Request) -> tuple[Step, ...]:
@@ -37,15 +42,43 @@ def assemble(
     else:
         steps.append(Step("traces.csv", "skipped", "only the steady state was asked for"))
     why = scope.fields_reason(request)
-    steps.append(Step("field files", "skipped" if why else "done", why or "fem3d.pvd with its .vtu files"))
+    steps += _asked(request)
+    files = "fem3d.pvd with its .vtu files, and fem3d.vtkhdf where VTK can"
+    steps.append(Step("field files", "skipped" if why else "done", why or files))
+    turned = "" if "figure4" in skipped else ", with the field to turn"
+    steps.append(Step("report.html", "done", f"everything on one page{turned}"))
     return tuple(steps)
+
+
+def data_step(data: Data) -> Step:
+    """The line of a user's own traces."""
+    names = ", ".join(data.values)
+    span = f"{len(data.time)} rows to {data.time[-1] * 1e3:g} ms"
+    notes = "".join(f"; {note}" for note in data.notes)
+    return Step(f"against {data.name}", "done", f"{names} from a {data.kind}, {span}, interpolated in time{notes}")
 
 
 def _reduction(request: Request) -> Step:
     if "reduced1d" not in request.models:
         return Step("1D model", "skipped", "only the 3D model was asked for")
     when = "steady and at the 3D model's times" if "fem3d" in request.models else "steady and over time"
-    return Step("1D model", "done", f"eq 20, exact in time, {when if request.transient else 'steady only'}")
+    from reduced1d.ladder import describe
+
+    name = whole(request).reduction
+    model = describe(name) if name == "paper" else f"{name}, {describe(name)}"
+    return Step("1D model", "done", f"{model}, {when if request.transient else 'steady only'}")
+
+
+def _asked(request: Request) -> list[Step]:
+    """What is done only when asked for, and so has no line where it isn't."""
+    asked, steps = whole(request), []
+    if asked.why:
+        steps.append(Step("why", "done", f"the ladder of models between {asked.reduction} and 3D, one assumption each"))
+    if asked.export is not None:
+        from reduced1d.ladder import few_states_of
+
+        steps.append(Step("export", "done", f"{few_states_of(asked.reduction)} as JSON, Python and SPICE"))
+    return steps
 
 
 def _grouped(kind: str, skipped: Mapping[str, str]) -> list[Step]:

@@ -32,8 +32,12 @@ def draw(outcome: Outcome) -> Figure:
     if outcome.reduced1d is not None:
         steady = outcome.reduced1d.steady
         end = steady["end_rise_K"].value
-        reduction = parabola(y, steady["peak_rise_K"].value - end, end, sink.length)
-        above.plot(um, reduction, color=LINES["end_K"], ls=":", lw=2.2, label="1D, eqs 9, 17 and 18")
+        peak, name = steady["peak_rise_K"].value, outcome.reduced1d.model
+        if name in ("paper", "reduced1d"):
+            reduction = parabola(y, peak - end, end, sink.length)
+            above.plot(um, reduction, color=LINES["end_K"], ls=":", lw=2.2, label="1D, eqs 9, 17 and 18")
+        else:
+            above.plot(um[[0, len(um) // 2, -1]], [end, peak, end], "o", color=LINES["end_K"], ms=5, label=name)
     below.axhline(0.0, color=INK, lw=0.8)
     above.set_ylabel("rise above room (K)")
     below.set_ylabel("3D less its\nparabola (K)")

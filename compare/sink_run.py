@@ -11,32 +11,42 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from compare import output
+from compare.asked import SinkRequest, whole
 from compare.clock import Clock
 from compare.folder import Folder, results_folder
 from compare.outcome import Outcome
-from compare.plan import assemble
+from compare.plan import assemble, data_step
 from scenes.plan import Request, Step
 
 if TYPE_CHECKING:
+    from compare.against.data import Data
     from compare.verdict import Check
+    from reduced1d.ladder.levels import Levels
     from scenes.result import Result
     from scenes.sink import Sink
 
 
 def run(
-    sink: Sink, request: Request, out: Path | None = None, progress: Callable[[str], None] | None = None
+    sink: Sink,
+    request: Request,
+    out: Path | None = None,
+    progress: Callable[[str], None] | None = None,
+    against: Data | None = None,
 ) -> Outcome:
     """Solve a sink as asked, compare the models, and write the results folder (``out``, or one named after the sink).
 
+    ``against`` are a user's own traces, checked against the 3D model's; they need its transient.
     The folder is there, whole, when this returns, and as it was before when this raises. Raises SceneError for a folder
     that can't be used (before anything is solved), RunawayError (of either model) and NumericsError.
     """
     say = progress or (lambda _: None)
     clock = Clock()
-    with Folder(out or results_folder(sink)) as folder:
+    asked = whole(request)
+    variant = "" if asked.reduction == "paper" else asked.reduction.replace(":", "")
+    with Folder(out or results_folder(sink, variant)) as folder:
         drawing = output.prepare(request)
         try:
-            outcome = _solve(sink, request, say, clock)
+            outcome = _with_data(_solve(sink, asked, say, clock), against)
             say("writing the results")
             outcome = output.write(outcome, folder, drawing, clock)
         finally:
@@ -44,9 +54,34 @@ def run(
     return replace(outcome, folder=folder.target, timing=clock.all())
 
 
-def _solve(sink: Sink, request: Request, say: Callable[[str], None], clock: Clock) -> Outcome:
+def answer(
+    sink: Sink, request: Request, progress: Callable[[str], None] | None = None, against: Data | None = None
+) -> Outcome:
+    """The same without any file: solved and compared. Raises RunawayError and NumericsError."""
+    clock = Clock()
+    solved = _solve(sink, whole(request), progress or (lambda _: None), clock)
+    return replace(_with_data(solved, against), timing=clock.all())
+
+
+def _with_data(outcome: Outcome, against: Data | None) -> Outcome:
+    """With the checks of a user's own traces."""
+    if against is None or outcome.fem3d is None:
+        return outcome
+    from compare.against.checks import evaluate
+
+    checks = (*outcome.checks, *evaluate(outcome.sink, against, outcome.fem3d))
+    return replace(outcome, checks=checks, plan=(*outcome.plan, data_step(against)), against=against)
+
+
+def _solve(sink: Sink, request: SinkRequest, say: Callable[[str], None], clock: Clock) -> Outcome:
     """Both models and the checks, without any file."""
-    fem3d = reduced1d = None
+    fem3d = reduced1d = why = exported = None
+    levels = _levels(sink, request)
+    if request.export is not None and levels is not None:
+        from reduced1d.export import export
+
+        with clock.stage("export"):
+            exported = export(levels, request.reduction, request.export)
     checks: tuple[Check, ...] = ()
     solver_steps: tuple[Step, ...] = (Step("3D model", "skipped", "only the 1D model was asked for"),)
     if "fem3d" in request.models:
@@ -58,24 +93,39 @@ def _solve(sink: Sink, request: Request, say: Callable[[str], None], clock: Cloc
         solver_steps = tuple(fem3d.details["plan"])
     if "reduced1d" in request.models:
         with clock.stage("reduced1d"):
-            reduced1d = _reduction(sink, request, fem3d)
+            reduced1d = _reduction(sink, request, fem3d, levels)
     if fem3d is not None:
         from compare.checks import evaluate
 
         with clock.stage("checks"):
             checks = evaluate(sink, request, fem3d, reduced1d)
-    warnings = tuple(fem3d.details.get("warnings", ())) if fem3d else ()
-    return Outcome(sink, request, assemble(sink, request, solver_steps), fem3d, reduced1d, checks, warnings)
+    if request.why and fem3d is not None and levels is not None:
+        from compare.why import budget
+
+        with clock.stage("why"):
+            why = budget(sink, request.reduction, fem3d, levels, say)
+    warnings = tuple(text for model in (fem3d, reduced1d) if model for text in model.details.get("warnings", ()))
+    plan = assemble(sink, request, solver_steps)
+    return Outcome(sink, request, plan, fem3d, reduced1d, checks, warnings, why=why, exported=exported)
 
 
-def _reduction(sink: Sink, request: Request, fem3d: Result | None) -> Result:
+def _levels(sink: Sink, request: SinkRequest) -> Levels | None:
+    """The plate, where any of what is asked for stands on it; it is solved when first used."""
+    if request.reduction == "paper" and not request.why and request.export is None:
+        return None
+    from reduced1d.ladder.levels import Levels
+
+    return Levels(sink)
+
+
+def _reduction(sink: Sink, request: SinkRequest, fem3d: Result | None, levels: Levels | None) -> Result:
     """The 1D model, at the times of the 3D model's traces where there are any."""
     from reduced1d.errors import RunawayError
-    from reduced1d.sink import solve as solve_1d
+    from reduced1d.ladder import solve as solve_1d
 
     times = fem3d.traces.time if fem3d is not None and fem3d.traces is not None else None
     try:
-        return solve_1d(sink, steady_only=not request.transient, times=times)
+        return solve_1d(sink, request.reduction, steady_only=not request.transient, times=times, levels=levels)
     except RunawayError as error:
         if fem3d is None:
             raise

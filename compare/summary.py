@@ -11,19 +11,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from compare.folder import SCHEMA
+from compare.scope import OF_THE_REDUCTION
 from scenes.loading import as_dict
 
 if TYPE_CHECKING:
     from compare.outcome import Outcome
     from compare.verdict import Check
+    from compare.why import Budget
     from scenes.result import Result
 
 _LIBRARIES = {"numpy": "numpy", "scipy": "scipy", "skfem": "scikit-fem", "matplotlib": "matplotlib"}
 
 
-def write_summary(path: Path, outcome: Outcome) -> None:
-    """Writes ``document`` of an outcome."""
-    path.write_text(json.dumps(document(outcome), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+def write_document(path: Path, found: dict[str, Any]) -> None:
+    """Writes a summary."""
+    path.write_text(json.dumps(found, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def document(outcome: Outcome) -> dict[str, Any]:
@@ -36,13 +38,16 @@ def document(outcome: Outcome) -> dict[str, Any]:
             "provenance": provenance(),
             "fem3d": None if outcome.fem3d is None else _fem3d(outcome.fem3d),
             "reduced1d": None if outcome.reduced1d is None else _reduced1d(outcome.reduced1d),
-            "checks": [check_document(check) for check in outcome.checks],
+            "checks": [check_document(check) | _model(check, outcome) for check in outcome.checks],
+            **({} if outcome.why is None else {"why": _why(outcome.why)}),
             "warnings": list(outcome.warnings),
             "files": list(outcome.files),
             "timing_s": outcome.timing,
         }
     )
     assert isinstance(found, dict)
+    if outcome.against is not None:
+        found["against"] = plain(outcome.against.document())
     return found
 
 
@@ -81,7 +86,21 @@ def _fem3d(result: Result) -> dict[str, Any]:
 
 
 def _reduced1d(result: Result) -> dict[str, Any]:
-    return {"steady": {key: {"value": e.value} for key, e in result.steady.items()}, "details": result.details}
+    found = {"name": result.model, "steady": {key: {"value": e.value} for key, e in result.steady.items()}}
+    return {**found, "details": result.details}
+
+
+def _model(check: Check, outcome: Outcome) -> dict[str, str]:
+    """The reduction that a check is of; the others are of the paper's equations, whichever was chosen."""
+    if outcome.reduced1d is None or check.id not in OF_THE_REDUCTION:
+        return {}
+    return {"model": outcome.reduced1d.model}
+
+
+def _why(budget: Budget) -> dict[str, Any]:
+    from compare.why_text import document
+
+    return document(budget)
 
 
 def check_document(check: Check) -> dict[str, Any]:

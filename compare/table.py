@@ -62,19 +62,37 @@ def outcome_text(
     parts = [headline(outcome, contrary, style), _quantities(outcome, style)]
     if outcome.checks:
         parts.append(checks_text(outcome.checks, style))
-    parts += [reasons_text(outcome.checks, contrary, style), _plan_changes(outcome, planned, style)]
+    parts += [reasons_text(outcome.checks, contrary, style), _budget(outcome, style)]
+    parts += [_plan_changes(outcome, planned, style)]
     parts += [wrapped(f"Warning: {text.rstrip('.')}.") for text in outcome.warnings]
+    if outcome.exported is not None:
+        parts.append(f"Exported to {_shown(outcome.exported)}/")
     parts.append(where_text(outcome.folder, outcome.files, outcome.timing))
     return "\n\n".join(part for part in parts if part)
 
 
+def _budget(outcome: Outcome, style: Style) -> str:
+    if outcome.why is None:
+        return ""
+    from compare.why_text import budget_text
+
+    return budget_text(outcome.why, style)
+
+
 def headline(outcome: Outcome, contrary: Sequence[Check], style: Style) -> str:
     """The verdict of the run, in one line where it fits."""
-    name = f"{outcome.sink.name} at {outcome.sink.voltage:g} V"
+    name = f"{outcome.sink.name} at {outcome.sink.voltage:g} V{_against(outcome)}"
     declared = outcome.sink.expected_to_differ is not None
     if not outcome.checks:
         return style.paint(wrapped(f"{name}: solved in 1D only, so nothing was compared."), "heading")
     return verdict_text(name, outcome.checks, contrary, declared, style)
+
+
+def _against(outcome: Outcome) -> str:
+    """The 1D model, where it is another than the paper's."""
+    if outcome.reduced1d is None or outcome.reduced1d.model in ("paper", "reduced1d"):
+        return ""
+    return f", {outcome.reduced1d.model}" + (" against 3D" if outcome.fem3d is not None else "")
 
 
 def verdict_text(
@@ -105,7 +123,8 @@ def plan_text(steps: Sequence[Step], style: Style) -> str:
 
 def _quantities(outcome: Outcome, style: Style) -> str:
     """Steady quantities: 3D with its error, 1D, and how far 1D is off."""
-    heads = ("steady state", "3D" if outcome.fem3d else "", "1D" if outcome.reduced1d else "")
+    name = outcome.reduced1d.model if _against(outcome) and outcome.reduced1d else "1D"
+    heads = ("steady state", "3D" if outcome.fem3d else "", name if outcome.reduced1d else "")
     both = outcome.fem3d is not None and outcome.reduced1d is not None
     lines = [
         style.paint(
@@ -177,17 +196,21 @@ def _plan_changes(outcome: Outcome, planned: tuple[Step, ...] | None, style: Sty
 
 def where_text(folder: Path, files: Sequence[str], timing: Mapping[str, float]) -> str:
     """Where the results are, what is there, and how long it took."""
-    here = Path.cwd()
-    shown = folder.relative_to(here) if folder.is_relative_to(here) else folder
-    kinds = ["summary.json"]
+    kinds = (["report.html"] if "report.html" in files else []) + ["summary.json"]
     kinds += ["traces.csv"] if "traces.csv" in files else []
     figures = sorted({Path(file).stem for file in files if file.startswith("figure")})
-    kinds += [f"{len(figures)} figures"] if figures else []
+    kinds += [f"{len(figures)} figure{'s' * (len(figures) > 1)}"] if figures else []
     kinds += ["fem3d.pvd"] if "fem3d.pvd" in files else []
     parts = [f"{name} {timing[key]:.1f} s" for key, name in _STAGES.items() if key in timing]
     spent = f"Took {timing['total']:.1f} s" + (f" ({', '.join(parts)})" if parts else "")
     # A path is not broken over lines, so that it can be copied.
-    return f"Results in {shown}/\n" + wrapped(f"{', '.join(kinds)}. {spent}.", "  ", "  ")
+    return f"Results in {_shown(folder)}/\n" + wrapped(f"{', '.join(kinds)}. {spent}.", "  ", "  ")
+
+
+def _shown(folder: Path) -> Path:
+    """Relative to where the user is, where it is below that."""
+    here = Path.cwd()
+    return folder.relative_to(here) if folder.is_relative_to(here) else folder
 
 
 def wrapped(text: str, first: str = "", then: str = "  ") -> str:

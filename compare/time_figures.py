@@ -16,9 +16,12 @@ from compare.words import quantity, scale
 from scenes.result import Result
 
 if TYPE_CHECKING:
+    from compare.against.data import Data
     from compare.outcome import Outcome
 
 _NAMES = {"peak_K": "peak", "mean_K": "mean", "end_K": "end", "current_A": "current"}
+_MARKS = 25
+"""How many marks of a user's own trace are drawn."""
 _VISIBLE = 0.004
 """The part of the axis from which on an error band is wider than a line."""
 
@@ -57,8 +60,11 @@ def current(outcome: Outcome) -> Figure:
 
 def _draw(outcome: Outcome, family: str, text: str, keys: tuple[str, ...], axis: _Axis) -> Figure:
     end = outcome.sink.end_time
-    checks = [check for check in outcome.checks if check.id.startswith(family)]
-    figure = new_figure(9.5, 4.8, text, checks, bottom=1.25)
+    own = {f"against_{_NAMES[key]}" for key in keys}
+    checks = [check for check in outcome.checks if check.id.startswith(family) or check.id in own]
+    # A third row of the legend, under a third kind of curve.
+    more = 0.2 if own & {check.id for check in checks} else 0.0
+    figure = new_figure(9.5, 4.8, text, checks, bottom=1.25 + more)
     axes = figure.subplots(1, 2, sharey=True, gridspec_kw={"wspace": 0.07})
     # Before a microsecond nothing has happened yet that could be seen.
     first = min(1e-6, end / 1e4)
@@ -68,6 +74,8 @@ def _draw(outcome: Outcome, family: str, text: str, keys: tuple[str, ...], axis:
         for key in keys:
             for result in models:
                 _curve(ax, result, key, times, axis)
+            if outcome.against is not None and key in outcome.against.values:
+                _points(ax, outcome.against, key, times, axis)
         ax.set_xlabel("time (ms)")
     axes[0].set_ylabel(axis.label)
     axes[0].set_xscale("log")
@@ -80,8 +88,8 @@ def _draw(outcome: Outcome, family: str, text: str, keys: tuple[str, ...], axis:
     _limit(axes[0], axis)
     note = _bands(axes, outcome.fem3d, keys, dense, axis) if outcome.fem3d is not None else ""
     handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="lower center", ncols=len(handles) // 2 if len(keys) > 1 else 2)
-    figure.text(0.5, 0.62 / 4.8, note, ha="center", va="center", fontsize=9.5)
+    figure.legend(handles, labels, loc="lower center", ncols=len(keys) if len(keys) > 1 else len(handles))
+    figure.text(0.5, (0.62 + more) / 4.8, note, ha="center", va="center", fontsize=9.5)
     return figure
 
 
@@ -98,10 +106,25 @@ def _limit(ax: Any, axis: _Axis) -> None:
 def _curve(ax: Any, result: Result, key: str, times: np.ndarray, axis: _Axis) -> None:
     solid = result.model == "fem3d"
     style: dict[str, Any] = {"ls": "-", "lw": 2.0} if solid else {"ls": (0, (5, 2.5)), "lw": 1.6}
-    name = f"{_NAMES[key]}, {'3D' if solid else '1D'}"
-    if key == "mean_K" and not solid:
+    paper = result.model in ("paper", "reduced1d")
+    name = f"{_NAMES[key]}, {'3D' if solid else '1D' if paper else result.model}"
+    if key == "mean_K" and paper:
         name = "equivalent, 1D"
     ax.plot(times * 1e3, axis.show(result, key, times), color=LINES[key], label=name, **style)
+
+
+def _points(ax: Any, data: Data, key: str, times: np.ndarray, axis: _Axis) -> None:
+    """A user's own trace as marks at times of its own, so few that they can be told apart."""
+    wanted = times[:: len(times) // _MARKS]
+    inside = np.flatnonzero((data.time >= times[0]) & (data.time <= times[-1]))
+    if not len(inside):
+        return
+    shown = inside[np.unique(np.abs(data.time[inside, None] - wanted).argmin(axis=0))]
+    values = axis.factor * (data.values[key][shown] - axis.zero)
+    ax.plot(
+        data.time[shown] * 1e3, values, color=LINES[key], marker="o", ms=4.5, mfc="white", ls="none", zorder=3,
+        label=f"{_NAMES[key]}, {data.name[:24]}",
+    )  # fmt: skip
 
 
 def _bands(axes: Any, result: Result, keys: tuple[str, ...], dense: tuple[np.ndarray, ...], axis: _Axis) -> str:

@@ -12,7 +12,8 @@ from scenes.result import Result
 def write_traces(path: Path, *results: Result | None) -> str:
     """Writes the traces of the models that have any, which share their times; returns the file's name.
 
-    Columns: time_s, then <model>_<quantity>_<unit> with temperatures in kelvin. ValueError where the times differ.
+    Columns: time_s, then <model>_<quantity>_<unit> with temperatures in kelvin, where every 1D model is "reduced1d": a
+    reader of the columns need not know which it was. ValueError where the times differ.
     """
     models = [r for r in results if r is not None and r.traces is not None]
     columns: dict[str, np.ndarray] = {}
@@ -22,7 +23,8 @@ def write_traces(path: Path, *results: Result | None) -> str:
         time = columns.setdefault("time_s", traces.time)
         if not np.array_equal(time, traces.time):
             raise ValueError("the models' traces must be at the same times")
-        columns |= {f"{result.model}_{key}": value for key, value in traces.values.items()}
+        model = "fem3d" if result.model == "fem3d" else "reduced1d"
+        columns |= {f"{model}_{key}": value for key, value in traces.values.items()}
     return write_columns(path, columns)
 
 

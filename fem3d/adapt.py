@@ -39,6 +39,8 @@ SURELY = 3.0  # times the change of the runaway voltage from mesh to mesh by whi
 MARKED = 0.9  # part of the estimated error whose intervals are refined
 MOST_ENTRIES = 40_000_000  # of the stiffness matrix: some 10 GB with its factors
 MOST_LEVELS = 40
+HARDLY = 0.25  # exponent of an edge below which its layers take more than there is
+MOST_AT_FIRST = 15_000  # nodes of the first mesh, above which it starts poorer
 FAR = 30.0  # times the accuracy: errors above it are refined for in double steps
 
 
@@ -68,10 +70,10 @@ def solve(study: Study, transient: bool, progress: Callable[[str], None] = lambd
     """
     accuracy = study.accuracy
     features = grading.features(study.part.scene)
-    mesh = grading.first_mesh(study.part.scene, accuracy)
+    mesh = grading.first_mesh(study.part.scene, accuracy, MOST_AT_FIRST)
     previous_limit = None
     for level in range(1, MOST_LEVELS):
-        check_size(mesh, accuracy)
+        check_size(mesh, accuracy, features)
         try:
             fine = solution(study, mesh, reported=True)
         except RunawayError as runaway:
@@ -92,11 +94,11 @@ def solve(study: Study, transient: bool, progress: Callable[[str], None] = lambd
         if lesser is not None:
             coarse, low, tall = lesser
             depth = {q: IN_DEPTH * abs(float(tall.quantities[q] - low.quantities[q])) for q in low.quantities}
-            deep = max(depth[q] / scales[q] for q in depth) > NEGLIGIBLE * accuracy
+            deep = max((depth[q] / scales[q] for q in depth), default=0.0) > NEGLIGIBLE * accuracy
             if not deep:
                 estimate = {name: goals[name].in_plane for name in goals}
             errors = steady_errors(study, fine.quantities, coarse.quantities, depth, estimate, scales)
-            if max(e / scales[q] for q, e in errors.items()) <= accuracy:
+            if max((e / scales[q] for q, e in errors.items()), default=0.0) <= accuracy:
                 if not transient:
                     return Answer(fine, errors, None, level)
                 progress("transient")
@@ -109,7 +111,9 @@ def solve(study: Study, transient: bool, progress: Callable[[str], None] = lambd
                     return Answer(fine, errors, response, level)
                 goals = _goals(study, fine, response.snapshots, features)
                 deep = response.deep
-        mesh = refined(mesh, weighted(goals, scales), features, deep)
+        finer = refined(mesh, weighted(goals, scales), features, deep)
+        check_finer(finer, mesh, features, accuracy)
+        mesh = finer
     raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene")
 
 
@@ -127,10 +131,10 @@ def solve_course(study: Study, progress: Callable[[str], None] = lambda _: None)
     can't be reached."""
     accuracy, scene = study.accuracy, study.part.scene
     features = grading.features(scene)
-    mesh = grading.first_mesh(scene, accuracy)
+    mesh = grading.first_mesh(scene, accuracy, MOST_AT_FIRST)
     slowest, generations = study.end, 0
     for level in range(1, MOST_LEVELS):
-        check_size(mesh, accuracy)
+        check_size(mesh, accuracy, features)
         g = shift(slowest, study.earliest)
 
         def base_on(mesh: BrickMesh, reported: bool = False, g: float = g) -> Base:
@@ -147,14 +151,35 @@ def solve_course(study: Study, progress: Callable[[str], None] = lambda _: None)
         rises = response.snapshots
         goals = goals_of(study, fine.heat, fine.conductor, fine.potentials, rises, response.scales, features)
         excess = max(e / response.scales[q] for q, e in response.errors.items()) / accuracy
-        mesh = refined(mesh, weighted(goals, response.scales), features, response.deep, excess)
+        finer = refined(mesh, weighted(goals, response.scales), features, response.deep, excess)
+        check_finer(finer, mesh, features, accuracy)
+        mesh = finer
     raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene")
 
 
-def check_size(mesh: BrickMesh, accuracy: float) -> None:
+def check_size(mesh: BrickMesh, accuracy: float, features: Features) -> None:
     """Raises NumericsError for a mesh that takes too much memory."""
     if entries(mesh) > MOST_ENTRIES:
-        raise NumericsError(f"an accuracy of {accuracy:g} takes more memory in this scene than is sensible")
+        sentence = f"an accuracy of {accuracy:g} takes more memory in this scene than is sensible"
+        raise NumericsError(sentence + _because(features))
+
+
+def check_finer(finer: BrickMesh, mesh: BrickMesh, features: Features, accuracy: float) -> None:
+    """Raises NumericsError where nothing is left to refine."""
+    if all(a.size == b.size for a, b in zip(finer.axes, mesh.axes, strict=True)):
+        raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene" + _because(features))
+
+
+def _because(features: Features) -> str:
+    """Where the solution is so singular that no mesh resolves it, in words; nothing where it isn't."""
+    planes = [(s, "xyz"[d], at) for d in range(3) for at, s in features.exponents[d].items()]
+    sharpest, axis, at = min(planes, default=(1.0, "", 0.0))
+    if sharpest > HARDLY:
+        return ""
+    return (
+        f": at {axis} = {at:.4g} m a given value ends where two materials meet or at a corner, and the solution "
+        f"behaves as a distance to the power {sharpest:.2f} there; ask for a larger accuracy, or let it end elsewhere"
+    )
 
 
 def entries(mesh: BrickMesh) -> int:
@@ -195,7 +220,8 @@ def _lesser(study: Study, mesh: BrickMesh, fine: Solution) -> tuple[Solution, So
 def _apart(study: Study, a: Solution, b: Solution) -> float:
     """The largest difference of their rises (of all quantities where there are none), relative to the scales."""
     scales = study.steady_scales(b.out)
-    return max(abs(float(a.quantities[q] - b.quantities[q])) / scales[q] for q in (study.rises or scales))
+    apart = (abs(float(a.quantities[q] - b.quantities[q])) / scales[q] for q in (study.rises or scales))
+    return max(apart, default=0.0)
 
 
 def steady_errors(

@@ -17,6 +17,7 @@ from fem3d import section, tensor
 from fem3d.errors import NumericsError
 from fem3d.operators import HeatProblem, condition_nodes, factorize
 from fem3d.section import Section
+from fem3d.weights import mean_row
 from meshes import connected
 from meshes.bricks import VOID, Block, bricks_of
 from scenes.model import Material, Scene
@@ -98,6 +99,29 @@ class Conductor:
             found[local.ravel()] += tensor.gradient_load(parts, j).ravel()
         return found
 
+    def influence(self, row: np.ndarray) -> tuple[np.ndarray, Field]:
+        """What a row (all nodes) reads off the potential of any current density J, without solving for it.
+
+        With w the solution for the row as a source, in the cold conductor between earthed electrodes, and D its current
+        density sigma grad w (reciprocity): row @ phi = shares @ g - integral rho J . D. Returns shares (channels,), D.
+        """
+        w = np.concatenate([self._precondition(row[: self.free]), np.zeros(self.size - self.free)])
+        cold = [law(self.material(b), self.heat.scene)[0] for b in self.blocks]
+        density = [g / r for g, r in zip(self.gradient(w), cold, strict=True)]
+        shares: np.ndarray = self.voltages @ (row - self.flow(density))[self.free :]
+        return shares, density
+
+    @cached_property
+    def influences(self) -> dict[str, tuple[np.ndarray, Field]]:
+        """`influence` of each probe of a mean potential that lies in the conductor."""
+        heat, found = self.heat, {}
+        for probe in heat.scene.probes:
+            if probe.quantity == "potential" and probe.reduce == "mean":
+                row = mean_row(heat, probe, np.where(self.number < 0, self.size, self.number), self.size + 1)
+                if not row[-1]:
+                    found[probe.name] = self.influence(row[:-1])
+        return found
+
     def solve(
         self, rise: np.ndarray, voltage: np.ndarray, guess: np.ndarray | None = None, accuracy: float = 1e-11
     ) -> Potential:
@@ -167,12 +191,8 @@ def find_conductor(heat: HeatProblem) -> Conductor | None:
     coarse = connected.live(scene)
     if not coarse.any():
         return None
-    within = [
-        np.searchsorted(c.breaks, (f.breaks[1:] + f.breaks[:-1]) / 2) - 1
-        for c, f in zip(connected.coarsest(scene).axes, mesh.axes, strict=True)
-    ]
     conducting = connected.conducting(scene)
-    blocks = tuple(bricks_of(np.where(coarse[np.ix_(*within)], mesh.owner, VOID)))
+    blocks = tuple(bricks_of(np.where(connected.refined(scene, mesh, coarse), mesh.owner, VOID)))
     mine = mesh.nodes_of(blocks)
     voltage = np.zeros((heat.inputs.count, mine.size))
     given = np.zeros(mine.size, dtype=bool)

@@ -1,8 +1,9 @@
-"""Temperature fields of the whole structure as linear hexahedra, for pictures and files."""
+"""Temperature fields of the whole structure: as linear hexahedra for pictures, as quadratic ones for files."""
 
 from __future__ import annotations
 
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +12,9 @@ from fem3d.steady import SteadyState
 from fem3d.transient import Transient
 from meshes.symmetry import Symmetry
 from meshes.unstructured import hexahedra
+
+if TYPE_CHECKING:
+    from fem3d.quadratic import Quadratic
 
 
 class Fields:
@@ -78,6 +82,32 @@ class Fields:
         if self._transient is None:
             raise ValueError("the run has no transient")
         return self._whole(self._transient.rises(np.asarray(times, dtype=float)))
+
+    @property
+    def has_steady(self) -> bool:
+        """Whether the run has a steady state."""
+        return self._state is not None
+
+    def quadratic(self, times: np.ndarray, accuracy: float) -> Quadratic:
+        """Quadratic cells fine enough for the steady state, if there is one, and for some times (s), in this order;
+        ValueError for times where the run has no transient."""
+        from fem3d.hex27 import State
+        from fem3d.quadratic import Quadratic
+
+        state, inputs = self._state, self._heat.inputs
+        # A run at another voltage keeps the first one's scene, and says how much more it drives it by.
+        drive = 1.0 if state is None else state.drive
+        states = [] if state is None else [State(state.rise, drive * inputs.at(np.zeros(1))[0])]
+        if len(times):
+            if self._transient is None:
+                raise ValueError("the run has no transient")
+            at = np.asarray(times, dtype=float)
+            pairs = zip(self._transient.rises(at), drive * inputs.at(at), strict=True)
+            states += [State(rise, given) for rise, given in pairs]
+        conductor = state.conductor if state is not None else None
+        if conductor is None and self._transient is not None:
+            conductor = self._transient.base.conductor
+        return Quadratic(self._heat, conductor, self._symmetry, states, accuracy)
 
     def _whole(self, rises: np.ndarray) -> np.ndarray:
         heat = self._heat

@@ -8,22 +8,20 @@ The same names come out of a steady state and of a transient, as numbers or as a
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
-from fem3d import inputs, probes
+from fem3d import inputs, probes, voltmeter
 from fem3d.conductor import Conductor
 from fem3d.operators import HeatProblem
 from fem3d.probes import Extreme, Linear
 from fem3d.steady import SteadyState
 from fem3d.transient import Transient
+from fem3d.voltmeter import Voltmeter
+from fem3d.weights import mean_row
 from meshes.symmetry import Symmetry
 from scenes.model import Probe
 
 Outputs = dict[str, np.ndarray]  # of shape () or (times,)
-
-LOOSE = 1e-8  # accuracy of the potential at the many instants of a trace
 
 
 def of_steady(state: SteadyState, symmetry: Symmetry) -> Outputs:
@@ -42,8 +40,9 @@ def of_steady(state: SteadyState, symmetry: Symmetry) -> Outputs:
         elif probe.quantity == "temperature":
             extreme = _extreme(heat, probe)
             read[probe.name] = np.array(extreme.of(extreme.sampled(state.rise[:, None]), g))
-        elif probe.quantity == "potential" and state.conductor is not None:
-            read[probe.name] = np.array(_potential(state.conductor, probe)(state.hot_potential))
+        elif probe.quantity == "potential":
+            phi = None if state.conductor is None else state.hot_potential
+            read[probe.name] = np.array(Voltmeter(heat, state.conductor, probe).read(phi, 0.0))
         elif probe.quantity == "current":
             read[probe.name] = np.array(_current(state.conductor, state.currents, probe))
     currents = {name: np.array(value) for name, value in state.currents.items()}
@@ -89,8 +88,11 @@ def of_transient(transient: Transient, symmetry: Symmetry, times: np.ndarray) ->
             fields = np.concatenate([heat.whole(basis.T), lifts]).T
             sampled = extreme.sampled(fields)
             read[probe.name] = np.array([extreme.of(sampled, x) for x in np.concatenate([a, g], axis=1)])
-        elif probe.quantity == "potential" and base.conductor is not None:
-            read[probe.name] = _potentials(transient, probe, times, g)
+        elif probe.name in reduced.potentials:
+            shares, cold, warm = reduced.potentials[probe.name]
+            read[probe.name] = g @ shares - np.einsum("ti,ti->t", c, g @ cold + a @ warm.T)
+        elif probe.quantity == "potential":
+            read[probe.name] = voltmeter.over_time(transient, probe, times)
         elif probe.quantity == "current":
             read[probe.name] = np.array(_current(base.conductor, currents, probe)) * np.ones(len(times))
     joule = {name: _joule(tested, c, a, g) for name, tested in reduced.in_box.items()}
@@ -127,7 +129,7 @@ def goal(state_heat: HeatProblem, probe: Probe, rise: np.ndarray) -> np.ndarray 
     extreme = _extreme(state_heat, probe)
     at = extreme.where(extreme.sampled(rise[:, None]), np.ones(1))
     point = Probe(probe.name, at, at)
-    return probes.mean_row(state_heat, point, state_heat.number, state_heat.size)[: state_heat.free]
+    return mean_row(state_heat, point, state_heat.number, state_heat.size)[: state_heat.free]
 
 
 def _is_linear(probe: Probe) -> bool:
@@ -153,41 +155,16 @@ def _current(conductor: Conductor | None, currents: dict, probe: Probe) -> np.nd
     """The current of a probe: of the electrodes whose flat boxes it covers, or what passes through it."""
     if conductor is None:
         return 0.0
-    mesh = conductor.heat.mesh
+    mesh, section = conductor.heat.mesh, conductor.sections[probe.name]
     covered = [
         b.name
         for b in conductor.heat.scene.boundaries
         if b.kind == "voltage" and b.name in currents and probes.covers(mesh, probe, b)
     ]
-    on_surface = bool(mesh.faces(probe.lower, probe.upper, exposed=True))
-    if covered and on_surface:
-        found: np.ndarray | float = sum(currents[name] for name in covered)
+    if covered and section.sign:
+        found: np.ndarray | float = section.sign * sum(currents[name] for name in covered)
         return found
     return currents[f"through:{probe.name}"]  # type: ignore[no-any-return]
-
-
-def _potential(conductor: Conductor, probe: Probe) -> Callable[[np.ndarray], float]:
-    """What reads a probe off a potential (all nodes of the conductor)."""
-    if probe.reduce == "mean":
-        row = probes.mean_row(conductor.heat, probe, conductor.number, conductor.size)
-        return lambda potential: float(row @ potential)
-    extreme = Extreme(conductor.heat, probe, conductor.blocks, conductor.local)
-    return lambda potential: extreme.of(extreme.sampled(potential[:, None]), np.ones(1))
-
-
-def _potentials(transient: Transient, probe: Probe, times: np.ndarray, g: np.ndarray) -> np.ndarray:
-    """(times,): the potential of a probe; the electric problem is solved at each time where it depends on it."""
-    conductor = transient.base.conductor
-    assert conductor is not None
-    read, cold = _potential(conductor, probe), np.zeros(conductor.heat.size)
-    if not any(conductor.material(b).temperature_coefficient for b in conductor.blocks):
-        fields = np.stack([conductor.solve(cold, v).potential for v in conductor.voltages])
-        return np.array([read(x @ fields) for x in g])
-    found, guess = [], None
-    for rise, voltage in zip(transient.rises(times), g @ conductor.voltages, strict=True):
-        guess = conductor.solve(rise, voltage, guess, LOOSE).potential
-        found.append(read(guess))
-    return np.array(found)
 
 
 def _whole(

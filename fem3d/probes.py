@@ -1,7 +1,8 @@
 """What probes read off a temperature field: means, heat flows and extremes.
 
-Means and heat flows are linear: a row for the rise, for a flow also what enters at no rise. The flow of a whole boundary
-of given temperature is its reaction, which converges twice as fast as the gradient; elsewhere the gradient is integrated.
+Means and heat flows are linear: a row for the rise, for a flow also what enters at no rise. The flow of a whole
+boundary of given temperature is its reaction, which converges twice as fast as the gradient that is integrated
+elsewhere.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import numpy as np
 
 from fem3d import section, tensor
 from fem3d.operators import HeatProblem
+from fem3d.weights import mean_row
 from meshes.bricks import Block, BrickMesh
 from scenes.model import Boundary, Point, Probe
 
@@ -21,7 +23,7 @@ SAMPLES = 2  # times the degree plus one: points of an interval at which an extr
 
 @dataclass(frozen=True, eq=False)
 class Linear:
-    """value = per_rise @ rise + entering @ g + the flows of some boundaries of given temperature; rows over all nodes."""
+    """value = per_rise @ rise + entering @ g + the flows of boundaries of given temperature; rows over all nodes."""
 
     per_rise: np.ndarray
     entering: np.ndarray
@@ -64,30 +66,6 @@ def _gradient(heat: HeatProblem, probe: Probe) -> np.ndarray:
     keep = heat.number >= 0
     found[heat.number[keep]] = row[keep]
     return found
-
-
-def mean_row(heat: HeatProblem, probe: Probe, number: np.ndarray, size: int) -> np.ndarray:
-    """(size,): the weights whose product with nodal values is their mean over a probe; ``number`` maps grid nodes."""
-    nodes, weights = [], []
-    for axis, low, high in zip(heat.mesh.axes, probe.lower, probe.upper, strict=True):
-        if low == high:
-            row = axis.interpolation(np.array([low]))[0]
-            found = np.flatnonzero(row)
-            weight = row[found]
-        else:
-            part = axis.part(*axis.span(low, high))
-            found = np.arange(part.node_slice.start, part.node_slice.stop)
-            weight = part.integral / (high - low)
-        nodes.append(found)
-        weights.append(weight)
-    x, y, z = nodes
-    shape = heat.mesh.shape
-    grid = (x[:, None, None] * shape[1] + y[:, None]) * shape[2] + z
-    weight = weights[0][:, None, None] * weights[1][:, None] * weights[2]
-    keep = weight != 0
-    functional = np.zeros(size)
-    np.add.at(functional, number[grid[keep]], weight[keep])
-    return functional
 
 
 class Extreme:

@@ -33,7 +33,8 @@ class Reduced:
     fields ``cold`` (channels, m, m) and ``warm`` (m, m, r), which make up A, ``cold_load`` (channels, m, m, r) and
     ``warm_load`` (m, m, r, r), the Joule heat. ``in_box`` holds cold and warm for the heat of each conducting box
     alone, ``at_held`` for that which falls to the nodes of a boundary of given temperature. ``inertia`` (channels, r):
-    M of the lifts, tested with each field.
+    M of the lifts, tested with each field. ``potentials`` of probes: their shares (channels,) of the voltages, and what
+    each current field takes off, cold (channels, m) and warm (m, r).
     """
 
     basis: np.ndarray
@@ -47,6 +48,7 @@ class Reduced:
     warm_load: np.ndarray
     in_box: dict[str, tuple[np.ndarray, np.ndarray]]
     at_held: dict[str, tuple[np.ndarray, np.ndarray]]
+    potentials: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]
 
     @property
     def states(self) -> int:
@@ -60,6 +62,10 @@ class Reduced:
             cold=_weighted(g[None], self.cold), cold_load=_weighted(g[None], self.cold_load),
             in_box={name: (_weighted(g[None], cold), warm) for name, (cold, warm) in self.in_box.items()},
             at_held={name: (_weighted(g[None], cold), warm) for name, (cold, warm) in self.at_held.items()},
+            potentials={
+                name: (g[None] @ shares, _weighted(g[None], cold), warm)
+                for name, (shares, cold, warm) in self.potentials.items()
+            },
         )  # fmt: skip
 
     def dissipation(self, a: np.ndarray, g: np.ndarray | None = None) -> np.ndarray:
@@ -120,6 +126,7 @@ def project(
     cold_load, warm_load = np.zeros((channels, m, m, r)), np.zeros((m, m, r, r))
     in_box: dict[str, tuple[np.ndarray, np.ndarray]] = {}
     at_held: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+    potentials: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]] = {}
     held = _held(heat)
     if conductor is not None:
         for number, (block, parts) in enumerate(zip(conductor.blocks, conductor.parts, strict=True)):
@@ -150,12 +157,22 @@ def project(
                     if i != j:
                         cold_here[:, j, i] = cold_here[:, i, j]
                         cold_load[:, j, i], warm_load[j, i] = cold_load[:, i, j], warm_load[i, j]
+            for name, (shares, field) in conductor.influences.items():
+                _, drop, warm_drop = potentials.setdefault(name, (shares, np.zeros((channels, m)), np.zeros((m, r))))
+                for i in range(m):
+                    taken = weight * (densities[i][number] * field[number]).sum(axis=0).ravel()
+                    drop[0, i] += at_room * taken.sum()
+                    warm_drop[i] += per_kelvin * taken @ fields_here
+                    for c, lift in lifts_here.items():
+                        drop[c, i] += per_kelvin * float(taken @ lift)
             cold += cold_here
             warm += warm_here
             name = heat.mesh.boxes[block.box].name
             old = in_box.get(name, (np.zeros_like(cold), np.zeros((m, m, r))))
             in_box[name] = (old[0] + cold_here, old[1] + warm_here)
-    return Reduced(basis, stiffness, source, inertia, supply, cold, warm, cold_load, warm_load, in_box, at_held)
+    return Reduced(
+        basis, stiffness, source, inertia, supply, cold, warm, cold_load, warm_load, in_box, at_held, potentials
+    )
 
 
 def _held(heat: HeatProblem) -> dict[str, np.ndarray]:

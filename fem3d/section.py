@@ -14,16 +14,20 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from meshes.axis import Axis, reference
-from meshes.bricks import Block, BrickMesh
+from meshes.bricks import VOID, Block, BrickMesh, Spans
 from scenes.model import Probe
 
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """A flat box as pieces of block faces: (number of the block, weights along x, y, z at its Gauss points, sign)."""
+    """A flat box as pieces of block faces: (number of the block, weights along x, y, z at its Gauss points).
+
+    ``sign`` turns what enters the blocks there into what flows through: 0 where they lie on both sides.
+    """
 
     axis: int
     pieces: tuple[tuple[int, tuple[np.ndarray, np.ndarray, np.ndarray]], ...]
+    sign: float
 
     def flux(self, field: list[np.ndarray]) -> float:
         """The integral of the normal component of a field, one array (3, qx, qy, qz) a block."""
@@ -35,21 +39,23 @@ def of(mesh: BrickMesh, probe: Probe, blocks: tuple[Block, ...]) -> Section:
     spans = mesh.spans(probe.lower, probe.upper)
     d = next(d for d in range(3) if spans[d][0] == spans[d][1])
     at = spans[d][0]
-    sides = [_side(mesh, blocks, spans, d, cell) for cell in (at - 1, at)]
-    inside = [s is not None and s.any() for s in sides]
-    both = np.logical_and(*[np.zeros(1, bool) if s is None else s for s in sides]) if all(inside) else None
+    sides = (at - 1, at)
+    touched = [any(_piece(block, spans, d, cell) for block in blocks) for cell in sides]
+    both = all(touched)
+    # On the surface of the solid into it, inside along the axis; of what is there on both sides the mean.
+    surface = not _solid_on_both_sides(mesh, spans, d, at)
     pieces = []
     for number, block in enumerate(blocks):
-        for side, cell in enumerate((at - 1, at)):
-            here = _piece(mesh, block, spans, d, cell)
+        for side, cell in enumerate(sides):
+            here = _piece(block, spans, d, cell)
             if here is None:
                 continue
-            # Inside, the mean of both sides along the axis; on the surface, into the solid.
-            sign = 0.5 if both is not None and both.any() else (-1.0, 1.0)[side]
+            sign = 0.5 if both else (-1.0 if surface and side == 0 else 1.0)
             weights = [_across(mesh.axes[e], block.spans[e], here[e]) for e in range(3)]
             weights[d] = sign * _carried(mesh.axes[d], block.spans[d], cell, end=side == 0)
             pieces.append((number, (weights[0], weights[1], weights[2])))
-    return Section(d, tuple(pieces))
+    enters = 0.0 if both else (1.0 if surface or touched[1] else -1.0)
+    return Section(d, tuple(pieces), enters)
 
 
 def gradient_row(
@@ -67,24 +73,16 @@ def gradient_row(
     return row
 
 
-def _side(
-    mesh: BrickMesh, blocks: tuple[Block, ...], spans: tuple[tuple[int, int], ...], d: int, cell: int
-) -> np.ndarray | None:
-    """Which faces of the flat box have a cell of the blocks on one side."""
-    if not 0 <= cell < mesh.owner.shape[d]:
-        return None
-    owned = np.zeros(mesh.owner.shape, dtype=bool)
-    for block in blocks:
-        owned[tuple(slice(*span) for span in block.spans)] = True
+def _solid_on_both_sides(mesh: BrickMesh, spans: Spans, d: int, at: int) -> bool:
+    """Whether a flat box has solid on both sides somewhere."""
+    if not 0 < at < mesh.owner.shape[d]:
+        return False
     window = [slice(*span) for span in spans]
-    window[d] = slice(cell, cell + 1)
-    found: np.ndarray = owned[tuple(window)]
-    return found
+    window[d] = slice(at - 1, at + 1)
+    return bool((mesh.owner[tuple(window)] != VOID).all(axis=d).any())
 
 
-def _piece(
-    mesh: BrickMesh, block: Block, spans: tuple[tuple[int, int], ...], d: int, cell: int
-) -> list[tuple[int, int]] | None:
+def _piece(block: Block, spans: Spans, d: int, cell: int) -> list[tuple[int, int]] | None:
     """The intervals that a block shares with the flat box on one side of it."""
     if not block.spans[d][0] <= cell < block.spans[d][1]:
         return None

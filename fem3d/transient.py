@@ -193,6 +193,7 @@ def truncate(reduced: Reduced, states: int) -> Reduced:
         warm_load=reduced.warm_load[..., keep, keep],
         in_box={name: (cold, warm[..., keep]) for name, (cold, warm) in reduced.in_box.items()},
         at_held={name: (cold, warm[..., keep]) for name, (cold, warm) in reduced.at_held.items()},
+        potentials={name: (s, cold, warm[..., keep]) for name, (s, cold, warm) in reduced.potentials.items()},
     )  # fmt: skip
 
 
@@ -206,5 +207,6 @@ def diagonal(reduced: Reduced) -> tuple[Reduced, np.ndarray]:
         warm=reduced.warm @ modes, cold_load=reduced.cold_load @ modes, warm_load=warm_load,
         in_box={name: (cold, warm @ modes) for name, (cold, warm) in reduced.in_box.items()},
         at_held={name: (cold, warm @ modes) for name, (cold, warm) in reduced.at_held.items()},
+        potentials={name: (s, cold, warm @ modes) for name, (s, cold, warm) in reduced.potentials.items()},
     )  # fmt: skip
     return modal, np.maximum(rates, 0.0)

@@ -13,7 +13,7 @@ import numpy as np
 from meshes.axis import Axis
 from meshes.bricks import VOID, BrickMesh
 from meshes.planes import scene_planes
-from scenes.model import Boundary, Point, Scene
+from scenes.model import Boundary, Point, Scene, Value
 
 
 @lru_cache(maxsize=16)
@@ -77,6 +77,30 @@ def live(scene: Scene) -> np.ndarray:
         for label in _touched(mesh, labels, b):
             voltages.setdefault(label, set()).add(b.value)
     return np.isin(labels, [label for label, found in voltages.items() if len(found) > 1])
+
+
+@lru_cache(maxsize=16)
+def still(scene: Scene) -> tuple[tuple[np.ndarray, Value], ...]:
+    """Cells (nx, ny, nz of `coarsest`) of each conducting part that touches electrodes of one voltage only, and that
+    voltage: no current passes, and it has their potential."""
+    mesh = coarsest(scene)
+    electrodes = [b for b in scene.boundaries if b.kind == "voltage"]
+    labels = parts(mesh, conducting(scene), [(b.lower, b.upper) for b in electrodes])
+    voltages: dict[int, set[Value]] = {}
+    for b in electrodes:
+        for label in _touched(mesh, labels, b):
+            voltages.setdefault(label, set()).add(b.value)
+    return tuple((labels == label, next(iter(found))) for label, found in voltages.items() if len(found) == 1)
+
+
+def refined(scene: Scene, mesh: BrickMesh, cells: np.ndarray) -> np.ndarray:
+    """Cells of `coarsest` as cells of a finer mesh of the same scene."""
+    within = [
+        np.searchsorted(c.breaks, (f.breaks[1:] + f.breaks[:-1]) / 2) - 1
+        for c, f in zip(coarsest(scene).axes, mesh.axes, strict=True)
+    ]
+    found: np.ndarray = cells[np.ix_(*within)]
+    return found
 
 
 def _touched(mesh: BrickMesh, labels: np.ndarray, boundary: Boundary, exposed: bool = False) -> set[int]:

@@ -23,6 +23,8 @@ RATIO = 0.15  # of neighbouring intervals towards a feature; 0.15 is optimal for
 HIGHEST_DEGREE = 8
 LONG = 1.2  # times the narrowest spacing: longer intervals start with one degree more
 SLIVER = 1e-3  # of the extent: closer planes set no length
+SHORTEST = 1e-9  # of the extent: intervals are not refined below it
+COARSEST = 1e-2  # an accuracy as good as none
 LAYERS = 75.0  # times the accuracy: where the first mesh expects singular edges to matter no more
 
 
@@ -41,8 +43,21 @@ def features(scene: Scene) -> Features:
     return Features((planes[0][1:-1], planes[1][1:-1], planes[2][1:-1]), (a, b, c))
 
 
-def first_mesh(scene: Scene, accuracy: float) -> BrickMesh:
-    """The mesh with which the search for an accuracy starts: every plane of the scene is a breakpoint.
+def first_mesh(scene: Scene, accuracy: float, most: int | None = None) -> BrickMesh:
+    """The mesh with which the search for an accuracy starts, or a poorer one where that has more than ``most`` nodes:
+    many boxes across each other need less than every one of their planes would have alone.
+    """
+    mesh = _first_mesh(scene, accuracy)
+    while most is not None and mesh.solid.sum() > most and accuracy < COARSEST:
+        accuracy *= 10
+        mesh = _first_mesh(scene, accuracy)
+    if most is not None and mesh.solid.sum() > most:
+        mesh = mesh.with_degrees(-1, -1, -1, least=2)
+    return mesh
+
+
+def _first_mesh(scene: Scene, accuracy: float) -> BrickMesh:
+    """Every plane of the scene is a breakpoint.
 
     Intervals at a feature are no longer than half the narrowest spacing of the planes in x and y, the length over which
     a constriction spreads, and at a singular edge of exponent s so short that their energy, which falls with the length
@@ -111,7 +126,7 @@ def refine(mesh: BrickMesh, marked: Sequence[np.ndarray], marks: Features, steps
         for i, degree in enumerate(axis.degrees.tolist()):
             a, b = axis.breaks[i], axis.breaks[i + 1]
             inner: list[float] = []
-            if marked[d][i]:
+            if marked[d][i] and b - a > SHORTEST * (axis.breaks[-1] - axis.breaks[0]):
                 if near[i] or near[i + 1]:
                     inner = _inner(a, b, near[i], near[i + 1])
                     for _ in range(steps - 1):

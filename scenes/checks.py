@@ -20,6 +20,14 @@ DEFAULT_TOLERANCES: dict[str, float] = {
 }
 """The relative tolerance of every check of the sink, by its id, where a scene declares none."""
 
+AGAINST_TOLERANCES: dict[str, float] = dict.fromkeys(
+    ("against_peak", "against_end", "against_mean", "against_current", "against_power"), 0.05
+)
+"""The same of the checks of a user's own traces against the 3D model."""
+
+SINK_CHECKS = (*DEFAULT_TOLERANCES, *AGAINST_TOLERANCES)
+"""The ids of every check that a sink may have."""
+
 DEVICE_TOLERANCES: dict[str, float] = {
     "fig9_settling": 0.25,
     "fig9_balance": 1e-6,
@@ -38,7 +46,7 @@ _TOLERANCE = Quantity(NUMBER, 1e-15, 100.0)
 class Tolerances:
     """A table of relative tolerances by check id, of those ``known``; only those that a scene declares."""
 
-    known: tuple[str, ...] = tuple(DEFAULT_TOLERANCES)
+    known: tuple[str, ...] = SINK_CHECKS
 
     def read(self, path: str, given: object) -> dict[str, float]:
         """The tolerances as plain numbers."""
@@ -60,7 +68,7 @@ class Tolerances:
 class Differing:
     """A list of the checks that are expected to differ; ``word`` is what a file says for ``None``, nothing declared."""
 
-    known: tuple[str, ...] = tuple(DEFAULT_TOLERANCES)
+    known: tuple[str, ...] = SINK_CHECKS
     word: str = "undeclared"
 
     def read(self, path: str, given: object) -> tuple[str, ...] | None:

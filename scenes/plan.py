@@ -14,6 +14,8 @@ class Request:
     transient: bool = True
     figures: bool = True
     fields: bool = False
+    field_times: tuple[float, ...] = ()
+    """Times (s) whose fields are wanted beside those that are stored anyway."""
 
 
 @dataclass(frozen=True)

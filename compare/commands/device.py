@@ -57,7 +57,7 @@ def run(arguments: argparse.Namespace) -> int:
     from compare.device.run import run
 
     planned = common.explained(arguments, lambda: scope.plan(device, request))
-    with Progress() as progress:
+    with Progress(arguments.quiet) as progress:
         outcome = run(device, request, out, progress)
 
     from compare.device import table

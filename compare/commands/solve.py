@@ -43,12 +43,11 @@ def run(arguments: argparse.Namespace) -> int:
     from scenes.free import load
 
     settings = common.settings(arguments)
-    scene = load(arguments.scene, settings)
     request = scope.SolveRequest(arguments.figures, arguments.fields)
-    scope.check(scene, request)
+    scene = scope.reported(load(arguments.scene, settings), request)
     out = common.out(arguments) or results_folder(scene, settings)
     planned = common.explained(arguments, lambda: scope.plan(scene, request))
-    with Progress() as progress:
+    with Progress(arguments.quiet) as progress:
         outcome = run(scene, request, out, progress)
 
     from compare.solve import table

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 from compare.clock import Clock
 from compare.device import scope
@@ -13,9 +13,6 @@ from compare.device.outcome import DeviceOutcome
 from compare.device.scope import DeviceRequest
 from compare.folder import Folder, results_folder
 from scenes.device import Device
-
-if TYPE_CHECKING:
-    pass
 
 
 def run(
@@ -51,7 +48,8 @@ def _solve(device: Device, request: DeviceRequest, say: Callable[[str], None], c
 
 
 def _write(outcome: DeviceOutcome, folder: Path, clock: Clock) -> DeviceOutcome:
-    from compare.device.summary import write_summary
+    from compare.device.summary import document
+    from compare.summary import write_document
     from compare.traces import write_columns
     from reduced1d.device.result import QUANTITIES
 
@@ -65,6 +63,20 @@ def _write(outcome: DeviceOutcome, folder: Path, clock: Clock) -> DeviceOutcome:
             from compare.device.figures import draw
 
             names += draw(outcome, drawn, folder)
-    outcome = replace(outcome, files=(*names, "summary.json"), timing=clock.all())
-    write_summary(folder / "summary.json", outcome)
+    outcome = replace(outcome, files=(*names, "report.html", "summary.json"), timing=clock.all())
+    found = document(outcome)
+    _write_report(outcome, folder, found)
+    write_document(folder / "summary.json", found)
     return outcome
+
+
+def _write_report(outcome: DeviceOutcome, folder: Path, found: dict[str, Any]) -> None:
+    from compare.checks import contradicts
+    from compare.device.table import headline
+    from compare.report.page import write_report
+    from compare.table import Style
+
+    device = outcome.device
+    contrary = [check for check in outcome.checks if contradicts(check, device, False)]
+    said = " ".join(headline(outcome, contrary, Style()).split())
+    write_report(folder / "report.html", f"{device.name}: the whole sensor in 1D", said, found)

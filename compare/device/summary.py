@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,11 +19,6 @@ if TYPE_CHECKING:
     from compare.device.outcome import DeviceOutcome
 
 FRACTIONS = (0.05, 0.01, 1e-3, 1e-4)
-
-
-def write_summary(path: Path, outcome: DeviceOutcome) -> None:
-    """Writes ``document`` of an outcome."""
-    path.write_text(json.dumps(document(outcome), indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def document(outcome: DeviceOutcome) -> dict[str, Any]:

@@ -6,6 +6,8 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
+import numpy as np
+
 from compare import fields
 from scenes.free.asks import AnyScene
 from scenes.meshed.model import MeshScene
@@ -13,7 +15,10 @@ from scenes.result import Result
 
 
 def write_fields(folder: Path, scene: AnyScene, result: Result) -> list[str]:
-    """Writes what `compare.fields` writes, rises being above the scene's initial temperature; returns the names."""
+    """Writes what `compare.fields` writes, rises being above the scene's initial temperature; returns the names.
+
+    Of a transient with output times these are stored, with its start and end.
+    """
     if isinstance(scene, MeshScene):
         from compare.solve.mesh_files import write_own
 
@@ -21,4 +26,6 @@ def write_fields(folder: Path, scene: AnyScene, result: Result) -> list[str]:
     like: Any = SimpleNamespace(
         room_temperature=scene.initial_temperature, end_time=scene.end_time, accuracy=scene.accuracy
     )
-    return fields.write_fields(folder, cast(Any, like), result, not scene.steady)
+    asked = np.unique([0.0, *scene.output_times, scene.end_time])
+    times = asked if scene.output_times else fields.stored_times(scene.end_time)
+    return fields.write_fields(folder, cast(Any, like), result, times[:0] if scene.steady else times)

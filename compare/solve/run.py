@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from compare.clock import Clock
 from compare.folder import Folder
@@ -31,7 +31,7 @@ def run(
     that can't be used and a run that would report nothing (before anything is solved), and fem3d.errors.NumericsError.
     """
     say = progress or (lambda _: None)
-    scope.check(scene, request)
+    scene = scope.reported(scene, request)
     clock = Clock()
     with Folder(out) as folder:
         renderer = Renderer()
@@ -78,8 +78,31 @@ def _write(outcome: SolveOutcome, folder: Path, renderer: Renderer, clock: Clock
         if notes:
             plan = scope.assemble(scene, request, tuple(result.details["plan"]), notes)
             outcome = replace(outcome, plan=plan)
-    outcome = replace(outcome, files=(*names, "summary.json"), timing=clock.all())
-    from compare.solve.summary import write_summary
+    outcome = replace(outcome, files=(*names, "report.html", "summary.json"), timing=clock.all())
+    from compare.solve.summary import document
+    from compare.summary import write_document
 
-    write_summary(folder / "summary.json", outcome)
+    found = document(outcome)
+    _write_report(outcome, folder, found, "field" not in skipped)
+    write_document(folder / "summary.json", found)
     return outcome
+
+
+def _write_report(outcome: SolveOutcome, folder: Path, found: dict[str, Any], turned: bool) -> None:
+    """The page; ``turned`` says that it has the field to turn."""
+    from compare.report.field import Field
+    from compare.report.page import write_report
+    from compare.solve.table import headline
+    from compare.table import Style
+
+    field = None
+    if turned:
+        from compare.render import exaggeration
+        from compare.solve.field_figure import temperatures
+
+        fields, kelvins = outcome.result.details["fields"], temperatures(outcome.scene, outcome.result)
+        coldest = float(kelvins.min())
+        factor = exaggeration(fields.points)
+        field = Field(fields.points, fields.hexes, kelvins - coldest, factor, f"above {coldest:.6g} K")
+    said = " ".join(headline(outcome, Style()).split())
+    write_report(folder / "report.html", outcome.scene.name, said, found, field)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from scenes.errors import SceneError
 from scenes.free import asks
 from scenes.free.asks import AnyScene
-from scenes.meshed.model import MeshScene
+from scenes.meshed.model import GroupProbe, MeshScene
+from scenes.model import Probe
 from scenes.plan import Step
 
 if TYPE_CHECKING:
@@ -27,17 +28,23 @@ class SolveRequest:
     fields: bool = False
 
 
-def check(scene: AnyScene, request: SolveRequest) -> None:
-    """Refuses a run that would report nothing."""
-    if not scene.probes and not request.fields:
+def reported(scene: AnyScene, request: SolveRequest) -> AnyScene:
+    """The scene with something to report: where it has no probes and field files are asked for, every box's mean
+    temperature (on a mesh that of every material's groups), which then also says how accurate the fields are. Raises
+    SceneError for a run that reports nothing."""
+    if scene.probes:
+        return scene
+    if fields_reason(scene, request):
         raise SceneError("the scene has no [[probe]], so there is nothing to report: add one, or give --fields")
+    if isinstance(scene, MeshScene):
+        groups = dict.fromkeys(group for body in scene.bodies for group in body.groups)
+        return replace(scene, probes=tuple(GroupProbe(f"mean {name}", group=name) for name in groups))
+    return replace(scene, probes=tuple(Probe(f"mean {b.name}", b.lower, b.upper) for b in scene.boxes))
 
 
 def traces_reason(scene: AnyScene) -> str:
     """Why there are no traces; empty where there are."""
-    if scene.steady:
-        return "only the steady state was asked for (run.steady)"
-    return "" if scene.probes else "the scene has no probes"
+    return "only the steady state was asked for (run.steady)" if scene.steady else ""
 
 
 def fields_reason(scene: AnyScene, request: SolveRequest) -> str:
@@ -73,7 +80,7 @@ def assemble(
     does = {
         **{f"figure {name}": what for name, what in drawn.items()},
         "traces.csv": "a column for each probe",
-        "field files": "fem3d.pvd with its .vtu files",
+        "field files": "fem3d.pvd with its .vtu files, and fem3d.vtkhdf where VTK can",
     }
     lines = (Step(name, "skipped" if why.get(name) else "done", why.get(name) or what) for name, what in does.items())
     return (*solver_steps, *lines)

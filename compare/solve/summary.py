@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,11 +15,6 @@ from scenes.free import as_dict
 
 if TYPE_CHECKING:
     from compare.solve.outcome import SolveOutcome
-
-
-def write_summary(path: Path, outcome: SolveOutcome) -> None:
-    """Writes ``document`` of an outcome."""
-    path.write_text(json.dumps(document(outcome), indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def document(outcome: SolveOutcome) -> dict[str, Any]:
@@ -60,6 +53,7 @@ def _fem3d(outcome: SolveOutcome) -> dict[str, Any]:
         times = np.array(sorted({*scene.output_times, scene.end_time}))
         found["transient"] = {
             "errors": result.traces.errors,
+            "accurate_from_s": details.get("accurate_from_s"),
             "imbalance": details.get("transient_imbalance"),
             "time_s": times,
             "values": {probe.name: at(result.traces, probe.name, times) for probe in scene.probes},

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from scenes.meshed.model import GroupProbe
     from scenes.model import Probe
     from scenes.plan import Step
-    from scenes.result import Result
+    from scenes.result import Result, Traces
 
 _NAME = 30
 _PER_BLOCK = 4
@@ -38,10 +39,7 @@ def headline(outcome: SolveOutcome, style: Style) -> str:
 def outcome_text(outcome: SolveOutcome, style: Style, planned: tuple[Step, ...] | None = None) -> str:
     """Everything about a run; ``planned`` is the plan if it has been printed, so that only what turned out otherwise is
     added."""
-    parts = [headline(outcome, style)]
-    if outcome.scene.probes:
-        parts.append(_probes(outcome, style))
-    parts += _at_times(outcome, style)
+    parts = [headline(outcome, style), _probes(outcome, style), *_at_times(outcome, style)]
     changed = [step for step in outcome.plan if planned is not None and step not in planned]
     if changed:
         parts.append(plan_text(changed, style).replace("Plan", "As it turned out", 1))
@@ -58,6 +56,11 @@ def _probes(outcome: SolveOutcome, style: Style) -> str:
         heads += f"{'least':>11}{'largest':>11}"
     lines = [style.paint(heads, "heading")]
     lines += [_line(probe, result, style) for probe in scene.probes]
+    start = result.details.get("accurate_from_s")
+    if result.traces is not None and start:
+        lines.append(
+            wrapped(f"The errors hold from {quantity(start, 's', 3)} on, before that they may be larger.", "  ")
+        )
     return "\n".join(lines)
 
 
@@ -67,17 +70,41 @@ def _line(probe: Probe | GroupProbe, result: Result, style: Style) -> str:
         found = result.steady[probe.name]
         value, error, shown, _, _ = with_error(found.value, found.error, unit)
         return f"  {name:<{_NAME}}{f'{value} {style.plus_minus} {error} {shown}':>26}"
-    values = result.traces.values[probe.name]
-    value, error, shown, _, _ = with_error(float(values[-1]), result.traces.errors[probe.name], unit)
-    ends = "".join(f"{quantity(float(v), unit):>11}" for v in (values.min(), values.max()))
-    return f"  {name:<{_NAME}}{f'{value} {style.plus_minus} {error} {shown}':>26}{ends}"
+    values, column = result.traces.values[probe.name], _Column.of(probe, result.traces)
+    value, error = column.show(float(values[-1])), column.show_error(result.traces.errors[probe.name])
+    few = replace(column, places=min(column.places, 3))
+    ends = "".join(f"{few.show(float(v))} {few.unit}".rjust(11) for v in (values.min(), values.max()))
+    return f"  {name:<{_NAME}}{f'{value} {style.plus_minus} {error} {column.unit}':>26}{ends}"
+
+
+@dataclass(frozen=True)
+class _Column:
+    """How the values of one trace are written, all alike: times a factor, to the decimals that its error leaves."""
+
+    factor: float
+    places: int
+    unit: str
+
+    @staticmethod
+    def of(probe: Probe | GroupProbe, traces: Traces) -> _Column:
+        largest = float(np.abs(traces.values[probe.name]).max())
+        _, _, unit, places, factor = with_error(largest, traces.errors[probe.name], UNITS[probe.quantity])
+        return _Column(factor, min(places, 6), unit)
+
+    def show(self, value: float) -> str:
+        # Zero is added so that what rounds to zero has no sign.
+        return f"{round(value * self.factor, self.places) + 0.0:.{self.places}f}"
+
+    def show_error(self, error: float) -> str:
+        # Rounded up to the last decimal, so that it stays a bound.
+        return self.show(max(error, 10.0**-self.places / self.factor) if error > 0 else 0.0)
 
 
 def _at_times(outcome: SolveOutcome, style: Style) -> list[str]:
     """The probes at the times that were asked for, a few columns at a time."""
     scene, traces = outcome.scene, outcome.result.traces
     times = scene.output_times
-    if traces is None or not times or not scene.probes:
+    if traces is None or not times:
         return []
     if len(times) > _MOST_TIMES:
         return [wrapped(f"The {len(times)} output times are in summary.json and traces.csv.")]
@@ -86,11 +113,9 @@ def _at_times(outcome: SolveOutcome, style: Style) -> list[str]:
         probes: Sequence[Probe | GroupProbe] = scene.probes[first : first + _PER_BLOCK]
         heads = "".join(f"{cut(probe.name, 15):>16}" for probe in probes)
         lines = [style.paint(f"  {'time':<12}{heads}", "heading")]
-        columns = [at(traces, probe.name, np.array(times)) for probe in probes]
+        columns = [(_Column.of(probe, traces), at(traces, probe.name, np.array(times))) for probe in probes]
         for i, time in enumerate(times):
-            row = "".join(
-                f"{quantity(float(c[i]), UNITS[p.quantity], 6):>16}" for c, p in zip(columns, probes, strict=True)
-            )
+            row = "".join(f"{c.show(float(values[i]))} {c.unit}".rjust(16) for c, values in columns)
             lines.append(f"  {TIME.show(time):<12}{row}")
         blocks.append("\n".join(lines))
     return blocks

@@ -58,4 +58,4 @@ def project(heat: Heat, conductor: Conductor | None, fields: np.ndarray, pattern
                     held[name][1][p, q] = spread[nodes].sum(axis=0)
                     for c, own in shifted.items():
                         held[name][0][c, p, q] += own[nodes].sum()
-    return Reduced(basis, stiffness, source, inertia, supply, cold, warm, cold_load, warm_load, {}, held)
+    return Reduced(basis, stiffness, source, inertia, supply, cold, warm, cold_load, warm_load, {}, held, {})

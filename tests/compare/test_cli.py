@@ -202,14 +202,46 @@ def test_the_plan_is_true(arguments: str, capsys: pytest.CaptureFixture[str]) ->
 def test_fields_open_in_pyvista(capsys: pytest.CaptureFixture[str]) -> None:
     import pyvista
 
-    sink("--fields")
+    assert sink("--fields", "--field-times", "0.5ms, 2 ms") == 0
     reader = pyvista.get_reader("results/sink-1V/fem3d.pvd")
-    assert len(reader.time_values) == 13
-    assert reader.time_values[-1] == 0.02
+    assert {0.0, 5e-4, 2e-3, 0.02} <= set(reader.time_values)
+    assert len(reader.time_values) == 16
     grid = pyvista.read("results/sink-1V/fem3d_steady.vtu")
     assert grid.point_data["temperature"].max() == 300.0
     assert grid.point_data["rise"].max() == pytest.approx(7.0)
+    assert grid.point_data["potential"].max() == 1.0
+    assert set(grid.celltypes) == {pyvista.CellType.TRIQUADRATIC_HEXAHEDRON}
     assert list(grid.cell_data["material"]) == [0]
+    assert grid.cell_data["current_density"].tolist() == [[0.0, 1e7, 0.0]]
+    assert grid.cell_data["heat_source"].tolist() == [1e10]
+
+
+def test_all_times_in_one_vtkhdf_file(capsys: pytest.CaptureFixture[str]) -> None:
+    """Each step of the one file against the .vtu of that time."""
+    hdf = pytest.importorskip("vtkmodules.vtkIOHDF", reason="VTK here is too old to write it")
+    import pyvista
+
+    sink("--fields")
+    reader = hdf.vtkHDFReader()
+    reader.SetFileName("results/sink-1V/fem3d.vtkhdf")
+    reader.UpdateInformation()
+    times = pyvista.get_reader("results/sink-1V/fem3d.pvd").time_values
+    assert reader.GetNumberOfSteps() == len(times)
+    for step in (0, 5, len(times) - 1):
+        reader.SetStep(step)
+        reader.Update()
+        one, same = pyvista.wrap(reader.GetOutput()), pyvista.read(f"results/sink-1V/fem3d_{step:02d}.vtu")
+        assert (one.point_data["rise"] == same.point_data["rise"]).all()
+        assert (one.cells == same.cells).all()
+        # The file keeps times in single precision.
+        assert reader.GetTimeValue() == pytest.approx(times[step], rel=1e-6)
+
+
+@pytest.mark.parametrize("times", ["abc", "1s", "-1ms", "1V", "0.1ms --steady"])
+def test_field_times_are_checked(times: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert sink("--fields", *f"--field-times={times}".split()) == 2
+    assert "--field-times" in capsys.readouterr().err
+    assert not Path("results").exists()
 
 
 def test_figures_without_opengl(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -54,7 +54,11 @@ def test_the_summary_has_the_contract(capsys: pytest.CaptureFixture[str]) -> Non
     assert set(model["errors"]) == set(QUANTITIES)
     assert found["design"]["range"]["lowest_K"] == pytest.approx(310.5 - 20e-3 / 1.5e-4)
     assert found["design"]["limits"][0]["sample_time_s"] == 1e-3
-    assert set(found["files"]) == {entry.name for entry in Path("one").iterdir()} == {"summary.json", "traces.csv"}
+    assert (
+        set(found["files"])
+        == {entry.name for entry in Path("one").iterdir()}
+        == {"report.html", "summary.json", "traces.csv"}
+    )
 
 
 def test_traces_have_a_row_per_sample_and_obey_eq_21() -> None:
@@ -89,7 +93,7 @@ def test_all_figures_are_drawn() -> None:
     named = [option for name in FIGURES for option in ("--figure", name.removeprefix("figure"))]
     assert device(*QUICK, *named, "--quiet", "--out", "all") == 0
     drawn = {f"{name}.{kind}" for name in FIGURES for kind in ("png", "svg")}
-    assert {entry.name for entry in Path("all").iterdir()} == drawn | {"summary.json", "traces.csv"}
+    assert {entry.name for entry in Path("all").iterdir()} == drawn | {"report.html", "summary.json", "traces.csv"}
     assert "DIFFERS: paper: the time is the same for all" in Path("all/figure12.svg").read_text()
 
 

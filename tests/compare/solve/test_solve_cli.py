@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import pyvista
 
 from compare.cli import main
 from compare.solve.traces import at
@@ -45,7 +46,11 @@ def test_steady_summary_has_the_contract(capsys: pytest.CaptureFixture[str]) -> 
     assert list(found["fem3d"]["steady"]) == [p.name for p in load("bridge").probes]
     assert {"energy_imbalance", "dofs", "steps", "levels"} <= set(found["fem3d"])
     assert "transient" not in found["fem3d"]
-    assert set(found["files"]) == {entry.name for entry in Path("results/bridge").iterdir()} == {"summary.json"}
+    assert (
+        set(found["files"])
+        == {entry.name for entry in Path("results/bridge").iterdir()}
+        == {"report.html", "summary.json"}
+    )
     assert {"step": "traces.csv", "state": "skipped", "reason": "only the steady state was asked for (run.steady)"} in (
         found["plan"]
     )
@@ -55,13 +60,15 @@ def test_transient_has_a_column_per_probe_by_its_name(capsys: pytest.CaptureFixt
     assert solve("hotplate") == 0
     with open("results/hotplate/traces.csv") as file:
         rows = list(csv.DictReader(file))
-    assert list(rows[0]) == ["time_s", "heater", "plate", "current", "middle"]
+    assert list(rows[0]) == ["time_s", "heater", "plate", "current", "heat to the left"]
     assert [float(row["plate"]) for row in rows] == [1.0, 1.0, 2.0, 2.0]
     found = summary("results/hotplate")["fem3d"]
-    assert found["units"] == {"heater": "K", "plate": "K", "current": "A", "middle": "V"}
+    assert found["units"] == {"heater": "K", "plate": "K", "current": "A", "heat to the left": "W"}
     assert found["transient"]["time_s"] == [1e-3, 2e-3, 3e-3, 4e-3]
     assert found["transient"]["values"]["heater"] == [1.0] * 4
     assert found["transient"]["errors"]["plate"] == 2e-3
+    assert found["transient"]["accurate_from_s"] == 4e-6
+    assert "The errors hold from 4.00 us on" in capsys.readouterr().out
 
 
 def test_value_at_a_jump_is_the_later_one() -> None:
@@ -104,12 +111,21 @@ def test_files_of_an_earlier_run_are_replaced_and_others_kept(capsys: pytest.Cap
     assert set(summary("here")["files"]) == files
     Path("here/notes.txt").write_text("mine")
     solve("plate", "--out", "here")
-    assert {entry.name for entry in Path("here").iterdir()} == {"notes.txt", "summary.json"}
+    assert {entry.name for entry in Path("here").iterdir()} == {"notes.txt", "report.html", "summary.json"}
 
 
 def test_fields(capsys: pytest.CaptureFixture[str]) -> None:
     solve("plate", "--fields")
     assert {"fem3d.pvd", "fem3d_steady.vtu"} <= set(summary("results/plate")["files"])
+    solve("hotplate", "--fields")
+    files = summary("results/hotplate")["files"]
+    reader = pyvista.get_reader("results/hotplate/fem3d.pvd")
+    assert reader.time_values == [0.0, 1e-3, 2e-3, 3e-3, 4e-3]
+    assert set(files) == {entry.name for entry in Path("results/hotplate").iterdir()}
+    reader.set_active_time_point(4)
+    grid = reader.read()[0]
+    # The stand-in is coldest at 293 K, below the scene's 20 degC.
+    assert abs(grid.point_data["rise"].min() - (293.0 - 293.15)) < 1e-9
 
 
 def test_every_example_is_printed_and_solved_as_a_file(capsys: pytest.CaptureFixture[str]) -> None:
@@ -156,3 +172,4 @@ def test_nothing_to_report(capsys: pytest.CaptureFixture[str]) -> None:
     assert solve("mine.toml") == 2
     assert "no [[probe]]" in capsys.readouterr().err
     assert solve("mine.toml", "--fields") == 0
+    assert list(summary("results/plate")["fem3d"]["steady"]) == ["mean plate"]

@@ -1,0 +1,103 @@
+"""A user's traces against the 3D model's: the largest distance over time, with what it is known to."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from compare.against.data import Data
+from compare.checks import judged
+from compare.comparison import Comparison
+from compare.scope import FIRST_TIME
+from compare.verdict import Check
+from compare.words import quantity, signed
+from scenes.checks import AGAINST_TOLERANCES
+from scenes.errors import SceneError, quoted
+from scenes.result import Result
+from scenes.sink import Sink
+
+_OF = {
+    "peak_K": ("peak_rise_K", "final rise"),
+    "end_K": ("end_rise_K", "final rise"),
+    "mean_K": ("mean_rise_K", "final rise"),
+    "current_A": ("current_A", "final change"),
+    "power_W": ("power_W", "final value"),
+}
+
+
+def check_id(key: str) -> str:
+    """The check of a quantity of traces.csv: "against_peak"."""
+    return f"against_{key.rpartition('_')[0]}"
+
+
+def evaluate(sink: Sink, data: Data, fem3d: Result) -> tuple[Check, ...]:
+    """A check for every quantity of the data, in the order of the declared tolerances."""
+    keys = [key for key in _OF if key in data.values and check_id(key) in AGAINST_TOLERANCES]
+    return tuple(judged(check_id(key), compare(sink, data, fem3d, key), sink, always=True) for key in keys)
+
+
+def compare(sink: Sink, data: Data, fem3d: Result, key: str) -> Comparison:
+    """The largest distance data - 3D from 10 us on, relative to the quantity's final rise, change or value.
+
+    It is sought at the times of both, within the time that both cover, each interpolated linearly in time. Its error
+    is that of the 3D trace, and that of interpolating the data: a third of the largest change when every other of
+    their rows is left out (for smooth curves the error falls with the square of the spacing).
+    """
+    traces = fem3d.traces
+    assert traces is not None
+    unit = key.rpartition("_")[2]
+    first = max(FIRST_TIME, float(data.time[0]), float(traces.time[0]))
+    last = min(float(data.time[-1]), float(traces.time[-1]))
+    if not first < last:
+        span = f"{quantity(float(data.time[0]), 's')} to {quantity(float(data.time[-1]), 's')}"
+        raise SceneError(
+            f"--against {quoted(data.name)} covers {span}, the run 10 us to {quantity(sink.end_time, 's')}: there is "
+            "no time to compare at"
+        )
+    both = np.union1d(data.time, traces.time)
+    time = np.unique(np.concatenate([[first], both[(both > first) & (both < last)], [last]]))
+    theirs, ours = np.interp(time, data.time, data.values[key]), np.interp(time, traces.time, traces.values[key])
+    off = theirs - ours
+    i = int(np.argmax(np.abs(off)))
+    scale, of = _scale(fem3d, key)
+    error = (traces.errors[key] + interpolation_error(data, key, first, last)) / abs(scale)
+    p, m = float(theirs[i]), float(ours[i])
+    if unit == "K":
+        p, m = p - sink.room_temperature, m - sink.room_temperature
+
+    def because() -> str:
+        return (
+            f"{data.name} is furthest from 3D at {quantity(float(time[i]), 's', 3)}: {quantity(p, unit)} against "
+            f"{quantity(m, unit)}, {signed(float(off[i]), unit)} of a {of} of {quantity(scale, unit)}"
+        )
+
+    title = f"{_title(key)}, {_short(data.name)}"
+    return Comparison(title, p, m, unit, float(off[i]) / abs(scale), error, because, float(time[i]))
+
+
+def interpolation_error(data: Data, key: str, first: float, last: float) -> float:
+    """What linear interpolation between the data's rows may be off by from ``first`` to ``last`` (s), in their unit."""
+    time, values = data.time, data.values[key]
+    inside = (time >= first) & (time <= last)
+    if inside.sum() < 5:
+        # Too few to tell: as far as they are apart.
+        return float(np.abs(np.diff(values)).max())
+    coarse = np.interp(time, time[::2], values[::2])
+    return float(np.abs(coarse - values)[inside].max() / 3)
+
+
+def _scale(fem3d: Result, key: str) -> tuple[float, str]:
+    name, of = _OF[key]
+    value = fem3d.steady[name].value
+    if key == "current_A":
+        assert fem3d.traces is not None
+        change = value - float(fem3d.traces.values[key][0])
+        return (change, of) if change else (value, "final value")
+    return value, of
+
+
+def _title(key: str) -> str:
+    return {"peak_K": "peak", "end_K": "end", "mean_K": "mean", "current_A": "current", "power_W": "power"}[key]
+
+
+def _short(name: str) -> str:
+    return name if len(name) <= 16 else f"{name[:13]}..."

@@ -1,0 +1,143 @@
+"""For your own tests: assertions on how far the 1D model, or your own traces, may be from 3D.
+
+    def test_my_sink():
+        assert_reduction_agrees(scenes.load("my-sink.toml"), peak=0.05)
+
+A failure shows both values, their difference, the tolerance, and the numerical error that the 3D value is known to.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from compare.interface import Run, run
+from compare.scope import OVER_TIME
+from compare.verdict import Verdict, judge, relative, spread
+from compare.words import difference_text, percent, quantity, with_error
+from scenes.checks import AGAINST_TOLERANCES, DEFAULT_TOLERANCES
+from scenes.errors import SceneError, did_you_mean, quoted
+from scenes.sink import Sink
+
+if TYPE_CHECKING:
+    from compare.verdict import Check
+
+QUANTITIES = {
+    "peak": ("peak_rise_K", "steady peak rise", "K"),
+    "end": ("end_rise_K", "steady end rise", "K"),
+    "mean": ("mean_rise_K", "steady mean rise", "K"),
+    "current": ("current_A", "steady current", "A"),
+    "power": ("power_W", "steady power", "W"),
+    "anchor_resistance": ("anchor_resistance_K_per_W", "anchor resistance", "K/W"),
+}
+"""What can be asserted of the steady state, beside the checks by their ids."""
+
+
+def assert_reduction_agrees(
+    scene: Sink | str | Path = "sink",
+    *,
+    voltage: float | None = None,
+    accuracy: float | None = None,
+    **tolerances: float,
+) -> Run:
+    """Assert that the 1D model is within relative tolerances of the 3D one; returns the run.
+
+    ``tolerances`` are by quantity (``peak=0.05``; rises relative to the 3D rise) or by check (``eq13=0.001``,
+    ``fig6_peak=0.4``). AssertionError where one is exceeded, and where the 3D model's own error leaves it open.
+    SceneError for a name that there isn't.
+    """
+    __tracebackhide__ = True
+    known = (*QUANTITIES, *DEFAULT_TOLERANCES)
+    _known(tolerances, known, "peak=0.05")
+    found = run(scene, voltage=voltage, accuracy=accuracy, steady=not set(tolerances) & set(OVER_TIME))
+    told = [
+        _quantity(found, name, tolerance) if name in QUANTITIES else _check(found.check(name), tolerance)
+        for name, tolerance in tolerances.items()
+    ]
+    _fail(f"the 1D model of {found.scene.name} at {found.scene.voltage:g} V", told)
+    return found
+
+
+def assert_traces_agree(
+    scene: Sink | str | Path,
+    file: str | Path,
+    *,
+    voltage: float | None = None,
+    accuracy: float | None = None,
+    **tolerances: float,
+) -> Run:
+    """Assert that traces in a file (COMSOL table, CSV, ngspice) are within tolerances of the 3D model's over time.
+
+    ``tolerances``: ``peak``, ``end``, ``mean`` relative to the final 3D rise, ``current`` to its final change,
+    ``power`` to itself. Raises as ``assert_reduction_agrees``, and SceneError for a quantity that the file has not.
+    """
+    __tracebackhide__ = True
+    _known(tolerances, tuple(name.removeprefix("against_") for name in AGAINST_TOLERANCES), "peak=0.05")
+    found = run(scene, voltage=voltage, accuracy=accuracy, against=file)
+    told = [_check(found.check(f"against_{name}"), tolerance) for name, tolerance in tolerances.items()]
+    _fail(f"{Path(file).name} for {found.scene.name} at {found.scene.voltage:g} V", told)
+    return found
+
+
+def _known(tolerances: dict[str, float], known: tuple[str, ...], example: str) -> None:
+    if not tolerances:
+        raise SceneError(f"nothing to assert: give at least one tolerance, such as {example}")
+    for name, tolerance in tolerances.items():
+        if name not in known:
+            raise SceneError(f"{quoted(name)} can't be asserted: give {', '.join(known)}{did_you_mean(name, known)}")
+        if not 0 < tolerance < float("inf"):
+            raise SceneError(f"the tolerance {name} = {tolerance!r} must be a positive number, relative: 0.05 is 5 %")
+
+
+def _quantity(found: Run, name: str, tolerance: float) -> tuple[Verdict, str]:
+    """The verdict on a steady quantity, and its lines of the message."""
+    key, words, unit = QUANTITIES[name]
+    measured = found.fem3d.steady[key]
+    predicted = found.reduced1d.steady[key].value
+    difference = relative(predicted, measured.value)
+    u_num = spread(lambda m: relative(predicted, m), {"m": measured})
+    value, error, shown, places, factor = with_error(measured.value, measured.error, unit)
+    values = f"1D {predicted * factor:.{places}f} {shown}, 3D {value} \N{PLUS-MINUS SIGN} {error} {shown}"
+    verdict = judge(difference, tolerance, u_num)
+    return verdict, _lines(name, words, values, difference, u_num, tolerance, verdict, "")
+
+
+def _check(check: Check, tolerance: float) -> tuple[Verdict, str]:
+    """The same of a check."""
+    unit = "" if check.unit == "1" else check.unit
+    values = f"predicted {quantity(check.predicted, unit, 5)}, 3D {quantity(check.measured, unit, 5)}"
+    verdict = judge(check.difference, tolerance, check.u_num)
+    because = "" if verdict == "agrees" else check.because
+    lines = _lines(check.id, check.title, values, check.difference, check.u_num, tolerance, verdict, because)
+    return verdict, lines
+
+
+def _lines(
+    name: str,
+    words: str,
+    values: str,
+    difference: float,
+    u_num: float,
+    tolerance: float,
+    verdict: Verdict,
+    because: str,
+) -> str:
+    marks = {"agrees": "within", "differs": "OUTSIDE", "unresolved": "UNDECIDED at"}
+    off = difference_text(difference, u_num, "\N{PLUS-MINUS SIGN}")
+    lines = [
+        f"  {name}: {words}, {values}",
+        f"    difference {off} (numerical error), {marks[verdict]} the tolerance of {percent(tolerance)}",
+    ]
+    if verdict == "unresolved":
+        lines.append("    the numerical error leaves it open: ask for a smaller accuracy=")
+    if because:
+        lines.append(f"    {because}")
+    return "\n".join(lines)
+
+
+def _fail(what: str, told: list[tuple[Verdict, str]]) -> None:
+    __tracebackhide__ = True
+    bad = [lines for verdict, lines in told if verdict != "agrees"]
+    if bad:
+        rest = [lines for verdict, lines in told if verdict == "agrees"]
+        raise AssertionError("\n".join([f"{what} is not within the tolerances asked for", *bad, *rest]))

@@ -1,0 +1,132 @@
+"""What there is to see: the states of a run's folder, a .pvd collection, or a single file of a field."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from compare.viewer.reduction import Reduction, of_run
+from scenes.errors import SceneError, quoted, reason
+
+SINGLE = (".vtu", ".vtk", ".vtkhdf", ".hdf")
+"""Files that hold one field, or for VTKHDF several."""
+
+
+@dataclass
+class Source:
+    """States of one geometry: their ``times`` (s; ``None`` for a steady state), each read when it is first needed."""
+
+    name: str
+    times: tuple[float | None, ...]
+    reduction: Reduction | None
+    _files: tuple[tuple[Path, int], ...]
+    _read: dict[int, Any] = field(default_factory=dict)
+
+    def grid(self, k: int) -> Any:
+        """The k-th state as a pyvista grid whose point data have at least "rise" (K)."""
+        if k not in self._read:
+            found = _grid(*self._files[k])
+            if "rise" not in found.point_data:
+                if "temperature" not in found.point_data:
+                    known = ", ".join(found.point_data.keys()) or "none"
+                    raise SceneError(f"{quoted(self._files[k][0])} has no point data rise or temperature, but {known}")
+                found.point_data["rise"] = found["temperature"] - self._coldest(found)
+            if self.reduction is not None:
+                painted = self.reduction.rise(np.asarray(found.points), self.times[k])
+                found.point_data["rise_1d"] = painted
+                found.point_data["difference"] = painted - found.point_data["rise"]
+            self._read[k] = found
+        return self._read[k]
+
+    def _coldest(self, found: Any) -> float:
+        if self.reduction is not None:
+            return float(self.reduction.sink.room_temperature)
+        return float(np.min(found["temperature"]))
+
+
+def find(path: Path) -> Source:
+    """What is at a path; SceneError where there is nothing to see, saying what would make it so."""
+    if not path.exists():
+        raise SceneError(f"{quoted(path)} does not exist: give a results folder, or a .pvd or .vtu file")
+    if path.is_dir():
+        for name in ("fem3d.pvd", "fem3d_steady.vtu"):
+            if (path / name).exists():
+                return find(path / name)
+        hint = "run again with --fields" if (path / "summary.json").exists() else "give a run's folder"
+        raise SceneError(f"{quoted(path)} has no fields (fem3d.pvd): {hint}")
+    folder = path.parent
+    name = folder.name if path.name in ("fem3d.pvd", "fem3d_steady.vtu", "fem3d.vtkhdf") else path.name
+    if path.suffix == ".pvd":
+        files = _collection(path)
+        # A collection of the steady state alone calls it time 0.
+        alone = [file.name for _, file in files] == ["fem3d_steady.vtu"]
+        times = tuple(None if alone else time for time, _ in files)
+        return Source(name, times, of_run(folder), tuple((file, 0) for _, file in files))
+    if path.suffix not in SINGLE:
+        raise SceneError(f"{quoted(path)} is no file of a field: give a folder, .pvd, {', '.join(SINGLE)}")
+    steps = _hdf_times(path) if path.suffix in (".vtkhdf", ".hdf") else ()
+    if steps:
+        return Source(name, steps, of_run(folder), tuple((path, k) for k in range(len(steps))))
+    time = _time_of(path)
+    return Source(name, (time,), of_run(folder), ((path, 0),))
+
+
+def _collection(path: Path) -> list[tuple[float, Path]]:
+    """Times and files of a .pvd."""
+    from xml.etree import ElementTree
+
+    try:
+        rows = ElementTree.parse(path).getroot().findall("./Collection/DataSet")
+        files = [(float(row.attrib["timestep"]), path.parent / row.attrib["file"]) for row in rows]
+    except (ElementTree.ParseError, KeyError, ValueError, OSError) as error:
+        raise SceneError(f"{quoted(path)} is not a .pvd collection: {reason(error)}") from None
+    if not files:
+        raise SceneError(f"{quoted(path)} lists no files")
+    return sorted(files)
+
+
+def _time_of(path: Path) -> float | None:
+    """The time that the collection beside a file gives it."""
+    collection = path.with_name("fem3d.pvd")
+    if path.name == "fem3d_steady.vtu" or not collection.exists():
+        return None
+    return next((time for time, file in _collection(collection) if file.name == path.name), None)
+
+
+def _hdf_times(path: Path) -> tuple[float, ...]:
+    from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as Pipeline
+
+    return tuple(_hdf(path).GetOutputInformation(0).Get(Pipeline.TIME_STEPS()) or ())
+
+
+def _hdf(path: Path) -> Any:
+    from vtkmodules.vtkIOHDF import vtkHDFReader
+
+    reader = vtkHDFReader()
+    if not reader.CanReadFile(str(path)):
+        raise SceneError(f"{quoted(path)} is not a VTKHDF file")
+    reader.SetFileName(str(path))
+    reader.UpdateInformation()
+    return reader
+
+
+def _grid(path: Path, step: int) -> Any:
+    import pyvista as pv
+
+    if not path.exists():
+        raise SceneError(f"{quoted(path)} is listed but does not exist")
+    if path.suffix in (".vtkhdf", ".hdf"):
+        reader = _hdf(path)
+        reader.SetStep(step)
+        reader.Update()
+        return pv.wrap(reader.GetOutput()).copy()
+    try:
+        found = pv.read(path)
+    except Exception as error:  # whatever a reader of a broken file may raise
+        raise SceneError(f"{quoted(path)} cannot be read: {reason(error)}") from None
+    if not getattr(found, "n_cells", 0) or not hasattr(found, "cast_to_unstructured_grid"):
+        raise SceneError(f"{quoted(path)} holds no field")
+    return found.cast_to_unstructured_grid()

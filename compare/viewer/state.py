@@ -1,0 +1,120 @@
+"""What is shown at the moment, as a value, and the keys that change it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+QUANTITIES = {
+    "rise": ("rise", "K"),
+    "temperature": ("temperature", "K"),
+    "potential": ("potential", "V"),
+    "current_density": ("current density", "A/m2"),
+    "heat_source": ("heat source", "W/m3"),
+}
+"""What can be shown: the data's name with words and unit."""
+
+FACTORS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
+
+
+@dataclass(frozen=True)
+class View:
+    """The state of the viewer.
+
+    ``step`` of ``steps`` states; ``factor`` exaggerates the thickness; ``cut`` is the axis ("x", "y", "z" or none) of
+    the clipping plane and ``place`` where it is, as a part of the extent; ``compare`` shows 3D, 1D and difference.
+    ``own_scale`` colours each time by its own range; else all have one, so that they can be compared.
+    """
+
+    quantities: tuple[str, ...]
+    steps: int
+    factor: float
+    step: int = 0
+    quantity: str = "rise"
+    compare: bool = False
+    can_compare: bool = False
+    edges: bool = False
+    cut: str = ""
+    place: float = 0.5
+    probe: bool = False
+    own_scale: bool = False
+    keys: bool = True
+    playing: bool = False
+
+    def at(self, step: int) -> View:
+        """At another state, from the first after the last."""
+        return replace(self, step=step % self.steps)
+
+
+def _next_quantity(view: View) -> View:
+    k = view.quantities.index(view.quantity)
+    return replace(view, quantity=view.quantities[(k + 1) % len(view.quantities)])
+
+
+def _cut(view: View) -> View:
+    return replace(view, cut={"": "x", "x": "y", "y": "z", "z": ""}[view.cut], place=0.5)
+
+
+def _move(by: float) -> Callable[[View], View]:
+    return lambda view: replace(view, place=round(min(max(view.place + by, 0.02), 0.98), 4)) if view.cut else view
+
+
+def _stretch(up: bool) -> Callable[[View], View]:
+    def stretched(view: View) -> View:
+        others = [f for f in FACTORS if (f > view.factor if up else f < view.factor)]
+        return replace(view, factor=float((others[0] if up else others[-1]) if others else view.factor))
+
+    return stretched
+
+
+def _compare(view: View) -> View:
+    return replace(view, compare=not view.compare, quantity="rise") if view.can_compare else view
+
+
+def _play(view: View) -> View:
+    return replace(view, playing=not view.playing) if view.steps > 1 else view
+
+
+KEYS: dict[str, tuple[str, str, Callable[[View], View]]] = {
+    "space": ("space", "play, stop", _play),
+    "Right": ("right", "later", lambda view: view.at(view.step + 1)),
+    "Left": ("left", "earlier", lambda view: view.at(view.step - 1)),
+    "t": ("t", "next quantity", _next_quantity),
+    "c": ("c", "3D, 1D and difference", _compare),
+    "x": ("x", "clip across x, y, z, not", _cut),
+    "bracketright": ("]", "plane on", _move(0.05)),
+    "bracketleft": ("[", "plane back", _move(-0.05)),
+    "l": ("l", "line probe", lambda view: replace(view, probe=not view.probe)),
+    "a": ("a", "colours: all times, this", lambda view: replace(view, own_scale=not view.own_scale)),
+    "m": ("m", "mesh edges", lambda view: replace(view, edges=not view.edges)),
+    "period": (".", "thicker", _stretch(True)),
+    "comma": (",", "thinner", _stretch(False)),
+    "k": ("k", "these keys", lambda view: replace(view, keys=not view.keys)),
+}
+"""By the name that VTK gives a key: what stands on it, what it does in words, and what it does. VTK keeps q, which
+closes the window, and r, which resets the camera, for itself."""
+
+
+def keys_text(view: View) -> str:
+    """The keys that do something here, in two columns."""
+    idle = set()
+    if view.steps < 2:
+        idle |= {"space", "Right", "Left", "a"}
+    if not view.can_compare:
+        idle |= {"c"}
+    if len(view.quantities) < 2:
+        idle |= {"t"}
+    lines = [f"{shown:<6} {what}" for name, (shown, what, _) in KEYS.items() if name not in idle]
+    lines += ["r      reset the camera", "q      close"]
+    half = -(-len(lines) // 2)
+    pairs = zip(lines[:half], [*lines[half:], ""], strict=False)
+    return "\n".join(f"{left:<34}{right}".rstrip() for left, right in pairs)
+
+
+def title(view: View, name: str, time: float | None) -> str:
+    """What is shown, in one line that states the exaggeration."""
+    words = "rise in 3D and 1D, and the difference" if view.compare else QUANTITIES[view.quantity][0]
+    when = "steady" if time is None else f"{time * 1e3:.4g} ms"
+    drawn = f"thickness drawn x{view.factor:g}" if view.factor != 1 else "true proportions"
+    clip = f", clipped across {view.cut}" if view.cut else ""
+    return f"{name}: {words}, {when}, {drawn}{clip}"

@@ -1,0 +1,124 @@
+"""Reductions of the sink, each with one assumption less than the one before, behind one `solve`.
+
+    paper           eq 20: eq 14's series resistance, eq 9's parabola, one lump, pads without heat capacity
+    anchored        the same with the anchor resistance computed from the plate
+    fin-massless    the heat equation along the beam on that resistance
+    fin             ... and on the anchor's effective heat capacity
+    plate           the heat equation of the silicon layer, averaged over its thickness
+    moments:N       the plate projected on N fields that match its response
+
+Nothing heavy is imported before a reduction needs it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from scenes.errors import SceneError, did_you_mean, quoted
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from reduced1d.ladder.few_states import FewStates
+    from reduced1d.ladder.levels import Level, Levels
+    from scenes.result import Result
+    from scenes.sink import Sink
+
+REDUCTIONS = {
+    "paper": "eq 20, exact in time",
+    "anchored": "eq 20 with the anchor resistance of the plate",
+    "fin-massless": "the heat equation along the beam, anchors without heat capacity",
+    "fin": "the heat equation along the beam, anchors with their effective heat capacity",
+    "plate": "the thickness-averaged heat equation of the silicon layer",
+    "moments": "the plate projected on a few moment-matching fields",
+}
+STATES = 4
+"""Of "moments" where no number is given."""
+
+MOST_STATES = 12
+
+
+def canonical(text: str) -> str:
+    """The name of a reduction as it is reported: "moments" is "moments:4".
+
+    Raises SceneError for one that there isn't, or a number of states that is none.
+    """
+    family, colon, number = text.partition(":")
+    if family not in REDUCTIONS:
+        raise SceneError(f"there is no reduction {quoted(text)}{did_you_mean(family, REDUCTIONS)}: {_choices()}")
+    if family != "moments":
+        if colon:
+            raise SceneError(f"reduction {quoted(text)} takes no number of states: {_choices()}")
+        return family
+    if colon and not (number.isascii() and number.isdigit() and 1 <= int(number) <= MOST_STATES):
+        raise SceneError(f"reduction {quoted(text)} needs a number of states from 1 to {MOST_STATES}, as moments:4")
+    return f"moments:{int(number) if colon else STATES}"
+
+
+def describe(name: str) -> str:
+    """What a reduction is, in words."""
+    family, _, states = name.partition(":")
+    return REDUCTIONS[family].replace("a few", states) if states else REDUCTIONS[family]
+
+
+def few_states_of(name: str) -> str:
+    """The few-state model that goes with a reduction, by its canonical name: itself, or moments:4."""
+    return name if name.startswith("moments:") else f"moments:{STATES}"
+
+
+def solve(
+    sink: Sink,
+    reduction: str = "paper",
+    *,
+    steady_only: bool = False,
+    times: np.ndarray | None = None,
+    levels: Levels | None = None,
+) -> Result:
+    """The steady state and, unless ``steady_only``, the traces of a reduction of a sink, at ``times`` (s, ascending)
+    or at times of its own up to the sink's end time.
+
+    ``Result.model`` is the reduction's name; ``details`` has its "states", and of those that stand on the plate the
+    "warnings" and the "thin_plate_remainder". ``levels`` saves the plate between several reductions of one sink.
+
+    Raises SceneError for an unknown reduction, RunawayError where there is no steady state, ValueError for silicon that
+    does not conduct.
+    """
+    name = canonical(reduction)
+    if name == "paper":
+        from reduced1d.sink import solve as solve_paper
+
+        found = solve_paper(sink, steady_only=steady_only, times=times)
+        return replace(found, model=name, details={**found.details, "states": 1})
+
+    from reduced1d.ladder.answer import result
+    from reduced1d.ladder.levels import Levels
+    from reduced1d.ladder.validity import fin_warnings, warnings
+
+    levels = levels or Levels(sink)
+    found = result(name, sink, build(levels.fine, name), build(levels.coarse, name), steady_only, times)
+    said = warnings(sink, levels.fine.remainder)
+    if name in ("anchored", "fin-massless", "fin"):
+        said += fin_warnings(sink, levels.fine.one_node)
+    more = {
+        "unknowns": levels.fine.plate.unknowns,
+        "thin_plate_remainder": levels.fine.remainder,
+        "warnings": said,
+    }
+    return replace(found, details={**found.details, **more})
+
+
+def build(level: Level, name: str) -> FewStates:
+    """The states of a reduction that stands on the plate, by its canonical name."""
+    if name.startswith("moments:"):
+        return level.moments(int(name.partition(":")[2]))
+    return {
+        "anchored": level.lump,
+        "fin-massless": lambda: level.fin(pad_capacity=False, oxide_capacity=False),
+        "fin": level.fin,
+        "plate": level.whole_plate,
+    }[name]()
+
+
+def _choices() -> str:
+    return f"give one of {', '.join(REDUCTIONS)} (moments:N with N states)"

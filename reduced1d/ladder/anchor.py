@@ -1,0 +1,109 @@
+"""What an anchor, pad and oxide, is to the beam: a resistance, a capacity, and what the circuit does in it.
+
+Let theta be the steady rise when heat flows into the anchor through the beam's end, per watt through each end. Its mean
+over the end is the anchor resistance R. For slow changes the anchor's rise is the end's times theta / R, and with that
+shape (Galerkin) it is one node with the capacity
+
+    C = integral of rho c (theta / R)^2,
+
+which is also what Z(p) = R - p R^2 C + ... , the anchor's impedance at small rates p, says. A heat density q in the
+pad counts by its effect on the end, as the integral of q theta / R (reciprocity).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from reduced1d.equations import resistance, room_resistivity
+from reduced1d.ladder.plate import COPIES, Plate, along
+from reduced1d.ladder.quads import film
+
+_ZETA_3 = 1.2020569031595942
+_SQUARE = np.array([[4, 2, -1], [2, 16, 2], [-1, 2, 4]]) / 30  # the integral of a quadratic's square, from three values
+
+
+@dataclass(frozen=True)
+class Anchor:
+    """One of the two anchors: ``resistance`` in K/W, capacities of its ``pad`` and its ``oxide`` in J/K, conductance
+    from the pad to the ``air`` in W/K.
+
+    Of 1 A in the cold circuit beyond the plain beam, both anchors together: ``circuit`` (ohm), the part of its heat
+    that the end feels, ``source`` (W), and its ``feedback`` (W)."""
+
+    resistance: float
+    pad: float
+    oxide: float
+    air: float
+    circuit: float
+    source: float
+    feedback: float
+
+
+def anchor_of(plate: Plate) -> Anchor:
+    """The anchor of a plate, for the current that the plate carries."""
+    theta = _per_watt(plate)
+    R = float(plate.end @ theta)
+    shape = theta / R
+    sink, beam, pads = plate.sink, plate.current.beam, plate.current.pads
+    resistivity, a = room_resistivity(sink.silicon, sink.room_temperature)
+    # Where the current widens into the pad the beam has more resistance than a prism; it is counted at its end.
+    widening = beam.resistance - resistance(0.0, resistivity, a, sink.length, sink.cross_section)
+    in_pads = (pads.resistance, pads.source @ shape, shape @ (pads.feedback @ shape)) if pads else (0.0, 0.0, 0.0)
+    return Anchor(
+        R, float(shape @ (plate.in_pads @ shape)) / 2, float(shape @ (plate.in_oxide @ shape)) / 2,
+        float((plate.air - plate.air_beam) @ shape) / 2, *(float(part + widening) for part in in_pads),
+    )  # fmt: skip
+
+
+def thin_plate_remainder(plate: Plate) -> float:
+    """The part of the anchor resistance (-) that the plate's neglected terms may be: where it is not small, the layer
+    is not thin.
+
+    Over the oxide the foot of the layer is colder than its mean by h t/(3 k), and at the oxide's edge half of that: the
+    step in the flux spreads over the thickness. Summed over the cosines across it, the flux there is larger than the
+    plate's by zeta(3)/pi^3 h^2 t^2/k per length of edge and kelvin. On the other side of the interface the rise in the
+    oxide is taken to fall linearly however fast it changes along the layer; what that conducts sideways, k_ox |grad
+    T|^2, is as large as the terms left out there. First-order perturbation of R by both, in terms of theta.
+    """
+    from skfem import BilinearForm
+    from skfem.helpers import dot, grad
+
+    sink, basis, mesh = plate.sink, plate.basis, plate.basis.mesh
+    theta = _per_watt(plate)
+    first, second = mesh.f2t
+    above = plate.quarter.oxide
+    edge = np.flatnonzero((second >= 0) & (above[first] != above[second]))
+    h, t, k = film(sink), sink.thickness, sink.silicon.thermal_conductivity
+    nodes, lengths = along(basis, edge)
+    squares = np.einsum("if,ij,jf,f->", theta[nodes], _SQUARE, theta[nodes], lengths)
+    at_edge = _ZETA_3 / math.pi**3 * (h * t) ** 2 / k * float(squares)
+    sideways = BilinearForm(lambda u, v, w: dot(grad(u), grad(v))).assemble(basis.with_elements(np.flatnonzero(above)))
+    in_oxide = sink.oxide_thickness / 3 * sink.oxide.thermal_conductivity * float(theta @ (sideways @ theta))
+    # Both ends carry a watt, so that the quarters hold two anchors.
+    return COPIES / 2 * (at_edge + in_oxide) / float(plate.end @ theta)
+
+
+def one_node_remainder(plate: Plate) -> float:
+    """How far the end of a fin on one-node anchors may be off on the way to the steady state, relative (-).
+
+    Of the impedance Z(p) = m0 - m1 p + m2 p^2 ... one node has m2 = m1^2/m0. What it lacks, delta = m2 m0/m1^2 - 1,
+    tells as much as the anchor's time constant m1/m0 is not short against the sink's slowest: their product is
+    returned, which is seldom exceeded, and often far above what is found.
+    """
+    inside = plate.in_pads + plate.in_oxide
+    fields = [plate.inverse.solve(plate.mean)]
+    for _ in range(2):
+        fields.append(plate.inverse.solve(inside @ fields[-1]))
+    m0, m1, m2 = (float(plate.end @ field) for field in fields)
+    first = fields[0]
+    slowest = float(first @ (plate.conductance @ first)) / float(first @ (plate.capacity @ first))
+    return (m2 * m0 / m1**2 - 1) * m1 / m0 * slowest
+
+
+def _per_watt(plate: Plate) -> np.ndarray:
+    """theta (n,) from a uniform heat in the beam: how the heat gets to the end does not matter there."""
+    field: np.ndarray = plate.inverse.solve(plate.mean)
+    return field / ((1 - float(plate.air_beam @ field)) / 2)

@@ -1,0 +1,86 @@
+"""A sink's plate on two meshes, and what follows from it, each computed when first asked for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from reduced1d.ladder import moments, quads
+from reduced1d.ladder.anchor import Anchor, anchor_of, one_node_remainder, thin_plate_remainder
+from reduced1d.ladder.few_states import FewStates
+from reduced1d.ladder.fin import fin, lump
+from reduced1d.ladder.plate import Plate, assemble
+from scenes.sink import Sink
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """A sink solved to some fineness: the mesh's, and the number of fields and of degrees that go with it."""
+
+    sink: Sink
+    grading: quads.Grading
+    plate_states: int
+    finer: int
+
+    @cached_property
+    def _hot(self) -> tuple[Plate, np.ndarray]:
+        return moments.hot(self._assembled)
+
+    @cached_property
+    def _assembled(self) -> Plate:
+        return assemble(self.sink, self.grading)
+
+    @property
+    def plate(self) -> Plate:
+        """The plate with its current. Raises RunawayError where that depends on a steady state that there isn't."""
+        return self._hot[0] if self.sink.electrodes == "pad-edge" else self._assembled
+
+    @cached_property
+    def anchor(self) -> Anchor:
+        """The anchor, with the circuit in it."""
+        return anchor_of(self.plate)
+
+    @cached_property
+    def remainder(self) -> float:
+        """What the plate leaves out of the anchor resistance (-)."""
+        return thin_plate_remainder(self._assembled)
+
+    @cached_property
+    def one_node(self) -> float:
+        """What a fin on one-node anchors may leave out at its ends (-)."""
+        return one_node_remainder(self._assembled)
+
+    def lump(self) -> FewStates:
+        """The paper's model on the plate's anchor resistance."""
+        return lump(self.sink, self.anchor.resistance)
+
+    def fin(self, pad_capacity: bool = True, oxide_capacity: bool = True, circuit: bool = True) -> FewStates:
+        """The fin on the plate's anchor, with what is asked for of the anchor's capacity and of the circuit in it."""
+        anchor = self.anchor if circuit else replace(self.anchor, circuit=0.0, source=0.0, feedback=0.0)
+        return fin(self.sink, anchor, pad_capacity=pad_capacity, oxide_capacity=oxide_capacity, finer=self.finer)
+
+    def moments(self, states: int) -> FewStates:
+        """The plate with some states (fewer where they would depend on each other)."""
+        plate, rise = self._hot
+        return moments.project(plate, moments.moment_fields(plate, rise, states))
+
+    def whole_plate(self) -> FewStates:
+        """The plate, on so many fields that it is the plate."""
+        return self.moments(self.plate_states)
+
+
+@dataclass(frozen=True, eq=False)
+class Levels:
+    """The two levels of a sink; the difference of what they give bounds the error of the finer one."""
+
+    sink: Sink
+
+    @cached_property
+    def fine(self) -> Level:
+        return Level(self.sink, quads.FINE, moments.PLATE_STATES, 2)
+
+    @cached_property
+    def coarse(self) -> Level:
+        return Level(self.sink, quads.COARSE, moments.PLATE_STATES - 6, 0)

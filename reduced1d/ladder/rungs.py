@@ -1,0 +1,63 @@
+"""The ladder, rung by rung: what each assumption that is dropped does, with everything before it already dropped."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from reduced1d import ladder
+from reduced1d.ladder.answer import result
+from reduced1d.ladder.few_states import FewStates
+from reduced1d.ladder.levels import Level, Levels
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from scenes.result import Result
+
+
+@dataclass(frozen=True)
+class Rung:
+    """A model, and the one assumption that the model after it drops: its ``blame`` for tables, and a sentence's part
+    that says what the assumption is."""
+
+    name: str
+    blame: str
+    says: str
+
+
+def rungs(levels: Levels, start: str = "paper") -> list[Rung]:
+    """From a reduction (its canonical name) up to the plate, after which only the 3D model is left."""
+    if start.startswith("moments:"):
+        return [Rung(start, "few states", "the plate's response is made of a few fields"), _PLATE]
+    names = [rung.name for rung in _ALL]
+    found = _ALL[names.index(start) :]
+    if levels.sink.electrodes == "beam-end":
+        found = [rung for rung in found if rung.name != _WITHOUT_CIRCUIT]
+    return found
+
+
+def solve(levels: Levels, rung: Rung, steady_only: bool, times: np.ndarray | None) -> Result:
+    """The answer of a rung's model. Raises RunawayError."""
+    build = _BETWEEN.get(rung.name)
+    if build is None:
+        return ladder.solve(levels.sink, rung.name, steady_only=steady_only, times=times, levels=levels)
+    return result(rung.name, levels.sink, build(levels.fine), build(levels.coarse), steady_only, times)
+
+
+_WITHOUT_CIRCUIT = "fin-massless, no current in the pads"
+_PLATE = Rung("plate", "rest (thin plate)", "the silicon layer is averaged over its thickness")
+_ALL = [
+    Rung("paper", "anchor resistance", "eq 14 takes the anchor for two prisms in series"),
+    Rung("anchored", "fixed parabola", "eq 9 holds the profile to a steady parabola at every instant"),
+    Rung(_WITHOUT_CIRCUIT, "pads in the circuit", "the pads carry the current too, and the model has none there"),
+    Rung("fin-massless", "pad capacity", "the pads are taken to hold no heat"),
+    Rung("fin, pad capacity only", "oxide capacity", "the oxide is taken to hold no heat"),
+    Rung("fin", "anchor as one node", "the anchor warms up in one fixed shape"),
+    _PLATE,
+]
+_BETWEEN: dict[str, Callable[[Level], FewStates]] = {
+    _WITHOUT_CIRCUIT: lambda level: level.fin(False, False, circuit=False),
+    "fin, pad capacity only": lambda level: level.fin(oxide_capacity=False),
+}

@@ -1,0 +1,117 @@
+"""`validate view`: refusals in a sentence, pictures and films of a real run, and a machine that cannot draw."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from compare import sink_run
+from compare.cli import main
+from compare.viewer.source import find
+from scenes.loading import load
+from scenes.plan import Request
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("view") / "run"
+    with pytest.MonkeyPatch.context() as patch:
+        # Enough states for a film.
+        patch.setattr("compare.fields.TIMES", 4)
+        sink_run.run(load("sink", ["accuracy=1e-2"]), Request(figures=False, fields=True), folder)
+    return folder
+
+
+REFUSED = {
+    "nowhere": "does not exist",
+    ". --screenshot a.png": "no fields",
+    ". --off-screen": "--screenshot",
+    ". --screenshot a.txt": ".png",
+    ". --screenshot no/where.png": "does not exist",
+    ". --movie a.avi": ".gif",
+    ". --clip w --screenshot a.png": "x, y or z",
+    ". --clip y=2 --screenshot a.png": "--clip",
+    ". --size 9 --screenshot a.png": "1400x800",
+    ". --exaggerate none --screenshot a.png": "--exaggerate",
+    ". --time 3V --screenshot a.png": "--time",
+}
+
+
+@pytest.mark.parametrize("arguments", REFUSED)
+def test_bad_input_is_one_sentence(
+    arguments: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    more = ["--screenshot", "a.png"] if arguments == "nowhere" else []
+    assert main(["view", *arguments.split(), *more]) == 2
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1
+    assert REFUSED[arguments] in err
+
+
+def test_a_run_without_fields_is_told_how_to_get_them(tmp_path: Path) -> None:
+    (tmp_path / "summary.json").write_text("{}")
+    with pytest.raises(ValueError, match="run again with --fields"):
+        find(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["", "fem3d.pvd", "fem3d.vtkhdf", "fem3d_steady.vtu", "fem3d_03.vtu"])
+def test_every_kind_of_file_is_found_with_its_times(run: Path, name: str) -> None:
+    whole, found = find(run), find(run / name)
+    assert found.reduction is not None
+    if name in ("", "fem3d.pvd", "fem3d.vtkhdf"):
+        assert found.times == pytest.approx(whole.times, rel=1e-6)
+    elif name == "fem3d_03.vtu":
+        assert found.times == (whole.times[3],)
+    else:
+        assert found.times == (None,)
+    grid = found.grid(len(found.times) - 1)
+    assert grid["difference"] == pytest.approx(grid["rise_1d"] - grid["rise"])
+    # The steady peaks of the two models, 20.33 and 19.00 K, to the run's accuracy.
+    assert grid["rise_1d"].max() == pytest.approx(19.0 if name != "fem3d_03.vtu" else grid["rise_1d"].max(), abs=0.3)
+
+
+def test_a_picture_and_a_film(run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    from PIL import Image
+
+    picture, movie = tmp_path / "a.png", tmp_path / "a.gif"
+    options = ["--show", "compare", "--probe", "--clip", "y=0.6", "--edges", "--size", "400x320", "--exaggerate", "10"]
+    assert main(["view", str(run), *options, "--screenshot", str(picture), "--movie", str(movie)]) == 0
+    assert "Wrote" in capsys.readouterr().out
+    image = np.asarray(Image.open(picture).convert("RGB"))
+    assert image.shape == (320, 400, 3)
+    # All three panels have something coloured in their middle third: not white, not grey.
+    middle = np.ptp(image[:, 130:270].astype(int), axis=2) > 60
+    assert all(middle[a:b].any() for a, b in ((0, 72), (75, 148), (150, 222)))
+    film = Image.open(movie)
+    assert film.n_frames >= len(find(run).times)
+    film.seek(0)
+    first = np.asarray(film.convert("RGB"), dtype=int)
+    film.seek(film.n_frames - 1)
+    assert np.abs(np.asarray(film.convert("RGB"), dtype=int) - first).max() > 50
+
+
+@pytest.mark.parametrize(("dies", "said"), [("kill -SEGV $$", "signal 11"), ("echo no libGL >&2; exit 1", "no libGL")])
+def test_a_machine_that_cannot_draw_says_so(
+    dies: str, said: str, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    broken = tmp_path / "python"
+    broken.write_text(f"#!/bin/sh\ncat > /dev/null\n{dies}\n")
+    broken.chmod(0o755)
+    monkeypatch.setattr("sys.executable", str(broken))
+    assert main(["view", str(run), "--screenshot", str(tmp_path / "a.png")]) == 3
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1
+    assert "OpenGL" in err
+    assert said in err
+
+
+@pytest.mark.skipif(not hasattr(os, "uname") or os.uname().sysname != "Linux", reason="displays as Linux has them")
+def test_without_a_display(run: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    assert main(["view", str(run)]) == 3
+    assert "--screenshot" in capsys.readouterr().err

@@ -1,0 +1,1 @@
+"""Tests of the ladder of reductions and of their export."""

@@ -1,0 +1,122 @@
+"""The common form's steady state and steps, against the exact solutions that other modules have."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from reduced1d.errors import RunawayError
+from reduced1d.fin import fin_runaway_voltage, solve_fin
+from reduced1d.ladder.anchor import Anchor
+from reduced1d.ladder.answer import over_time, steady
+from reduced1d.ladder.few_states import FewStates
+from reduced1d.ladder.fin import fin, lump
+from reduced1d.ladder.steady import runaway_voltage, steady_state
+from reduced1d.ladder.transient import trajectory
+from reduced1d.sink import anchor_series_resistance, solve
+from scenes.sink import SILICON, Sink
+from tests.reduced1d import relative
+
+FALLING = replace(SILICON, temperature_coefficient=-1e-3)
+CONSTANT = replace(SILICON, temperature_coefficient=0.0)
+SINKS = {
+    "default": Sink(),
+    "hot": Sink(voltage=20.0),
+    "negative": Sink(voltage=-3.0),
+    "falling": Sink(voltage=4.0, silicon=FALLING),
+    "constant": Sink(voltage=3.0, silicon=CONSTANT),
+    "air": Sink(voltage=2.0, convection_coefficient=300.0),
+}
+TIMES = np.concatenate([[0.0], np.geomspace(1e-6, 0.02, 60)])
+
+
+def bare(resistance: float) -> Anchor:
+    """An anchor that is a resistance and nothing else."""
+    return Anchor(resistance, pad=0.0, oxide=0.0, air=0.0, circuit=0.0, source=0.0, feedback=0.0)
+
+
+@pytest.mark.parametrize("sink", SINKS.values(), ids=SINKS)
+def test_the_lump_on_eq_14s_resistance_is_the_papers_model(sink: Sink) -> None:
+    R = anchor_series_resistance(sink)
+    exact, model = solve(sink, times=TIMES), lump(sink, R)
+    found, traces = steady(model), over_time(model, TIMES)
+    for key in ("peak_rise_K", "end_rise_K", "mean_rise_K", "current_A", "power_W", "heat_out_W"):
+        assert found[key] == relative(exact.steady[key].value, 1e-10)
+    assert exact.traces is not None
+    # From 10 us on: nothing of the first steps is asked for, and five Radau points on doubling steps leave 2e-5.
+    for key in ("peak_K", "end_K", "mean_K"):
+        rise = exact.traces.values[key] - sink.room_temperature
+        assert np.abs(traces[key] - rise).max() < 3e-5 * rise[-1]
+    # The twin: another resistance is noticed.
+    other = over_time(lump(sink, 1.001 * R), TIMES)
+    rise = exact.traces.values["end_K"] - sink.room_temperature
+    assert np.abs(other["end_K"] - rise).max() > 3e-4 * rise[-1]
+
+
+@pytest.mark.parametrize("sink", SINKS.values(), ids=SINKS)
+@pytest.mark.parametrize("resistance", [10.0, 2663.0, 5e4])
+def test_the_fin_is_the_exact_fin_in_the_steady_state(sink: Sink, resistance: float) -> None:
+    if abs(sink.voltage) > fin_runaway_voltage(sink, resistance):
+        pytest.skip("no steady state on this anchor")
+    exact, found = solve_fin(sink, resistance), steady(fin(sink, bare(resistance)))
+    # 26 polynomial degrees along half the beam leave rounding.
+    for key, value in (("peak", exact.peak_rise), ("end", exact.end_rise), ("mean", exact.mean_rise)):
+        assert found[f"{key}_rise_K"] == relative(value, 1e-9)
+    assert found["current_A"] == relative(exact.current, 1e-9)
+    assert found["anchor_resistance_K_per_W"] == relative(resistance, 1e-9)
+
+
+def test_runaway_is_the_exact_fins() -> None:
+    sink = Sink(silicon=FALLING)
+    model = fin(sink, bare(2663.0))
+    limit = fin_runaway_voltage(sink, 2663.0)
+    assert runaway_voltage(model) == relative(limit, 1e-8)
+    steady_state(replace(model, voltage=0.999 * limit))
+    with pytest.raises(RunawayError) as caught:
+        steady_state(replace(model, voltage=1.001 * limit))
+    assert caught.value.limit_voltage == relative(limit, 1e-8)
+
+
+def test_without_feedback_every_mode_is_an_exponential() -> None:
+    model = fin(SINKS["constant"], replace(bare(2663.0), pad=1e-7, oxide=1e-9))
+    states, current = trajectory(model, TIMES)
+    heat = (model.voltage / model.resistance) ** 2 * model.source
+    exact = heat * -np.expm1(-np.outer(TIMES, model.rates)) / model.rates
+    rows = np.array([model.outputs["peak"], model.outputs["end"]]).T
+    assert np.abs((states - exact) @ rows)[TIMES >= 1e-5].max() < 3e-5 * np.abs(exact @ rows).max()
+    assert current == relative(model.voltage / model.resistance, 1e-14)
+
+
+@pytest.mark.parametrize("voltage", [2.0, 4.5])
+def test_with_feedback_the_steps_are_those_of_a_general_integrator(voltage: float) -> None:
+    """4.5 V is above the limit of 4.32 V: on the way to runaway the sweeps settle in shorter steps only."""
+    model = lump(Sink(voltage=voltage, silicon=FALLING), 2663.0)
+    end = 0.02 if voltage < 4.0 else 0.006
+
+    def rate(_: float, a: np.ndarray) -> np.ndarray:
+        resistance = model.resistance + model.coefficient * model.source @ a
+        heat = model.source + model.coefficient * model.feedback @ a
+        found: np.ndarray = (model.voltage / resistance) ** 2 * heat - model.rates * a
+        return found
+
+    times = np.linspace(0.0, end, 30)
+    exact = solve_ivp(rate, (0.0, end), [0.0], t_eval=times, rtol=1e-10, atol=1e-14, method="Radau").y.T
+    found, _ = trajectory(model, times)
+    # Where the resistance is about to vanish, the inside of a step is less well known than its ends.
+    assert np.abs(found - exact).max() < (3e-5 if voltage < 4.0 else 3e-4) * np.abs(exact).max()
+
+
+def test_runaway_over_time_is_said() -> None:
+    model = lump(Sink(voltage=20.0, silicon=FALLING), 2663.0)
+    with pytest.raises(RunawayError, match="runs away after"):
+        trajectory(model, np.linspace(0.0, 0.02, 5))
+
+
+def test_twice_the_steps_is_more_than_twice_as_good(levels: object) -> None:
+    model: FewStates = levels.fine.moments(4)  # type: ignore[attr-defined]
+    best, coarse, fine = (over_time(model, TIMES, growth)["peak_K"] for growth in (1.2, 2.8, 2.0))
+    late = TIMES >= 1e-5
+    assert np.abs(fine - best)[late].max() < np.abs(coarse - best)[late].max() / 2

@@ -1,0 +1,109 @@
+"""The few-state model: what it matches, keeps and costs; names of reductions."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from reduced1d import ladder
+from reduced1d.ladder.answer import over_time, steady
+from reduced1d.ladder.levels import Levels
+from reduced1d.ladder.moments import Fields, moment_fields, project
+from reduced1d.ladder.plate import factorize
+from scenes.errors import SceneError
+from scenes.sink import Sink
+from tests.reduced1d import relative
+
+
+def test_the_response_is_matched_at_the_rate_and_at_rest(levels: Levels) -> None:
+    """The mean rise per watt at a rate p, of the plate and of its projection on fields without feedback."""
+    plate = levels.fine.plate
+    source = plate.current.whole.source
+    cold = plate.inverse.solve(source)
+    model = project(plate, moment_fields(plate, cold, 4))
+    slowest = float(cold @ (plate.conductance @ cold)) / float(cold @ (plate.capacity @ cold))
+    matched = np.sqrt(slowest / 1e-5)
+    for rate in (0.0, matched):
+        field = factorize((plate.conductance + rate * plate.capacity).tocsc()).solve(source)
+        assert model.source @ (model.source / (model.rates + rate)) == relative(float(source @ field), 1e-9)
+    # Elsewhere it is near only: the match above is no accident.
+    field = factorize((plate.conductance + 30 * matched * plate.capacity).tocsc()).solve(source)
+    assert model.source @ (model.source / (model.rates + 30 * matched)) != relative(float(source @ field), 1e-6)
+
+
+@pytest.mark.parametrize("states", [1, 3, 4, 8])
+def test_it_is_stable_and_has_the_plates_steady_state(levels: Levels, states: int) -> None:
+    model, plate = levels.fine.moments(states), levels.fine.whole_plate()
+    assert model.states == states
+    assert np.all(model.rates > 0)
+    ours, theirs = steady(model), steady(plate)
+    for key, value in theirs.items():
+        assert ours[key] == relative(value, 1e-7)
+
+
+def test_more_states_are_nearer_to_the_plate(levels: Levels) -> None:
+    times = np.geomspace(1e-5, 0.02, 80)
+    plate = over_time(levels.fine.whole_plate(), times)
+    off = [
+        np.abs(over_time(levels.fine.moments(n), times)["peak_K"] - plate["peak_K"]).max() for n in (1, 2, 3, 4, 6)
+    ]  # fmt: skip
+    assert all(after < before / 2 for before, after in pairwise(off))
+
+
+def test_fields_that_are_there_already_are_not_added(levels: Levels) -> None:
+    plate = levels.coarse.plate
+    fields = Fields(plate)
+    field = plate.inverse.solve(plate.mean)
+    assert fields.add(field) is not None
+    assert fields.add(-3 * field) is None
+    assert fields.values.shape == (plate.unknowns, 1)
+
+
+def test_names() -> None:
+    assert ladder.canonical("moments") == "moments:4"
+    assert ladder.canonical("moments:03") == "moments:3"
+    assert [ladder.canonical(name) for name in ("paper", "fin")] == ["paper", "fin"]
+    for wrong in ("plat", "fin:2", "moments:", "moments:x", "moments:0", "moments:13", "moments:\u00b2", ""):
+        with pytest.raises(SceneError, match="reduction"):
+            ladder.canonical(wrong)
+
+
+@pytest.mark.parametrize("name", ["paper", "anchored", "fin-massless", "fin", "plate", "moments:3"])
+def test_every_reduction_answers_alike(name: str, levels: Levels) -> None:
+    found = ladder.solve(levels.sink, name, levels=levels)
+    assert found.model == name
+    assert set(found.steady) == {
+        "peak_rise_K", "end_rise_K", "mean_rise_K", "current_A", "power_W", "heat_out_W", "anchor_resistance_K_per_W",
+    }  # fmt: skip
+    assert found.traces is not None
+    assert found.traces.time[0] == 0.0
+    assert found.traces.time[-1] == levels.sink.end_time
+    assert set(found.traces.values) == {"peak_K", "end_K", "mean_K", "current_A", "power_W"} == set(found.traces.errors)
+    last = found.traces.values["peak_K"][-1] - levels.sink.room_temperature
+    assert last == relative(found.steady["peak_rise_K"].value, 1e-4)
+    assert ladder.solve(levels.sink, name, steady_only=True, levels=levels).traces is None
+
+
+def test_its_own_times_are_dense_enough(levels: Levels) -> None:
+    sink = replace(levels.sink, accuracy=1e-3)
+    found = ladder.solve(sink, "moments:4", levels=Levels(sink)).traces
+    assert found is not None
+    times = np.geomspace(1e-7, sink.end_time, 3000)
+    exact = over_time(levels.fine.moments(4), times)
+    for key, scale in (("peak_K", exact["peak_K"][-1]), ("end_K", exact["end_K"][-1])):
+        chords = np.interp(times, found.time, found.values[key]) - sink.room_temperature
+        assert np.abs(chords - exact[key]).max() < sink.accuracy * scale
+
+
+def test_reductions_of_a_beam_wider_than_its_pads() -> None:
+    sink = Sink(width=200e-6, pad_width=100e-6, oxide_width=80e-6, electrodes="pad-edge", convection_coefficient=50.0)
+    levels = Levels(sink)
+    plate = ladder.solve(sink, "plate", levels=levels, steady_only=True)
+    few = ladder.solve(sink, "moments:3", levels=levels, steady_only=True)
+    assert few.steady["peak_rise_K"].value == relative(plate.steady["peak_rise_K"].value, 1e-6)
+    lost = plate.details["air_loss_W"]
+    assert plate.steady["power_W"].value == relative(plate.steady["heat_out_W"].value + lost, 1e-12)
+    assert lost > 0

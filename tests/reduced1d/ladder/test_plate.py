@@ -1,0 +1,165 @@
+"""The plate against exact solutions, its balances, and its own estimate of what it leaves out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from reduced1d.equations import room_resistivity
+from reduced1d.ladder.anchor import anchor_of
+from reduced1d.ladder.answer import over_time, steady
+from reduced1d.ladder.levels import Levels
+from reduced1d.ladder.moments import hot
+from reduced1d.ladder.plate import assemble
+from reduced1d.ladder.quads import COARSE, FINE, film, quarter
+from reduced1d.ladder.stream import current_through_pads
+from reduced1d.ladder.validity import fin_warnings, oxide_time, warnings
+from scenes.sink import Sink
+from tests.reduced1d import relative
+
+STRIP = Sink(width=100e-6, pad_width=100e-6, oxide_width=100e-6, pad_length=80e-6, oxide_length=80e-6)
+"""A strip of one width, on oxide wherever there is a pad: nothing depends on x."""
+
+SHAPES = {
+    "default": Sink(),
+    "wide pads": Sink(width=20e-6),
+    "wide beam": Sink(width=200e-6, pad_width=100e-6, oxide_width=80e-6),
+    "oxide at the edge": Sink(oxide_offset=0.0),
+    "oxide at the far side": Sink(oxide_offset=100e-6),
+    "oxide as wide as the beam": Sink(oxide_length=100e-6, oxide_width=100e-6),
+    "all but equal": Sink(pad_width=100.0001e-6, oxide_width=99.9999e-6),
+    "strip": STRIP,
+}
+
+
+def strip_resistance(sink: Sink, sideways: bool = True) -> float:
+    """The anchor of a strip: a fin of length l with the conductance per width g = k t + k_o t_o/3 and the film h, so
+    1 / (w sqrt(g h) tanh(l sqrt(h / g)))."""
+    g = sink.silicon.thermal_conductivity * sink.thickness
+    g += sideways * sink.oxide.thermal_conductivity * sink.oxide_thickness / 3
+    h, length = film(sink), sink.pad_length
+    return 1 / (sink.width * math.sqrt(g * h) * math.tanh(length * math.sqrt(h / g)))
+
+
+def test_the_anchor_of_a_strip_is_the_exact_one() -> None:
+    fine, coarse = (anchor_of(assemble(STRIP, grading)).resistance for grading in (FINE, COARSE))
+    exact = strip_resistance(STRIP)
+    # The meshes' own difference, 1e-4, bounds the error of the finer one.
+    assert abs(fine - exact) < abs(fine - coarse) < 3e-4 * exact
+    assert abs(fine - strip_resistance(STRIP, sideways=False)) > 1e-3 * exact
+
+
+def test_the_current_in_a_strip_is_straight() -> None:
+    sink = replace(STRIP, electrodes="pad-edge")
+    current = current_through_pads(assemble(sink, COARSE))
+    resistivity, _ = room_resistivity(sink.silicon, sink.room_temperature)
+    per_length = resistivity / sink.cross_section
+    assert current.beam.resistance == relative(per_length * sink.length, 1e-9)
+    assert current.pads is not None
+    assert current.pads.resistance == relative(per_length * 2 * sink.pad_length, 1e-9)
+
+
+def test_the_currents_resistance_is_approached_from_above() -> None:
+    """Thomson's principle: no other pattern of the current has less heat."""
+    sink = Sink(electrodes="pad-edge")
+    fine, coarse = (current_through_pads(assemble(sink, g)).whole.resistance for g in (FINE, COARSE))
+    squares = room_resistivity(sink.silicon, sink.room_temperature)[0] / sink.thickness
+    assert coarse > fine
+    assert fine == relative(coarse, 1e-5)
+    # Between pads without any spreading resistance and pads as narrow as the beam.
+    least = squares * (sink.length / sink.width + 2 * sink.pad_length / sink.pad_width)
+    assert least < fine < squares * (sink.length + 2 * sink.pad_length) / sink.width
+
+
+def test_a_uniform_rise_leaves_the_pattern_alone() -> None:
+    plate = assemble(Sink(electrodes="pad-edge"), COARSE)
+    cold, warm = current_through_pads(plate), current_through_pads(plate, np.full(plate.unknowns, 500.0))
+    assert warm.whole.resistance == relative(cold.whole.resistance, 1e-12)
+    assert warm.whole.source == pytest.approx(cold.whole.source, rel=1e-9)
+
+
+@pytest.mark.parametrize("sink", SHAPES.values(), ids=SHAPES)
+def test_the_mesh_covers_the_sink(sink: Sink) -> None:
+    part = quarter(sink, COARSE)
+    corners = part.mesh.p[:, part.mesh.t]
+    areas = (corners[0].max(axis=0) - corners[0].min(axis=0)) * (corners[1].max(axis=0) - corners[1].min(axis=0))
+    for where, area in (
+        (part.beam, sink.length * sink.width),
+        (part.pad, 2 * sink.pad_length * sink.pad_width),
+        (part.oxide, 2 * sink.oxide_length * sink.oxide_width),
+    ):
+        # Planes that all but coincide are merged: 1e-6 of the width in one of the cases.
+        assert 4 * areas[where].sum() == relative(area, 3e-6)
+
+
+@pytest.mark.parametrize(
+    "sink",
+    [replace(SHAPES[name], electrodes="pad-edge") for name in ("default", "wide beam", "strip")]
+    + [SHAPES["all but equal"]],
+)
+def test_heat_is_conserved(sink: Sink) -> None:
+    sink = replace(sink, convection_coefficient=100.0, voltage=3.0)
+    plate, rise = hot(assemble(sink, COARSE))
+    one = np.ones(plate.unknowns)
+    whole = plate.current.whole
+    out = one @ (plate.conductance @ rise)
+    _, a = room_resistivity(sink.silicon, sink.room_temperature)
+    resistance = whole.resistance + a * whole.source @ rise
+    assert out == relative(sink.voltage**2 / resistance, 1e-8)
+    assert whole.source.sum() == relative(whole.resistance, 1e-10)
+    # The capacity is that of all silicon and a third of the oxide.
+    silicon = (sink.length * sink.width + 2 * sink.pad_length * sink.pad_width) * sink.thickness
+    oxide = 2 * sink.oxide_length * sink.oxide_width * sink.oxide_thickness
+    expected = sink.silicon.heat_capacity * silicon + sink.oxide.heat_capacity * oxide / 3
+    assert one @ (plate.capacity @ one) == relative(expected, 3e-6)
+
+
+@pytest.mark.parametrize("sink", [SHAPES[name] for name in ("default", "wide beam", "oxide at the edge")])
+def test_the_coarse_mesh_tells_the_error_of_the_fine_one(sink: Sink) -> None:
+    fine, coarse = (anchor_of(assemble(sink, grading)).resistance for grading in (FINE, COARSE))
+    best = anchor_of(assemble(sink, replace(FINE, corner=1e-4, outline=0.15, ratio=1.6, above=1.3))).resistance
+    assert abs(fine - best) <= abs(fine - coarse)
+    assert abs(fine - best) < 3e-4 * best
+
+
+def test_the_anchors_capacity_is_what_its_impedance_says(levels: Levels) -> None:
+    """Z(p) = R - p R^2 C + ...: a rate p of 1/s is slow against the anchor's own, of 1e4/s."""
+    from reduced1d.ladder.plate import factorize
+
+    plate, anchor = levels.fine.plate, levels.fine.anchor
+    pads = plate.in_pads + plate.in_oxide
+    field = plate.inverse.solve(plate.mean)
+    # The beam's capacity left out, the flow through the ends is the same at any rate but for what the pads take.
+    moved = factorize((plate.conductance + 1.0 * pads).tocsc()).solve(plate.mean)
+    R, C = anchor.resistance, anchor.pad + anchor.oxide
+    change = float(plate.end @ (moved - field)) / float(plate.end @ field)
+    assert change == relative(-R * C, 1e-2)
+    assert change != relative(-R * anchor.pad / 2, 0.3)
+
+
+def test_the_fin_says_where_it_ends(levels: Levels) -> None:
+    """Pads that hold much more heat than the beam: one node is 10 % off, and the estimate is above that."""
+    assert fin_warnings(levels.sink, levels.fine.one_node) == []
+    sink = Sink(pad_length=1e-3, pad_width=1e-3)
+    slow = Levels(sink).coarse
+    times = np.geomspace(1e-5, 0.02, 60)
+    plate, fin = (over_time(model, times)["end_K"] for model in (slow.whole_plate(), slow.fin()))
+    off = float(np.abs(fin - plate).max()) / steady(slow.whole_plate())["end_rise_K"]
+    assert 0.05 < off < slow.one_node
+    assert any("one node" in text for text in fin_warnings(sink, slow.one_node))
+    assert any("slender" in text for text in fin_warnings(replace(sink, width=1e-3), 0.0))
+
+
+def test_the_plate_says_where_it_ends(levels: Levels) -> None:
+    assert warnings(levels.sink, levels.fine.remainder) == []
+    thick = Levels(Sink(thickness=20e-6))
+    said = warnings(thick.sink, thick.coarse.remainder)
+    assert len(said) == 1
+    assert "thin-plate" in said[0]
+    assert "20 um" in said[0]
+    slow = replace(levels.sink, oxide_thickness=20e-6)
+    assert oxide_time(slow) == relative(100 * oxide_time(levels.sink), 1e-12)
+    assert any("to warm through" in text for text in warnings(slow, 0.0))

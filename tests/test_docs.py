@@ -1,0 +1,63 @@
+"""The documentation: every page is in the contents, and what it refers to exists. CI builds it in strict mode."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PAGES = sorted((ROOT / "docs").rglob("*.md"))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT / "docs")))
+def test_what_a_page_refers_to_exists(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    linked = re.findall(r"\]\(([^)#:]+?)(?:#[^)]*)?\)", text)
+    included = re.findall(r"\{(?:literalinclude|include|image)\} (\S+)", text)
+    run = [word for line in re.findall(r"\{command\} (.+)", text) for word in line.split() if "/" in word]
+    assert [link for link in (*linked, *included) if not (page.parent / link).exists()] == []
+    assert [name for name in run if not (ROOT / name).exists()] == []
+
+
+def test_every_page_is_in_the_contents() -> None:
+    index = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    listed = {
+        line.strip() for block in re.findall(r"```\{toctree\}(.*?)```", index, re.DOTALL) for line in block.splitlines()
+    }
+    names = {str(page.relative_to(ROOT / "docs").with_suffix("")) for page in PAGES} - {"index"}
+    assert names - listed == set()
+
+
+def test_the_readmes_examples_are_of_this_version() -> None:
+    """The names that README imports, and the options that it gives the commands."""
+    from compare.arguments import parse
+
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    for module, name in re.findall(r"^from (\S+) import (\w+)", text, re.MULTILINE):
+        assert hasattr(__import__(module, fromlist=[name]), name)
+    lines = [line for block in re.findall(r"```bash\n(.*?)```", text, re.DOTALL) for line in block.splitlines()]
+    commands = [
+        part.strip() for line in lines for part in re.split(r"&&|;|\s#", line) if part.strip().startswith("validate ")
+    ]
+    assert commands
+    for command in commands:
+        parse(shlex.split(re.sub(r" > .*", "", command))[1:])
+
+
+def test_the_scene_to_add_is_one(tmp_path: Path) -> None:
+    from scenes.free import load
+
+    found = re.search(r"```toml\n(.*?)```", (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8"), re.DOTALL)
+    assert found is not None
+    (tmp_path / "beam.toml").write_text(found.group(1), encoding="utf-8")
+    assert [probe.name for probe in load(str(tmp_path / "beam.toml"), []).probes] == ["tip"]
+
+
+def test_every_command_is_on_its_page() -> None:
+    from compare.commands import COMMANDS
+
+    page = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
+    assert [name for name in COMMANDS if f"validate {name} --help" not in page] == []

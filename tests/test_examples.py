@@ -1,0 +1,46 @@
+"""The examples run as they are (`test_my_sink.py` is collected by itself), and a failing assertion reads well."""
+
+from __future__ import annotations
+
+import os
+import runpy
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+SAID = {
+    "designer.py": ["10um", "agrees", "eq14"],
+    "modeller.py": ["against_mean: differs", "lumped.csv"],
+    "student.py": ["Equation 13", "2663."],
+}
+
+
+@pytest.mark.parametrize("name", SAID)
+def test_an_example_runs(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    runpy.run_path(str(ROOT / "examples" / name), run_name="__main__")
+    said = capsys.readouterr()
+    assert said.err == ""
+    assert all(text in said.out for text in SAID[name])
+    # Nothing is left behind.
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_failing_assertion_reads_well(tmp_path: Path) -> None:
+    """As a user would see it: both values, the difference, the tolerance, the numerical error, no line of this code."""
+    (tmp_path / "test_mine.py").write_text(
+        "import scenes\nfrom compare.testing import assert_reduction_agrees\n"
+        "def test_peak(): assert_reduction_agrees(scenes.load('sink'), peak=0.05)\n"
+    )
+    env = {**os.environ, "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_mine.py"]
+    found = subprocess.run(command, cwd=tmp_path, env=env, capture_output=True, text=True, timeout=120, check=False)
+    assert found.returncode == 1
+    for text in ("1D 18.99", "3D 20.33", "\N{PLUS-MINUS SIGN}", "difference -6.56", "tolerance of 5"):
+        assert text in found.stdout
+    assert "compare/testing.py" not in found.stdout
