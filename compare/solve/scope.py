@@ -29,16 +29,16 @@ class SolveRequest:
 
 
 def reported(scene: AnyScene, request: SolveRequest) -> AnyScene:
-    """The scene with something to report: where it has no probes and field files are asked for, the mean temperature of
-    every box (or group), which then also says how accurate the fields are. Raises SceneError for a run that reports
-    nothing."""
+    """The scene with something to report: where it has no probes and field files are asked for, every box's mean
+    temperature (on a mesh that of every material's groups), which then also says how accurate the fields are. Raises
+    SceneError for a run that reports nothing."""
     if scene.probes:
         return scene
     if fields_reason(scene, request):
         raise SceneError("the scene has no [[probe]], so there is nothing to report: add one, or give --fields")
     if isinstance(scene, MeshScene):
-        groups = [group for body in scene.bodies for group in body.groups]
-        return replace(scene, probes=tuple(GroupProbe(f"mean {group}", group=group) for group in groups))
+        groups = dict.fromkeys(group for body in scene.bodies for group in body.groups)
+        return replace(scene, probes=tuple(GroupProbe(f"mean {name}", group=name) for name in groups))
     return replace(scene, probes=tuple(Probe(f"mean {b.name}", b.lower, b.upper) for b in scene.boxes))
 
 
