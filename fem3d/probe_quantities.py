@@ -24,7 +24,7 @@ EARLY, LATE = 1e-3, 0.1  # of the end time: from here on traces hold their accur
 
 
 def study(scene: Scene, part: Symmetry) -> Study:
-    """What is to be found of a scene."""
+    """What is to be found of a scene (a scene on a mesh has no part, and is solved whole)."""
     probes = {p.name: p for p in scene.probes}
     thermal = tuple(n for n, p in probes.items() if p.quantity == "temperature")
     instants = tuple(t for t in scene.output_times if 0 < t <= scene.end_time)
@@ -33,7 +33,7 @@ def study(scene: Scene, part: Symmetry) -> Study:
         part, scene.accuracy, max(voltages, default=0.0) - min(voltages, default=0.0), scene.end_time,
         min(*instants, LATE * scene.end_time) if instants else EARLY * scene.end_time, scene.output_times,
         goals={n: n for n in probes}, rises=thermal, trace_rises=thermal, ratios={},
-        caution={n: OF_GRADIENT for n, p in probes.items() if _is_gradient(part, p.name)},
+        caution={n: OF_GRADIENT for n, p in probes.items() if part and _is_gradient(part, p.name)},
         steady=lambda out: values(scene, out), traces=lambda out: values(scene, out),
         steady_scales=lambda out: scales(scene, out), trace_scales=lambda out: scales(scene, out),
     )  # fmt: skip
