@@ -238,7 +238,7 @@ def steady_errors(
     """
     difference = {name: abs(float(fine[name] - coarse[name])) for name in fine}
     largest = max((difference[name] for name in study.rises), default=0.0)
-    errors = {name: IN_PLANE * d for name, d in difference.items()}
+    errors = {name: IN_PLANE * study.caution.get(name, 1.0) * d for name, d in difference.items()}
     for name, found in estimate.items():
         errors[name] = max(errors[name], OF_ESTIMATE * found)
     for name in study.rises:

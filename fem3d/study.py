@@ -20,9 +20,9 @@ class Study:
     ``steady`` and ``traces`` make the reported quantities of the outputs; ``steady_scales`` and ``trace_scales`` say
     of the outputs (those of the steady state where it is known) what an error of each is relative to. ``goals`` names,
     for each steady quantity that the mesh is refined for, the probe that it is; ``ratios`` quantities with the goal
-    whose relative error they share. ``rises`` and ``trace_rises`` are the temperatures among the quantities. Times in
-    s: the ``end``, the ``earliest`` from which on traces hold their accuracy, and ``instants`` that must be among the
-    rows. ``voltage`` names the drive in messages.
+    whose relative error they share, ``caution`` factors by which differences of some are enlarged. ``rises`` and
+    ``trace_rises`` are the temperatures among the quantities. Times in s: the ``end``, the ``earliest`` from which on
+    traces hold their accuracy, and ``instants`` that must be among the rows. ``voltage`` names the drive in messages.
     """
 
     part: Symmetry
@@ -35,6 +35,7 @@ class Study:
     rises: tuple[str, ...]
     trace_rises: tuple[str, ...]
     ratios: dict[str, str]
+    caution: dict[str, float]
     steady: Callable[[Outputs], Quantities]
     traces: Callable[[Outputs], Quantities]
     steady_scales: Callable[[Outputs], dict[str, float]]

@@ -86,8 +86,8 @@ def respond(
     lesser = below(coarse)
     in_plane = _distance(there, lesser)
     in_depth = dict.fromkeys(in_plane, 0.0) if in_z is None else _distance(below(in_z[0]), below(in_z[1]))
-    caution = 1.0 if steady_out else CAUTION
-    errors = {n: caution * (IN_PLANE * in_plane[n] + IN_DEPTH * in_depth[n] + lost[n]) for n in scales}
+    caution = {n: (1.0 if steady_out else CAUTION) * study.caution.get(n, 1.0) for n in scales}
+    errors = {n: caution[n] * (IN_PLANE * in_plane[n] + IN_DEPTH * in_depth[n] + lost[n]) for n in scales}
     worst = max(errors[name] / scales[name] for name in errors)
     if worst > (1 - ROW_SHARE) * accuracy:
         # Refine for the instants at which the meshes differ most.

@@ -7,7 +7,7 @@ layers; one material conducts, and the underside is held at a temperature. Every
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import product
+from itertools import combinations, product
 from typing import NamedTuple
 
 import numpy as np
@@ -115,7 +115,25 @@ def _connected(rng: np.random.Generator, shape: list[int], count: int) -> list[C
         if not around:
             break
         found.append(around[int(rng.integers(len(around)))])
+    # Cells that meet along an edge or in a point alone, a contact of no area, go again.
+    while any(not _by_faces(found, a, b) for a, b in combinations(found, 2)):
+        found.pop()
     return found
+
+
+def _by_faces(cells: list[Cell], a: Cell, b: Cell) -> bool:
+    """Whether two cells that touch are joined by faces of cells around the place where they do."""
+    if max(abs(p - q) for p, q in zip(a, b, strict=True)) > 1:
+        return True
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    near = {c for c in cells if (low <= c).all() and (high >= c).all()}
+    reached, edge = {a}, [a]
+    while edge:
+        one = edge.pop()
+        new = {c for c in near - reached if sum(abs(p - q) for p, q in zip(c, one, strict=True)) == 1}
+        reached |= new
+        edge += sorted(new)
+    return b in reached
 
 
 def _neighbours(cell: Cell, shape: list[int]) -> list[Cell]:

@@ -107,7 +107,7 @@ def rows(outcomes: list[Outcome], limit: int) -> Iterator[Row]:
             said = f"seed {seeds[0].seed}: {seeds[0].said}"
         yield Row(GROUP, what, extremes, "scenes", len(seeds), 0, said=said)
     slowest = max(outcomes, key=lambda o: o.seconds)
-    yield Row(GROUP, "the slowest scene with its invariants", extremes, "seconds of computing", slowest.seconds, limit + 5,
+    yield Row(GROUP, "the slowest scene with its invariants", extremes, "seconds", slowest.seconds, limit + 5,
               said=f"seed {slowest.seed}, {slowest.unknowns} unknowns")  # fmt: skip
     refused = [o for o in outcomes if o.ended == "refused by name"]
     if refused:

@@ -1,0 +1,180 @@
+"""The bench as a page of markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from compare.bench import frontier
+from compare.bench.entries import FREEFEM, NGSOLVE, OURS, PEERS
+
+Lines = list[str]
+
+
+def markdown(found: Mapping[str, Any], figures: Mapping[str, str]) -> str:
+    """The page; ``figures`` are paths to those that were drawn, by part."""
+    lines = ["# Run time against error", "", *_preface(found)]
+    sections = {
+        "transient": lambda part: _work("The whole transient of the sink", part, True),
+        "steady": lambda part: _work("The sink's steady state", part, False),
+        "device": _device,
+        "growth": _growth,
+        "skips": _skips,
+        "start-up": _start_up,
+    }
+    for name, section in sections.items():
+        if name in found:
+            lines += section(found[name])
+            if name in figures:
+                lines += [f"![{name}]({figures[name]})", ""]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def _preface(found: Mapping[str, Any]) -> Lines:
+    machine = found["machine"]
+    absent = [tool for tool, key in ((NGSOLVE, "ngsolve"), (FREEFEM, FREEFEM)) if machine[key] == "not installed"]
+    lines = [
+        f"Made by `validate bench{' --quick' if found['quick'] else ''}`. Scene: the default sink at 1 V. Each entry "
+        "runs in processes of its own, in turns with the others. A time is the median over them, in seconds of "
+        "processor time of one thread, which other work on the machine disturbs less than the clock on the wall. "
+        "Start-up (interpreter and imports; on the wall) is not in it and has a column of its own. The first solve of "
+        "a process warms up and does not count where it takes less than a second on the wall.",
+        "",
+        *_table(("", ""), machine.items()),
+    ]
+    if absent:
+        lines += [f"Not installed here, so not compared: {' and '.join(absent)}.", ""]
+    return lines
+
+
+def _work(title: str, part: Mapping[str, Any], transient: bool) -> Lines:
+    reference, rows = part["reference"], part["rows"]
+    known = reference["uncertainty"]
+    what = (
+        "the largest difference over time (octaves from 10 us to 20 ms) of the rises of peak, end and mean, relative "
+        "to their final values, and of the current, relative to itself"
+        if transient
+        else "the largest relative difference of the rises of peak, end and mean and of the current"
+    )
+    doubt = (
+        f"its uncertainty is taken as its distance from {reference['checked_by']}: {known:.1e}"
+        if known is not None
+        else "no other program is installed to check it, so it says little of this toolkit's own errors"
+    )
+    lines = [f"## {title}", "", f"Error: {what}. Reference: {reference['made_by']}, which is no entry; {doubt}.", ""]
+    if part["targets"]:
+        lines += ["The fastest entry of each at an error no larger than:", "", *_targets(part["targets"])]
+    ours = [row for row in rows if row["tool"] == OURS and not row["failure"]]
+    lines += [
+        "This toolkit's times include finding the mesh and estimating the error; every other entry's settings were "
+        "found by trial beforehand, and its error is known only from the reference. What this toolkit was asked for, "
+        "estimated and had: " + "; ".join(f"{r['label']}: {r['claimed']:.1e}, {r['error']:.1e}" for r in ours) + ".",
+        "",
+    ]
+    head = (
+        "entry",
+        "settings",
+        "unknowns",
+        "steps",
+        "error",
+        "time, s",
+        "least to most (solves)",
+        "start-up, s",
+        "peak MB",
+    )
+    body = [_entry(row) for row in rows]
+    return [*lines, *_table(head, body)]
+
+
+def _targets(targets: Sequence[Mapping[str, Any]]) -> Lines:
+    body = []
+    for at in targets:
+        fastest = at["fastest"]
+        ours = fastest[OURS]
+        mine = "does not get there" if ours is None else f"{ours['median_s']:.3g} s"
+        peers = [frontier.verdict(fastest[p], ours, at["ratios"][p]) for p in PEERS]
+        body.append((f"{at['target'] * 100:g} %", mine, *peers))
+    return _table(("error", OURS, *PEERS), body)
+
+
+def _entry(row: Mapping[str, Any]) -> tuple[str, ...]:
+    if row["failure"]:
+        return (row["tool"], row["label"], "", "", row["failure"], "", "", "", "")
+    spread = f"{row['fastest_s']:.3g} to {row['slowest_s']:.3g} ({row['solves']})"
+    return (
+        row["tool"], row["label"], str(row["unknowns"]), str(row["steps"] or ""), f"{row['error']:.1e}",
+        f"{row['median_s']:.3g}", spread, f"{row['start_up_s']:.2g}", f"{row['peak_MB']:.0f}",
+    )  # fmt: skip
+
+
+def _device(part: Mapping[str, Any]) -> Lines:
+    doubt = part["uncertainty"]
+    checked = "" if doubt is None else (
+        f" The paper's scheme, extrapolated from its two finest grids at first order in space, is {doubt:.1e} from it."
+    )  # fmt: skip
+    body = [
+        (r["tool"], r["label"], r["failure"] or f"{r['error']:.1e}", "" if r["failure"] else f"{r['median_s']:.3g}")
+        for r in part["rows"]
+    ]
+    return [
+        "## The whole sensor in 1D", "",
+        f"From cold to {part['end_time_s'] * 1e3:g} ms. Error: the largest of sink and sensor over time, relative "
+        "to the set rise. Reference: the accurate scheme at an accuracy of 1e-08, so it is judged by itself."
+        + checked, "",
+        *_table(("entry", "settings", "error", "time, s"), body),
+    ]  # fmt: skip
+
+
+def _growth(part: Mapping[str, Any]) -> Lines:
+    phases = ("assembly", "factorization", "one solve")
+    body = [
+        (r["path"], str(r.get("unknowns", "")), *(f"{r['phases'][p]:.2g}" for p in phases), f"{r['own_MB']:.0f}")
+        if not r["failure"] else (r["path"], r["failure"], "", "", "", "")
+        for r in part["rows"]
+    ]  # fmt: skip
+    return [
+        "## Growth", "",
+        "The heat problem of the quarter on cells cut further and further, seconds by phase (assembly with the mesh), "
+        "and the memory above that of the imports.", "",
+        *_table(("path", "unknowns", "assembly, s", "factorization, s", "one solve, s", "MB"), body),
+        *(_exponents(part["exponents"], phases) if part["exponents"] else ()),
+    ]  # fmt: skip
+
+
+def _exponents(rows: Sequence[Mapping[str, Any]], phases: Sequence[str]) -> Lines:
+    body = [
+        (e["path"], *(f"{e['exponents'][p]:.2f}" for p in (*phases, "memory")), e["rises"], e["largest"]) for e in rows
+    ]
+    return [
+        "Exponents: slopes of log time, and of log memory, over log unknowns, from 4,000 on.", "",
+        *_table(("path", *phases, "memory", "rises fastest", "takes most at the largest"), body),
+    ]  # fmt: skip
+
+
+def _skips(part: Sequence[Mapping[str, Any]]) -> Lines:
+    body = [
+        (r["skip"], r["failure"], "", "") if r["failure"]
+        else (r["skip"], f"{r['on_s']:.3g}", f"{r['off_s']:.3g}", f"{r['off_s'] / r['on_s']:.2f}")
+        for r in part
+    ]  # fmt: skip
+    return [
+        "## What each skip of the plan saves", "",
+        "The same run in turns with the skip and without it. Solver: seconds of processor time after imports; whole "
+        "commands: on the wall. Without the transient, the figures, the fields and the 3D model less is reported; the "
+        "other skips leave the answer within its estimated error.", "",
+        *_table(("skipped", "with the skip, s", "without, s", "ratio"), body),
+    ]  # fmt: skip
+
+
+def _start_up(part: Mapping[str, Any]) -> Lines:
+    body = [(r["name"], f"{r['median']:.2f}", f"{r['smallest']:.2f} to {r['largest']:.2f}") for r in part["ratios"]]
+    return [
+        "## Start-up", "", "Ratios of wall-clock times, each pair of processes one after the other.", "",
+        *_table(("ratio", "median", "smallest to largest"), body),
+        f"Largest memory of the cold run without figures: {part['peak_MB']:.0f} MB.", "",
+    ]  # fmt: skip
+
+
+def _table(head: Sequence[str], body: Iterable[Sequence[str]]) -> Lines:
+    rule = "|".join(["---"] * len(head))
+    return [f"| {' | '.join(head)} |", f"|{rule}|", *(f"| {' | '.join(row)} |" for row in body), ""]

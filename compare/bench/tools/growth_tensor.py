@@ -1,0 +1,34 @@
+"""This toolkit's heat problem on one mesh: ``options`` are ``degree`` and ``cuts``; what each phase takes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from compare.bench import cells
+from compare.bench.phases import Phases
+from fem3d import operators
+from meshes import symmetry
+from scenes.loading import load
+
+
+def prepare(options: dict[str, Any]) -> tuple[Callable[[], Phases], Callable[[Phases], dict[str, Any]]]:
+    """Mesh, assembly, factorization and solves, each timed."""
+    scene = symmetry.reduce(load("sink", []).scene()).scene
+
+    def solve() -> Phases:
+        phases = Phases()
+        with phases.timed("assembly"):
+            mesh = cells.graded(scene, 1e-2, options["cuts"], options["degree"])
+            heat = operators.assemble(scene, mesh)
+            matrix = heat.inner_stiffness
+        with phases.timed("factorization"):
+            factors = operators.factorize(matrix)
+        load_vector = heat.mass.sum(axis=0)[: heat.free]
+        with phases.timed("one solve", repeats=5):
+            for _ in range(5):
+                factors.solve(load_vector)
+        phases.unknowns = heat.free
+        return phases
+
+    return solve, Phases.read

@@ -1,0 +1,32 @@
+"""The paper's 1D reduction: a closed form; ``options`` say whether the transient is wanted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from compare.bench.sample import QUANTITIES, TIMES
+from reduced1d import sink as reduction
+from scenes.loading import load
+from scenes.result import Result
+
+
+def prepare(options: dict[str, Any]) -> tuple[Callable[[], Result], Callable[[Result], dict[str, Any]]]:
+    """Solve, and read the numbers, like those of the 3D model."""
+    sink = load("sink", [])
+
+    def solve() -> Result:
+        return reduction.solve(sink, steady_only=not options["transient"])
+
+    def read(result: Result) -> dict[str, Any]:
+        values = steady = {q: [result.steady[q].value] for q in QUANTITIES}
+        if (traces := result.traces) is not None:
+            values = {"current_A": list(np.interp(TIMES, traces.time, traces.values["current_A"]))}
+            for q in QUANTITIES[:3]:
+                rise = traces.values[q.replace("_rise", "")] - sink.room_temperature
+                values[q] = list(np.interp(TIMES, traces.time, rise))
+        return {"values": values, "steady": steady, "unknowns": 1, "steps": 0}
+
+    return solve, read

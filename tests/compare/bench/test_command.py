@@ -1,0 +1,48 @@
+"""`validate bench`: what it refuses, and the page of numbers measured before."""
+
+import json
+
+import pytest
+
+from compare.cli import main
+
+MACHINE = {"processor": "one", "ngsolve": "not installed", "FreeFEM": "not installed"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["--rounds", "0"], '--rounds "0" is not allowed'),
+        (["--part", "sink"], "invalid choice"),
+        (["--json", "nowhere/a.json"], 'there is no folder "nowhere"'),
+        (["--from", "missing.json"], "could not be read"),
+        (["--from", "other.json"], "no file of numbers"),
+    ],
+)
+def test_bad_input_is_one_sentence(arguments, sentence, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "other.json").write_text("[1]")
+    assert main(["bench", *arguments]) == 2
+    said = capsys.readouterr().err
+    assert sentence in said
+    assert said.count("\n") == 1
+
+
+def test_a_page_is_made_of_numbers_measured_before(tmp_path, capsys):
+    skips = [{"skip": "symmetry", "failure": "", "on_s": 0.5, "off_s": 2.0}]
+    ours = {
+        "tool": "this toolkit", "label": "accuracy 1e-03", "failure": "", "median_s": 2.0, "fastest_s": 1.0,
+        "slowest_s": 3.0, "solves": 3, "start_up_s": 0.5, "peak_MB": 100.0, "unknowns": 10, "steps": 0, "error": 5e-4,
+        "errors": {}, "claimed": 9e-4,
+    }  # fmt: skip
+    work = {"reference": {"made_by": "one", "checked_by": "two", "uncertainty": 1e-6}, "rows": [ours], "targets": []}
+    numbers = {"schema": 1, "quick": False, "machine": MACHINE, "skips": skips, "steady": work}
+    (tmp_path / "found.json").write_text(json.dumps(numbers))
+    page = tmp_path / "page.md"
+    given = ["--from", str(tmp_path / "found.json"), "--part", "skips", "--markdown", str(page)]
+    assert main(["bench", *given]) == 0
+    text = page.read_text()
+    assert "| symmetry | 0.5 | 2 | 4.00 |" in text
+    assert "Not installed here, so not compared: NGSolve and FreeFEM." in text
+    assert "figures/benchmark-steady.png" in text
+    assert (tmp_path / "figures" / "benchmark-steady.png").stat().st_size > 10_000

@@ -1,0 +1,85 @@
+"""Entries in processes of their own: what they find agrees where it must."""
+
+import shutil
+
+import numpy as np
+import pytest
+
+from compare.bench import cells, launch
+from compare.bench.entries import Entry
+from compare.bench.sample import QUANTITIES, steady_errors
+from meshes import symmetry
+from scenes.sink import Sink
+
+CELLS = {"grading": 1e-2, "cuts": 1, "across": 1, "transient": False, "steps": 0}
+
+
+def found(module, **options):
+    return launch.measure(Entry("a tool", "some settings", module, options), 0, 0.0)
+
+
+@pytest.fixture(scope="module")
+def plain():
+    return found("plain_sink", degree=2, **CELLS)
+
+
+def test_a_worker_says_what_it_took_and_found():
+    answer = launch.measure(Entry("1D", "", "reduced_sink", {"transient": True}), 3, 10.0)
+    assert len(answer["seconds"]) == 3
+    assert 0 < answer["imported_MB"] <= answer["peak_MB"]
+    assert all(len(answer["values"][q]) == 12 for q in QUANTITIES)
+
+
+def test_an_entry_that_fails_says_which_and_why():
+    with pytest.raises(launch.EntryError, match=r"a tool \(some settings\) failed: ValueError: the second path"):
+        found("plain_sink", degree=3, **CELLS)
+
+
+def ngsolve(order, electric):
+    pytest.importorskip("ngsolve")
+    return found("ngsolve_sink", order=order, electric=electric, method=2, tolerance=1e-10, **CELLS)
+
+
+def test_ngsolve_spans_the_same_space_and_finds_the_same(plain):
+    # Both iterate to 1e-10 or better; the spaces of order 2 are equal.
+    same = steady_errors(ngsolve(2, "full")["values"], plain["values"])
+    assert max(same.values()) < 1e-8
+    # Another order is another space. The uniform current is an approximation to 4e-7 (of the power), once the space of
+    # the potential is rich enough for the uneven resistivity.
+    full = ngsolve(4, "full")["values"]
+    assert max(steady_errors(full, plain["values"]).values()) > 1e-4
+    assert max(steady_errors(ngsolve(4, "uniform")["values"], full).values()) < 2e-6
+
+
+@pytest.mark.skipif(shutil.which("FreeFem++") is None, reason="FreeFEM is not installed")
+def test_freefem_on_the_same_bricks_cut_in_six_is_near(plain):
+    answer = found("freefem_sink", order=2, method=3, **CELLS)
+    # P2 lacks the mixed terms of the bricks' space: near, not equal; P1 is far off on these cells.
+    assert max(steady_errors(answer["values"], plain["values"]).values()) < 1e-2
+    rough = found("freefem_sink", order=1, method=3, **CELLS)
+    assert max(steady_errors(rough["values"], plain["values"]).values()) > 2e-2
+
+
+def test_tetrahedra_fill_the_bricks_and_cover_the_faces(tmp_path):
+    from compare.bench.tools import tetrahedra
+
+    sink = Sink()
+    mesh = cells.graded(symmetry.reduce(sink.scene()).scene, 1e-2, 1, 1)
+    tetrahedra.write(mesh, tmp_path / "quarter.mesh")
+    lines = (tmp_path / "quarter.mesh").read_text().splitlines()
+
+    def block(name):
+        at = lines.index(name)
+        return np.array([line.split() for line in lines[at + 2 : at + 2 + int(lines[at + 1])]], dtype=float)
+
+    points, tetra, triangles = block("Vertices")[:, :3], block("Tetrahedra"), block("Triangles")
+    corners = points[tetra[:, :4].astype(int) - 1]
+    volumes = np.linalg.det(corners[:, 1:] - corners[:, :1]) / 6
+    assert (volumes > 0).all()
+    expected = (1000 * 100 * 2 / 4, 150 * 150 * 2 / 2, 50 * 50 * 2 / 2)  # um3, a quarter of the beam, half an anchor
+    for region, volume in enumerate(expected):
+        assert abs(volumes[tetra[:, 4] == region + 1].sum() / volume - 1) < 1e-12
+    sides = points[triangles[:, :3].astype(int) - 1]
+    areas = np.linalg.norm(np.cross(sides[:, 1] - sides[:, 0], sides[:, 2] - sides[:, 0]), axis=1) / 2
+    for label, area in ((tetrahedra.SUBSTRATE, 50 * 50 / 2), (tetrahedra.END, 100 * 2 / 2)):
+        assert abs(areas[triangles[:, 3] == label].sum() / area - 1) < 1e-12
