@@ -11,6 +11,7 @@ import numpy as np
 from fem3d import rows
 from fem3d.study import Quantities, Study
 from fem3d.time_response import (
+    CAUTION,
     DROPPED,
     FIELDS,
     MOST_FIELDS,
@@ -96,7 +97,8 @@ def _errors(study: Study, fine: _Answer, coarse: _Answer) -> dict[str, float]:
     pairs = list(zip(fine.response.transient.rises(times), coarse.response.transient.rises(times), strict=True))
     least = errors.LEAST * errors.apart(fine.level, coarse.level, pairs)
     apart = _distance(fine.there, coarse.there)
-    return {n: errors.factor(fine.level) * d + least * fine.scales[n] + fine.lost[n] for n, d in apart.items()}
+    caution = {n: CAUTION * errors.factor(fine.level) * study.caution.get(n, 1.0) for n in apart}
+    return {n: caution[n] * d + least * fine.scales[n] + fine.lost[n] for n, d in apart.items()}
 
 
 def _with_rows(study: Study, answer: _Answer, found: dict[str, float], levels: int) -> Course:

@@ -122,4 +122,8 @@ def _pieces(kind: str) -> tuple[np.ndarray, np.ndarray]:
     corners = shapes.nodes(kind, 1)
     faces = np.array([corners[list(f)].mean(axis=0) for f in ((0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3))])
     own = np.concatenate([shapes.nodes(kind, 2), faces, corners.mean(axis=0)[None]])
-    return own, np.array(_IN_TETRA)
+    parts = np.array(_IN_TETRA)
+    sides = own[parts[:, [1, 3, 4]]] - own[parts[:, :1]]
+    inside_out = np.linalg.det(sides) < 0
+    parts[inside_out] = np.roll(parts[inside_out], 4, axis=1)
+    return own, parts

@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from fem3d import probe_quantities
 from fem3d.study import Study
-from fem3d.unstructured import course, errors, outputs, steady
+from fem3d.unstructured import course, errors, goals, outputs, steady
 from fem3d.unstructured.fields import MeshFields
 from fem3d.unstructured.level import Level, finest
 from meshes.grouped.check import check, remarks
@@ -30,14 +29,10 @@ def solve(scene: MeshScene, progress: Callable[[str], None] | None = None) -> Re
     """
     say = progress or (lambda _: None)
     placed = _placed(scene)
-    untyped: Any = scene
-    study = probe_quantities.study(untyped, _WHOLE)
+    study = goals.study(placed)
     found = _steady(placed, study, say) if scene.steady else _transient(placed, study, say)
     found.details["warnings"] += remarks(placed.mesh)
     return found
-
-
-_WHOLE: Any = None  # a study's part of boxes, which a mesh has none of
 
 
 def _placed(scene: MeshScene) -> Placed:
@@ -63,7 +58,8 @@ def _steady(placed: Placed, study: Study, say: Callable[[str], None]) -> Result:
             least = errors.LEAST * errors.apart(level, before[0], pairs) + errors.ROUNDING
             values, scales = study.steady(out), study.steady_scales(out)
             moved = {n: abs(float(v - study.steady(before[2])[n])) for n, v in values.items()}
-            error = {n: errors.factor(level) * m + least * scales[n] for n, m in moved.items()}
+            caution = {n: errors.factor(level) * study.caution.get(n, 1.0) for n in values}
+            error = {n: caution[n] * m + least * scales[n] for n, m in moved.items()}
             found = {n: Estimate(float(v), error[n]) for n, v in values.items()}
             excess = max((e / scales[n] / accuracy for n, e in error.items()), default=0.0)
         solved.append((level, state, out))
