@@ -111,7 +111,7 @@ def _device(part: Mapping[str, Any]) -> Lines:
     doubt = part["uncertainty"]
     checked = "" if doubt is None else (
         f" The paper's scheme, extrapolated from its two finest grids at first order in space, stays within "
-        f"{doubt[0]:.1e} of it over time, and within {doubt[1]:.1e} at the end, in the steady state that the controllers "
+        f"{doubt[0]:.1e} of it over time, and within {doubt[1]:.1e} at the end, in the steady state that controllers "
         "hold: early on, its differences at the faces of layers that are still cold converge more slowly."
     )  # fmt: skip
     body = [
