@@ -55,8 +55,9 @@ NGSOLVE_SETTINGS: dict[bool, tuple[tuple[int, float, str, int, int, float], ...]
         (3, 1e-3, "uniform", 1, 4, 1e-5),
         (3, 1e-3, "full", 1, 4, 1e-5),
         (4, 1e-3, "uniform", 2, 4, 1e-6),
-        (4, 1e-4, "uniform", 2, 4, 1e-6),
+        (5, 1e-3, "uniform", 2, 4, 1e-6),
         (5, 1e-4, "uniform", 3, 4, 1e-7),
+        (6, 1e-3, "uniform", 3, 4, 1e-7),
     ),
     False: (
         (2, 1e-2, "uniform", 0, 2, 1e-4),
