@@ -1,4 +1,4 @@
-"""The paper's 1D reduction: a closed form; ``options`` say whether the transient is wanted."""
+"""A reduction: ``options`` are its name in ``reduction``, and whether the transient is wanted."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from compare.bench.sample import QUANTITIES, TIMES
-from reduced1d import sink as reduction
+from reduced1d import ladder
 from scenes.loading import load
 from scenes.result import Result
 
@@ -18,7 +18,7 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], Result], Callable[[Re
     sink = load("sink", [])
 
     def solve() -> Result:
-        return reduction.solve(sink, steady_only=not options["transient"])
+        return ladder.solve(sink, options["reduction"], steady_only=not options["transient"])
 
     def read(result: Result) -> dict[str, Any]:
         values = steady = {q: [result.steady[q].value] for q in QUANTITIES}
@@ -27,6 +27,6 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], Result], Callable[[Re
             for q in QUANTITIES[:3]:
                 rise = traces.values[q.replace("_rise", "")] - sink.room_temperature
                 values[q] = list(np.interp(TIMES, traces.time, rise))
-        return {"values": values, "steady": steady, "unknowns": 1, "steps": 0}
+        return {"values": values, "steady": steady, "unknowns": result.details["states"], "steps": 0}
 
     return solve, read
