@@ -8,7 +8,7 @@ from compare.stress import coupling, drives, extremes, steps, sweep
 from compare.stress.rows import Row, failed
 from compare.verification.run import single_threaded
 
-QUICK_SCENES, QUICK_LIMIT = 24, 30
+QUICK_SCENES = 24
 
 
 def run(quick: bool, scenes: int, seed: int, jobs: int, progress: Callable[[str], None]) -> list[Row]:
@@ -30,7 +30,6 @@ def run(quick: bool, scenes: int, seed: int, jobs: int, progress: Callable[[str]
                 found.append(row)
         except Exception as error:
             found.append(failed(name, name, error))
-    limit = QUICK_LIMIT if quick else sweep.LIMIT
     with single_threaded():
-        found += sweep.rows(sweep.sweep(seed, scenes, jobs, limit, progress), limit)
+        found += sweep.rows(sweep.sweep(seed, scenes, jobs, sweep.LIMIT, progress), sweep.LIMIT)
     return found
