@@ -97,7 +97,7 @@ def solve(study: Study, transient: bool, progress: Callable[[str], None] = lambd
             deep = max((depth[q] / scales[q] for q in depth), default=0.0) > NEGLIGIBLE * accuracy
             if not deep:
                 estimate = {name: goals[name].in_plane for name in goals}
-            errors = steady_errors(study, fine.quantities, coarse.quantities, depth, estimate, scales)
+            errors = steady_errors(study, fine, coarse.quantities, depth, estimate, scales)
             if max((e / scales[q] for q, e in errors.items()), default=0.0) <= accuracy:
                 if not transient:
                     return Answer(fine, errors, None, level)
@@ -226,7 +226,7 @@ def _apart(study: Study, a: Solution, b: Solution) -> float:
 
 def steady_errors(
     study: Study,
-    fine: Quantities,
+    solved: Solution,
     coarse: Quantities,
     depth: dict[str, float],
     estimate: dict[str, float],
@@ -236,9 +236,11 @@ def steady_errors(
 
     ``depth`` are errors in z, ``estimate`` the dual-weighted ones of the goals, in the quantities' units.
     """
+    fine = solved.quantities
     difference = {name: abs(float(fine[name] - coarse[name])) for name in fine}
     largest = max((difference[name] for name in study.rises), default=0.0)
-    errors = {name: IN_PLANE * study.caution.get(name, 1.0) * d for name, d in difference.items()}
+    caution = {name: study.caution.get(name, 1.0) for name in fine}
+    errors = {name: IN_PLANE * caution[name] * d for name, d in difference.items()}
     for name, found in estimate.items():
         errors[name] = max(errors[name], OF_ESTIMATE * found)
     for name in study.rises:
@@ -246,8 +248,9 @@ def steady_errors(
     for name, goal in study.ratios.items():
         share = OF_ESTIMATE * estimate[goal] / abs(float(fine[goal]))
         errors[name] = max(errors[name], share * abs(float(fine[name])))
-    # Rounding in the solves; nothing is known better than that.
-    return {name: e + depth[name] + 1e-10 * scales[name] for name, e in errors.items()}
+    # What the iteration left, and rounding in the solves; nothing is known better than that.
+    left = solved.state.unsettled + 1e-10
+    return {name: e + caution[name] * depth[name] + left * scales[name] for name, e in errors.items()}
 
 
 def _goals(study: Study, fine: Solution, snapshots: list[np.ndarray], features: Features) -> dict[str, Indicators]:

@@ -18,7 +18,8 @@ from meshes.symmetry import Symmetry
 from scenes.model import Probe, Scene, Schedule, Value
 
 OF_RISE, OF_FLOW = 0.1, 0.01
-OF_GRADIENT = 3.0  # caution where a flow is an integral of the gradient, which converges more slowly than all the rest
+CAUTION = 1.5  # times the differences between meshes: free scenes are of more kinds than the sink's rules were tried on
+OF_GRADIENT = 4.5  # caution where a flow is an integral of the gradient, which converges more slowly than all the rest
 EARLY, LATE = 1e-3, 0.1  # of the end time: from here on traces hold their accuracy where no instants are asked for;
 # where some are, from the first of them on, or from the latter at most
 
@@ -33,7 +34,7 @@ def study(scene: Scene, part: Symmetry) -> Study:
         part, scene.accuracy, max(voltages, default=0.0) - min(voltages, default=0.0), scene.end_time,
         min(*instants, LATE * scene.end_time) if instants else EARLY * scene.end_time, scene.output_times,
         goals={n: n for n in probes}, rises=thermal, trace_rises=thermal, ratios={},
-        caution={n: OF_GRADIENT for n, p in probes.items() if part and _is_gradient(part, p.name)},
+        caution={n: OF_GRADIENT if part and _is_gradient(part, n) else CAUTION for n in probes},
         steady=lambda out: values(scene, out), traces=lambda out: values(scene, out),
         steady_scales=lambda out: scales(scene, out), trace_scales=lambda out: scales(scene, out),
     )  # fmt: skip

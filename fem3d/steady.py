@@ -36,7 +36,8 @@ class SteadyState:
     ``rise`` (all nodes), the ``source`` (W per node, all nodes) that it answers, the Joule heat of each box and the
     current that enters at each electrode or passes a probe; the temperature fields (free nodes) and current patterns
     of the reduced problem. ``pattern_change``: how far heating moves the current's pattern, by its relative effect on
-    the rise. ``drive``: the voltages over those of the scene.
+    the rise. ``drive``: the voltages over those of the scene. ``unsettled``: what the coupled iteration has left, and a
+    current pattern that wasn't followed, relative to the rise.
     """
 
     heat: HeatProblem
@@ -53,6 +54,7 @@ class SteadyState:
     follows_pattern: bool
     steps: int
     drive: float = 1.0
+    unsettled: float = 0.0
 
     @cached_property
     def hot_potential(self) -> np.ndarray:
@@ -155,6 +157,7 @@ def solve(heat: HeatProblem, voltage: float, accuracy: float) -> SteadyState:
         {name: scale * current for name, current in last.currents.items()},
         float(sum(joule.values())), final.potential, np.column_stack([fields, answer]),
         independent(conductor, [cold, final]) if follows else [last], change, follows, step,
+        unsettled=(moved if warms else 0.0) + (0.0 if follows else 2 * change),
     )  # fmt: skip
 
 

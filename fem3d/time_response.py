@@ -13,7 +13,6 @@ from fem3d.study import Quantities, Study
 from fem3d.transient import Base, Krylov, Transient
 
 IN_PLANE, IN_DEPTH, NEGLIGIBLE = 1.0, 1.5, 0.2  # as for the steady state, with room for more than one instant
-CAUTION = 1.5  # times the differences, for scenes whose slowest response isn't a known steady state
 ROW_SHARE = 0.25  # part of the accuracy left to linear interpolation between rows
 TIME_SHARE = 0.01  # part of the accuracy for time stepping
 SPACE_SHARE = 0.1  # part of the accuracy for the reduced space
@@ -86,7 +85,7 @@ def respond(
     lesser = below(coarse)
     in_plane = _distance(there, lesser)
     in_depth = dict.fromkeys(in_plane, 0.0) if in_z is None else _distance(below(in_z[0]), below(in_z[1]))
-    caution = {n: (1.0 if steady_out else CAUTION) * study.caution.get(n, 1.0) for n in scales}
+    caution = {n: study.caution.get(n, 1.0) for n in scales}
     errors = {n: caution[n] * (IN_PLANE * in_plane[n] + IN_DEPTH * in_depth[n] + lost[n]) for n in scales}
     worst = max(errors[name] / scales[name] for name in errors)
     if worst > (1 - ROW_SHARE) * accuracy:

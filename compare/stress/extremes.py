@@ -41,14 +41,15 @@ def contrasts(quick: bool) -> Iterator[Row]:
 
 def accuracies(quick: bool) -> Iterator[Row]:
     """Requests from 1e-1 to 1e-6: what was delivered over what was asked for."""
-    asked = (1e-1, 1e-3) if quick else (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
-    best = solve(replace(Sink(), accuracy=1e-5 if quick else 2e-7), STEADY)
+    asked = (1e-1, 1e-3, 1e-5) if quick else (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
+    best = solve(replace(Sink(), accuracy=asked[-1]), STEADY)
     for accuracy in asked:
-        found = solve(replace(Sink(), accuracy=accuracy), STEADY)
-        ratio, name = _dishonesty(found, best)
+        found = best if accuracy == asked[-1] else solve(replace(Sink(), accuracy=accuracy), STEADY)
         stated = max(e.error / abs(e.value) for e in found.steady.values()) / accuracy
-        yield Row("accuracies", "the sink", f"{accuracy:g} asked for", "true error over the estimated one", ratio, 1.0,
-                  said=f"{name}; {found.details['unknowns']} unknowns")  # fmt: skip
+        if found is not best:  # the finest is the truth of the others
+            ratio, name = _dishonesty(found, best)
+            yield Row("accuracies", "the sink", f"{accuracy:g} asked for", "true error over the estimated one", ratio,
+                      1.0, said=f"{name}; {found.details['unknowns']} unknowns")  # fmt: skip
         yield Row("accuracies", "the sink", f"{accuracy:g} asked for", "estimated error over the one asked for",
                   stated, 1.0)  # fmt: skip
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem3d import rows
+from fem3d.probe_quantities import CAUTION
 from fem3d.study import Quantities, Study
 from fem3d.time_response import (
-    CAUTION,
     DROPPED,
     FIELDS,
     MOST_FIELDS,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from fem3d.probe_quantities import EARLY, LATE, OF_GRADIENT, scales, values
+from fem3d.probe_quantities import CAUTION, EARLY, LATE, OF_GRADIENT, scales, values
 from fem3d.study import Study
 from meshes.grouped.place import Placed
 from scenes.meshed.model import GroupProbe
@@ -22,7 +22,7 @@ def study(placed: Placed) -> Study:
         _WHOLE, scene.accuracy, 0.0, scene.end_time,
         min(*instants, LATE * scene.end_time) if instants else EARLY * scene.end_time, scene.output_times,
         goals={p.name: p.name for p in scene.probes}, rises=thermal, trace_rises=thermal, ratios={},
-        caution={p.name: OF_GRADIENT for p in scene.probes if _is_gradient(placed, p)},
+        caution={p.name: OF_GRADIENT / CAUTION for p in scene.probes if _is_gradient(placed, p)},
         steady=lambda out: values(untyped, out), traces=lambda out: values(untyped, out),
         steady_scales=lambda out: scales(untyped, out), trace_scales=lambda out: scales(untyped, out),
     )  # fmt: skip
