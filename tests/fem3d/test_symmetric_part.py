@@ -52,6 +52,8 @@ def test_every_trace_of_the_quarter_is_that_of_the_whole():
     quarter, all_of_it = found
     assert set(quarter) == set(all_of_it)
     assert max(off(quarter[name], all_of_it[name]) for name in quarter if name != "generated") < 1e-6
+    assert not quarter["generated"].any()
+    assert not all_of_it["generated"].any()
 
 
 def test_a_wrong_count_of_copies_is_seen():
