@@ -12,6 +12,7 @@ import numpy as np
 
 from fem3d import operating_point, outputs, steady, time_response
 from fem3d.adapt import Answer, Solution
+from fem3d.conduction import combined
 from fem3d.reduced import Reduced
 from fem3d.steady import SteadyState
 from fem3d.study import Study
@@ -58,7 +59,7 @@ def _solution(study: Study, before: SteadyState, reduced: Reduced, factor: float
     lift, n = heat.lifts[0], heat.free
     rise = lift + heat.whole(reduced.basis @ point.a)
     patterns = [replace(p, supply=p.supply * factor) for p in before.patterns]
-    density = steady.combined(patterns, point.c)
+    density = combined(patterns, point.c)
     source = steady.joule_load(conductor, density, rise) + heat.loads[0]
     answer = lift + heat.whole(heat.solve_steady(source[:n]))
     probes = {p.name: p for p in heat.scene.probes}
@@ -68,13 +69,13 @@ def _solution(study: Study, before: SteadyState, reduced: Reduced, factor: float
         return None
     potential = before.potential
     hotter = abs(factor) > 1 or before.follows_pattern
-    if hotter and any(conductor.material(b).temperature_coefficient for b in conductor.blocks):
+    if hotter and conductor.warms:
         # The current patterns are those of the first voltage's heat: see whether they still hold.
         true = conductor.solve(rise, factor * before.drive * conductor.voltages[0], potential)
         load = steady.joule_load(conductor, true.density, rise) + heat.loads[0]
         if heat.norm(heat.solve_steady((load - source)[:n])) > LEFT_OUT * study.accuracy * heat.norm(rise[:n]):
             return None
-    joule = steady.box_heat(conductor, density, rise)
+    joule = conductor.joule(density, rise)
     names = patterns[0].currents
     state = replace(
         before, drive=factor * before.drive, rise=answer, source=source, joule=joule, patterns=patterns,

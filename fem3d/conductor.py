@@ -6,6 +6,7 @@ current and gets no unknowns; neither do insulators. Voltages come as channels (
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -13,22 +14,27 @@ from typing import Any
 import numpy as np
 from scipy.sparse import coo_array, csc_array
 
-from fem3d import section, tensor
+from fem3d import resistivity, section, tensor
+from fem3d.conduction import Field, Pattern, Potential
 from fem3d.errors import NumericsError
-from fem3d.operators import HeatProblem, condition_nodes, factorize
+from fem3d.factorization import factorize
+from fem3d.joule import Tested
+from fem3d.operators import HeatProblem, condition_nodes, shared
 from fem3d.section import Section
+from fem3d.tested import tested
 from fem3d.weights import mean_row
 from meshes import connected
 from meshes.bricks import VOID, Block, bricks_of
-from scenes.model import Material, Scene
-
-Field = list[np.ndarray]  # one array per conducting block: (qx, qy, qz), or (3, qx, qy, qz) for a vector
+from scenes.model import Material
 
 
 @dataclass(frozen=True, eq=False)
 class Conductor:
     """The current-carrying blocks, the numbering of their nodes (free first), and the voltages (channels, fixed nodes)
-    of the fixed ones. ``sections`` are the current probes: for each the integral of the current density over it."""
+    of the fixed ones. ``electrodes``: for each its part (nodes,) of the currents that enter. ``sections`` are the
+    current probes: for each the integral of the current density over it. A field has one array per block: (qx, qy, qz),
+    or (3, qx, qy, qz) for a vector. It is a `fem3d.conduction.Conduction`.
+    """
 
     heat: HeatProblem
     blocks: tuple[Block, ...]
@@ -47,6 +53,15 @@ class Conductor:
         """The material of a block."""
         return self.heat.mesh.boxes[block.box].material
 
+    def law(self, block: Block) -> tuple[float, float]:
+        """The resistivity of a block: `fem3d.resistivity.law`."""
+        return resistivity.law(self.material(block), self.heat.scene.initial_temperature)
+
+    @property
+    def warms(self) -> bool:
+        """Whether any resistivity depends on the temperature."""
+        return any(self.law(block)[1] for block in self.blocks)
+
     @cached_property
     def parts(self) -> list[tensor.Parts]:
         """The 1D factors of each block."""
@@ -61,7 +76,7 @@ class Conductor:
         """The resistivity at the Gauss points for a rise; NumericsError where it isn't positive."""
         found = []
         for block, parts in zip(self.blocks, self.parts, strict=True):
-            at_room, per_kelvin = law(self.material(block), self.heat.scene)
+            at_room, per_kelvin = self.law(block)
             value = at_room + per_kelvin * tensor.values(parts, self.heat.on_block(block, rise))
             if not value.min() > 0:
                 raise NumericsError("the resistivity falls to zero: its linear law does not reach this temperature")
@@ -84,7 +99,7 @@ class Conductor:
             keep = (r < self.free) & (c < self.free)
             rows.append(r[keep])
             columns.append(c[keep])
-            entries.append((tensor.stiffness(parts) / law(self.material(block), self.heat.scene)[0])[keep])
+            entries.append((tensor.stiffness(parts) / self.law(block)[0])[keep])
         joined = (np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns)))
         return factorize(csc_array(coo_array(joined, shape=(self.free, self.free)))).solve
 
@@ -106,7 +121,7 @@ class Conductor:
         density sigma grad w (reciprocity): row @ phi = shares @ g - integral rho J . D. Returns shares (channels,), D.
         """
         w = np.concatenate([self._precondition(row[: self.free]), np.zeros(self.size - self.free)])
-        cold = [law(self.material(b), self.heat.scene)[0] for b in self.blocks]
+        cold = [self.law(b)[0] for b in self.blocks]
         density = [g / r for g, r in zip(self.gradient(w), cold, strict=True)]
         shares: np.ndarray = self.voltages @ (row - self.flow(density))[self.free :]
         return shares, density
@@ -161,28 +176,42 @@ class Conductor:
         density = [-g / q for g, q in zip(self.gradient(phi), resistivity, strict=True)]
         return Potential(phi, density, -self.flow(density), steps)
 
+    def pattern(self, potential: Potential) -> Pattern:
+        """The current field of a potential."""
+        supply = self.voltages @ potential.reaction[self.free :]
+        currents = {name: float(part @ potential.reaction) for name, part in self.electrodes.items()}
+        for name, through in self.sections.items():
+            currents[f"through:{name}"] = through.flux(potential.density)
+        return Pattern(potential.density, supply, currents)
 
-@dataclass(frozen=True, eq=False)
-class Potential:
-    """The potential (V) at the nodes, the current density (A/m2) at the Gauss points, and the current (A) that enters
-    at each node (zero at free ones)."""
+    def product(self, a: Field, b: Field) -> float:
+        """The integral of rho Ja . Jb at the initial temperature (W)."""
+        return sum(
+            self.law(block)[0] * float((tensor.weights(parts) * (p * q).sum(axis=0)).sum())
+            for block, parts, p, q in zip(self.blocks, self.parts, a, b, strict=True)
+        )
 
-    potential: np.ndarray
-    density: Field
-    reaction: np.ndarray
-    steps: int
+    def _heating(self, a: Field, b: Field, rise: np.ndarray) -> Field:
+        return [r * (p * q).sum(axis=0) for r, p, q in zip(self.resistivity(rise), a, b, strict=True)]
 
-    def current(self, electrode: np.ndarray) -> float:
-        """The current that enters through the nodes of an electrode (A)."""
-        return float(self.reaction[electrode].sum())
+    def joule_load(self, a: Field, b: Field, rise: np.ndarray) -> np.ndarray:
+        """(all nodes,): integral of rho Ja . Jb v, in W."""
+        found = np.zeros(self.heat.size)
+        for block, parts, q in zip(self.blocks, self.parts, self._heating(a, b, rise), strict=True):
+            self.heat.scatter(block, tensor.load(parts, q), found)
+        return found
 
+    def joule(self, density: Field, rise: np.ndarray) -> dict[str, float]:
+        """The Joule heat of each conducting box (W)."""
+        found: dict[str, float] = {}
+        for block, parts, q in zip(self.blocks, self.parts, self._heating(density, density, rise), strict=True):
+            name = self.heat.mesh.boxes[block.box].name
+            found[name] = found.get(name, 0.0) + float((tensor.weights(parts) * q).sum())
+        return found
 
-def law(material: Material, scene: Scene) -> tuple[float, float]:
-    """The resistivity at the initial temperature (ohm m) and its change per kelvin (ohm m/K), eq 7."""
-    assert material.resistivity is not None
-    a = material.temperature_coefficient
-    offset = scene.initial_temperature - material.reference_temperature
-    return material.resistivity * (1 + a * offset), material.resistivity * a
+    def tested(self, basis: np.ndarray, patterns: Sequence[Pattern]) -> Tested:
+        """The Joule heat of pairs of current fields, tested with temperature fields (free nodes, r)."""
+        return tested(self, basis, patterns)
 
 
 def find_conductor(heat: HeatProblem) -> Conductor | None:
@@ -195,20 +224,18 @@ def find_conductor(heat: HeatProblem) -> Conductor | None:
     blocks = tuple(bricks_of(np.where(connected.refined(scene, mesh, coarse), mesh.owner, VOID)))
     mine = mesh.nodes_of(blocks)
     voltage = np.zeros((heat.inputs.count, mine.size))
-    given = np.zeros(mine.size, dtype=bool)
-    sets = {}
-    for b in scene.boundaries:
-        if b.kind == "voltage":
-            nodes = condition_nodes(mesh, b.lower, b.upper, conducting)
-            nodes = nodes[mine[nodes]]
-            voltage[:, nodes] = heat.inputs.split(b.value)[:, None]
-            given[nodes] = True
-            sets[b.name] = nodes
+    electrodes = [b for b in scene.boundaries if b.kind == "voltage"]
+    for b in electrodes:
+        nodes = condition_nodes(mesh, b.lower, b.upper, conducting)
+        voltage[:, nodes[mine[nodes]]] = heat.inputs.split(b.value)[:, None]
+    entering = shared(mesh, electrodes, conducting)
+    given = mine & (sum(entering.values(), np.zeros(mine.size)) > 0)
     order = heat.order
     free, fixed = order[(mine & ~given)[order]], order[(mine & given)[order]]
     number = np.full(mine.size, -1)
     number[free] = np.arange(len(free))
     number[fixed] = len(free) + np.arange(len(fixed))
-    named = {name: number[nodes_at] for name, nodes_at in sets.items()}
+    unknowns = np.concatenate([free, fixed])
+    named = {name: part[unknowns] for name, part in entering.items()}
     found = {p.name: section.of(mesh, p, blocks) for p in scene.probes if p.quantity == "current"}
     return Conductor(heat, blocks, number, len(free), voltage[:, fixed], named, found)

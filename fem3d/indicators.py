@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem3d import tensor
-from fem3d.conductor import Conductor, law
+from fem3d.conductor import Conductor
 from fem3d.operators import HeatProblem
 from meshes.axis import reference
 from meshes.bricks import Block, BrickMesh
@@ -92,7 +92,7 @@ def _electric(
     none = [np.zeros(len(a.degrees)) for a in mesh.axes]
     if conductor is None or not potentials:
         return none, none
-    sigma = [1 / law(conductor.material(b), heat.scene)[0] for b in conductor.blocks]
+    sigma = [1 / conductor.law(b)[0] for b in conductor.blocks]
     sums = []
     for potential in potentials:
         cells = _cells(mesh, conductor.blocks, [potential[n] for n in conductor.local], sigma, near)

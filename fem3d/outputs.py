@@ -12,6 +12,7 @@ import numpy as np
 
 from fem3d import inputs, probes, voltmeter
 from fem3d.conductor import Conductor
+from fem3d.joule import Split
 from fem3d.operators import HeatProblem
 from fem3d.probes import Extreme, Linear
 from fem3d.steady import SteadyState
@@ -29,7 +30,7 @@ def of_steady(state: SteadyState, symmetry: Symmetry) -> Outputs:
     heat = state.heat
     g, still = np.ones(1), np.zeros(heat.size)
     reaction = heat.reaction(state.rise, still, state.source)
-    flows = {name: reaction[nodes - heat.free].sum() for name, nodes in heat.fixed_sets.items()}
+    flows = {name: part @ reaction for name, part in heat.held.items()}
     for name, film in heat.films.items():
         flows[name] = film.entering[0] + film.per_kelvin @ state.rise
     read: Outputs = {}
@@ -67,11 +68,11 @@ def of_transient(transient: Transient, symmetry: Symmetry, times: np.ndarray) ->
 
     c = reduced.currents(a, g) if base.patterns else np.zeros((len(times), 0))
     flows = {}
-    for name, (per_rise, per_rate) in heat.fixed_rows.items():
-        given = g @ heat.loads[:, heat.fixed_sets[name]].sum(axis=1)
+    for name, (per_rise, per_rate) in heat.held_rows.items():
+        given = g @ (heat.loads @ heat.held_fields[name])
         flows[name] = along(per_rise, a, g) + along(per_rate, rates, changing) - given
         if name in reduced.at_held:
-            flows[name] -= _joule(reduced.at_held[name], c, a, g)
+            flows[name] -= joule(reduced.at_held[name], c, a, g)
     for name, film in heat.films.items():
         flows[name] = g @ film.entering + along(film.per_kelvin, a, g)
     read: Outputs = {}
@@ -95,15 +96,15 @@ def of_transient(transient: Transient, symmetry: Symmetry, times: np.ndarray) ->
             read[probe.name] = voltmeter.over_time(transient, probe, times)
         elif probe.quantity == "current":
             read[probe.name] = np.array(_current(base.conductor, currents, probe)) * np.ones(len(times))
-    joule = {name: _joule(tested, c, a, g) for name, tested in reduced.in_box.items()}
-    found = _whole(symmetry, times, read, flows, currents, joule)
+    heats = {name: joule(tested, c, a, g) for name, tested in reduced.in_box.items()}
+    found = _whole(symmetry, times, read, flows, currents, heats)
     power = np.einsum("tm,tm->t", c, g @ reduced.supply) if base.patterns else np.zeros(len(times))
     found["power"], found["generated"] = symmetry.copies * power, symmetry.copies * (g @ heat.generated)
     return found
 
 
-def _joule(tested: tuple[np.ndarray, np.ndarray], c: np.ndarray, a: np.ndarray, g: np.ndarray) -> np.ndarray:
-    """(times,): the Joule heat (W) of a box, or at held nodes."""
+def joule(tested: Split, c: np.ndarray, a: np.ndarray, g: np.ndarray) -> np.ndarray:
+    """(times,): the Joule heat (W) of a box, or at held nodes, at states a and inputs g for current coefficients c."""
     cold, warm = tested
     pairs = c[:, :, None] * c[:, None, :]
     resistance = np.tensordot(g, cold, (-1, 0)) + np.tensordot(a, warm, (-1, -1))

@@ -31,7 +31,7 @@ class Linear:
 
     def row(self, heat: HeatProblem) -> np.ndarray:
         """(all nodes,): how the value follows the rise."""
-        found: np.ndarray = sum((heat.fixed_rows[name][0] for name in self.boundaries), self.per_rise)
+        found: np.ndarray = sum((heat.held_rows[name][0] for name in self.boundaries), self.per_rise)
         return found
 
 

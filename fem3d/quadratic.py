@@ -12,10 +12,11 @@ from functools import cached_property
 import numpy as np
 
 from fem3d import tensor
-from fem3d.conductor import Conductor, law
+from fem3d.conductor import Conductor
 from fem3d.hex27 import ORDER, Snapshot, State
 from fem3d.operators import HeatProblem
 from fem3d.pieces import GAUSS, Pieces, cut
+from fem3d.resistivity import law
 from meshes.bricks import VOID
 from meshes.symmetry import Symmetry
 
@@ -199,7 +200,8 @@ class Quadratic:
     @cached_property
     def _laws(self) -> tuple[np.ndarray, np.ndarray]:
         """The resistivity at the initial temperature and its change per kelvin at the Gauss points; 0 in insulators."""
-        boxes = [law(b.material, self._heat.scene) if b.material.resistivity else (0.0, 0.0) for b in self._mesh.boxes]
+        initial = self._heat.scene.initial_temperature
+        boxes = [law(b.material, initial) if b.material.resistivity else (0.0, 0.0) for b in self._mesh.boxes]
         of_piece = np.array([*boxes, (0.0, 0.0)])[self._mesh.owner[np.ix_(*(p.interval for p in self._pieces))]]
         wide = of_piece.repeat(GAUSS, 0).repeat(GAUSS, 1).repeat(GAUSS, 2)
         return wide[..., 0], wide[..., 1]

@@ -14,13 +14,14 @@ current field is among them, and second-order accurate between them.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fem3d import tensor
-from fem3d.conductor import Conductor, Field, law
-from fem3d.operators import HeatProblem
+from fem3d.conduction import Conduction, Pattern, supplies
+from fem3d.heat import HeatSystem
+from fem3d.joule import Tested
 
 DEPENDENT = 1e-6  # fields are dropped whose part independent of earlier ones is smaller than this
 
@@ -109,101 +110,27 @@ def _weighted(g: np.ndarray, channels: np.ndarray) -> np.ndarray:
 
 
 def project(
-    heat: HeatProblem, conductor: Conductor | None, fields: np.ndarray, densities: list[Field], supply: np.ndarray
+    heat: HeatSystem, conductor: Conduction | None, fields: np.ndarray, patterns: Sequence[Pattern] = ()
 ) -> Reduced:
-    """The reduced problem on temperature fields (free nodes, r) and current fields; supplies are (channels, m)."""
+    """The reduced problem on temperature fields (free nodes, r) and current fields."""
     basis = orthonormal(heat, fields)
-    r, m, n, channels = basis.shape[1], len(densities), heat.free, heat.inputs.count
+    n, channels, lifts = heat.free, heat.inputs.count, heat.lifts
+    source, inertia = heat.loads[:, :n] @ basis, np.zeros((channels, basis.shape[1]))
+    for c, lift in enumerate(lifts):
+        if lift.any():
+            inertia[c] = (heat.mass @ lift)[:n] @ basis
+            if not heat.anchored:
+                source[c] -= (heat.stiffness @ lift)[:n] @ basis
+    nothing = Tested.nothing(channels, 0, basis.shape[1])
+    tested = nothing if conductor is None else conductor.tested(basis, patterns)
     stiffness = basis.T @ (heat.inner_stiffness @ basis)
-    lifts = heat.lifts
-    lifted = [c for c in range(channels) if lifts[c].any()]
-    source, inertia = heat.loads[:, :n] @ basis, np.zeros((channels, r))
-    for c in lifted:
-        inertia[c] = (heat.mass @ lifts[c])[:n] @ basis
-        if not heat.anchored:
-            source[c] -= (heat.stiffness @ lifts[c])[:n] @ basis
-    cold, warm = np.zeros((channels, m, m)), np.zeros((m, m, r))
-    cold_load, warm_load = np.zeros((channels, m, m, r)), np.zeros((m, m, r, r))
-    in_box: dict[str, tuple[np.ndarray, np.ndarray]] = {}
-    at_held: dict[str, tuple[np.ndarray, np.ndarray]] = {}
-    potentials: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]] = {}
-    held = _held(heat)
-    if conductor is not None:
-        for number, (block, parts) in enumerate(zip(conductor.blocks, conductor.parts, strict=True)):
-            at_room, per_kelvin = law(conductor.material(block), heat.scene)
-            fields_here = np.stack([tensor.values(parts, heat.on_block(block, u)).ravel() for u in basis.T], axis=1)
-            lifts_here = {c: tensor.values(parts, heat.on_block(block, lifts[c])).ravel() for c in lifted}
-            weight = tensor.weights(parts).ravel()
-            falls = {
-                n: v for n, u in held.items() if (v := tensor.values(parts, heat.on_block(block, u)).ravel()).any()
-            }
-            for name in falls:
-                at_held.setdefault(name, (np.zeros((channels, m, m)), np.zeros((m, m, r))))
-            cold_here, warm_here = np.zeros((channels, m, m)), np.zeros((m, m, r))
-            for i in range(m):
-                for j in range(i + 1):
-                    heating = weight * (densities[i][number] * densities[j][number]).sum(axis=0).ravel()
-                    first = heating @ fields_here
-                    cold_here[0, i, j] = at_room * heating.sum()
-                    warm_here[i, j] = warm_here[j, i] = per_kelvin * first
-                    cold_load[0, i, j] += at_room * first
-                    if per_kelvin:
-                        warm_load[i, j] += per_kelvin * (fields_here.T * heating) @ fields_here
-                        for c, lift in lifts_here.items():
-                            cold_here[c, i, j] += per_kelvin * float(heating @ lift)
-                            cold_load[c, i, j] += per_kelvin * (heating * lift) @ fields_here
-                    for name, v in falls.items():
-                        _add_falling(at_held[name], (i, j), heating * v, (at_room, per_kelvin), fields_here, lifts_here)
-                    if i != j:
-                        cold_here[:, j, i] = cold_here[:, i, j]
-                        cold_load[:, j, i], warm_load[j, i] = cold_load[:, i, j], warm_load[i, j]
-            for name, (shares, field) in conductor.influences.items():
-                _, drop, warm_drop = potentials.setdefault(name, (shares, np.zeros((channels, m)), np.zeros((m, r))))
-                for i in range(m):
-                    taken = weight * (densities[i][number] * field[number]).sum(axis=0).ravel()
-                    drop[0, i] += at_room * taken.sum()
-                    warm_drop[i] += per_kelvin * taken @ fields_here
-                    for c, lift in lifts_here.items():
-                        drop[c, i] += per_kelvin * float(taken @ lift)
-            cold += cold_here
-            warm += warm_here
-            name = heat.mesh.boxes[block.box].name
-            old = in_box.get(name, (np.zeros_like(cold), np.zeros((m, m, r))))
-            in_box[name] = (old[0] + cold_here, old[1] + warm_here)
     return Reduced(
-        basis, stiffness, source, inertia, supply, cold, warm, cold_load, warm_load, in_box, at_held, potentials
-    )
+        basis, stiffness, source, inertia, supplies(patterns, channels), tested.cold, tested.warm, tested.cold_load,
+        tested.warm_load, tested.in_box, tested.at_held, tested.potentials,
+    )  # fmt: skip
 
 
-def _held(heat: HeatProblem) -> dict[str, np.ndarray]:
-    """For each boundary of given temperature the field (all nodes) that is one at its nodes."""
-    found = {}
-    for name, nodes in heat.fixed_sets.items():
-        found[name] = np.zeros(heat.size)
-        found[name][nodes] = 1.0
-    return found
-
-
-def _add_falling(
-    into: tuple[np.ndarray, np.ndarray],
-    pair: tuple[int, int],
-    heating: np.ndarray,
-    resistivity: tuple[float, float],
-    fields: np.ndarray,
-    lifts: dict[int, np.ndarray],
-) -> None:
-    """Add the Joule heat of a pair of current fields that falls to held nodes, symmetric in the pair."""
-    cold, warm = into
-    (at_room, per_kelvin), (i, j) = resistivity, pair
-    first = per_kelvin * heating @ fields
-    for p, q in {(i, j), (j, i)}:
-        cold[0, p, q] += at_room * heating.sum()
-        warm[p, q] += first
-        for c, lift in lifts.items():
-            cold[c, p, q] += per_kelvin * float(heating @ lift)
-
-
-def orthonormal(heat: HeatProblem, fields: np.ndarray) -> np.ndarray:
+def orthonormal(heat: HeatSystem, fields: np.ndarray) -> np.ndarray:
     """The fields (free nodes, r) made orthonormal in the mass matrix, those dropped that depend on earlier ones.
 
     Gram-Schmidt, twice for each field (Giraud et al., Numer. Math. 101, 2005), and a last pass by Cholesky.

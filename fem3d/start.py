@@ -11,9 +11,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from fem3d import steady, tensor, transient
-from fem3d.conductor import Conductor, Field, Potential, find_conductor
+from fem3d import transient
+from fem3d.conduction import C, Potential, combine, combined, independent
+from fem3d.conductor import Conductor, find_conductor
+from fem3d.heat import H
 from fem3d.operators import HeatProblem
+from fem3d.steady import joule_load
 from fem3d.transient import Base, Krylov
 
 ROUGH, GENERATIONS = 1e-3, 6  # accuracy and generations of fields of a response that only shows where to look
@@ -21,27 +24,29 @@ ROUNDS = 5
 SAME = 5e-2  # part of the accuracy below which what heating does to the currents is left out
 
 
-def base(heat: HeatProblem, shift: float, end: float, accuracy: float) -> Base:
-    """The base of the response up to ``end`` (s)."""
-    conductor = find_conductor(heat)
+def base(heat: HeatProblem, shift: float, end: float, accuracy: float) -> Base[HeatProblem, Conductor]:
+    """The base of the response of bricks up to ``end`` (s)."""
+    return of(heat, find_conductor(heat), shift, end, accuracy)
+
+
+def of(heat: H, conductor: C | None, shift: float, end: float, accuracy: float) -> Base[H, C]:
+    """The base of the response of a heat problem and its conductor up to ``end`` (s)."""
     none = np.empty((heat.free, 0))
     loads = transient.heat_loads(heat)
     if conductor is None:
         return Base(heat, None, [], none, loads)
     lift = heat.inputs.at(np.zeros(1))[0] @ heat.lifts
     cold = [conductor.solve(lift, v) for v in conductor.voltages if v.any()]
-    patterns = steady.independent(conductor, cold)
+    patterns = independent(conductor, cold)
     pairs = [(a, b) for i, a in enumerate(patterns) for b in patterns[: i + 1]]
-    loads += [_joule(conductor, a.density, b.density, lift) for a, b in pairs]
+    loads += [conductor.joule_load(a.density, b.density, lift) for a, b in pairs]
     found = Base(heat, conductor, patterns, none, loads, potentials=[p.potential for p in cold])
-    if not any(conductor.material(b).temperature_coefficient for b in conductor.blocks):
-        return found
-    return _followed(found, conductor, cold, shift, end, accuracy)
+    return _followed(found, conductor, cold, shift, end, accuracy) if conductor.warms and cold else found
 
 
 def _followed(
-    start: Base, conductor: Conductor, potentials: list[Potential], shift: float, end: float, accuracy: float
-) -> Base:
+    start: Base[H, C], conductor: C, potentials: list[Potential], shift: float, end: float, accuracy: float
+) -> Base[H, C]:
     """The base with the currents and loads that heating brings."""
     drive = start.heat.inputs
     driven = [c for c, v in enumerate(conductor.voltages) if v.any()]
@@ -56,9 +61,9 @@ def _followed(
             if not (g[i] @ conductor.voltages).any():
                 continue
             hot = [conductor.solve(rise, conductor.voltages[channel]) for channel in driven]
-            true = steady.combine([h.density for h in hot], g[i][driven])
-            load = steady.joule_load(conductor, true, rise)
-            reached = steady.joule_load(conductor, steady.combined(start.patterns, c[i]), rise)
+            true = combine([h.density for h in hot], g[i][driven])
+            load = joule_load(conductor, true, rise)
+            reached = joule_load(conductor, combined(start.patterns, c[i]), rise)
             size = max(size, float(np.abs(load).sum()))
             change = float(np.abs(load - reached).sum())
             if change >= worst:
@@ -66,7 +71,7 @@ def _followed(
         if found is None or (turn > 0 and worst < SAME * accuracy * size):
             break
         potentials = [*potentials, *found[0]]
-        patterns = steady.independent(conductor, potentials) if worst >= SAME * accuracy * size else start.patterns
+        patterns = independent(conductor, potentials) if worst >= SAME * accuracy * size else start.patterns
         start = replace(start, patterns=patterns, loads=[*start.loads, found[1]])
     return start
 
@@ -75,14 +80,3 @@ def _instants(knots: np.ndarray, end: float) -> np.ndarray:
     """A few times (s) spread over a run, among them those just before the inputs change."""
     few = knots[np.unique(np.linspace(0, len(knots) - 1, 4).astype(int))] if len(knots) else knots
     return np.unique(np.concatenate([np.geomspace(end / 100, end, 4), few * (1 - 1e-9)]))
-
-
-def _joule(conductor: Conductor, a: Field, b: Field, rise: np.ndarray) -> np.ndarray:
-    """(all nodes,): integral of rho Ja . Jb v, in W."""
-    heat = conductor.heat
-    found = np.zeros(heat.size)
-    for block, parts, p, q, rho in zip(
-        conductor.blocks, conductor.parts, a, b, conductor.resistivity(rise), strict=True
-    ):
-        heat.scatter(block, tensor.load(parts, rho * (p * q).sum(axis=0)), found)
-    return found

@@ -7,15 +7,17 @@ instead of like Picard's.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Generic
 
 import numpy as np
 
-from fem3d import operating_point, tensor
-from fem3d.conductor import Conductor, Field, Potential, find_conductor, law
+from fem3d import operating_point
+from fem3d.conduction import C, Conduction, Field, Pattern, combine, combined, independent
+from fem3d.conductor import Conductor, find_conductor
 from fem3d.errors import NumericsError, RunawayError
+from fem3d.heat import H
 from fem3d.operators import HeatProblem
 from fem3d.reduced import project
 from scenes.model import Scene
@@ -25,12 +27,11 @@ ROUNDED = 1e-7  # what rounding may do to the rise on the worst meshes, relative
 SETTLED = 1e-2  # part of the accuracy below which the iteration also ends where rounding keeps it from getting better
 SLOW = 15  # steps after which the reduced problem gets a second current pattern
 BACK = 0.8  # of a rise at which the resistivity is not positive
-SAME = 1e-9  # relative size below which a current field is taken for a sum of others
 UNIFORM = 5e-2  # part of the accuracy below which a change of the current's pattern isn't followed
 
 
 @dataclass(frozen=True, eq=False)
-class SteadyState:
+class SteadyState(Generic[H, C]):
     """The converged state of one mesh.
 
     ``rise`` (all nodes), the ``source`` (W per node, all nodes) that it answers, the Joule heat of each box and the
@@ -40,8 +41,8 @@ class SteadyState:
     current pattern that wasn't followed, relative to the rise.
     """
 
-    heat: HeatProblem
-    conductor: Conductor | None
+    heat: H
+    conductor: C | None
     rise: np.ndarray
     source: np.ndarray
     joule: dict[str, float]
@@ -73,29 +74,34 @@ def is_thermal(scene: Scene) -> bool:
     )
 
 
-def _electric(conductor: Conductor) -> SteadyState:
+def solve(heat: HeatProblem, voltage: float, accuracy: float) -> SteadyState[HeatProblem, Conductor]:
+    """The steady state of bricks at the scene's constant inputs; ``voltage`` (V) names the drive in messages. Raises as
+    `coupled` does."""
+    return coupled(heat, find_conductor(heat), is_thermal(heat.scene), voltage, accuracy)
+
+
+def _electric(heat: H, conductor: C) -> SteadyState[H, C]:
     """The currents at the initial temperature, where nothing thermal is asked for."""
-    heat = conductor.heat
-    cold = conductor.solve(np.zeros(heat.size), conductor.voltages[0])
-    pattern = Pattern.of(conductor, cold)
-    none, still = np.empty((heat.free, 0)), np.zeros(heat.size)
-    joule = box_heat(conductor, cold.density, still)
+    still = np.zeros(heat.size)
+    cold = conductor.solve(still, conductor.voltages[0])
+    pattern = conductor.pattern(cold)
+    joule = conductor.joule(cold.density, still)
     return SteadyState(
         heat, conductor, still, heat.loads[0], joule, pattern.currents, float(sum(joule.values())), cold.potential,
-        none, [pattern], 0.0, False, 1,
+        np.empty((heat.free, 0)), [pattern], 0.0, False, 1,
     )  # fmt: skip
 
 
-def solve(heat: HeatProblem, voltage: float, accuracy: float) -> SteadyState:
-    """The steady state at the scene's constant inputs; ``voltage`` (V) names the drive in messages.
+def coupled(heat: H, conductor: C | None, thermal: bool, voltage: float, accuracy: float) -> SteadyState[H, C]:
+    """The steady state at constant inputs; without ``thermal`` the currents alone. ``voltage`` (V) names the drive in
+    messages.
 
     Raises RunawayError where no steady state exists, NumericsError where the iteration does not converge.
     """
     if heat.inputs.schedules:
         raise NumericsError("a scene whose conditions vary in time has no steady state")
-    conductor = find_conductor(heat)
-    if conductor is not None and not is_thermal(heat.scene):
-        return _electric(conductor)
+    if conductor is not None and not thermal:
+        return _electric(heat, conductor)
     if not heat.anchored:
         raise NumericsError("a part of the scene has no exit for heat: it has no steady state")
     n, given, lift = heat.free, heat.loads[0], heat.lifts[0]
@@ -103,12 +109,12 @@ def solve(heat: HeatProblem, voltage: float, accuracy: float) -> SteadyState:
         rise = heat.improve(lift + heat.whole(heat.solve_steady(given[:n])), given)
         return SteadyState(heat, None, rise, given, {}, {}, 0.0, None, (rise - lift)[:n, None], [], 0.0, False, 1)
     cold = conductor.solve(lift, conductor.voltages[0])
-    potentials, patterns = [cold], [Pattern.of(conductor, cold)]
-    warms = any(conductor.material(b).temperature_coefficient for b in conductor.blocks)
+    potentials, patterns = [cold], [conductor.pattern(cold)]
+    warms = conductor.warms
     fields = heat.solve_steady((joule_load(conductor, cold.density, lift) + given)[:n])[:, None]
     follows, change, before = warms, 0.0, np.inf
     for step in range(1, 61):
-        reduced = project(heat, conductor, fields, [p.density for p in patterns], supplies(patterns))
+        reduced = project(heat, conductor, fields, patterns)
         point = operating_point.find(reduced)
         own = reduced.basis @ point.a
         while not conductor.conducts(lift + heat.whole(own)):
@@ -130,7 +136,7 @@ def solve(heat: HeatProblem, voltage: float, accuracy: float) -> SteadyState:
                 # Away from a fold the latest pattern is the right one in the end; where a fold lies also depends on
                 # how the pattern changes along the way, and near it the iteration does.
                 patterns = (
-                    independent(conductor, [cold, hot]) if point.folded or step > SLOW else [Pattern.of(conductor, hot)]
+                    independent(conductor, [cold, hot]) if point.folded or step > SLOW else [conductor.pattern(hot)]
                 )
                 load *= point.fraction**2
         if not follows:
@@ -150,8 +156,8 @@ def solve(heat: HeatProblem, voltage: float, accuracy: float) -> SteadyState:
     final = potentials[-1]
     scale = 1.0 if follows else float(point.c[0])
     density = combine([final.density], np.array([scale]))
-    joule = box_heat(conductor, density, rise)
-    last = Pattern.of(conductor, final)
+    joule = conductor.joule(density, rise)
+    last = conductor.pattern(final)
     return SteadyState(
         heat, conductor, heat.improve(lift + heat.whole(answer), source), source, joule,
         {name: scale * current for name, current in last.currents.items()},
@@ -161,91 +167,6 @@ def solve(heat: HeatProblem, voltage: float, accuracy: float) -> SteadyState:
     )  # fmt: skip
 
 
-@dataclass(frozen=True, eq=False)
-class Pattern:
-    """A current field: its density at the Gauss points, the power (channels,) that the electrodes supply to it at their
-    voltages, and the current that enters at each electrode or passes a probe. All three are linear in the field."""
-
-    density: Field
-    supply: np.ndarray
-    currents: dict[str, float]
-
-    @staticmethod
-    def of(conductor: Conductor, potential: Potential) -> Pattern:
-        """The current field of a potential."""
-        supply = conductor.voltages @ potential.reaction[conductor.free :]
-        currents = {name: potential.current(nodes) for name, nodes in conductor.electrodes.items()}
-        for name, section in conductor.sections.items():
-            currents[f"through:{name}"] = section.flux(potential.density)
-        return Pattern(potential.density, supply, currents)
-
-    def plus(self, factor: float, other: Pattern, scale: float) -> Pattern:
-        """(self + factor * other) * scale."""
-        return Pattern(
-            [(a + factor * b) * scale for a, b in zip(self.density, other.density, strict=True)],
-            (self.supply + factor * other.supply) * scale,
-            {name: (i + factor * other.currents[name]) * scale for name, i in self.currents.items()},
-        )
-
-
-def independent(conductor: Conductor, potentials: Sequence[Potential]) -> list[Pattern]:
-    """The current fields of some potentials, each without what earlier ones hold of it, orthogonal in the cold
-    resistance and of the size of the first; those that add nothing are left out."""
-
-    def product(a: Field, b: Field) -> float:
-        return sum(
-            law(conductor.material(block), conductor.heat.scene)[0]
-            * float((tensor.weights(parts) * (p * q).sum(axis=0)).sum())
-            for block, parts, p, q in zip(conductor.blocks, conductor.parts, a, b, strict=True)
-        )
-
-    found: list[Pattern] = []
-    for potential in potentials:
-        new = Pattern.of(conductor, potential)
-        whole = product(new.density, new.density)
-        for pattern in found:
-            share = product(pattern.density, new.density) / product(pattern.density, pattern.density)
-            new = new.plus(-share, pattern, 1.0)
-        left = product(new.density, new.density)
-        if left > SAME**2 * whole:
-            size = product(found[0].density, found[0].density) if found else left
-            found.append(new.plus(0.0, new, np.sqrt(size / left)))
-    return found
-
-
-def supplies(patterns: Sequence[Pattern]) -> np.ndarray:
-    """(channels, patterns): the power that the electrodes supply to each."""
-    return np.stack([p.supply for p in patterns], axis=1)
-
-
-def combined(patterns: Sequence[Pattern], c: np.ndarray) -> Field:
-    """The current field with coefficients c."""
-    return combine([p.density for p in patterns], c)
-
-
-def combine(densities: list[Field], c: np.ndarray) -> Field:
-    """The current field with coefficients c."""
-    return [sum(f * d[b] for f, d in zip(c, densities, strict=True)) for b in range(len(densities[0]))]  # type: ignore[misc]
-
-
-def heating(conductor: Conductor, density: Field, rise: np.ndarray) -> Field:
-    """rho |J|^2 at the Gauss points (W/m3)."""
-    return [r * (j * j).sum(axis=0) for r, j in zip(conductor.resistivity(rise), density, strict=True)]
-
-
-def joule_load(conductor: Conductor, density: Field, rise: np.ndarray) -> np.ndarray:
+def joule_load(conductor: Conduction, density: Field, rise: np.ndarray) -> np.ndarray:
     """(all nodes,): integral of rho |J|^2 v, in W."""
-    heat = conductor.heat
-    found = np.zeros(heat.size)
-    for block, parts, q in zip(conductor.blocks, conductor.parts, heating(conductor, density, rise), strict=True):
-        heat.scatter(block, tensor.load(parts, q), found)
-    return found
-
-
-def box_heat(conductor: Conductor, density: Field, rise: np.ndarray) -> dict[str, float]:
-    """The Joule heat of each conducting box (W)."""
-    found: dict[str, float] = {}
-    for block, parts, q in zip(conductor.blocks, conductor.parts, heating(conductor, density, rise), strict=True):
-        name = conductor.heat.mesh.boxes[block.box].name
-        found[name] = found.get(name, 0.0) + float((tensor.weights(parts) * q).sum())
-    return found
+    return conductor.joule_load(density, density, rise)

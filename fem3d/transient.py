@@ -8,19 +8,19 @@ Source: Saad, SIAM J. Numer. Anal. 29, 1992; Druskin and Knizhnerman, J. Comput.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Generic
 
 import numpy as np
 
-from fem3d.conductor import Conductor
+from fem3d.conduction import C, Pattern
 from fem3d.exponential import Source, Trajectory, integrate
-from fem3d.operators import HeatProblem
+from fem3d.heat import H, HeatSystem
 from fem3d.reduced import Reduced, project
-from fem3d.steady import Pattern, SteadyState, joule_load, supplies
+from fem3d.steady import SteadyState, joule_load
 
 
 @dataclass(frozen=True, eq=False)
-class Base:
+class Base(Generic[H, C]):
     """What a transient starts from on one mesh: current patterns, temperature fields (free nodes, any number) that the
     space shall hold, and the loads (W, each all nodes) whose responses it shall hold.
 
@@ -28,8 +28,8 @@ class Base:
     the conductor) those that the mesh must resolve.
     """
 
-    heat: HeatProblem
-    conductor: Conductor | None
+    heat: H
+    conductor: C | None
     patterns: list[Pattern]
     fields: np.ndarray
     loads: list[np.ndarray]
@@ -37,7 +37,7 @@ class Base:
     potentials: list[np.ndarray] = field(default_factory=list)
 
     @staticmethod
-    def of_steady(state: SteadyState) -> Base:
+    def of_steady(state: SteadyState[H, C]) -> Base[H, C]:
         """The base of a response to a constant drive, whose steady state is known."""
         heat = state.heat
         load = heat.loads[0].copy()
@@ -48,26 +48,25 @@ class Base:
 
     def project(self, fields: np.ndarray) -> Reduced:
         """The reduced problem on the current patterns and some temperature fields."""
-        supply = supplies(self.patterns) if self.patterns else np.zeros((self.heat.inputs.count, 0))
-        return project(self.heat, self.conductor, fields, [p.density for p in self.patterns], supply)
+        return project(self.heat, self.conductor, fields, self.patterns)
 
 
-def _with_inertia(heat: HeatProblem, loads: list[np.ndarray]) -> list[np.ndarray]:
+def _with_inertia(heat: HeatSystem, loads: list[np.ndarray]) -> list[np.ndarray]:
     """The loads, and those with which given temperatures act when they change."""
     return loads + [heat.mass @ lift for lift in heat.lifts if lift.any()]
 
 
-def heat_loads(heat: HeatProblem) -> list[np.ndarray]:
+def heat_loads(heat: HeatSystem) -> list[np.ndarray]:
     """The loads of a scene without any current: per channel its sources, and its given temperatures."""
     held = [] if heat.anchored else [heat.stiffness @ lift for lift in heat.lifts if lift.any()]
     return _with_inertia(heat, [*(load for load in heat.loads if load.any()), *held])
 
 
 @dataclass(frozen=True, eq=False)
-class Transient:
+class Transient(Generic[H, C]):
     """A trajectory of the diagonalised reduced problem of one mesh."""
 
-    base: Base
+    base: Base[H, C]
     reduced: Reduced
     trajectory: Trajectory
 
@@ -135,7 +134,7 @@ def shift(slowest: float, earliest: float) -> float:
     return float(np.sqrt(earliest * max(slowest, earliest)))
 
 
-def march(base: Base, reduced: Reduced, end: float, accuracy: float, drop: int = 0) -> Transient:
+def march(base: Base[H, C], reduced: Reduced, end: float, accuracy: float, drop: int = 0) -> Transient[H, C]:
     """The response of a reduced problem up to ``end`` (s), without its last ``drop`` fields."""
     modal, rates = diagonal(truncate(reduced, reduced.states - drop))
     inputs = base.heat.inputs

@@ -57,7 +57,7 @@ def over_time(transient: Transient, probe: Probe, times: np.ndarray) -> np.ndarr
     meter = Voltmeter(heat, conductor, probe)
     if conductor is None:
         return np.array([meter.read(None, float(t)) for t in times])
-    if not any(conductor.material(b).temperature_coefficient for b in conductor.blocks):
+    if not conductor.warms:
         cold = np.zeros(heat.size)
         fields = np.stack([conductor.solve(cold, v).potential for v in conductor.voltages])
         return np.array([meter.read(x @ fields, float(t)) for x, t in zip(g, times, strict=True)])

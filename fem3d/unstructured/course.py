@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem3d import rows
+from fem3d import rows, start, transient
 from fem3d.probe_quantities import CAUTION
 from fem3d.study import Quantities, Study
 from fem3d.time_response import (
@@ -21,11 +21,10 @@ from fem3d.time_response import (
     TIME_SHARE,
     instants,
 )
-from fem3d.transient import shift
+from fem3d.transient import Krylov, shift
 from fem3d.unstructured import errors
 from fem3d.unstructured.level import Level, finest
 from fem3d.unstructured.outputs import Response
-from fem3d.unstructured.start import start
 from meshes.grouped.place import Placed
 
 
@@ -74,17 +73,17 @@ def solve(placed: Placed, study: Study, say: Callable[[str], None]) -> Course:
 def _respond(level: Level, study: Study, g: float) -> _Answer:
     """The response of a level at the instants where levels are compared."""
     accuracy, end = study.accuracy, study.end
-    base = start(level.heat, level.conductor, g, end, accuracy)
+    base = start.of(level.heat, level.conductor, g, end, accuracy)
     checked = instants(study, level.heat.inputs.knots(end))
-    space = base.krylov(g)
+    space = Krylov(base, g)
     generations = FIELDS + int(max(0.0, -np.log10(accuracy) - 3) * 2)
     while True:
         reduced = base.project(space.fields(generations))
-        response = Response(base, base.march(reduced, end, TIME_SHARE * accuracy))
+        response = Response(transient.march(base, reduced, end, TIME_SHARE * accuracy))
         out = response(checked)
         there, scales = study.traces(out), study.trace_scales(out)
         dropped = space.dropped(generations, DROPPED)
-        fewer = Response(base, base.march(reduced, end, 10 * TIME_SHARE * accuracy, dropped), response)
+        fewer = Response(transient.march(base, reduced, end, 10 * TIME_SHARE * accuracy, dropped), response)
         lost = _distance(there, study.traces(fewer(checked)))
         enough = max((lost[n] / scales[n] for n in lost), default=0.0) <= SPACE_SHARE * accuracy
         if enough or generations >= MOST_FIELDS or not dropped:

@@ -10,7 +10,7 @@ BETWEEN_DEGREES = 1.0
 BETWEEN_MESHES = 1.25
 """The difference of two levels bounds the error of the finer one where errors at least halve from one to the other:
 from degree 1 to 2 they do, even at edges; on halved cells just so where a field has a singularity of order one half."""
-LEAST = 0.1  # of the fields' own difference: a difference of values may vanish by chance
+LEAST = 0.2  # of the fields' own difference: a difference of values may vanish by chance
 ROUNDING = 1e-9
 
 

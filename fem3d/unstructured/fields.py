@@ -7,8 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
+from fem3d.steady import SteadyState
 from fem3d.unstructured.level import Level
-from fem3d.unstructured.steady import SteadyState
 from meshes.grouped import shapes
 
 _OWN = {"tetra": 4, "tetra10": 10, "hexahedron": 8, "hexahedron20": 20, "hexahedron27": 27}
@@ -56,8 +56,8 @@ class MeshFields:
     def own_steady(self) -> dict[str, np.ndarray]:
         """At the file's points: temperature (K) and, where there is one, potential (V)."""
         found = {"temperature": self._initial + self.own_values(self._steady_rise)}
-        if self._state is not None and self._state.potential is not None:
-            found["potential"] = self.own_values(self._state.potential.potential)
+        if self._state is not None and self._state.conductor is not None:
+            found["potential"] = self.own_values(self._state.hot_potential)
         return found
 
     def own_at(self, times: np.ndarray) -> np.ndarray:

@@ -7,32 +7,27 @@ from itertools import pairwise
 
 import numpy as np
 
-from fem3d.outputs import Outputs
+from fem3d.outputs import Outputs, joule
+from fem3d.steady import SteadyState
 from fem3d.transient import Transient
-from fem3d.unstructured.patterns import Pattern
 from fem3d.unstructured.probes import Reading, reading
-from fem3d.unstructured.start import Start
-from fem3d.unstructured.steady import SteadyState
 
 POTENTIALS = 24  # instants at which potentials are solved; per volt they move as slowly as the temperature
 
 
 def of_steady(state: SteadyState) -> Outputs:
     """The outputs of a steady state."""
-    heat, conductor = state.heat, state.conductor
-    entering = heat.stiffness @ state.rise - state.source
-    flows = {name: entering[nodes].sum() for name, nodes in heat.fixed_sets.items()}
-    flows |= {name: given[0] + per_kelvin @ state.rise for name, (given, per_kelvin) in heat.films.items()}
-    currents: dict[str, float] = {}
-    if conductor is not None and state.potential is not None:
-        currents = Pattern.of(conductor, state.potential).currents
+    heat, currents = state.heat, state.currents
+    reaction = heat.reaction(state.rise, np.zeros(heat.size), state.source)
+    flows = {name: part @ reaction for name, part in heat.held.items()}
+    flows |= {name: film.entering[0] + film.per_kelvin @ state.rise for name, film in heat.films.items()}
     found: Outputs = {f"flow:{name}": np.array(v) for name, v in flows.items()}
     found |= {f"current:{name}": np.array(v) for name, v in currents.items() if not name.startswith("through:")}
     for probe in heat.placed.scene.probes:
         read = reading(heat, probe)
         field = state.rise
         if probe.quantity == "potential":
-            field = np.zeros(heat.size) if state.potential is None else state.potential.potential
+            field = np.zeros(heat.size) if state.conductor is None else state.hot_potential
         if probe.quantity == "current":
             names = read.boundaries or (f"through:{probe.name}",)
             value = sum(currents.get(name, 0.0) for name in names)
@@ -48,12 +43,12 @@ def of_steady(state: SteadyState) -> Outputs:
 class Response:
     """A transient with what its outputs need, worked out once."""
 
-    def __init__(self, base: Start, transient: Transient, like: Response | None = None) -> None:
+    def __init__(self, transient: Transient, like: Response | None = None) -> None:
         """``like`` is a response so near that its potentials serve again."""
-        self.base, self.transient = base, transient
+        self.base, self.transient = transient.base, transient
         self._instants: list[np.ndarray] = like._instants if like is not None else []
         self._fields: list[np.ndarray] = like._fields if like is not None else []
-        self._readings = {p.name: reading(base.heat, p) for p in base.heat.placed.scene.probes}
+        self._readings = {p.name: reading(self.base.heat, p) for p in self.base.heat.placed.scene.probes}
 
     def __call__(self, times: np.ndarray) -> Outputs:
         """The outputs at some times (s)."""
@@ -69,18 +64,13 @@ class Response:
             return found
 
         flows: Outputs = {}
-        for name, nodes in heat.fixed_sets.items():
-            per_rise, per_rate = heat.row(name)
-            flows[name] = (
-                along(per_rise, a, g) + along(per_rate, rates, changing) - g @ heat.loads[:, nodes].sum(axis=1)
-            )
-            if self.base.patterns:
-                cold, warm = reduced.at_held[name]
-                pairs = c[:, :, None] * c[:, None, :]
-                heating = np.tensordot(g, cold, (-1, 0)) + np.tensordot(a, warm, (-1, -1))
-                flows[name] -= np.einsum("tij,tij->t", pairs, heating)
-        for name, (entering, per_kelvin) in heat.films.items():
-            flows[name] = g @ entering + along(per_kelvin, a, g)
+        for name, (per_rise, per_rate) in heat.held_rows.items():
+            given = g @ (heat.loads @ heat.held_fields[name])
+            flows[name] = along(per_rise, a, g) + along(per_rate, rates, changing) - given
+            if name in reduced.at_held:
+                flows[name] -= joule(reduced.at_held[name], c, a, g)
+        for name, film in heat.films.items():
+            flows[name] = g @ film.entering + along(film.per_kelvin, a, g)
         names = self.base.patterns[0].currents if self.base.patterns else {}
         currents = {name: c @ np.array([p.currents[name] for p in self.base.patterns]) for name in names}
         found: Outputs = {f"flow:{name}": value for name, value in flows.items()}

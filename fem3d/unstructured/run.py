@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from fem3d import steady
+from fem3d.steady import SteadyState
 from fem3d.study import Study
-from fem3d.unstructured import course, errors, goals, outputs, steady
+from fem3d.unstructured import course, errors, goals, outputs
 from fem3d.unstructured.fields import MeshFields
 from fem3d.unstructured.level import Level, finest
 from meshes.grouped.check import check, remarks
@@ -41,21 +43,22 @@ def _placed(scene: MeshScene) -> Placed:
 
 def _steady(placed: Placed, study: Study, say: Callable[[str], None]) -> Result:
     thermal, accuracy = asks.heat(placed.scene), study.accuracy
-    solved: list[tuple[Level, steady.SteadyState, dict[str, Any]]] = []
+    solved: list[tuple[Level, SteadyState, dict[str, Any]]] = []
     found: dict[str, Estimate] = {}
     excess = np.inf
     for level in finest(placed):
         if excess <= 1.0:
             break
         say(f"{level.words}: {level.heat.free} unknowns")
-        state = steady.solve(level.heat, level.conductor, thermal, accuracy)
+        span = 0.0 if level.conductor is None else level.conductor.span
+        state = steady.coupled(level.heat, level.conductor, thermal, span, accuracy)
         out = outputs.of_steady(state)
         if solved:
             before = solved[-1]
             pairs = [(state.rise, before[1].rise)]
-            if state.potential is not None and before[1].potential is not None:
-                pairs.append((state.potential.potential, before[1].potential.potential))
-            least = errors.LEAST * errors.apart(level, before[0], pairs) + errors.ROUNDING
+            if state.conductor is not None:
+                pairs.append((state.hot_potential, before[1].hot_potential))
+            least = errors.LEAST * errors.apart(level, before[0], pairs) + errors.ROUNDING + state.unsettled
             values, scales = study.steady(out), study.steady_scales(out)
             moved = {n: abs(float(v - study.steady(before[2])[n])) for n, v in values.items()}
             caution = {n: errors.factor(level) * study.caution.get(n, 1.0) for n in values}

@@ -130,6 +130,12 @@ class FaceSpace:
         entries = np.einsum("fp,fpm,fpn->fmn", self.areas, self.at, self.at)
         return self._space._matrix(entries, self.faces[:, 0])
 
+    def normal(self) -> np.ndarray:
+        """(nodes, 3): the integral of the outward normal times the square of each shape function (m2)."""
+        found = np.zeros((self._space.size, 3))
+        np.add.at(found, self.dofs, np.einsum("fpd,fpn->fnd", self.normals, self.at**2))
+        return found
+
     def flux(self, conductivity: np.ndarray) -> np.ndarray:
         """(nodes,): the row that gives the integral of -conductivity (faces, 1 or points) du/dn outwards."""
         found = np.zeros(self._space.size)

@@ -9,7 +9,6 @@ import pytest
 from fem3d import outputs, reference, steady, tensor
 from fem3d.operators import assemble
 from fem3d.reduced import orthonormal
-from fem3d.steady import Pattern
 from meshes import grading, symmetry
 from scenes.sink import SILICON, Sink
 from tests.fem3d import krylov, march, plain_mesh, silicon, state_on
@@ -83,7 +82,7 @@ def test_two_current_patterns_are_enough_on_the_way_from_cold_to_hot(electrodes)
     fields = krylov(state, 12)
     two = marched(state, fields)
     conductor = state.conductor
-    extra = Pattern.of(conductor, conductor.solve(two.rises(np.array([2e-4]))[0], conductor.voltages[0]))
+    extra = conductor.pattern(conductor.solve(two.rises(np.array([2e-4]))[0], conductor.voltages[0]))
 
     def product(a, b):
         pairs = zip(conductor.parts, a.density, b.density, strict=True)

@@ -1,16 +1,12 @@
-"""Sparse factorization of symmetric positive definite matrices of nodes in space.
+"""An order of elimination for nodes in space, by nested dissection of their coordinates.
 
-Nested dissection by coordinates gives the order of elimination: halves on either side of a plane first, then the nodes
-that join them (George, SIAM J. Numer. Anal. 10, 1973).
+Halves on either side of a plane come first, then the nodes that join them (George, SIAM J. Numer. Anal. 10, 1973).
 """
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from scipy.sparse import csc_array
-from scipy.sparse.linalg import splu
 
 LEAF = 60
 
@@ -44,17 +40,3 @@ def dissection(points: np.ndarray, matrix: csc_array) -> np.ndarray:
 
     split(np.arange(len(points)), coo.row, coo.col)
     return np.concatenate(pieces)
-
-
-def factorize(matrix: csc_array) -> Any:
-    """What solves with a matrix whose rows are in order of elimination, with one step of refinement."""
-    solve = splu(
-        csc_array(matrix), permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-    ).solve  # fmt: skip
-
-    def refined(load: np.ndarray) -> np.ndarray:
-        found: np.ndarray = solve(load)
-        found += solve(load - matrix @ found)
-        return found
-
-    return refined

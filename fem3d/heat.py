@@ -1,0 +1,207 @@
+"""The discrete heat problem of any mesh: M d(rise)/dt + K rise = source, with the fixed nodes kept for their reactions.
+
+The unknown is the rise above the scene's initial temperature. Nodes are numbered with the free ones first and the
+fixed ones (a given temperature) last, so that the reactions, the heat that enters at the fixed nodes, are the last rows
+of the same equations. A field that vanishes at the fixed nodes is a vector of the free ones, any other one of all.
+Sources and given rises come as channels (`fem3d.inputs`). Bricks (`fem3d.operators`) and the cells of mesh files
+(`fem3d.unstructured.heat`) assemble it; what follows needs no mesh.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, TypeVar
+
+import numpy as np
+from scipy.sparse import csc_array
+
+from fem3d.factorization import factorize
+from fem3d.inputs import Inputs
+from scenes.model import Schedule, Value
+
+BALANCED = 2e-11  # of the heat: an imbalance above it is worth a residual in extended precision
+REENTRANT = 2 / 3  # the flux at an edge of 270 degrees falls on both its faces like a distance to this power less one
+
+
+@dataclass(frozen=True, eq=False)
+class Film:
+    """A boundary of given flux or convection: the heat that enters at no rise (W, per channel), and per kelvin (W/K,
+    all nodes)."""
+
+    entering: np.ndarray
+    per_kelvin: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class HeatSystem:
+    """Matrices (all nodes) in W/K and J/K; ``free`` is the count of free nodes, ``end_time`` that of the run (s).
+
+    Per channel: ``loads`` (channels, all nodes) in W, ``given`` (channels, fixed nodes), the given rises, and
+    ``generated``, the heat of the sources in W. ``held``: for each boundary of given temperature its part (fixed
+    nodes,) of the reaction of each; ``anchored``: whether every part has an exit for heat, so that K is regular.
+    """
+
+    inputs: Inputs
+    free: int
+    stiffness: csc_array
+    mass: csc_array
+    loads: np.ndarray
+    given: np.ndarray
+    generated: np.ndarray
+    held: dict[str, np.ndarray]
+    films: dict[str, Film]
+    anchored: bool
+    end_time: float
+
+    @property
+    def size(self) -> int:
+        """Free and fixed nodes together."""
+        return int(self.stiffness.shape[0])
+
+    @cached_property
+    def memo(self) -> dict[str, Any]:
+        """What probes have been worked out to, by name."""
+        return {}
+
+    @cached_property
+    def inner_stiffness(self) -> csc_array:
+        """The stiffness matrix of the free nodes."""
+        return self.stiffness[: self.free, : self.free]
+
+    @cached_property
+    def inner_mass(self) -> csc_array:
+        """The mass matrix of the free nodes."""
+        return self.mass[: self.free, : self.free]
+
+    @cached_property
+    def _solve(self) -> Any:
+        if self.anchored:
+            return factorize(self.inner_stiffness).solve
+        # A part without an exit keeps its heat: its capacity over the whole run stands in for one.
+        return factorize(_combined(self.inner_stiffness, 1.0 / self.end_time, self.inner_mass)).solve
+
+    def solve_steady(self, load: np.ndarray) -> np.ndarray:
+        """The rise at the free nodes with K rise = load, from one factorization; without an exit for heat, the mean
+        over the run's time with the capacity in its place."""
+        found: np.ndarray = self._solve(load)
+        return found
+
+    def solve_shifted(self, shift: float) -> Any:
+        """What solves (M + shift K) u = b on the free nodes."""
+        return factorize(_combined(self.inner_mass, shift, self.inner_stiffness)).solve
+
+    @cached_property
+    def lifts(self) -> np.ndarray:
+        """(channels, all nodes): for each channel the rise that its given temperatures alone keep up."""
+        n = self.free
+        found = np.zeros((self.inputs.count, self.size))
+        found[:, n:] = self.given
+        for lift in found:
+            if lift.any():
+                lift[:n] = self.solve_steady(-(self.stiffness @ lift)[:n])
+                if self.anchored:
+                    lift[:] = self.improve(lift, np.zeros(self.size))
+        return found
+
+    def improve(self, rise: np.ndarray, source: np.ndarray) -> np.ndarray:
+        """(all nodes,): a rise (all nodes) after iterative refinement for a source (W, all nodes), which brings the
+        residual, and so the heat balance, to rounding.
+
+        Steps with the residual in extended precision follow where needles of cells have left an imbalance.
+        """
+        k, n = self.inner_stiffness, self.free
+        held = self.stiffness @ np.concatenate([np.zeros(n), rise[n:]])
+        load = source[:n] - held[:n]
+        inner = rise[:n] + self.solve_steady(load - k @ rise[:n])
+        for _ in range(3):
+            left = abs(float(np.sum(load) - self._outflow @ inner))
+            if left <= BALANCED * float(np.abs(load).sum()):
+                break
+            # The matrix is symmetric: its columns serve as rows.
+            products = k.data.astype(np.longdouble) * inner[k.indices]
+            residual = load - np.add.reduceat(products, k.indptr[:-1])
+            inner = inner + self.solve_steady(residual.astype(float))
+        return np.concatenate([inner, rise[n:]])
+
+    @cached_property
+    def _outflow(self) -> np.ndarray:
+        """(free nodes,): heat that leaves at the fixed nodes and to the air, per rise."""
+        fixed = np.zeros(self.size)
+        fixed[self.free :] = 1.0
+        leaving = -(self.stiffness @ fixed)[: self.free]
+        for film in self.films.values():
+            leaving -= film.per_kelvin[: self.free]
+        return leaving
+
+    def norm(self, u: np.ndarray) -> float:
+        """Root of the integral of rho c u^2 of a field at the free nodes."""
+        return float(np.sqrt(u @ (self.inner_mass @ u)))
+
+    def whole(self, field: np.ndarray) -> np.ndarray:
+        """(..., all nodes): fields at the free nodes with zeros at the fixed ones."""
+        width = self.size - field.shape[-1]
+        return np.concatenate([field, np.zeros((*field.shape[:-1], width))], axis=-1) if width else field
+
+    def reaction(self, rise: np.ndarray, rate: np.ndarray, source: np.ndarray) -> np.ndarray:
+        """(fixed nodes,): heat that enters at each fixed node (W), from rise, its rate and the source."""
+        flow = self.stiffness @ self.whole(rise) + self.mass @ self.whole(rate)
+        found: np.ndarray = flow[self.free :] - source[self.free :]
+        return found
+
+    @cached_property
+    def held_fields(self) -> dict[str, np.ndarray]:
+        """``held`` as fields (all nodes,) that vanish at the free nodes: tested with one of them, the equations give
+        the heat that enters at its boundary."""
+        none = np.zeros(self.free)
+        return {name: np.concatenate([none, part]) for name, part in self.held.items()}
+
+    @cached_property
+    def held_rows(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """For each boundary of given temperature the rows (all nodes,) of its heat flow per rise and per rate."""
+        return {name: (self.stiffness @ v, self.mass @ v) for name, v in self.held_fields.items()}
+
+
+H = TypeVar("H", bound=HeatSystem)
+
+
+def _combined(a: csc_array, factor: float, b: csc_array) -> csc_array:
+    """a + factor * b."""
+    if a.indices is b.indices or (a.nnz == b.nnz and (a.indices == b.indices).all()):
+        return csc_array((a.data + factor * b.data, a.indices, a.indptr), shape=a.shape)
+    return csc_array(a + factor * b)
+
+
+def parts_of_reactions(areas: Sequence[np.ndarray], values: Sequence[Value], facing: np.ndarray) -> list[np.ndarray]:
+    """For each boundary its part (nodes,) of the reaction of every node, the parts at a node adding up to one.
+
+    ``areas`` (nodes,): what each boundary's faces hold of the node's basis function, nought where the node isn't on it;
+    ``values``: what is given there; ``facing`` (nodes,): whether all of a node's boundaries lie in one plane. Where
+    boundaries of one value meet, their parts are those of a uniform flux, at an edge those of the singular one. Where
+    their values differ the later one gives the value and takes the reaction.
+    """
+    last = np.full(len(facing), -1)
+    for i, area in enumerate(areas):
+        last[area > 0] = i
+    power = np.where(facing, 1.0, REENTRANT)
+    weights = []
+    for area, value in zip(areas, values, strict=True):
+        same = np.array([v == value for v in values] + [False])  # the last one for nodes on no boundary
+        weights.append(np.where(same[last], area, 0.0) ** power)
+    total = np.sum(weights, axis=0) if weights else np.zeros(len(facing))
+    return [w / np.where(total > 0, total, 1.0) for w in weights]
+
+
+def above(channels: Inputs, temperature: Value, initial: float) -> np.ndarray:
+    """(channels,): a temperature (K) as a rise."""
+    found = channels.split(temperature)
+    found[0] -= initial
+    return found
+
+
+def coefficient(value: Value) -> float:
+    """A convection coefficient; ValueError for one that varies, which would change the matrices."""
+    if isinstance(value, Schedule):
+        raise ValueError("the convection coefficient varies in time")
+    return value
