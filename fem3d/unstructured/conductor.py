@@ -82,9 +82,11 @@ class Conductor:
             r = -(matrix @ phi)[free]
             z = self._precondition(r)
         p, rz, power = z, float(r @ z), float(phi @ (matrix @ phi))
-        for steps in range(MOST_STEPS):
-            if rz <= 1e-22 * power:
-                break
+        steps = 0
+        while rz > 1e-22 * power:
+            steps += 1
+            if steps > MOST_STEPS:
+                raise NumericsError("the electric potential does not converge")
             ap = inner @ p
             along = rz / float(p @ ap)
             phi[free] += along * p
@@ -92,8 +94,6 @@ class Conductor:
             z = self._precondition(r)
             rz, old = float(r @ z), rz
             p = z + (rz / old) * p
-        else:
-            raise NumericsError("the electric potential does not converge")
         density = -space.gradient(phi, self.cells) / resistivity[..., None]
         through = {name: self._through(sides, phi, rise) for name, sides in self.sections.items()}
         return Potential(phi, [density], matrix @ phi, steps, through)
