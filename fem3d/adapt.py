@@ -32,7 +32,7 @@ IN_PLANE = 1.0  # the error in x and y over the difference of fine and coarse, a
 IN_DEPTH = 1.5  # the error in z over the difference of tall and low, at most
 SHARPEN = 0.3  # of the difference in x and y: if that in z is larger, it is measured at the higher degrees
 NEGLIGIBLE = 0.2  # part of the accuracy below which an error in z isn't worth refining
-OF_LARGEST = 1.0  # every temperature may be off by the largest difference of any: what the anchors miss shifts all
+OF_LARGEST = 1.0  # every temperature may be off by the largest difference of any, in K or relative to its scale
 OF_ESTIMATE = 1.0  # the error over its dual-weighted estimate, at most
 CLEARLY = 2.0  # times the accuracy: estimates above it need no second solution to refine
 SURELY = 3.0  # times the change of the runaway voltage from mesh to mesh by which a voltage must exceed it
@@ -206,13 +206,14 @@ def steady_errors(
     """
     fine = solved.quantities
     difference = {name: abs(float(fine[name] - coarse[name])) for name in fine}
-    largest = max((difference[name] for name in study.rises), default=0.0)
+    unit = {name: 1.0 if study.alike else scales[name] for name in study.rises}
+    largest = max((difference[name] / unit[name] for name in study.rises), default=0.0)
     caution = {name: study.caution.get(name, 1.0) for name in fine}
     errors = {name: IN_PLANE * caution[name] * d for name, d in difference.items()}
     for name, found in estimate.items():
         errors[name] = max(errors[name], OF_ESTIMATE * found)
     for name in study.rises:
-        errors[name] = max(errors[name], OF_LARGEST * largest)
+        errors[name] = max(errors[name], OF_LARGEST * largest * unit[name])
     for name, goal in study.ratios.items():
         share = OF_ESTIMATE * estimate[goal] / abs(float(fine[goal]))
         errors[name] = max(errors[name], share * abs(float(fine[name])))
