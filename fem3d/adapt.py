@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem3d import indicators, outputs, start, steady
+from fem3d import indicators, outputs, reach, start, steady
 from fem3d.conductor import Conductor
 from fem3d.errors import NumericsError, RunawayError
 from fem3d.indicators import Indicators
@@ -32,15 +32,12 @@ IN_PLANE = 1.0  # the error in x and y over the difference of fine and coarse, a
 IN_DEPTH = 1.5  # the error in z over the difference of tall and low, at most
 SHARPEN = 0.3  # of the difference in x and y: if that in z is larger, it is measured at the higher degrees
 NEGLIGIBLE = 0.2  # part of the accuracy below which an error in z isn't worth refining
-OF_LARGEST = 1.0  # every temperature may be off by the largest difference of any: what the anchors miss shifts all
+OF_LARGEST = 1.0  # every temperature may be off by the largest difference of any, in K or relative to its scale
 OF_ESTIMATE = 1.0  # the error over its dual-weighted estimate, at most
 CLEARLY = 2.0  # times the accuracy: estimates above it need no second solution to refine
 SURELY = 3.0  # times the change of the runaway voltage from mesh to mesh by which a voltage must exceed it
 MARKED = 0.9  # part of the estimated error whose intervals are refined
-MOST_ENTRIES = 40_000_000  # of the stiffness matrix: some 10 GB with its factors
 MOST_LEVELS = 40
-HARDLY = 0.25  # exponent of an edge below which its layers take more than there is
-MOST_AT_FIRST = 15_000  # nodes of the first mesh, above which it starts poorer
 FAR = 30.0  # times the accuracy: errors above it are refined for in double steps
 
 
@@ -70,16 +67,16 @@ def solve(study: Study, transient: bool, progress: Callable[[str], None] = lambd
     """
     accuracy = study.accuracy
     features = grading.features(study.part.scene)
-    mesh = grading.first_mesh(study.part.scene, accuracy, MOST_AT_FIRST)
+    mesh = reach.first_mesh(study.part.scene, accuracy, features)
     previous_limit = None
     for level in range(1, MOST_LEVELS):
-        check_size(mesh, accuracy, features)
+        reach.check_size(mesh, accuracy, features)
         try:
             fine = solution(study, mesh, reported=True)
         except RunawayError as runaway:
             # The voltage of the fold is a number of this mesh; it stands once another mesh agrees with it.
             known_to = np.inf if previous_limit is None else abs(runaway.limit - previous_limit)
-            if abs(study.voltage) - runaway.limit > SURELY * known_to or entries(mesh) > MOST_ENTRIES / 8:
+            if abs(study.voltage) - runaway.limit > SURELY * known_to or reach.entries(mesh) > reach.MOST_ENTRIES / 8:
                 raise
             previous_limit = runaway.limit
             mesh = mesh.with_degrees(1, 1, 1)
@@ -87,6 +84,7 @@ def solve(study: Study, transient: bool, progress: Callable[[str], None] = lambd
         progress(f"level {level}: {fine.state.heat.size} unknowns")
         scales = study.steady_scales(fine.out)
         goals = _goals(study, fine, [], features)
+        reach.check_edges(mesh, goals, scales, features, accuracy)
         estimate = {name: goals[name].remaining for name in goals}
         deep = True
         clear = max((e / scales[q] for q, e in estimate.items()), default=0.0) > CLEARLY * accuracy
@@ -96,7 +94,7 @@ def solve(study: Study, transient: bool, progress: Callable[[str], None] = lambd
             depth = {q: IN_DEPTH * abs(float(tall.quantities[q] - low.quantities[q])) for q in low.quantities}
             deep = max((depth[q] / scales[q] for q in depth), default=0.0) > NEGLIGIBLE * accuracy
             if not deep:
-                estimate = {name: goals[name].in_plane for name in goals}
+                estimate = {name: goals[name].but_depth for name in goals}
             errors = steady_errors(study, fine, coarse.quantities, depth, estimate, scales)
             if max((e / scales[q] for q, e in errors.items()), default=0.0) <= accuracy:
                 if not transient:
@@ -112,7 +110,7 @@ def solve(study: Study, transient: bool, progress: Callable[[str], None] = lambd
                 goals = _goals(study, fine, response.snapshots, features)
                 deep = response.deep
         finer = refined(mesh, weighted(goals, scales), features, deep)
-        check_finer(finer, mesh, features, accuracy)
+        reach.check_finer(finer, mesh, features, accuracy)
         mesh = finer
     raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene")
 
@@ -131,10 +129,10 @@ def solve_course(study: Study, progress: Callable[[str], None] = lambda _: None)
     can't be reached."""
     accuracy, scene = study.accuracy, study.part.scene
     features = grading.features(scene)
-    mesh = grading.first_mesh(scene, accuracy, MOST_AT_FIRST)
+    mesh = reach.first_mesh(scene, accuracy, features)
     slowest, generations = study.end, 0
     for level in range(1, MOST_LEVELS):
-        check_size(mesh, accuracy, features)
+        reach.check_size(mesh, accuracy, features)
         g = shift(slowest, study.earliest)
 
         def base_on(mesh: BrickMesh, reported: bool = False, g: float = g) -> Base:
@@ -152,39 +150,9 @@ def solve_course(study: Study, progress: Callable[[str], None] = lambda _: None)
         goals = goals_of(study, fine.heat, fine.conductor, fine.potentials, rises, response.scales, features)
         excess = max(e / response.scales[q] for q, e in response.errors.items()) / accuracy
         finer = refined(mesh, weighted(goals, response.scales), features, response.deep, excess)
-        check_finer(finer, mesh, features, accuracy)
+        reach.check_finer(finer, mesh, features, accuracy)
         mesh = finer
     raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene")
-
-
-def check_size(mesh: BrickMesh, accuracy: float, features: Features) -> None:
-    """Raises NumericsError for a mesh that takes too much memory."""
-    if entries(mesh) > MOST_ENTRIES:
-        sentence = f"an accuracy of {accuracy:g} takes more memory in this scene than is sensible"
-        raise NumericsError(sentence + _because(features))
-
-
-def check_finer(finer: BrickMesh, mesh: BrickMesh, features: Features, accuracy: float) -> None:
-    """Raises NumericsError where nothing is left to refine."""
-    if all(a.size == b.size for a, b in zip(finer.axes, mesh.axes, strict=True)):
-        raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene" + _because(features))
-
-
-def _because(features: Features) -> str:
-    """Where the solution is so singular that no mesh resolves it, in words; nothing where it isn't."""
-    planes = [(s, "xyz"[d], at) for d in range(3) for at, s in features.exponents[d].items()]
-    sharpest, axis, at = min(planes, default=(1.0, "", 0.0))
-    if sharpest > HARDLY:
-        return ""
-    return (
-        f": at {axis} = {at:.4g} m a given value ends where two materials meet or at a corner, and the solution "
-        f"behaves as a distance to the power {sharpest:.2f} there; ask for a larger accuracy, or let it end elsewhere"
-    )
-
-
-def entries(mesh: BrickMesh) -> int:
-    """Entries of the stiffness matrix, before it is there."""
-    return sum(int(np.prod([len(part.rows) for part in mesh.parts(block)])) for block in mesh.blocks)
 
 
 def solution(study: Study, mesh: BrickMesh, reported: bool = False) -> Solution:
@@ -238,13 +206,14 @@ def steady_errors(
     """
     fine = solved.quantities
     difference = {name: abs(float(fine[name] - coarse[name])) for name in fine}
-    largest = max((difference[name] for name in study.rises), default=0.0)
+    unit = {name: 1.0 if study.alike else scales[name] for name in study.rises}
+    largest = max((difference[name] / unit[name] for name in study.rises), default=0.0)
     caution = {name: study.caution.get(name, 1.0) for name in fine}
     errors = {name: IN_PLANE * caution[name] * d for name, d in difference.items()}
     for name, found in estimate.items():
         errors[name] = max(errors[name], OF_ESTIMATE * found)
     for name in study.rises:
-        errors[name] = max(errors[name], OF_LARGEST * largest)
+        errors[name] = max(errors[name], OF_LARGEST * largest * unit[name])
     for name, goal in study.ratios.items():
         share = OF_ESTIMATE * estimate[goal] / abs(float(fine[goal]))
         errors[name] = max(errors[name], share * abs(float(fine[name])))
@@ -286,7 +255,7 @@ def refined(
 ) -> BrickMesh:
     """The mesh with those intervals refined that cause most of the error, which is ``excess`` times the accuracy."""
     if not deep:
-        missing[2][:] = 0.0
+        missing[2][~grading.singular_intervals(mesh.axes[2], features.exponents[2])] = 0.0
     ordered = np.sort(np.concatenate(missing))[::-1]
     total = np.cumsum(ordered)
     cut = ordered[min(int(np.searchsorted(total, MARKED * total[-1])), len(ordered) - 1)]

@@ -19,9 +19,11 @@ from fem3d.conductor import Conductor
 from fem3d.operators import HeatProblem
 from meshes.axis import reference
 from meshes.bricks import Block, BrickMesh
-from meshes.grading import Features, at_planes
+from meshes.grading import Features, exponents_at, singular_intervals
 
 SMALLEST_RATIO, UNKNOWN_RATIO, LARGEST_RATIO = 0.05, 0.3, 0.8
+USUAL = 2 / 3  # exponent of a re-entrant corner, at which the tail of the modes was found to be a third of the degree
+WEAKER = 1.75  # power of the inverse exponent by which it is more: 1 for the modes of r^s, and what they keep of others
 
 Cells = list[tuple[int, int, np.ndarray, np.ndarray]]  # axis, interval, (top, missing) energies of the cells across
 
@@ -33,6 +35,7 @@ class Indicators:
 
     highest: tuple[np.ndarray, np.ndarray, np.ndarray]
     missing: tuple[np.ndarray, np.ndarray, np.ndarray]
+    edges_in_z: np.ndarray  # which intervals along z are at a singular plane
 
     @property
     def remaining(self) -> float:
@@ -40,9 +43,9 @@ class Indicators:
         return float(sum(m.sum() for m in self.missing))
 
     @property
-    def in_plane(self) -> float:
-        """The estimated error from x and y alone."""
-        return float(self.missing[0].sum() + self.missing[1].sum())
+    def but_depth(self) -> float:
+        """The estimated error from x and y, and from singular edges in z, which no difference of degrees in z shows."""
+        return float(self.missing[0].sum() + self.missing[1].sum() + self.missing[2][self.edges_in_z].sum())
 
 
 def of_goals(
@@ -63,13 +66,14 @@ def of_goals(
     """
     blocks = heat.mesh.blocks
     k = [heat.mesh.boxes[b.box].material.thermal_conductivity for b in blocks]
-    near = [at_planes(axis, list(found)) for axis, found in zip(heat.mesh.axes, features.exponents, strict=True)]
+    near = [exponents_at(axis, found) for axis, found in zip(heat.mesh.axes, features.exponents, strict=True)]
 
     def cells(field: np.ndarray) -> Cells:
         return _cells(heat.mesh, blocks, [heat.on_block(b, field) for b in blocks], k, near)
 
     solutions = [cells(rise) for rise in rises] if any(row is not None for row in rows.values()) else []
     electric = _electric(heat, conductor, potentials, near)
+    in_z = singular_intervals(heat.mesh.axes[2], features.exponents[2])
     found = {}
     for name, row in rows.items():
         sums = [] if row is None else [_product(heat.mesh, s, cells(heat.solve_steady(row)), 1.0) for s in solutions]
@@ -80,12 +84,12 @@ def of_goals(
             ]
             for part in (0, 1)
         )
-        found[name] = Indicators((highest[0], highest[1], highest[2]), (missing[0], missing[1], missing[2]))
+        found[name] = Indicators((highest[0], highest[1], highest[2]), (missing[0], missing[1], missing[2]), in_z)
     return found
 
 
 def _electric(
-    heat: HeatProblem, conductor: Conductor | None, potentials: Sequence[np.ndarray], near: list[list[bool]]
+    heat: HeatProblem, conductor: Conductor | None, potentials: Sequence[np.ndarray], near: list[list[float]]
 ) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """The relative energy errors of potentials, per axis and interval."""
     mesh = heat.mesh
@@ -118,11 +122,12 @@ def _cells(
     blocks: tuple[Block, ...],
     nodal: list[np.ndarray],
     coefficients: list[float],
-    near: list[list[bool]],
+    near: list[list[float]],
 ) -> Cells:
     """For each block, axis and interval: the energies of its cells in the highest mode, and beyond it.
 
-    At a singular plane the modes decay algebraically, like degree^-3 or so, and so does the tail.
+    At a plane with an edge of exponent s, ``near`` (infinite elsewhere), the energies of the modes decay no faster than
+    degree^-(4 s + 1), and what is beyond one of them is it times the degree over 4 s or so.
     """
     found: Cells = []
     for block, u, coefficient in zip(blocks, nodal, coefficients, strict=True):
@@ -143,6 +148,7 @@ def _cells(
                 # The lowest mode is the mean flux, which says nothing of smoothness.
                 below = cells[0] / (2 * degree - 3) if degree > 2 else top / UNKNOWN_RATIO
                 ratio = np.clip((top + 1e-300) / (below + 1e-300), SMALLEST_RATIO, LARGEST_RATIO)
-                singular = near[d][part.first + i] or near[d][part.first + i + 1]
-                found.append((d, part.first + i, top, top * (degree / 3 if singular else ratio / (1 - ratio))))
+                s = min(near[d][part.first + i], near[d][part.first + i + 1])
+                tail = degree / 3 * max(USUAL / s, 1.0) ** WEAKER if np.isfinite(s) else ratio / (1 - ratio)
+                found.append((d, part.first + i, top, top * tail))
     return found

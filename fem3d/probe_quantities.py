@@ -36,7 +36,7 @@ def study(scene: Scene, part: Symmetry) -> Study:
         goals={n: n for n in probes}, rises=thermal, trace_rises=thermal, ratios={},
         caution={n: OF_GRADIENT if part and _is_gradient(part, n) else CAUTION for n in probes},
         steady=lambda out: values(scene, out), traces=lambda out: values(scene, out),
-        steady_scales=lambda out: scales(scene, out), trace_scales=lambda out: scales(scene, out),
+        steady_scales=lambda out: scales(scene, out), trace_scales=lambda out: scales(scene, out), alike=False,
     )  # fmt: skip
 
 

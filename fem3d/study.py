@@ -21,7 +21,8 @@ class Study:
     of the outputs (those of the steady state where it is known) what an error of each is relative to. ``goals`` names,
     for each steady quantity that the mesh is refined for, the probe that it is; ``ratios`` quantities with the goal
     whose relative error they share, ``caution`` factors by which differences of some are enlarged. ``rises`` and
-    ``trace_rises`` are the temperatures among the quantities. Times in s: the ``end``, the ``earliest`` from which on
+    ``trace_rises`` are the temperatures among the quantities. ``alike`` says that what one temperature misses may shift
+    all of them by as much, as where all stand on the same anchors, and not only by as much of their own. Times in s: the ``end``, the ``earliest`` from which on
     traces hold their accuracy, and ``instants`` that must be among the rows. ``voltage`` names the drive in messages.
     """
 
@@ -40,3 +41,4 @@ class Study:
     traces: Callable[[Outputs], Quantities]
     steady_scales: Callable[[Outputs], dict[str, float]]
     trace_scales: Callable[[Outputs], dict[str, float]]
+    alike: bool = True

@@ -8,7 +8,7 @@ Computational Mechanics 1, 1986).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +23,7 @@ RATIO = 0.15  # of neighbouring intervals towards a feature; 0.15 is optimal for
 HIGHEST_DEGREE = 8
 LONG = 1.2  # times the narrowest spacing: longer intervals start with one degree more
 SLIVER = 1e-3  # of the extent: closer planes set no length
+STEP = 0.25  # of the error of an edge is what a refinement leaves of it
 SHORTEST = 1e-9  # of the extent: intervals are not refined below it
 COARSEST = 1e-2  # an accuracy as good as none
 LAYERS = 75.0  # times the accuracy: where the first mesh expects singular edges to matter no more
@@ -117,24 +118,19 @@ def _inner(a: float, b: float, at_a: bool, at_b: bool) -> list[float]:
 def refine(mesh: BrickMesh, marked: Sequence[np.ndarray], marks: Features, steps: int = 1) -> BrickMesh:
     """The mesh with the marked intervals (one boolean array per axis) refined by some steps.
 
-    An interval at a singular plane is cut towards it; any other gains a degree, or is halved at the highest degree.
+    An interval at a singular plane is cut towards it, as often as it takes to leave `STEP` of the edge's error; any
+    other gains a degree, or is halved at the highest degree.
     """
     axes = []
     for d, axis in enumerate(mesh.axes):
-        near = at_planes(axis, list(marks.exponents[d]))
+        near, shortest = exponents_at(axis, marks.exponents[d]), shortest_of(axis)
         breaks, degrees = [axis.breaks[0]], []
         for i, degree in enumerate(axis.degrees.tolist()):
             a, b = axis.breaks[i], axis.breaks[i + 1]
             inner: list[float] = []
-            if marked[d][i] and b - a > SHORTEST * (axis.breaks[-1] - axis.breaks[0]):
-                if near[i] or near[i + 1]:
-                    inner = _inner(a, b, near[i], near[i + 1])
-                    for _ in range(steps - 1):
-                        inner = [
-                            *_inner(a, inner[0], near[i], False),
-                            *inner,
-                            *_inner(inner[-1], b, False, near[i + 1]),
-                        ]
+            if marked[d][i] and b - a > shortest:
+                if min(near[i], near[i + 1]) < np.inf:
+                    inner = _cut(a, b, near[i], near[i + 1], steps, shortest)
                 elif degree < HIGHEST_DEGREE:
                     degree = min(degree + steps, HIGHEST_DEGREE)
                 else:
@@ -144,6 +140,44 @@ def refine(mesh: BrickMesh, marked: Sequence[np.ndarray], marks: Features, steps
         axes.append(Axis(np.array(breaks), np.array(degrees)))
     x, y, z = axes
     return BrickMesh((x, y, z), mesh.boxes)
+
+
+def _cut(a: float, b: float, at_a: float, at_b: float, steps: int, shortest: float) -> list[float]:
+    """Breakpoints inside (a, b) towards its ends where these have an exponent, none of them towards shorter ones."""
+    left, right = (_layers(s, steps) if np.isfinite(s) else 0 for s in (at_a, at_b))
+    inner = _inner(a, b, left > 0, right > 0)
+    for _ in range(left - 1):
+        if inner[0] - a > shortest:
+            inner.insert(0, a + RATIO * (inner[0] - a))
+    for _ in range(right - 1):
+        if b - inner[-1] > shortest:
+            inner.append(b - RATIO * (b - inner[-1]))
+    return inner
+
+
+def _layers(s: float, steps: int) -> int:
+    """How many layers leave `STEP` of an error that falls with their length to the power 2 s, and that ``steps``
+    times; at least one a step."""
+    return steps * max(1, int(np.ceil(np.log(STEP) / (2 * s * np.log(RATIO)))))
+
+
+def shortest_of(axis: Axis) -> float:
+    """The length (m) below which intervals of an axis are not refined."""
+    return SHORTEST * float(axis.breaks[-1] - axis.breaks[0])
+
+
+def exponents_at(axis: Axis, exponents: Mapping[float, float]) -> list[float]:
+    """For each breakpoint of an axis the exponent of the plane there, infinite where it isn't singular."""
+    return [
+        min((s for p, s in exponents.items() if abs(c - p) <= axis.tolerance), default=np.inf) for c in axis.breaks
+    ]
+
+
+def singular_intervals(axis: Axis, exponents: Mapping[float, float]) -> np.ndarray:
+    """(intervals,): which of them end at a singular plane."""
+    near = np.isfinite(exponents_at(axis, exponents))
+    found: np.ndarray = near[:-1] | near[1:]
+    return found
 
 
 def at_planes(axis: Axis, planes: Sequence[float]) -> list[bool]:
