@@ -155,9 +155,10 @@ def solve_course(study: Study, progress: Callable[[str], None] = lambda _: None)
     raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene")
 
 
-def solution(study: Study, mesh: BrickMesh, reported: bool = False) -> Solution:
-    """The steady state on a mesh, with care for the heat balance where it will be reported."""
-    state = steady.solve(assemble(study.part.scene, mesh, reported), study.voltage, study.accuracy)
+def solution(study: Study, mesh: BrickMesh, reported: bool = False, follow: bool | None = None) -> Solution:
+    """The steady state on a mesh, with care for the heat balance where it will be reported; ``follow`` as of
+    `steady.coupled`."""
+    state = steady.solve(assemble(study.part.scene, mesh, reported), study.voltage, study.accuracy, follow)
     out = outputs.of_steady(state, study.part)
     return Solution(state, out, study.steady(out))
 
@@ -174,12 +175,14 @@ def lesser_meshes(mesh: BrickMesh) -> tuple[BrickMesh, BrickMesh, BrickMesh]:
 def _lesser(study: Study, mesh: BrickMesh, fine: Solution) -> tuple[Solution, Solution, Solution] | None:
     """The coarse, the low and the tall solution; None where any has no steady state although the fine one has."""
     coarse_mesh, low_mesh, tall_mesh = lesser_meshes(mesh)
+    # Low degrees follow a current's pattern badly: only where the fine solution does is there an error in that.
+    follow = fine.state.follows_pattern
     try:
-        coarse = solution(study, coarse_mesh)
-        low = coarse if low_mesh is coarse_mesh else solution(study, low_mesh)
-        tall = solution(study, tall_mesh)
+        coarse = solution(study, coarse_mesh, follow=follow)
+        low = coarse if low_mesh is coarse_mesh else solution(study, low_mesh, follow=follow)
+        tall = solution(study, tall_mesh, follow=follow)
         if low is not coarse and _apart(study, tall, low) > SHARPEN * _apart(study, fine, coarse):
-            low, tall = coarse, solution(study, mesh.with_degrees(-1, -1, 1))
+            low, tall = coarse, solution(study, mesh.with_degrees(-1, -1, 1), follow=follow)
         return coarse, low, tall
     except NumericsError:
         return None

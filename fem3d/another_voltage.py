@@ -63,8 +63,9 @@ def _solution(study: Study, before: SteadyState, reduced: Reduced, factor: float
     source = steady.joule_load(conductor, density, rise) + heat.loads[0]
     answer = lift + heat.whole(heat.solve_steady(source[:n]))
     probes = {p.name: p for p in heat.scene.probes}
-    rows = [outputs.goal(heat, probes[name], rise) for name in study.goals.values()]
-    moved = max(abs(float(row @ (answer - rise)[:n]) / float(row @ answer[:n])) for row in rows if row is not None)
+    goals = [outputs.goal(heat, probes[name], rise) for name in study.goals.values()]
+    rows = [goal.row for goal in goals if goal is not None]
+    moved = max(abs(float(row @ (answer - rise)[:n]) / float(row @ answer[:n])) for row in rows)
     if moved > LEFT_OUT * study.accuracy:
         return None
     potential = before.potential

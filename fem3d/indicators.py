@@ -17,6 +17,7 @@ import numpy as np
 from fem3d import tensor
 from fem3d.conductor import Conductor
 from fem3d.operators import HeatProblem
+from fem3d.outputs import Goal
 from meshes.axis import reference
 from meshes.bricks import Block, BrickMesh
 from meshes.grading import Features, exponents_at, singular_intervals
@@ -53,14 +54,14 @@ def of_goals(
     conductor: Conductor | None,
     potentials: Sequence[np.ndarray],
     rises: Sequence[np.ndarray],
-    rows: Mapping[str, np.ndarray | None],
+    goals: Mapping[str, Goal | None],
     scales: Mapping[str, float],
     features: Features,
 ) -> dict[str, Indicators]:
     """For each quantity where its error comes from, in its unit.
 
-    A quantity is a functional of the rise, a row (free nodes,), or an electric one (None). ``rises`` are temperature
-    fields that must be resolved; each row solves one dual problem with the factorization at hand. ``potentials`` (all
+    A quantity is a functional of the rise, a goal, or an electric one (None). ``rises`` are temperature fields that
+    must be resolved; each goal solves one dual problem with the factorization at hand. ``potentials`` (all
     nodes of the conductor) must be resolved too: a potential is its own dual, so that its relative energy error is that
     of the power, and so of what the power causes, for which ``scales`` stand.
     """
@@ -71,12 +72,15 @@ def of_goals(
     def cells(field: np.ndarray) -> Cells:
         return _cells(heat.mesh, blocks, [heat.on_block(b, field) for b in blocks], k, near)
 
-    solutions = [cells(rise) for rise in rises] if any(row is not None for row in rows.values()) else []
+    solutions = [cells(rise) for rise in rises] if any(goal is not None for goal in goals.values()) else []
     electric = _electric(heat, conductor, potentials, near)
     in_z = singular_intervals(heat.mesh.axes[2], features.exponents[2])
     found = {}
-    for name, row in rows.items():
-        sums = [] if row is None else [_product(heat.mesh, s, cells(heat.solve_steady(row)), 1.0) for s in solutions]
+    for name, goal in goals.items():
+        sums = []
+        if goal is not None:
+            dual = cells(np.concatenate([heat.solve_steady(goal.row), goal.trace]))
+            sums = [_product(heat.mesh, s, dual, 1.0) for s in solutions]
         highest, missing = (
             [
                 np.max([s[part][d] for s in sums] or [0.0 * e], axis=0) + scales[name] * e

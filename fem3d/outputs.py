@@ -8,6 +8,8 @@ The same names come out of a steady state and of a transient, as numbers or as a
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from fem3d import inputs, probes, voltmeter
@@ -121,16 +123,28 @@ def stored_heat(transient: Transient, symmetry: Symmetry, times: np.ndarray) -> 
     return found
 
 
-def goal(state_heat: HeatProblem, probe: Probe, rise: np.ndarray) -> np.ndarray | None:
-    """(free nodes,): the row of a thermal probe, that of a point for an extreme; None for an electric one."""
+class Goal(NamedTuple):
+    """What a thermal probe reads of the rise: ``row`` (free nodes,). Its dual solution z, K z = row, has the values
+    ``trace`` (fixed nodes,) at the fixed nodes: the heat that enters at a boundary is tested with a field that doesn't
+    vanish there."""
+
+    row: np.ndarray
+    trace: np.ndarray
+
+
+def goal(heat: HeatProblem, probe: Probe, rise: np.ndarray) -> Goal | None:
+    """The goal of a thermal probe, that of a point for an extreme; None for an electric one."""
     if probe.quantity not in ("temperature", "heat_flow"):
         return None
+    still = np.zeros(heat.size - heat.free)
     if _is_linear(probe):
-        return _linear(state_heat, probe).row(state_heat)[: state_heat.free]
-    extreme = _extreme(state_heat, probe)
+        linear = _linear(heat, probe)
+        trace = sum((-heat.held[name] for name in linear.boundaries), still)
+        return Goal(linear.row(heat)[: heat.free], trace)
+    extreme = _extreme(heat, probe)
     at = extreme.where(extreme.sampled(rise[:, None]), np.ones(1))
     point = Probe(probe.name, at, at)
-    return mean_row(state_heat, point, state_heat.number, state_heat.size)[: state_heat.free]
+    return Goal(mean_row(heat, point, heat.number, heat.size)[: heat.free], still)
 
 
 def _is_linear(probe: Probe) -> bool:

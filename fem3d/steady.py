@@ -74,10 +74,12 @@ def is_thermal(scene: Scene) -> bool:
     )
 
 
-def solve(heat: HeatProblem, voltage: float, accuracy: float) -> SteadyState[HeatProblem, Conductor]:
+def solve(
+    heat: HeatProblem, voltage: float, accuracy: float, follow: bool | None = None
+) -> SteadyState[HeatProblem, Conductor]:
     """The steady state of bricks at the scene's constant inputs; ``voltage`` (V) names the drive in messages. Raises as
     `coupled` does."""
-    return coupled(heat, find_conductor(heat), is_thermal(heat.scene), voltage, accuracy)
+    return coupled(heat, find_conductor(heat), is_thermal(heat.scene), voltage, accuracy, follow)
 
 
 def _electric(heat: H, conductor: C) -> SteadyState[H, C]:
@@ -92,9 +94,12 @@ def _electric(heat: H, conductor: C) -> SteadyState[H, C]:
     )  # fmt: skip
 
 
-def coupled(heat: H, conductor: C | None, thermal: bool, voltage: float, accuracy: float) -> SteadyState[H, C]:
+def coupled(
+    heat: H, conductor: C | None, thermal: bool, voltage: float, accuracy: float, follow: bool | None = None
+) -> SteadyState[H, C]:
     """The steady state at constant inputs; without ``thermal`` the currents alone. ``voltage`` (V) names the drive in
-    messages.
+    messages. Whether the current's pattern is followed as it heats up is decided by its effect, or given by
+    ``follow``.
 
     Raises RunawayError where no steady state exists, NumericsError where the iteration does not converge.
     """
@@ -112,7 +117,7 @@ def coupled(heat: H, conductor: C | None, thermal: bool, voltage: float, accurac
     potentials, patterns = [cold], [conductor.pattern(cold)]
     warms = conductor.warms
     fields = heat.solve_steady((joule_load(conductor, cold.density, lift) + given)[:n])[:, None]
-    follows, change, before = warms, 0.0, np.inf
+    follows, change, before = warms and follow is not False, 0.0, np.inf
     for step in range(1, 61):
         reduced = project(heat, conductor, fields, patterns)
         point = operating_point.find(reduced)
@@ -129,7 +134,7 @@ def coupled(heat: H, conductor: C | None, thermal: bool, voltage: float, accurac
             expected = point.fraction**-2 * joule_load(conductor, combined(patterns, point.c), rise)
             if step == 1:
                 change = heat.norm(heat.solve_steady((load - expected)[:n])) / size
-            if step == 1 and change < UNIFORM * accuracy:
+            if step == 1 and follow is None and change < UNIFORM * accuracy:
                 follows = False
             else:
                 potentials = [hot]
