@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem3d import indicators, outputs, reach, start, steady
+from fem3d import bubbles, indicators, outputs, reach, start, steady
 from fem3d.conductor import Conductor
 from fem3d.errors import NumericsError, RunawayError
 from fem3d.indicators import Indicators
@@ -229,7 +229,15 @@ def _goals(study: Study, fine: Solution, snapshots: list[np.ndarray], features: 
     state = fine.state
     potentials = [] if state.potential is None else [state.potential]
     scales = study.steady_scales(fine.out)
-    return goals_of(study, state.heat, state.conductor, potentials, [state.rise, *snapshots], scales, features)
+    goals = goals_of(study, state.heat, state.conductor, potentials, [state.rise, *snapshots], scales, features)
+    probes = {p.name: p for p in study.part.scene.probes}
+    conductor = state.conductor
+    heating = [] if conductor is None else conductor.heating(state.density, state.density, state.rise)
+    for name, probe in study.goals.items():
+        if outputs.reads_mean(probes[probe]):
+            for d, i, kelvin in bubbles.missing(state.heat, conductor, heating, state.rise, probes[probe]):
+                goals[name].missing[d][i] += kelvin
+    return goals
 
 
 def goals_of(

@@ -82,7 +82,7 @@ def _solution(study: Study, before: SteadyState, reduced: Reduced, factor: float
         before, drive=factor * before.drive, rise=answer, source=source, joule=joule, patterns=patterns,
         power=float(sum(joule.values())),
         currents={n: float(point.c @ np.array([p.currents[n] for p in patterns])) for n in names},
-        potential=None if potential is None else factor * potential,
+        potential=None if potential is None else factor * potential, density=density,
     )  # fmt: skip
     out = outputs.of_steady(state, study.part)
     return Solution(state, out, study.steady(out)), moved

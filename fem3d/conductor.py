@@ -191,20 +191,21 @@ class Conductor:
             for block, parts, p, q in zip(self.blocks, self.parts, a, b, strict=True)
         )
 
-    def _heating(self, a: Field, b: Field, rise: np.ndarray) -> Field:
+    def heating(self, a: Field, b: Field, rise: np.ndarray) -> Field:
+        """rho Ja . Jb at the Gauss points (W/m3)."""
         return [r * (p * q).sum(axis=0) for r, p, q in zip(self.resistivity(rise), a, b, strict=True)]
 
     def joule_load(self, a: Field, b: Field, rise: np.ndarray) -> np.ndarray:
         """(all nodes,): integral of rho Ja . Jb v, in W."""
         found = np.zeros(self.heat.size)
-        for block, parts, q in zip(self.blocks, self.parts, self._heating(a, b, rise), strict=True):
+        for block, parts, q in zip(self.blocks, self.parts, self.heating(a, b, rise), strict=True):
             self.heat.scatter(block, tensor.load(parts, q), found)
         return found
 
     def joule(self, density: Field, rise: np.ndarray) -> dict[str, float]:
         """The Joule heat of each conducting box (W)."""
         found: dict[str, float] = {}
-        for block, parts, q in zip(self.blocks, self.parts, self._heating(density, density, rise), strict=True):
+        for block, parts, q in zip(self.blocks, self.parts, self.heating(density, density, rise), strict=True):
             name = self.heat.mesh.boxes[block.box].name
             found[name] = found.get(name, 0.0) + float((tensor.weights(parts) * q).sum())
         return found

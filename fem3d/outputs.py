@@ -147,8 +147,13 @@ def goal(heat: HeatProblem, probe: Probe, rise: np.ndarray) -> Goal | None:
     return Goal(mean_row(heat, point, heat.number, heat.size)[: heat.free], still)
 
 
+def reads_mean(probe: Probe) -> bool:
+    """Whether a probe reads the mean of a temperature over its box."""
+    return probe.quantity == "temperature" and probe.reduce == "mean"
+
+
 def _is_linear(probe: Probe) -> bool:
-    return probe.quantity == "heat_flow" or (probe.quantity == "temperature" and probe.reduce == "mean")
+    return probe.quantity == "heat_flow" or reads_mean(probe)
 
 
 def _linear(heat: HeatProblem, probe: Probe) -> Linear:

@@ -7,7 +7,7 @@ instead of like Picard's.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Generic
 
@@ -38,7 +38,7 @@ class SteadyState(Generic[H, C]):
     current that enters at each electrode or passes a probe; the temperature fields (free nodes) and current patterns
     of the reduced problem. ``pattern_change``: how far heating moves the current's pattern, by its relative effect on
     the rise. ``drive``: the voltages over those of the scene. ``unsettled``: what the coupled iteration has left, and a
-    current pattern that wasn't followed, relative to the rise.
+    current pattern that wasn't followed, relative to the rise. ``density``: the current's (A/m2).
     """
 
     heat: H
@@ -56,6 +56,7 @@ class SteadyState(Generic[H, C]):
     steps: int
     drive: float = 1.0
     unsettled: float = 0.0
+    density: Field = field(default_factory=list)
 
     @cached_property
     def hot_potential(self) -> np.ndarray:
@@ -168,7 +169,7 @@ def coupled(
         {name: scale * current for name, current in last.currents.items()},
         float(sum(joule.values())), final.potential, np.column_stack([fields, answer]),
         independent(conductor, [cold, final]) if follows else [last], change, follows, step,
-        unsettled=(moved if warms else 0.0) + (0.0 if follows else 2 * change),
+        unsettled=(moved if warms else 0.0) + (0.0 if follows else 2 * change), density=density,
     )  # fmt: skip
 
 
