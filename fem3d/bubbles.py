@@ -33,7 +33,7 @@ NEXT = (1, 2)  # degrees above the interval's own: one of either parity
 def missing(
     heat: HeatProblem, conductor: Conductor | None, heating: Field, rise: np.ndarray, probe: Probe
 ) -> Iterator[tuple[int, int, float]]:
-    """(axis, interval, K) wherever a mean temperature would change by the next degrees; ``heating`` is the Joule heat at
+    """(axis, interval, K) where a mean temperature would change by the next degrees; ``heating`` is the Joule heat at
     the points of each block of the conductor (W/m3), ``rise`` (all nodes) that of the films."""
     for d, axis in enumerate(heat.mesh.axes):
         low, high = probe.lower[d], probe.upper[d]
@@ -87,7 +87,7 @@ def _nodes(heat: HeatProblem, others: list[int], cells: np.ndarray) -> np.ndarra
 def _line(
     heat: HeatProblem, conductor: Conductor | None, heating: Field, rise: np.ndarray, d: int, i: int, cells: np.ndarray
 ) -> np.ndarray:
-    """(degree + 1,): Legendre coefficients along an interval of the heat in a piece of its slab, over the conductance of
+    """(degree + 1,): Legendre coefficients along an interval of the heat in a piece of a slab, over the conductance of
     its section (K/m2)."""
     mesh, others = heat.mesh, [e for e in range(3) if e != d]
     points = int(mesh.axes[d].degrees[i]) + 1

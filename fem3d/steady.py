@@ -91,7 +91,7 @@ def _electric(heat: H, conductor: C) -> SteadyState[H, C]:
     joule = conductor.joule(cold.density, still)
     return SteadyState(
         heat, conductor, still, heat.loads[0], joule, pattern.currents, float(sum(joule.values())), cold.potential,
-        np.empty((heat.free, 0)), [pattern], 0.0, False, 1,
+        np.empty((heat.free, 0)), [pattern], 0.0, False, 1, density=cold.density,
     )  # fmt: skip
 
 

@@ -3,8 +3,10 @@
 Near an edge along z (or x, y) the solution behaves as r^s; the smallest exponent s > 0 belongs to the angular problem
 -(k u')' = s^2 k u around the edge, with the conductivity k of each of the four quadrants (zero: void) and u = 0 on the
 rays along which its value is given. A flat surface or a convex corner has s of 1 or more, a re-entrant corner 2/3, the
-rim of an electrode on a flat face 1/2; a jump of conductivity shifts it. Sources: Grisvard, Elliptic Problems in
-Nonsmooth Domains, section 4.4; Kellogg, Applicable Analysis 4, 1975.
+rim of an electrode on a flat face 1/2; a jump of conductivity shifts it. Where a given temperature meets, at a right
+angle, a face that heat passes, s is 1 and the two conditions contradict each other at the edge, which leaves r log r:
+too rough for the degree alone, unless what passes hardly matters. Sources: Grisvard, Elliptic Problems in Nonsmooth
+Domains, section 4.4; Kellogg, Applicable Analysis 4, 1975.
 """
 
 from __future__ import annotations
@@ -15,9 +17,11 @@ import numpy as np
 
 from meshes import connected
 from meshes.bricks import VOID, BrickMesh
-from scenes.model import Scene
+from scenes.model import Boundary, Box, Scene
 
-REGULAR = 0.95  # edges of this exponent or more are left to the degree
+REGULAR = 0.95  # edges of this exponent or more are left to the degree, but for contradictions up to the next one
+RESONANT = 1.05
+PASSES = 0.05  # Biot number of a film, with its box's extent across the edge, from which on it contradicts
 
 Numbers = tuple[float, float, float, float]
 Rays = tuple[bool, bool, bool, bool]
@@ -34,50 +38,95 @@ def exponents(scene: Scene) -> list[dict[float, float]]:
     electric = np.array([1 / (b.material.resistivity or np.inf) for b in mesh.boxes])
     found: list[dict[float, float]] = [{}, {}, {}]
     solid, live = mesh.owner != VOID, connected.live(scene)
-    _collect(mesh, np.where(solid, thermal[mesh.owner], 0.0), _held(mesh, scene, "temperature"), found)
+    held = _held(mesh, scene, "temperature")
+    _collect(mesh, np.where(solid, thermal[mesh.owner], 0.0), held, found, _passing(mesh, scene))
     if live.any():
         _collect(mesh, np.where(live, electric[mesh.owner], 0.0), _held(mesh, scene, "voltage"), found)
     return found
 
 
 def _collect(
-    mesh: BrickMesh, conductivity: np.ndarray, held: list[np.ndarray], found: list[dict[float, float]]
+    mesh: BrickMesh,
+    conductivity: np.ndarray,
+    held: list[np.ndarray],
+    found: list[dict[float, float]],
+    passing: list[np.ndarray] | None = None,
 ) -> None:
-    """Add the planes of singular edges; ``held`` says per axis which faces across it have a given value."""
+    """Add the planes of singular edges. Per axis, ``held`` says which faces across it have a given value, ``passing``
+    through which of them so much passes otherwise that it contradicts one."""
     k = np.pad(conductivity, 1)
     for along in range(3):
         first, second = (d for d in range(3) if d != along)
         cells = np.moveaxis(k, (first, second, along), (0, 1, 2))
         quadrants = np.stack([cells[1:, 1:], cells[:-1, 1:], cells[:-1, :-1], cells[1:, :-1]], axis=-1)
-        flat_second = np.moveaxis(held[second], (first, second, along), (0, 1, 2))
-        flat_first = np.moveaxis(held[first], (first, second, along), (0, 1, 2))
-        rays = np.stack([flat_second[1:], flat_first[:, 1:], flat_second[:-1], flat_first[:, :-1]], axis=-1)
+        rays = _rays(held, first, second, along)
+        against = np.zeros_like(rays) if passing is None else _rays(passing, first, second, along)
         uneven = (quadrants.min(axis=-1) != quadrants.max(axis=-1)) | (rays.any(axis=-1) & ~rays.all(axis=-1))
+        contradicted = rays.any(axis=-1) & against.any(axis=-1)
         for i, j, layer in np.argwhere(uneven & (quadrants.max(axis=-1) > 0)):
             a, b, c, d = quadrants[i, j, layer].tolist()
             p, q, r, s = rays[i, j, layer].tolist()
             exponent_here = exponent((a, b, c, d), (p, q, r, s))
-            if exponent_here < REGULAR:
+            if exponent_here < (RESONANT if contradicted[i, j, layer] else REGULAR):
                 for axis, at in ((first, i), (second, j)):
                     plane = float(mesh.axes[axis].breaks[at])
-                    found[axis][plane] = min(exponent_here, found[axis].get(plane, 1.0))
+                    found[axis][plane] = min(exponent_here, found[axis].get(plane, RESONANT))
+
+
+def _rays(faces: list[np.ndarray], first: int, second: int, along: int) -> np.ndarray:
+    """(planes of the first axis, of the second, cells along, 4): which of the four faces at each edge are chosen."""
+    across_second = np.moveaxis(faces[second], (first, second, along), (0, 1, 2))
+    across_first = np.moveaxis(faces[first], (first, second, along), (0, 1, 2))
+    return np.stack([across_second[1:], across_first[:, 1:], across_second[:-1], across_first[:, :-1]], axis=-1)
+
+
+def _passing(mesh: BrickMesh, scene: Scene) -> list[np.ndarray]:
+    """Per axis, which faces across it heat passes by a given flux, or by a film that is no mere trifle."""
+    found = _none(mesh)
+    for b in scene.boundaries:
+        if b.kind == "heat_flux" and b.value != 0.0:
+            _mark(found, mesh, b)
+        elif b.kind == "convection" and isinstance(b.value, float | int):
+            biot = max((b.value * _across(box, b) / box.material.thermal_conductivity for box in mesh.boxes), default=0)
+            if biot >= PASSES:
+                _mark(found, mesh, b)
+    return found
+
+
+def _across(box: Box, boundary: Boundary) -> float:
+    """The extent (m) of a box at right angles to a boundary that it touches; nought where it doesn't."""
+    d = next(d for d in range(3) if boundary.lower[d] == boundary.upper[d])
+    small = 1e-9 * max(box.upper[e] - box.lower[e] for e in range(3))
+    touches = min(abs(boundary.lower[d] - box.lower[d]), abs(boundary.lower[d] - box.upper[d])) <= small and all(
+        boundary.lower[e] < box.upper[e] and boundary.upper[e] > box.lower[e] for e in range(3) if e != d
+    )
+    return box.upper[d] - box.lower[d] if touches else 0.0
 
 
 def _held(mesh: BrickMesh, scene: Scene, kind: str) -> list[np.ndarray]:
-    """Per axis, which faces across it have a given value: one plane more than cells along it, and a margin of one
-    cell across, as `_collect` pads."""
-    shape = mesh.owner.shape
-    found = []
-    for d in range(3):
-        faces = np.zeros([n + 1 if e == d else n + 2 for e, n in enumerate(shape)], dtype=bool)
-        for b in scene.boundaries:
-            spans = mesh.spans(b.lower, b.upper)
-            if b.kind == kind and spans[d][0] == spans[d][1]:
-                at = [slice(p + 1, q + 1) for p, q in spans]
-                at[d] = slice(spans[d][0], spans[d][0] + 1)
-                faces[tuple(at)] = True
-        found.append(faces)
+    """Per axis, which faces across it have a given value of a kind."""
+    found = _none(mesh)
+    for b in scene.boundaries:
+        if b.kind == kind:
+            _mark(found, mesh, b)
     return found
+
+
+def _none(mesh: BrickMesh) -> list[np.ndarray]:
+    """Per axis, none of the faces across it: one plane more than cells along it, and a margin of one cell across, as
+    `_collect` pads."""
+    shape = mesh.owner.shape
+    return [np.zeros([n + 1 if e == d else n + 2 for e, n in enumerate(shape)], dtype=bool) for d in range(3)]
+
+
+def _mark(faces: list[np.ndarray], mesh: BrickMesh, boundary: Boundary) -> None:
+    """Choose the faces of a boundary."""
+    spans = mesh.spans(boundary.lower, boundary.upper)
+    for d in range(3):
+        if spans[d][0] == spans[d][1]:
+            at = [slice(p + 1, q + 1) for p, q in spans]
+            at[d] = slice(spans[d][0], spans[d][0] + 1)
+            faces[d][tuple(at)] = True
 
 
 @lru_cache(maxsize=512)
