@@ -1,0 +1,49 @@
+"""The steady state of a free scene with a field that can be looked at: a few more levels where the probes need none."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from fem3d import adapt, field_error, reach
+from fem3d.adapt import Answer
+from fem3d.errors import NumericsError
+from fem3d.study import Study
+from meshes import grading
+
+MOST_LEVELS = 5  # more than the probes need
+MOST_GROWTH = 3.0  # times the nodes that the probes need
+FREELY = 4_000  # nodes that any scene may have
+
+
+def solve(study: Study, progress: Callable[[str], None] = lambda _: None) -> Answer:
+    """The steady state with every probe within the accuracy, and then with the field within the study's bound for it,
+    if a few levels of no more than a few times the cost reach that; the answer says how far off it is.
+
+    Raises what `fem3d.adapt.solve` does.
+    """
+    best = adapt.solve(study, False, progress)
+    assert best.field is not None
+    assert study.field is not None
+    field, bound = best.field, study.field
+    features = grading.features(study.part.scene)
+    mesh, marked = best.fine.state.heat.mesh, field.marked
+    most = max(MOST_GROWTH * mesh.solid.sum(), FREELY)
+    for level in range(best.levels + 1, best.levels + 1 + MOST_LEVELS):
+        if field.relative <= bound:
+            break
+        mesh = grading.refine(mesh, marked, features)
+        if mesh.solid.sum() > most or reach.entries(mesh) > reach.MOST_ENTRIES:
+            break
+        try:
+            fine = adapt.solution(study, mesh, reported=True)
+            here = adapt.examined(study, mesh, fine, features)
+        except NumericsError:
+            break
+        progress(f"level {level}, for the field: {fine.state.heat.size} unknowns")
+        marked = field_error.causes(fine.state.heat, fine.state.rise)
+        if here.accepted(study.accuracy):
+            assert here.lesser is not None
+            found = field_error.of(fine.state, *(lesser.state for lesser in here.lesser))
+            if found.relative < field.relative:
+                field, best = found, Answer(fine, here.errors, None, level, found)
+    return best
