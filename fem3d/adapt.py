@@ -17,7 +17,6 @@ import numpy as np
 from fem3d import field_error, indicators, outputs, reach, start, steady
 from fem3d.conductor import Conductor
 from fem3d.errors import NumericsError, RunawayError
-from fem3d.field_error import FieldError
 from fem3d.indicators import Indicators
 from fem3d.operators import HeatProblem, assemble
 from fem3d.outputs import Outputs
@@ -53,14 +52,14 @@ class Solution:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """What the last level gives: its solutions, the steady errors by name, the response over time, and how far the
-    steady field is off where the study asks for it."""
+    """What the last level gives: its solutions, the steady errors by name, the response over time, and the error
+    of the steady field over its largest rise (infinite where the study doesn't ask for it)."""
 
     fine: Solution
     errors: dict[str, float]
     response: Response | None
     levels: int
-    field: FieldError | None = None
+    field: float = np.inf
 
 
 def solve(study: Study, transient: bool, progress: Callable[[str], None] = lambda _: None) -> Answer:
@@ -90,9 +89,11 @@ def solve(study: Study, transient: bool, progress: Callable[[str], None] = lambd
         if here.accepted(accuracy):
             assert here.lesser is not None
             coarse, low, tall = here.lesser
-            field = None if study.field is None else field_error.of(fine.state, coarse.state, low.state, tall.state)
             if not transient:
-                return Answer(fine, here.errors, None, level, field)
+                states = (s.state for s in (fine, *here.lesser))
+                return Answer(
+                    fine, here.errors, None, level, np.inf if study.field is None else field_error.of(*states)
+                )
             progress("transient")
             # What hardly depends on the degree in z when steady doesn't depend on it more on the way there.
             in_z = (Base.of_steady(low.state), Base.of_steady(tall.state)) if deep else None
@@ -100,7 +101,7 @@ def solve(study: Study, transient: bool, progress: Callable[[str], None] = lambd
             g = shift(time_constant(fine.state), study.earliest)
             response = respond(study, *bases, in_z, g, fine.out)
             if response.accepted:
-                return Answer(fine, here.errors, response, level, field)
+                return Answer(fine, here.errors, response, level)
             goals = _goals(study, fine, response.snapshots, features)
             deep = response.deep
         finer = refined(mesh, weighted(goals, here.scales), features, deep)

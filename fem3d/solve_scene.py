@@ -45,8 +45,7 @@ def clipped(scene: Scene) -> Scene:
 
 def _steady(study: Study, scene: Scene, say: Callable[[str], None]) -> Result:
     answer = whole_field.solve(study, say)
-    assert answer.field is not None
-    off = answer.field.relative
+    off = answer.field
     state = answer.fine.state
     found = {name: Estimate(float(v), answer.errors[name]) for name, v in answer.fine.quantities.items()}
     details: dict[str, Any] = _details(study, state.heat.free, answer.levels) | {

@@ -10,9 +10,9 @@ from fem3d.errors import NumericsError
 from fem3d.study import Study
 from meshes import grading
 
-MOST_LEVELS = 5  # more than the probes need
-MOST_GROWTH = 3.0  # times the nodes that the probes need
-FREELY = 4_000  # nodes that any scene may have
+MOST_LEVELS = 6  # more than the probes need
+MOST_GROWTH = 2.0  # times the nodes that the probes need
+FREELY = 3_000  # nodes that any scene may have
 
 
 def solve(study: Study, progress: Callable[[str], None] = lambda _: None) -> Answer:
@@ -22,16 +22,14 @@ def solve(study: Study, progress: Callable[[str], None] = lambda _: None) -> Ans
     Raises what `fem3d.adapt.solve` does.
     """
     best = adapt.solve(study, False, progress)
-    assert best.field is not None
     assert study.field is not None
-    field, bound = best.field, study.field
     features = grading.features(study.part.scene)
-    mesh, marked = best.fine.state.heat.mesh, field.marked
-    most = max(MOST_GROWTH * mesh.solid.sum(), FREELY)
+    state = best.fine.state
+    most = max(MOST_GROWTH * state.heat.mesh.solid.sum(), FREELY)
     for level in range(best.levels + 1, best.levels + 1 + MOST_LEVELS):
-        if field.relative <= bound:
+        if best.field <= study.field:
             break
-        mesh = grading.refine(mesh, marked, features)
+        mesh = field_error.refined(state)
         if mesh.solid.sum() > most or reach.entries(mesh) > reach.MOST_ENTRIES:
             break
         try:
@@ -39,11 +37,11 @@ def solve(study: Study, progress: Callable[[str], None] = lambda _: None) -> Ans
             here = adapt.examined(study, mesh, fine, features)
         except NumericsError:
             break
-        progress(f"level {level}, for the field: {fine.state.heat.size} unknowns")
-        marked = field_error.causes(fine.state.heat, fine.state.rise)
+        state = fine.state
+        progress(f"level {level}, for the field: {state.heat.size} unknowns")
         if here.accepted(study.accuracy):
             assert here.lesser is not None
-            found = field_error.of(fine.state, *(lesser.state for lesser in here.lesser))
-            if found.relative < field.relative:
-                field, best = found, Answer(fine, here.errors, None, level, found)
+            off = field_error.of(state, *(lesser.state for lesser in here.lesser))
+            if off < best.field:
+                best = Answer(fine, here.errors, None, level, off)
     return best

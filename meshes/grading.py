@@ -168,9 +168,7 @@ def shortest_of(axis: Axis) -> float:
 
 def exponents_at(axis: Axis, exponents: Mapping[float, float]) -> list[float]:
     """For each breakpoint of an axis the exponent of the plane there, infinite where it isn't singular."""
-    return [
-        min((s for p, s in exponents.items() if abs(c - p) <= axis.tolerance), default=np.inf) for c in axis.breaks
-    ]
+    return [min((s for p, s in exponents.items() if abs(c - p) <= axis.tolerance), default=np.inf) for c in axis.breaks]
 
 
 def singular_intervals(axis: Axis, exponents: Mapping[float, float]) -> np.ndarray:
