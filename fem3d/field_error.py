@@ -53,15 +53,16 @@ def refined(state: SteadyState) -> BrickMesh:
     steeper end where it decays within a small part of them, and with a degree more where not."""
     mesh, causes = state.heat.mesh, _causes(state)
     least = CAUSES * max(c.size for of_axis in causes for c in of_axis)
-    x, y, z = (_refined(axis, of_axis, least) for axis, of_axis in zip(mesh.axes, causes, strict=True))
+    shortest = grading.shortest_of(mesh)
+    x, y, z = (_refined(axis, of_axis, least, shortest) for axis, of_axis in zip(mesh.axes, causes, strict=True))
     return BrickMesh((x, y, z), mesh.boxes)
 
 
-def _refined(axis: Axis, causes: list[_Cause], least: float) -> Axis:
+def _refined(axis: Axis, causes: list[_Cause], least: float, shortest: float) -> Axis:
     breaks, degrees = [axis.breaks[0]], []
     for i, (degree, cause) in enumerate(zip(axis.degrees.tolist(), causes, strict=True)):
         a, b = axis.breaks[i], axis.breaks[i + 1]
-        if cause.size >= least > 0 and b - a > grading.shortest_of(axis):
+        if cause.size >= least > 0 and b - a > shortest:
             if cause.slow:
                 part = grading.RATIO * (b - a)
                 breaks.append(b - part if cause.above else a + part)

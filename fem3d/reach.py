@@ -61,7 +61,7 @@ def check_edges(
         for axis, found, missing in zip(mesh.axes, features.exponents, goal.missing, strict=True):
             near = np.array(grading.exponents_at(axis, found))
             s = np.minimum(near[:-1], near[1:])
-            shrinks = np.minimum(grading.shortest_of(axis) / np.diff(axis.breaks), 1.0)
+            shrinks = np.minimum(grading.shortest_of(mesh) / np.diff(axis.breaks), 1.0)
             at = np.isfinite(s) & (np.diff(axis.breaks) < asymptotic)
             least += float((missing[at] * shrinks[at] ** (2 * s[at])).sum())
         if least / scales[name] > CLEARLY * accuracy:
@@ -85,6 +85,6 @@ def _because(features: Features) -> str:
     if sharpest > HARDLY:
         return ""
     return (
-        f": at {axis} = {at:.4g} m a given value ends where two materials meet or at a corner, and the solution "
-        f"behaves as a distance to the power {sharpest:.2f} there; ask for a larger accuracy, or let it end elsewhere"
+        f": at {axis} = {at:.4g} m a given value ends, or good conductors meet along an edge only, and the solution "
+        f"behaves as a distance to the power {sharpest:.2f} there; ask for a larger accuracy, or let them end elsewhere"
     )

@@ -60,7 +60,7 @@ def test_layers_are_cut_as_the_exponent_needs():
     for _ in range(20):
         marked = [grading.singular_intervals(a, e) for a, e in zip(finer.axes, features.exponents, strict=True)]
         finer = grading.refine(finer, marked, features, 3)
-    assert np.diff(finer.axes[1].breaks).min() >= grading.RATIO * grading.shortest_of(finer.axes[1])
+    assert np.diff(finer.axes[1].breaks).min() >= grading.RATIO * grading.shortest_of(finer)
 
 
 def test_what_no_layer_resolves_is_refused_at_once_and_named():
