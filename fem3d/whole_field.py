@@ -13,6 +13,7 @@ from meshes import grading
 MOST_LEVELS = 6  # more than the probes need
 MOST_GROWTH = 2.0  # times the nodes that the probes need
 FREELY = 3_000  # nodes that any scene may have
+MOST = 30_000  # nodes beyond which the probes decide alone
 
 
 def solve(study: Study, progress: Callable[[str], None] = lambda _: None) -> Answer:
@@ -25,7 +26,7 @@ def solve(study: Study, progress: Callable[[str], None] = lambda _: None) -> Ans
     assert study.field is not None
     features = grading.features(study.part.scene)
     state = best.fine.state
-    most = max(MOST_GROWTH * state.heat.mesh.solid.sum(), FREELY)
+    most = max(min(MOST_GROWTH * state.heat.mesh.solid.sum(), MOST), FREELY)
     for level in range(best.levels + 1, best.levels + 1 + MOST_LEVELS):
         if best.field <= study.field:
             break
