@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem3d import bubbles, indicators, outputs, reach, start, steady
+from fem3d import bubbles, field_error, indicators, outputs, reach, start, steady
 from fem3d.conductor import Conductor
 from fem3d.errors import NumericsError, RunawayError
 from fem3d.indicators import Indicators
@@ -52,12 +52,14 @@ class Solution:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """What the last level gives: its solutions, the steady errors by name, and the response over time."""
+    """What the last level gives: its solutions, the steady errors by name, the response over time, and the error
+    of the steady field over its largest rise (infinite where the study doesn't ask for it)."""
 
     fine: Solution
     errors: dict[str, float]
     response: Response | None
     levels: int
+    field: float = np.inf
 
 
 def solve(study: Study, transient: bool, progress: Callable[[str], None] = lambda _: None) -> Answer:
@@ -82,37 +84,67 @@ def solve(study: Study, transient: bool, progress: Callable[[str], None] = lambd
             mesh = mesh.with_degrees(1, 1, 1)
             continue
         progress(f"level {level}: {fine.state.heat.size} unknowns")
-        scales = study.steady_scales(fine.out)
-        goals = _goals(study, fine, [], features)
-        reach.check_edges(mesh, goals, scales, features, accuracy)
-        estimate = {name: goals[name].remaining for name in goals}
-        deep = True
-        clear = max((e / scales[q] for q, e in estimate.items()), default=0.0) > CLEARLY * accuracy
-        lesser = None if clear else _lesser(study, mesh, fine)
-        if lesser is not None:
-            coarse, low, tall = lesser
-            depth = {q: IN_DEPTH * abs(float(tall.quantities[q] - low.quantities[q])) for q in low.quantities}
-            deep = max((depth[q] / scales[q] for q in depth), default=0.0) > NEGLIGIBLE * accuracy
-            if not deep:
-                estimate = {name: goals[name].but_depth for name in goals}
-            errors = steady_errors(study, fine, coarse.quantities, depth, estimate, scales)
-            if max((e / scales[q] for q, e in errors.items()), default=0.0) <= accuracy:
-                if not transient:
-                    return Answer(fine, errors, None, level)
-                progress("transient")
-                # What hardly depends on the degree in z when steady doesn't depend on it more on the way there.
-                in_z = (Base.of_steady(low.state), Base.of_steady(tall.state)) if deep else None
-                bases = Base.of_steady(fine.state), Base.of_steady(coarse.state)
-                g = shift(time_constant(fine.state), study.earliest)
-                response = respond(study, *bases, in_z, g, fine.out)
-                if response.accepted:
-                    return Answer(fine, errors, response, level)
-                goals = _goals(study, fine, response.snapshots, features)
-                deep = response.deep
-        finer = refined(mesh, weighted(goals, scales), features, deep)
+        here = examined(study, mesh, fine, features)
+        goals, deep = here.goals, here.deep
+        if here.accepted(accuracy):
+            assert here.lesser is not None
+            coarse, low, tall = here.lesser
+            if not transient:
+                states = (s.state for s in (fine, *here.lesser))
+                return Answer(
+                    fine, here.errors, None, level, np.inf if study.field is None else field_error.of(*states)
+                )
+            progress("transient")
+            # What hardly depends on the degree in z when steady doesn't depend on it more on the way there.
+            in_z = (Base.of_steady(low.state), Base.of_steady(tall.state)) if deep else None
+            bases = Base.of_steady(fine.state), Base.of_steady(coarse.state)
+            g = shift(time_constant(fine.state), study.earliest)
+            response = respond(study, *bases, in_z, g, fine.out)
+            if response.accepted:
+                return Answer(fine, here.errors, response, level)
+            goals = _goals(study, fine, response.snapshots, features)
+            deep = response.deep
+        finer = refined(mesh, weighted(goals, here.scales), features, deep)
         reach.check_finer(finer, mesh, features, accuracy)
         mesh = finer
     raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene")
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """What is known of the solution on a mesh: where the goals' errors come from, the quantities' scales, whether the
+    error in z matters, the coarse, low and tall solutions and the steady errors by name; without the last two where the
+    goals alone call for a finer mesh, or where a lesser mesh has no steady state."""
+
+    goals: dict[str, Indicators]
+    scales: dict[str, float]
+    deep: bool
+    lesser: tuple[Solution, Solution, Solution] | None
+    errors: dict[str, float]
+
+    def accepted(self, accuracy: float) -> bool:
+        """Whether every error is known, and below an accuracy."""
+        worst = max((e / self.scales[q] for q, e in self.errors.items()), default=0.0)
+        return self.lesser is not None and worst <= accuracy
+
+
+def examined(study: Study, mesh: BrickMesh, fine: Solution, features: Features) -> Level:
+    """The level of a fine solution. Raises NumericsError where singular edges put the accuracy out of reach."""
+    accuracy, scales = study.accuracy, study.steady_scales(fine.out)
+    goals = _goals(study, fine, [], features)
+    reach.check_edges(mesh, goals, scales, features, accuracy)
+    estimate = {name: goals[name].remaining for name in goals}
+    clear = max((e / scales[q] for q, e in estimate.items()), default=0.0) > CLEARLY * accuracy
+    lesser = None if clear else _lesser(study, mesh, fine)
+    if lesser is None:
+        return Level(goals, scales, True, None, {})
+    coarse, low, tall = lesser
+    depth = {q: IN_DEPTH * abs(float(tall.quantities[q] - low.quantities[q])) for q in low.quantities}
+    deep = max((depth[q] / scales[q] for q in depth), default=0.0) > NEGLIGIBLE * accuracy
+    if not deep:
+        estimate = {name: goals[name].but_depth for name in goals}
+    errors = steady_errors(study, fine, coarse.quantities, depth, estimate, scales)
+    return Level(goals, scales, deep, lesser, errors)
 
 
 @dataclass(frozen=True, eq=False)

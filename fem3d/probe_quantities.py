@@ -20,6 +20,7 @@ from scenes.model import Probe, Scene, Schedule, Value
 OF_RISE, OF_FLOW = 0.1, 0.01
 CAUTION = 1.5  # times the differences between meshes: free scenes are of more kinds than the sink's rules were tried on
 OF_GRADIENT = 4.5  # caution where a flow is an integral of the gradient, which converges more slowly than all the rest
+FIELD = 0.1  # of the largest rise: what the field at any node may be off by, as far as a few more levels can do that
 EARLY, LATE = 1e-3, 0.1  # of the end time: from here on traces hold their accuracy where no instants are asked for;
 # where some are, from the first of them on, or from the latter at most
 
@@ -37,6 +38,7 @@ def study(scene: Scene, part: Symmetry) -> Study:
         caution={n: OF_GRADIENT if part and _is_gradient(part, n) else CAUTION for n in probes},
         steady=lambda out: values(scene, out), traces=lambda out: values(scene, out),
         steady_scales=lambda out: scales(scene, out), trace_scales=lambda out: scales(scene, out), alike=False,
+        field=FIELD,
     )  # fmt: skip
 
 

@@ -22,9 +22,10 @@ class Study:
     for each steady quantity that the mesh is refined for, the probe that it is; ``ratios`` quantities with the goal
     whose relative error they share, ``caution`` factors by which differences of some are enlarged. ``rises`` and
     ``trace_rises`` are the temperatures among the quantities. ``alike`` says that what one temperature misses may shift
-    all of them by as much, as where all stand on the same anchors, and not only by as much of their own. Times in s:
-    the ``end``, the ``earliest`` from which on traces hold their accuracy, and ``instants`` that must be among the
-    rows. ``voltage`` names the drive in messages.
+    all of them by as much, as where all stand on the same anchors, and not only by as much of their own.
+    ``field``: the largest error of the steady field at any node, over its largest rise, that needs no finer mesh; None
+    where nobody looks at the field. Times in s: the ``end``, the ``earliest`` from which on
+    traces hold their accuracy, and ``instants`` that must be among the rows. ``voltage`` names the drive in messages.
     """
 
     part: Symmetry
@@ -43,3 +44,4 @@ class Study:
     steady_scales: Callable[[Outputs], dict[str, float]]
     trace_scales: Callable[[Outputs], dict[str, float]]
     alike: bool = True
+    field: float | None = None

@@ -24,7 +24,7 @@ HIGHEST_DEGREE = 8
 LONG = 1.2  # times the narrowest spacing: longer intervals start with one degree more
 SLIVER = 1e-3  # of the extent: closer planes set no length
 STEP = 0.25  # of the error of an edge is what a refinement leaves of it
-SHORTEST = 1e-9  # of the extent: intervals are not refined below it
+SHORTEST = 1e-9  # of the largest extent: intervals are not refined below it
 COARSEST = 1e-2  # an accuracy as good as none
 LAYERS = 75.0  # times the accuracy: where the first mesh expects singular edges to matter no more
 
@@ -121,9 +121,9 @@ def refine(mesh: BrickMesh, marked: Sequence[np.ndarray], marks: Features, steps
     An interval at a singular plane is cut towards it, as often as it takes to leave `STEP` of the edge's error; any
     other gains a degree, or is halved at the highest degree.
     """
-    axes = []
+    axes, shortest = [], shortest_of(mesh)
     for d, axis in enumerate(mesh.axes):
-        near, shortest = exponents_at(axis, marks.exponents[d]), shortest_of(axis)
+        near = exponents_at(axis, marks.exponents[d])
         breaks, degrees = [axis.breaks[0]], []
         for i, degree in enumerate(axis.degrees.tolist()):
             a, b = axis.breaks[i], axis.breaks[i + 1]
@@ -161,9 +161,9 @@ def _layers(s: float, steps: int) -> int:
     return steps * max(1, int(np.ceil(np.log(STEP) / (2 * s * np.log(RATIO)))))
 
 
-def shortest_of(axis: Axis) -> float:
-    """The length (m) below which intervals of an axis are not refined."""
-    return SHORTEST * float(axis.breaks[-1] - axis.breaks[0])
+def shortest_of(mesh: BrickMesh) -> float:
+    """The length (m) below which intervals are not refined: flatter cells would leave nothing but rounding."""
+    return SHORTEST * max(float(axis.breaks[-1] - axis.breaks[0]) for axis in mesh.axes)
 
 
 def exponents_at(axis: Axis, exponents: Mapping[float, float]) -> list[float]:

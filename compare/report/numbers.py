@@ -115,5 +115,7 @@ def mesh(document: Document) -> str:
     """Statistics of the mesh that the 3D answer is from."""
     fem3d = document.get("fem3d") or {}
     found = {"part solved": fem3d.get("symmetry"), "unknowns": fem3d.get("dofs"), "time steps": fem3d.get("steps")}
+    if fem3d.get("field_error"):
+        found["error of the steady field at its worst place, of its largest rise"] = f"{fem3d['field_error']:.2g}"
     found = {key: value for key, value in found.items() if value is not None}
     return section("Mesh", values({**found, **(fem3d.get("mesh") or {})}) if found or fem3d.get("mesh") else "")

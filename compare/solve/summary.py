@@ -36,12 +36,14 @@ def document(outcome: SolveOutcome) -> dict[str, Any]:
 
 
 def _fem3d(outcome: SolveOutcome) -> dict[str, Any]:
-    """Steady values of the probes with their errors; of a transient the errors, and the values at the times asked for
+    """Steady values of the probes with their errors, and that of the field at its worst node over its largest rise,
+    null where it isn't known; of a transient the errors, and the values at the times asked for
     and the last one."""
     scene, result, details = outcome.scene, outcome.result, outcome.result.details
     found: dict[str, Any] = {
         "units": {probe.name: UNITS[probe.quantity] for probe in scene.probes},
         "steady": {name: {"value": e.value, "error": e.error} for name, e in result.steady.items()},
+        "field_error": details.get("field_error"),
         "energy_imbalance": details["energy_imbalance"],
         "dofs": details["unknowns"],
         "steps": details["steps"],

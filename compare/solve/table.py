@@ -61,6 +61,10 @@ def _probes(outcome: SolveOutcome, style: Style) -> str:
         lines.append(
             wrapped(f"The errors hold from {quantity(start, 's', 3)} on, before that they may be larger.", "  ")
         )
+    off = result.details.get("field_error")
+    if off:
+        text = f"The field is known to {off:.2g} of its largest rise, at its worst place."
+        lines.append(wrapped(text, "  "))
     return "\n".join(lines)
 
 

@@ -15,7 +15,6 @@ from scenes.result import Estimate, Result
 
 ROUNDING = 1e-7  # of the largest value of a kind: what solves of badly conditioned scenes leave
 BALANCE = 1e-6  # of the heat that passes
-UNDERSHOOT = 0.2  # of the largest rise
 
 
 def energy(drawn: Drawn, found: Result) -> float:
@@ -40,10 +39,10 @@ def never_colder(_: Drawn, found: Result) -> float:
 
 
 def undershoot(_: Drawn, found: Result) -> float:
-    """The whole field falls below the surroundings by no more than `UNDERSHOOT` of the largest rise: it is as fine as
-    the probes need, and where they need nothing polynomials swing about a steep decay."""
-    field = found.details["fields"].steady
-    return float(max(ROOM - field.min(), 0.0) / (UNDERSHOOT * max(field.max() - ROOM, 0.0) + 1e-12 * ROOM))
+    """The whole field falls below the surroundings by no more than its own estimated error, a part of the largest
+    rise: beside a steep decay polynomials swing."""
+    field, off = found.details["fields"].steady, found.details["field_error"]
+    return float(max(ROOM - field.min(), 0.0) / (off * np.ptp(field) + 1e-12 * ROOM))
 
 
 def ordered(_: Drawn, found: Result) -> float:

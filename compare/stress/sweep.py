@@ -111,5 +111,5 @@ def rows(outcomes: list[Outcome], limit: int) -> Iterator[Row]:
               said=f"seed {slowest.seed}, {slowest.unknowns} unknowns")  # fmt: skip
     refused = [o for o in outcomes if o.ended == "refused by name"]
     if refused:
-        yield Row(GROUP, "refused by name: thermal runaway", extremes, "scenes", len(refused), count,
+        yield Row(GROUP, "refused by name: runaway, or out of reach", extremes, "scenes", len(refused), count,
                   said=f"seed {refused[0].seed}: {refused[0].said}")  # fmt: skip

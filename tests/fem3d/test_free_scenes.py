@@ -235,7 +235,7 @@ def test_a_singularity_that_no_mesh_resolves_is_refused_by_its_place_and_power()
     cold = Boundary("cold", "temperature", (0.0, 13.0, 5.0), (6.0, 13.0, 8.0), 293.0)
     flux = Boundary("flux", "heat_flux", (0.0, 0.0, 0.0), (6.0, 0.0, 5.0), 100.0)
     scene = Scene("s", boxes, (cold, flux), (Probe("mean", *_corners(boxes[0])),), accuracy=1e-2, steady=True)
-    with pytest.raises(NumericsError, match=r"at y = 13 m a given value ends .* to the power 0\.05"):
+    with pytest.raises(NumericsError, match=r"at y = 13 m a given value ends.* to the power 0\.05"):
         solve(scene)
     assert solve(replace(scene, boxes=(boxes[0], replace(boxes[1], material=good)))).steady["mean"].value > 293.0
 

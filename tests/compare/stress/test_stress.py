@@ -69,6 +69,7 @@ def test_invariants_see_what_they_are_there_for():
     assert invariants.honest(Drawn(0, stronger, ()), found) > 1
     cooled = replace(drawn.scene, boxes=(replace(drawn.scene.boxes[0], heat_source=-3e13),))
     assert invariants.never_colder(drawn, invariants.solve(cooled)) > 1
+    assert invariants.undershoot(drawn, invariants.solve(cooled)) > 1
 
 
 def test_a_scene_that_takes_too_long_or_fails_is_an_outcome(monkeypatch):
