@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fem3d import outputs, rows, transient
+from fem3d import outputs, probes, rows, transient
 from fem3d.outputs import Outputs
 from fem3d.reduced import Reduced
 from fem3d.study import Quantities, Study
@@ -144,10 +144,24 @@ def _with_rows(
     drive = answer.base.heat.inputs
     jumps = [float(t) for t in drive.knots(study.end) if drive.jump(float(t)).any()]
     times, found, between = rows.choose(answer.trajectory.steps, traces, allowed, jumps, study.instants)
+    if answer.base.heat.lifts.any():
+        _start(study, found)
     relative = {name: errors[name] / scales[name] for name in errors}
     errors = {name: errors[name] + between[name] + ROUNDING * scales[name] for name in errors}
     imbalance = _imbalance(study, answer)
     return Response(times, found, errors, True, imbalance, answer, reduced, [], False, scales, generations, relative)
+
+
+def _start(study: Study, traces: Quantities) -> None:
+    """Sets the first row of the mean temperatures that a jump of a given one at t = 0 leaves as they were.
+
+    No mesh resolves the layer at that instant, and the fields of the transient hold it from later on only.
+    """
+    scene = study.part.scene
+    for probe in scene.probes:
+        mean = probe.quantity == "temperature" and (probe.lower == probe.upper or probe.reduce == "mean")
+        if mean and probe.name in traces and probes.starts_free(scene, probe):
+            traces[probe.name][0] = scene.initial_temperature
 
 
 def _imbalance(study: Study, answer: Transient) -> float:

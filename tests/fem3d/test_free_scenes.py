@@ -283,3 +283,15 @@ def test_a_time_so_short_that_hardly_anything_diffuses():
     traces = solve(Scene("short", boxes, (hot,), (top,), 293.0, end, 0.1, False, (end,))).traces
     exact = 293.0 + source * end / silicon.heat_capacity
     assert abs(traces.values["top"][-1] - exact) <= traces.errors["top"] < 0.1
+
+
+def test_traces_start_at_the_initial_temperature_where_no_boundary_gives_another():
+    whole = Probe("mean", (0.0, 0.0, 0.0), (SIDE, LENGTH, SIDE))
+    scene = bar(
+        face("hot", "temperature", 0.0, 393.0),
+        probes=(at("near", LENGTH / 100), at("face", 0.0), whole), steady=False, accuracy=1e-2, times=(0.0, 50.0),
+    )  # fmt: skip
+    traces = solve(scene).traces
+    assert {name: values[0] for name, values in traces.values.items()} == pytest.approx(
+        {"near": 293.0, "face": 393.0, "mean": 293.0}, abs=1e-9
+    )
