@@ -3,7 +3,8 @@
 The same names come out of a steady state and of a transient, as numbers or as arrays over time:
 ``probe:<probe>`` (rise in K, potential in V, heat flow in W, current in A), ``flow:<boundary>`` (W, into the solid),
 ``current:<electrode>`` (A, into the solid), ``joule:<box>`` (W), ``power`` (W, what the electrodes supply),
-``generated`` (W, the heat sources').
+``generated`` (W, the heat sources'); of a steady state also ``dissipated`` (W, the Joule heat of all boxes, of those
+too that symmetry leaves out).
 """
 
 from __future__ import annotations
@@ -52,6 +53,7 @@ def of_steady(state: SteadyState, symmetry: Symmetry) -> Outputs:
     joule = {name: np.array(value) for name, value in state.joule.items()}
     found = _whole(symmetry, np.zeros(1), read, flows, currents, joule)
     found["power"], found["generated"] = symmetry.copies * np.array(state.power), symmetry.copies * heat.generated[0]
+    found["dissipated"] = symmetry.copies * np.array(sum(state.joule.values()))
     return found
 
 
@@ -121,6 +123,13 @@ def stored_heat(transient: Transient, symmetry: Symmetry, times: np.ndarray) -> 
     stored = transient.trajectory(times)[0] @ (capacity[: heat.free] @ transient.reduced.basis)
     found: np.ndarray = symmetry.copies * (stored + heat.inputs.at(times) @ (heat.lifts @ capacity))
     return found
+
+
+def passing(out: Outputs) -> tuple[np.ndarray, np.ndarray]:
+    """The heat (W) that enters or is made, and that leaves or is taken, each without the other."""
+    parts = [out["power"], out["generated"], *(v for name, v in out.items() if name.startswith("flow:"))]
+    none = np.zeros_like(out["power"])
+    return sum((np.maximum(v, 0.0) for v in parts), none), sum((np.maximum(-v, 0.0) for v in parts), none)
 
 
 class Goal(NamedTuple):

@@ -16,7 +16,7 @@ from fem3d import section, tensor
 from fem3d.operators import HeatProblem
 from fem3d.weights import mean_row
 from meshes.bricks import Block, BrickMesh
-from scenes.model import Boundary, Point, Probe
+from scenes.model import Boundary, Point, Probe, Scene
 
 SAMPLES = 2  # times the degree plus one: points of an interval at which an extreme is looked for
 
@@ -66,6 +66,18 @@ def _gradient(heat: HeatProblem, probe: Probe) -> np.ndarray:
     keep = heat.number >= 0
     found[heat.number[keep]] = row[keep]
     return found
+
+
+def starts_free(scene: Scene, probe: Probe) -> bool:
+    """Whether a mean temperature is that of the start at t = 0: no part of the probe's box, of the same dimension, lies
+    on a boundary of given temperature."""
+    small = 1e-9 * max(b.upper[d] - b.lower[d] for b in scene.boxes for d in range(3))
+
+    def shares(b: Boundary) -> bool:
+        low, high = _meet(max, b.lower, probe.lower), _meet(min, b.upper, probe.upper)
+        return all(high[d] - low[d] > (small if probe.upper[d] - probe.lower[d] > small else -small) for d in range(3))
+
+    return not any(b.kind == "temperature" and shares(b) for b in scene.boundaries)
 
 
 class Extreme:

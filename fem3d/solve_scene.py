@@ -91,10 +91,9 @@ def imbalance(out: outputs.Outputs) -> float:
     """|what enters| over what passes: heat by the boundaries' flows, sources and currents, or, where nothing thermal is
     asked for, power by what the electrodes supply; of a steady state."""
     flows = [float(v) for name, v in out.items() if name.startswith("flow:")]
-    joule = sum(float(v) for name, v in out.items() if name.startswith("joule:"))
     power, generated = float(out["power"]), float(out["generated"])
     if not flows:
-        return abs(power - joule) / power if power else 0.0
+        return abs(power - float(out["dissipated"])) / power if power else 0.0
     passing = (sum(abs(f) for f in flows) + power + abs(generated)) / 2
     return abs(sum(flows) + power + generated) / passing if passing else 0.0
 

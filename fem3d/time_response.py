@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fem3d import outputs, rows, transient
+from fem3d import outputs, probes, rows, transient
 from fem3d.outputs import Outputs
 from fem3d.reduced import Reduced
 from fem3d.study import Quantities, Study
@@ -17,6 +17,7 @@ ROW_SHARE = 0.25  # part of the accuracy left to linear interpolation between ro
 TIME_SHARE = 0.01  # part of the accuracy for time stepping
 SPACE_SHARE = 0.1  # part of the accuracy for the reduced space
 ROUNDING = 1e-10  # of the scale: nothing is known better
+NOTHING = 1e-10  # of what would warm all from 0 K: less heat is none
 FIELDS, DROPPED, MOST_FIELDS = 6, 2, 60  # generations of Krylov fields: the first trial, how many fewer, the most
 KNOTS = 12  # bends and jumps of the inputs after which errors are looked at closely
 
@@ -29,7 +30,7 @@ class Response:
     traces: Quantities
     errors: dict[str, float]
     accepted: bool  # whether the errors are within the accuracy
-    imbalance: float  # stored + lost - supplied heat over the supplied, the largest over time
+    imbalance: float  # stored + lost - supplied heat over what passed, the largest over time
     transient: Transient
     reduced: Reduced
     snapshots: list[np.ndarray]
@@ -71,6 +72,9 @@ def respond(
         there, scales = study.traces(out), study.trace_scales(steady_out or out)
         # One comparison for two errors: fewer fields and a looser step.
         dropped = space.dropped(count, DROPPED)
+        if dropped >= reduced.states:
+            # In so short a time hardly anything diffuses: all generations are one, and dropping some tells nothing.
+            dropped = 0
         fewer = transient.march(fine, reduced, end, 10 * TIME_SHARE * accuracy, dropped)
         lost = _distance(there, traces(fewer))
         enough = max(lost[name] / scales[name] for name in lost) <= SPACE_SHARE * accuracy
@@ -140,18 +144,34 @@ def _with_rows(
     drive = answer.base.heat.inputs
     jumps = [float(t) for t in drive.knots(study.end) if drive.jump(float(t)).any()]
     times, found, between = rows.choose(answer.trajectory.steps, traces, allowed, jumps, study.instants)
+    if answer.base.heat.lifts.any():
+        _start(study, found)
     relative = {name: errors[name] / scales[name] for name in errors}
     errors = {name: errors[name] + between[name] + ROUNDING * scales[name] for name in errors}
     imbalance = _imbalance(study, answer)
     return Response(times, found, errors, True, imbalance, answer, reduced, [], False, scales, generations, relative)
 
 
+def _start(study: Study, traces: Quantities) -> None:
+    """Sets the first row of the mean temperatures that a jump of a given one at t = 0 leaves as they were.
+
+    No mesh resolves the layer at that instant, and the fields of the transient hold it from later on only.
+    """
+    scene = study.part.scene
+    for probe in scene.probes:
+        mean = probe.quantity == "temperature" and (probe.lower == probe.upper or probe.reduce == "mean")
+        if mean and probe.name in traces and probes.starts_free(scene, probe):
+            traces[probe.name][0] = scene.initial_temperature
+
+
 def _imbalance(study: Study, answer: Transient) -> float:
-    """Largest |stored + lost - supplied| over the heat supplied until then, from the earliest time of interest on.
+    """Largest |stored + lost - supplied| over the heat that came or went until then, whichever is more, from the
+    earliest time of interest on.
 
     The integrals over time run over the steps by Gauss's rule, apart from how the steps were made; what is lost comes
     from the reactions of the full equations, so the figure sees the error of the reduced space too. Where a given
     temperature jumps, what its nodes store at that instant has entered there.
+    Less heat than the rounding of the temperatures themselves counts as none.
     """
     points, weights = np.polynomial.legendre.leggauss(12)
     steps = answer.trajectory.steps
@@ -161,29 +181,26 @@ def _imbalance(study: Study, answer: Transient) -> float:
     times = (edges[:-1, None] + np.diff(edges)[:, None] * (points + 1) / 2).ravel()
     out = outputs.of_transient(answer, study.part, times)
     flows = [v for name, v in out.items() if name.startswith("flow:")]
-    given = _entering(out)
     entered = out["power"] + out["generated"] + sum(flows, np.zeros(len(times)))
+    entering, leaving = outputs.passing(out)
     per_step = np.diff(edges) / 2
 
     def until(rate: np.ndarray) -> np.ndarray:
         found: np.ndarray = np.cumsum(per_step * (rate.reshape(-1, len(points)) @ weights))
         return found
 
-    supplied = until(np.abs(out["power"]) + np.abs(out["generated"]) + given)
+    passed = np.maximum(until(entering), until(leaving))
     just_before = np.maximum(edges[1:] * (1 - 1e-12), edges[:-1])
     stored = outputs.stored_heat(answer, study.part, just_before)
     jumped = outputs.stored_heat(answer, study.part, edges[:-1]) - np.concatenate([[0.0], stored[:-1]])
     gap = np.abs(stored - until(entered) - np.cumsum(jumped * _jumps(answer, edges[:-1])))
     late = edges[1:] >= min(study.earliest, edges[-1])
-    return float((gap / np.maximum(supplied + np.cumsum(np.abs(jumped)), 1e-300))[late].max())
+    heat = answer.base.heat
+    none = NOTHING * study.part.copies * float(heat.mass.sum()) * max(heat.scene.initial_temperature, 1.0)
+    return float((gap / np.maximum(passed + np.cumsum(np.abs(jumped)), none))[late].max())
 
 
 def _jumps(answer: Transient, edges: np.ndarray) -> np.ndarray:
     """Which edges an input jumps at, the start among them."""
     drive = answer.base.heat.inputs
     return np.array([i == 0 or bool(drive.jump(float(t)).any()) for i, t in enumerate(edges)])
-
-
-def _entering(out: Outputs) -> np.ndarray:
-    """What enters at the boundaries (W), counted where it enters only."""
-    return sum((np.maximum(v, 0.0) for n, v in out.items() if n.startswith("flow:")), np.zeros_like(out["power"]))

@@ -9,12 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem3d import rows, start, transient
+from fem3d.outputs import passing
 from fem3d.probe_quantities import CAUTION
 from fem3d.study import Quantities, Study
 from fem3d.time_response import (
     DROPPED,
     FIELDS,
     MOST_FIELDS,
+    NOTHING,
     ROUNDING,
     ROW_SHARE,
     SPACE_SHARE,
@@ -118,7 +120,7 @@ def _distance(a: Quantities, b: Quantities) -> dict[str, float]:
 
 
 def _imbalance(study: Study, response: Response) -> float:
-    """|stored - entered| over what was supplied, at the ends of steps: the largest from the earliest time of interest.
+    """|stored - entered| over what came or went, at the ends of steps: the largest from the earliest time of interest.
 
     Gauss's rule over each step, the first cut finer where the flow starts like a power of t; as in
     `fem3d.time_response`.
@@ -137,7 +139,7 @@ def _imbalance(study: Study, response: Response) -> float:
         return found
 
     entered = until(out["power"] + out["generated"] + sum(flows, none))
-    supplied = until(np.abs(out["power"]) + np.abs(out["generated"]) + sum((np.maximum(v, 0) for v in flows), none))
+    passed = np.maximum(*(until(part) for part in passing(out)))
     drive = response.base.heat.inputs
     stored = response.stored(np.maximum(edges[1:] * (1 - 1e-12), edges[:-1]))
     jumps = np.array([i == 0 or bool(drive.jump(float(t)).any()) for i, t in enumerate(edges[:-1])])
@@ -145,4 +147,6 @@ def _imbalance(study: Study, response: Response) -> float:
     jumped = np.where(jumps, response.stored(edges[:-1]) - np.concatenate([[0.0], stored[:-1]]), 0.0)
     gap = np.abs(stored - entered - np.cumsum(jumped))
     late = edges[1:] >= min(study.earliest, edges[-1])
-    return float((gap / np.maximum(supplied + np.cumsum(np.abs(jumped)), 1e-300))[late].max())
+    heat = response.base.heat
+    least = NOTHING * float(heat.mass.sum()) * max(heat.placed.scene.initial_temperature, 1.0)
+    return float((gap / np.maximum(passed + np.cumsum(np.abs(jumped)), least))[late].max())

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from scenes.errors import SceneError, quoted
 from scenes.free.boxes import conducting, solid
-from scenes.free.conditions import sheet_of
+from scenes.free.conditions import acting, sheet_of
 from scenes.free.grid import Grid, Sheet, flat_axis
 from scenes.free.words import extent, point
-from scenes.model import Probe, Scene
+from scenes.model import Boundary, Probe, Scene
 
 
 def check(scene: Scene, grid: Grid) -> None:
@@ -58,6 +60,8 @@ def _check_flow(scene: Scene, grid: Grid, probe: Probe) -> None:
             "its box's material a resistivity"
         )
     _refuse_mixed(scene, grid, probe, sheet)
+    if probe.quantity == "heat_flow":
+        _refuse_infinite(scene, grid, probe, sheet)
 
 
 def _refuse_mixed(scene: Scene, grid: Grid, probe: Probe, sheet: Sheet) -> None:
@@ -77,6 +81,40 @@ def _refuse_mixed(scene: Scene, grid: Grid, probe: Probe, sheet: Sheet) -> None:
                 f"probe {quoted(probe.name)} lies partly inside the solid, where it counts along the axis, and partly "
                 f"on boundary {quoted(boundary.name)}, where it counts into the solid: give one probe for each"
             )
+
+
+def _refuse_infinite(scene: Scene, grid: Grid, probe: Probe, sheet: Sheet) -> None:
+    """Where two fixed temperatures meet at an edge, heat flows like one over the distance: without bound through one of
+    them, or through a section that ends there; what passes both together is finite."""
+    through = _borders(grid, probe, sheet, sheet.beside(solid(scene)))
+    fixed = [b for b in scene.boundaries if b.kind == "temperature"]
+    if len({b.value for b in fixed}) < 2:
+        return
+    found: list[tuple[Boundary, tuple[np.ndarray, np.ndarray]]] = []
+    for b in fixed:
+        own = sheet_of(grid, b)
+        found.append((b, _borders(grid, b, own, acting(scene, own, b.kind))))
+    for number, (a, of_a) in enumerate(found):
+        for b, of_b in found[:number]:
+            if a.value == b.value:
+                continue
+            meet = np.intersect1d(np.intersect1d(of_a[0], of_b[0]), through[0])
+            around = [faces[np.isin(edges, meet)] for edges, faces in (of_a, of_b)]
+            if not np.isin(np.concatenate(around), through[1]).all():
+                raise SceneError(
+                    f"probe {quoted(probe.name)} reaches the edge at which boundaries {quoted(b.name)} and "
+                    f"{quoted(a.name)} meet with different temperatures, where infinite heat flows: leave a gap "
+                    "between them, or give corners short of that edge, or such that cover both"
+                )
+
+
+def _borders(grid: Grid, item: Boundary | Probe, sheet: Sheet, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The edges of some faces of a sheet, by number, and which face each belongs to (four of each to a face)."""
+    axis = flat_axis(grid, item.lower, item.upper)
+    first, second = (d for d in range(3) if d != axis)
+    at, across, along = (sheet.vertices[s] for s in (np.s_[:-1, :-1], np.s_[1:, :-1], np.s_[:-1, 1:]))
+    edges = [3 * at + first, 3 * along + first, 3 * at + second, 3 * across + second]
+    return np.concatenate([e[chosen] for e in edges]), np.tile(sheet.faces[chosen], 4)
 
 
 def _at(where: str) -> str:

@@ -242,3 +242,56 @@ def test_a_singularity_that_no_mesh_resolves_is_refused_by_its_place_and_power()
 
 def _corners(box):
     return box.lower, box.upper
+
+
+def test_a_body_that_only_cools_is_in_balance():
+    scene = bar(face("sink", "heat_flux", 0.0, -1e4), probes=(at("end", LENGTH),), steady=False, times=(50.0, 100.0))
+    assert solve(scene).details["transient_imbalance"] < 1e-8
+
+
+def test_a_run_that_ends_before_anything_happens_is_in_balance():
+    late = Schedule((200.0, 200.0), (293.0, 393.0))
+    found = solve(bar(face("hot", "temperature", 0.0, late), probes=(at("end", LENGTH),), steady=False))
+    assert found.details["transient_imbalance"] < 1e-3
+    assert found.traces.values["end"] == pytest.approx(293.0, rel=1e-12)
+
+
+def test_power_is_dissipated_in_boxes_too_that_symmetry_leaves_out():
+    """A wire of two boxes, of which the half that is solved has only one."""
+    middle = LENGTH / 2
+    boxes = tuple(
+        Box(name, WIRE, (0.0, low, 0.0), (SIDE, low + middle, SIDE)) for name, low in (("a", 0.0), ("b", middle))
+    )
+    ends = face("plus", "voltage", 0.0, 1.0), face("minus", "voltage", LENGTH, 0.0)
+    scene = replace(bar(*ends, probes=(through("current", 0.0, "current"),), material=WIRE), boxes=boxes)
+    found = solve(scene)
+    assert len(symmetry.reduce(clipped(scene)).scene.boxes) == 1
+    assert found.details["energy_imbalance"] < 1e-9
+    assert found.steady["current"].value == pytest.approx(SIDE**2 / (6e-5 * LENGTH), rel=1e-9)
+
+
+def test_a_time_so_short_that_hardly_anything_diffuses():
+    """All generations of fields are one, of which the projection keeps a handful."""
+    oxide, silicon = Material("oxide", 1.4, 2200.0, 703.0), Material("silicon", 130.0, 2330.0, 712.0)
+    side, end, source = 8 * UM, 1e-11, 1e12
+    boxes = (
+        Box("oxide", oxide, (0.0, 0.0, 0.0), (side, side, 2 * UM)),
+        Box("silicon", silicon, (0.0, 0.0, 2 * UM), (side, side, 4 * UM), source),
+    )
+    hot = Boundary("hot", "temperature", (0.0, 0.0, 0.0), (side, side, 0.0), 303.0)
+    top = Probe("top", (0.0, 0.0, 4 * UM), (0.0, 0.0, 4 * UM))
+    traces = solve(Scene("short", boxes, (hot,), (top,), 293.0, end, 0.1, False, (end,))).traces
+    exact = 293.0 + source * end / silicon.heat_capacity
+    assert abs(traces.values["top"][-1] - exact) <= traces.errors["top"] < 0.1
+
+
+def test_traces_start_at_the_initial_temperature_where_no_boundary_gives_another():
+    whole = Probe("mean", (0.0, 0.0, 0.0), (SIDE, LENGTH, SIDE))
+    scene = bar(
+        face("hot", "temperature", 0.0, 393.0),
+        probes=(at("near", LENGTH / 100), at("face", 0.0), whole), steady=False, accuracy=1e-2, times=(0.0, 50.0),
+    )  # fmt: skip
+    traces = solve(scene).traces
+    assert {name: values[0] for name, values in traces.values.items()} == pytest.approx(
+        {"near": 293.0, "face": 393.0, "mean": 293.0}, abs=1e-9
+    )

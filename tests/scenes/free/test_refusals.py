@@ -74,6 +74,7 @@ def island(**more: Any) -> Document:
 
 LID = {"lower": [0, 0, 1], "upper": [4, 1, 1]}
 AIR = {"coefficient": 5, "ambient": 300}
+MEETING = add("boundary", flat("side", [0, 0, -1], [0, 1, -0.5], temperature=300))
 
 REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
     "unknown table": (lambda d: d.update(boxes=[]), ("unknown table boxes", 'did you mean "box"?')),
@@ -182,6 +183,16 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
              add("probe", {"name": "up", **LID, "quantity": "heat_flow"})),
         ('probe "up" lies partly inside the solid', 'boundary "air"'),
     ),
+    "heat through one of two temperatures that meet": (
+        both(MEETING, add("probe", flat("in", [0, 0, -1], [1, 1, -1], quantity="heat_flow"))),
+        ('probe "in" reaches the edge', 'boundaries "base" and "side"', "leave a gap"),
+    ),
+    "heat through a section that ends where two temperatures meet": (
+        both(put("boundary", 0, upper=[0.5, 1, -1]),
+             add("boundary", flat("side", [0.5, 0, -1], [1, 1, -1], temperature=300)),
+             add("probe", flat("in", [0.5, 0, -1], [0.5, 1, 0], quantity="heat_flow"))),
+        ('probe "in" reaches the edge', 'boundaries "base" and "side"'),
+    ),
     "conductor without a voltage": (
         add("box", {"name": "lead", "material": "metal", "lower": [0, 0, -2], "upper": [1, 1, -1]}),
         ('box "lead" conducts', "leave out its material's resistivity"),
@@ -241,6 +252,18 @@ ALLOWED: dict[str, Callable[[Document], None]] = {
     "electrode inside": put("boundary", 1, lower=[2, 0, 0], upper=[2, 1, 1]),
     "electrode larger than its face": put("boundary", 1, lower=[0, -9, -9], upper=[0, 9, 9]),
     "temperatures side by side": add("boundary", flat("side", [0, 0, -1], [0, 1, -0.5], temperature=300)),
+    "heat through both of two temperatures that meet": both(
+        put("boundary", 0, upper=[0.5, 1, -1]),
+        add("boundary", flat("side", [0.5, 0, -1], [1, 1, -1], temperature=300)),
+        add("probe", flat("in", [0, 0, -1], [1, 1, -1], quantity="heat_flow")),
+    ),
+    "heat short of where two temperatures meet": both(
+        MEETING, add("probe", flat("in", [0.1, 0, -1], [1, 1, -1], quantity="heat_flow"))
+    ),
+    "heat through one of two temperatures that are the same": both(
+        add("boundary", flat("side", [0, 0, -1], [0, 1, -0.5], temperature=293)),
+        add("probe", flat("in", [0, 0, -1], [1, 1, -1], quantity="heat_flow")),
+    ),
     "the same temperature over itself": add("boundary", flat("again", [0.5, 0, -1], [2, 1, -1], temperature=293)),
     "flux into a fixed temperature and beside it": add(
         "boundary", flat("in", [0, 0, -1], [0, 1, 1], heat_flux=1)
