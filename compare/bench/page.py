@@ -21,6 +21,8 @@ def markdown(found: Mapping[str, Any], figures: Mapping[str, str]) -> str:
         "skips": _skips,
         "start-up": _start_up,
     }
+    if {"transient", "steady"} & found.keys():
+        lines += work_page.WHAT_EACH_DOES
     for name, section in sections.items():
         if name in found:
             lines += section(found[name])

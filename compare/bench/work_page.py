@@ -28,7 +28,7 @@ def section(title: str, part: Mapping[str, Any], transient: bool) -> Lines:
     lines = [f"## {title}", "", f"Error: {what}. Reference: {reference['made_by']}, which is no entry; {doubt}.", ""]
     if part["targets"]:
         lines += ["The fastest entry of each at an error no larger than:", "", *_targets(part["targets"])]
-    lines += [*WHAT_EACH_DOES, *_claims(rows)]
+    lines += _claims(rows)
     head = (
         "entry",
         "settings",
@@ -45,7 +45,7 @@ def section(title: str, part: Mapping[str, Any], transient: bool) -> Lines:
 
 
 WHAT_EACH_DOES = (
-    "What each entry has to do, and has not:",
+    "## What each entry has to do, and has not",
     "",
     f"- *{WHOLE}* gets the scene and an accuracy. It finds the mesh, solves on four meshes at each level to estimate "
     "the error of every number, and writes traces between whose rows lines may be drawn.",
@@ -55,12 +55,12 @@ WHAT_EACH_DOES = (
     "- NGSolve, FreeFEM and scikit-fem get the same cells (FreeFEM each cut into six tetrahedra), and their settings "
     "were found by trial in the same way. NGSolve may have another order in z too; FreeFEM and scikit-fem have none "
     "but one order for all directions, and end at order 3 and 2.",
-    "- All solve the same quarter of the sink. No time includes finding the symmetry, or making a given mesh in the "
-    "program's own form.",
+    "- All solve the same quarter of the sink. Where the mesh is given, so is the quarter: no time includes finding "
+    "the symmetry, or making the mesh in the program's own form. Whole runs find the symmetry too.",
     "- This toolkit always solves the electric problem, at the initial temperature and at the hot state, and finds "
-    'there that it need not follow the change of the current\'s pattern. "uniform current" takes for granted that '
-    "the current density does not vary, which only this scene's ideal electrodes allow: those entries solve no "
-    'electric problem at all. "full electric problem" solves it anew in every iteration.',
+    "there that it need not follow the change of the current's pattern any further. Others with a \"full electric "
+    'problem" solve it anew in every iteration. "Uniform current" takes for granted that the current density does not '
+    "vary, which only this scene's ideal electrodes allow: those entries solve no electric problem at all.",
     "- No repeated solve finds what an earlier one has worked out on the scene or the mesh; tables of reference "
     "elements are kept.",
     "",
