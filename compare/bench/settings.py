@@ -96,6 +96,7 @@ FREEFEM: dict[bool, tuple[tuple[int, float, int, int, int, int], ...]] = {
         (3, 1e-3, 1, 1, 1, 4),
         (2, 1e-3, 2, 1, 1, 4),
         (3, 1e-3, 2, 1, 2, 4),
+        (3, 1e-4, 3, 1, 3, 4),
     ),
     False: (
         (2, 1e-2, 1, 1, 0, 3),
