@@ -26,6 +26,7 @@ from scenes.model import Box
 from scenes.sink import Sink
 
 COPIES = 4
+SMALL = 1e-9  # of the extent: closer coordinates are the same
 ELEMENTS = {1: (ElementHex1, 3), 2: (ElementHex2, 5)}  # with the order of integration that is exact on bricks
 Row = list[float]
 
@@ -35,31 +36,39 @@ def _mean(v: Any, w: Any) -> Any:
     return v
 
 
+def matrices(
+    mesh: MeshHex, owner: np.ndarray, boxes: tuple[Box, ...], degree: int
+) -> tuple[Basis, np.ndarray, csc_array, csc_array]:
+    """The space, its nodes that are not held at room temperature, and stiffness (W/K) and mass (J/K) between them."""
+    element, order = ELEMENTS[degree]
+    basis = Basis(mesh, element(), intorder=order)
+
+    def per_element(name: str) -> np.ndarray:
+        return np.array([getattr(box.material, name) for box in boxes])[owner][:, None] * np.ones(basis.dx.shape)
+
+    floor, small = mesh.p[2].min(), SMALL * np.ptp(mesh.p)
+    free = basis.complement_dofs(basis.get_dofs(lambda x: np.abs(x[2] - floor) < small))
+    stiffness = forms.conduction.assemble(basis, conductivity=per_element("thermal_conductivity"))
+    mass = forms.capacity.assemble(basis, heat_capacity=per_element("heat_capacity"))
+    return basis, free, _inner(stiffness, free), _inner(mass, free)
+
+
+def _inner(matrix: Any, free: np.ndarray) -> csc_array:
+    return csc_array(matrix[free][:, free])
+
+
 class Problem:
     """The matrices of the free nodes, the Joule load of a state, and the quantities."""
 
     def __init__(self, sink: Sink, mesh: MeshHex, owner: np.ndarray, boxes: tuple[Box, ...], degree: int) -> None:
-        element, order = ELEMENTS[degree]
-        basis = Basis(mesh, element(), intorder=order)
+        basis, free, self.stiffness, self.mass = matrices(mesh, owner, boxes, degree)
         in_beam = np.flatnonzero(owner == next(i for i, box in enumerate(boxes) if box.name == "beam"))
         beam = basis.with_elements(in_beam)
 
-        def per_element(values: list[float]) -> np.ndarray:
-            return np.array(values)[owner][:, None] * np.ones(basis.dx.shape)
-
-        k, c = ([getattr(b.material, name) for b in boxes] for name in ("thermal_conductivity", "heat_capacity"))
-        floor, small = mesh.p[2].min(), 1e-9 * np.ptp(mesh.p)
-        held = basis.get_dofs(lambda x: np.abs(x[2] - floor) < small)
-        free = basis.complement_dofs(held)
-
-        def inner(matrix: Any) -> csc_array:
-            return csc_array(matrix[free][:, free])
-
-        self.stiffness = inner(forms.conduction.assemble(basis, conductivity=per_element(k)))
-        self.mass = inner(forms.capacity.assemble(basis, heat_capacity=per_element(c)))
-        self.in_beam = inner(forms.capacity.assemble(beam, heat_capacity=np.ones(beam.dx.shape)))
-        ends = mesh.facets_satisfying(lambda x: np.abs(x[1]) < small)
-        end = FacetBasis(mesh, element(), facets=np.intersect1d(ends, mesh.t2f[:, in_beam]), intorder=order)
+        self.in_beam = _inner(forms.capacity.assemble(beam, heat_capacity=np.ones(beam.dx.shape)), free)
+        ends = mesh.facets_satisfying(lambda x: np.abs(x[1]) < SMALL * np.ptp(mesh.p))
+        facets = np.intersect1d(ends, mesh.t2f[:, in_beam])
+        end = FacetBasis(mesh, basis.elem, facets=facets, intorder=ELEMENTS[degree][1])
         centre = np.array([[0.0], [sink.length / 2], [sink.thickness / 2]])
         area = sink.cross_section
         self.mean = _mean.assemble(beam)[free] / (sink.length * area / COPIES)
@@ -87,7 +96,7 @@ class Problem:
         return [*(float(row @ rise) for row in self.rows), self.current(rise)]
 
 
-def _factors(matrix: csc_array) -> Callable[[np.ndarray], np.ndarray]:
+def factors(matrix: csc_array) -> Callable[[np.ndarray], np.ndarray]:
     """Solves with a symmetric positive definite matrix."""
     options = {"SymmetricMode": True}
     solve: Any = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options).solve
@@ -96,7 +105,7 @@ def _factors(matrix: csc_array) -> Callable[[np.ndarray], np.ndarray]:
 
 def _steady(problem: Problem, tolerance: float) -> list[Row]:
     """Picard's iteration with one factorization."""
-    solve, rise = _factors(problem.stiffness), np.zeros(len(problem.mean))
+    solve, rise = factors(problem.stiffness), np.zeros(len(problem.mean))
     while True:
         new = solve(problem.load(rise))
         rise, change = new, float(np.linalg.norm(new - rise))
@@ -112,7 +121,7 @@ def _transient(problem: Problem, steps: int, method: tuple[tuple[float, ...], ..
     for step in np.diff(times):
         if abs(step - length) > 1e-9 * step:
             length = float(step)
-            solve = _factors(problem.mass + gamma * length * problem.stiffness)
+            solve = factors(problem.mass + gamma * length * problem.stiffness)
         rates: list[np.ndarray] = []
         for weights in method:
             start = rise + length * sum((w * r for w, r in zip(weights, rates, strict=False)), np.zeros(len(rise)))

@@ -9,7 +9,9 @@ import pytest
 from compare.bench import cells, launch
 from compare.bench.entries import Entry
 from compare.bench.sample import QUANTITIES, steady_errors, trace_errors
-from meshes import symmetry
+from meshes import grading, symmetry
+from meshes.axis import Axis
+from meshes.bricks import BrickMesh
 from scenes.sink import Sink
 
 CELLS = {"grading": 1e-2, "cuts": 1, "across": 1, "transient": False, "steps": 0}
@@ -135,3 +137,19 @@ def test_tetrahedra_fill_the_bricks_and_cover_the_faces(tmp_path):
     areas = np.linalg.norm(np.cross(sides[:, 1] - sides[:, 0], sides[:, 2] - sides[:, 0]), axis=1) / 2
     for label, area in ((tetrahedra.SUBSTRATE, 50 * 50 / 2), (tetrahedra.END, 100 * 2 / 2)):
         assert abs(areas[triangles[:, 3] == label].sum() / area - 1) < 1e-12
+
+
+def test_growth_is_measured_on_the_same_unknowns_and_without_the_making_of_the_mesh(monkeypatch):
+    pytest.importorskip("ngsolve")
+    tools = ("growth_tensor", "growth_scikit_fem", "growth_ngsolve")
+    ready = [import_module(f"compare.bench.tools.{tool}").prepare({"degree": 2, "cuts": 1}) for tool in tools]
+    monkeypatch.setattr(cells, "graded", None)
+    assert {read(solve())["unknowns"] for solve, read in ready} == {unknowns()}
+
+
+def unknowns():
+    """Nodes of the quarter at degree 2 that are not on the substrate, counted on the grid."""
+    first = grading.first_mesh(symmetry.reduce(Sink().scene()).scene, 1e-2)
+    x, y, z = (Axis(axis.breaks, np.full(len(axis.breaks) - 1, 2)) for axis in first.axes)
+    mesh = BrickMesh((x, y, z), first.boxes)
+    return int(mesh.solid.reshape(mesh.shape)[:, :, 1:].sum())
