@@ -58,6 +58,7 @@ def _name(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
         axes.annotate(
             row["label"], (row["error"], row["median_s"]), (12.0, -down), textcoords="offset points", fontsize=8,
             color=colour, va="center", arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.4},
+            bbox={"facecolor": "white", "alpha": 0.6, "edgecolor": "none", "pad": 0.3},
         )  # fmt: skip
 
 
