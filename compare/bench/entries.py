@@ -5,9 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-OURS, PLAIN, REDUCTION = "this toolkit", "scikit-fem, full order", "reductions"
-NGSOLVE, FREEFEM = "NGSolve", "FreeFEM"
-PEERS = (PLAIN, NGSOLVE, FREEFEM)
+from compare.bench import settings
+from compare.bench.settings import FULL, UNIFORM
+
+WHOLE, GIVEN = "this toolkit, whole run", "this toolkit, mesh given"
+OURS = (WHOLE, GIVEN)
+REDUCTION = "reductions"
+SCIKIT_FEM, NGSOLVE, FREEFEM = "scikit-fem", "NGSolve", "FreeFEM"
+PEERS = (SCIKIT_FEM, NGSOLVE, FREEFEM)
 
 
 @dataclass(frozen=True)
@@ -24,13 +29,16 @@ def sink_entries(transient: bool, quick: bool, installed: frozenset[str]) -> lis
     """Those of the sink's steady state or its whole transient."""
     wanted = {"transient": transient}
     accuracies = (1e-2, 1e-3) if quick else (1e-2, 1e-3, 1e-4, 3e-5, 1e-5)
-    found = [Entry(OURS, f"accuracy {a:.0e}", "fem3d_sink", {**wanted, "accuracy": a}) for a in accuracies]
+    found = [Entry(WHOLE, f"accuracy {a:.0e}", "fem3d_sink", {**wanted, "accuracy": a}) for a in accuracies]
+    found += [_given(wanted, *s) for s in settings.GIVEN[transient][: 2 if quick else None]]
     found += [_reduction(wanted, name) for name in REDUCTIONS]
-    found += [_plain(wanted, *settings) for settings in (PLAIN_SETTINGS[transient][: 1 if quick else None])]
+    found += [_scikit_fem(wanted, *s) for s in settings.SCIKIT_FEM[transient][: 2 if quick else None]]
+    if not quick:
+        found.append(_full_order(wanted, *settings.FULL_ORDER[transient]))
     if NGSOLVE in installed:
-        found += [_ngsolve(wanted, *s) for s in NGSOLVE_SETTINGS[transient][: 2 if quick else None]]
+        found += [_ngsolve(wanted, *s) for s in settings.NGSOLVE[transient][: 2 if quick else None]]
     if FREEFEM in installed:
-        found += [_freefem(wanted, *s) for s in FREEFEM_SETTINGS[transient][: 1 if quick else None]]
+        found += [_freefem(wanted, *s) for s in settings.FREEFEM[transient][: 1 if quick else None]]
     return found
 
 
@@ -40,96 +48,72 @@ REDUCTIONS = ("paper", "anchored", "fin-massless", "fin", "plate", "moments:4")
 def reference(transient: bool, quick: bool) -> Entry:
     """NGSolve as no entry has it: a higher order on finer cells, smaller steps, tighter iterations."""
     if quick:
-        return _ngsolve({"transient": transient}, 4, 1e-3, "uniform", 2 * transient, 4, 1e-8)
-    return _ngsolve({"transient": transient}, 6, 1e-4 if transient else 1e-5, "uniform", 4 * transient, 4, 1e-9)
-
-
-# Settings found by trial: orders in time and steps for which the error in time is below that in space.
-# degree, grading, cuts, across, steps an octave
-PLAIN_SETTINGS: dict[bool, tuple[tuple[int, float, int, int, int], ...]] = {
-    True: ((1, 1e-2, 1, 1, 1), (2, 1e-2, 1, 1, 1), (2, 1e-3, 1, 1, 2)),
-    False: ((1, 1e-2, 1, 1, 0), (2, 1e-2, 1, 1, 0), (2, 1e-3, 1, 1, 0), (2, 1e-3, 2, 1, 0), (2, 1e-4, 2, 2, 0)),
-}
-# order, grading, electric problem, steps an octave, order in time, tolerance of the iterations
-NGSOLVE_SETTINGS: dict[bool, tuple[tuple[int, float, str, int, int, float], ...]] = {
-    True: (
-        (2, 1e-2, "uniform", 1, 3, 1e-4),
-        (3, 1e-2, "uniform", 1, 4, 1e-5),
-        (3, 1e-3, "uniform", 1, 4, 1e-5),
-        (3, 1e-3, "full", 1, 4, 1e-5),
-        (4, 1e-3, "uniform", 2, 4, 1e-6),
-        (5, 1e-3, "uniform", 2, 4, 1e-6),
-        (5, 1e-4, "uniform", 3, 4, 1e-7),
-        (6, 1e-3, "uniform", 3, 4, 1e-7),
-    ),
-    False: (
-        (2, 1e-2, "uniform", 0, 2, 1e-4),
-        (3, 1e-2, "uniform", 0, 2, 1e-5),
-        (3, 1e-3, "uniform", 0, 2, 1e-5),
-        (3, 1e-3, "full", 0, 2, 1e-5),
-        (4, 1e-3, "uniform", 0, 2, 1e-6),
-        (4, 1e-4, "uniform", 0, 2, 1e-7),
-        (5, 1e-4, "uniform", 0, 2, 1e-7),
-        (5, 1e-5, "uniform", 0, 2, 1e-8),
-    ),
-}
-# order, grading, cuts, across, steps an octave, order in time
-FREEFEM_SETTINGS: dict[bool, tuple[tuple[int, float, int, int, int, int], ...]] = {
-    True: (
-        (2, 1e-2, 1, 1, 1, 3),
-        (2, 1e-3, 1, 1, 1, 4),
-        (2, 1e-3, 2, 1, 1, 4),
-        (2, 1e-4, 2, 2, 1, 4),
-        (2, 1e-4, 3, 2, 2, 4),
-    ),
-    False: (
-        (1, 1e-2, 1, 1, 0, 3),
-        (2, 1e-2, 1, 1, 0, 3),
-        (2, 1e-3, 1, 1, 0, 3),
-        (2, 1e-3, 2, 1, 0, 3),
-        (2, 1e-4, 2, 2, 0, 3),
-        (2, 1e-4, 4, 2, 0, 3),
-    ),
-}
+        return _ngsolve({"transient": transient}, 4, 4, 1e-3, UNIFORM, 2 * transient, 4, 1e-8)
+    return _ngsolve({"transient": transient}, 6, 6, 1e-4 if transient else 1e-5, UNIFORM, 4 * transient, 4, 1e-9)
 
 
 def _reduction(wanted: dict[str, bool], name: str) -> Entry:
     return Entry(REDUCTION, name, "reduced_sink", {**wanted, "reduction": name})
 
 
-def _plain(wanted: dict[str, bool], degree: int, grading: float, cuts: int, across: int, steps: int) -> Entry:
+def _given(
+    wanted: dict[str, bool], degree: int, depth: int, grading: float, accuracy: float, generations: int
+) -> Entry:
+    options = {
+        **wanted, "degree": degree, "depth": depth, "grading": grading, "cuts": 1, "across": 1, "accuracy": accuracy,
+        "generations": generations,
+    }  # fmt: skip
+    fields = f", {generations} Krylov fields" if generations else ""
+    label = f"degree {_in_plane(degree, depth)}, {_cells(grading, 1)}, {_current(FULL)}{fields}"
+    return Entry(GIVEN, label, "given_sink", options)
+
+
+def _scikit_fem(
+    wanted: dict[str, bool], degree: int, grading: float, cuts: int, across: int, steps: int, method: int,
+    tolerance: float,
+) -> Entry:  # fmt: skip
+    options = {
+        **wanted, "degree": degree, "grading": grading, "cuts": cuts, "across": across, "steps": steps,
+        "method": method, "tolerance": tolerance,
+    }  # fmt: skip
+    label = f"degree {degree}, {_cells(grading, cuts)}, {_current(UNIFORM)}{_steps(steps, method)}"
+    return Entry(SCIKIT_FEM, label, "skfem_sink", options)
+
+
+def _full_order(wanted: dict[str, bool], degree: int, grading: float, cuts: int, across: int, steps: int) -> Entry:
     options = {**wanted, "degree": degree, "grading": grading, "cuts": cuts, "across": across, "steps": steps}
-    return Entry(PLAIN, f"degree {degree}, {_cells(grading, cuts)}{_steps(steps, 3)}", "plain_sink", options)
+    label = f"degree {degree}, {_cells(grading, cuts)}, {_current(FULL)}{_steps(steps, 3)}, as this toolkit's check"
+    return Entry(SCIKIT_FEM, label, "plain_sink", options)
 
 
 def _ngsolve(
-    wanted: dict[str, bool], order: int, grading: float, electric: str, steps: int, method: int, tolerance: float
-) -> Entry:
+    wanted: dict[str, bool], order: int, depth: int, grading: float, electric: str, steps: int, method: int,
+    tolerance: float,
+) -> Entry:  # fmt: skip
     options = {
-        **wanted, "order": order, "grading": grading, "cuts": 1, "across": 1, "electric": electric, "steps": steps,
-        "method": method, "tolerance": tolerance,
+        **wanted, "order": order, "depth": depth, "grading": grading, "cuts": 1, "across": 1, "electric": electric,
+        "steps": steps, "method": method, "tolerance": tolerance,
     }  # fmt: skip
-    current = "uniform current" if electric == "uniform" else "full electric problem"
-    return Entry(
-        NGSOLVE, f"order {order}, {_cells(grading, 1)}, {current}{_steps(steps, method)}", "ngsolve_sink", options
-    )
+    label = f"order {_in_plane(order, depth)}, {_cells(grading, 1)}, {_current(electric)}{_steps(steps, method)}"
+    return Entry(NGSOLVE, label, "ngsolve_sink", options)
 
 
 def _freefem(
     wanted: dict[str, bool], order: int, grading: float, cuts: int, across: int, steps: int, method: int
 ) -> Entry:
     options = {
-        **wanted,
-        "order": order,
-        "grading": grading,
-        "cuts": cuts,
-        "across": across,
-        "steps": steps,
-        "method": method,
-    }
-    return Entry(
-        FREEFEM, f"P{order}, {_cells(grading, cuts)}, uniform current{_steps(steps, method)}", "freefem_sink", options
-    )
+        **wanted, "order": order, "grading": grading, "cuts": cuts, "across": across, "steps": steps, "method": method,
+    }  # fmt: skip
+    label = f"P{order}, {_cells(grading, cuts)}, {_current(UNIFORM)}{_steps(steps, method)}"
+    return Entry(FREEFEM, label, "freefem_sink", options)
+
+
+def _in_plane(degree: int, depth: int) -> str:
+    return f"{degree}" if degree == depth else f"{degree} (z: {depth})"
+
+
+def _current(electric: str) -> str:
+    return "uniform current" if electric == UNIFORM else "full electric problem"
 
 
 def _cells(grading: float, cuts: int) -> str:

@@ -2,28 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
-from compare.bench.entries import OURS, PEERS
+from compare.bench.entries import GIVEN, OURS, PEERS, WHOLE
 
 TARGETS = (1e-2, 1e-3, 1e-4, 1e-5)
+WORDS = {WHOLE: "our whole run", GIVEN: "our solve on a given mesh"}
 Row = dict[str, Any]
+Best = Mapping[str, Any] | None
 
 
 def targets(rows: list[Row]) -> list[dict[str, Any]]:
     """For each of TARGETS the least median time of each tool at an error at or below it (``None``: not reached), and
-    each peer's over ours."""
+    each peer's over each of ours."""
     found = []
     for target in TARGETS:
-        fastest = {tool: _fastest(rows, tool, target) for tool in (OURS, *PEERS)}
-        ours = fastest[OURS]
-        ratios = {tool: _ratio(fastest[tool], ours) for tool in PEERS}
+        fastest = {tool: _fastest(rows, tool, target) for tool in (*OURS, *PEERS)}
+        ratios = {peer: {own: _ratio(fastest[peer], fastest[own]) for own in OURS} for peer in PEERS}
         found.append({"target": target, "fastest": fastest, "ratios": ratios})
     return found
 
 
-def _ratio(peer: Row | None, ours: Row | None) -> float | None:
-    return None if peer is None or ours is None else float(peer["median_s"] / ours["median_s"])
+def _ratio(peer: Best, own: Best) -> float | None:
+    return None if peer is None or own is None else float(peer["median_s"] / own["median_s"])
 
 
 def _fastest(rows: list[Row], tool: str, target: float) -> Row | None:
@@ -32,12 +34,17 @@ def _fastest(rows: list[Row], tool: str, target: float) -> Row | None:
     return None if best is None else {key: best[key] for key in ("label", "median_s", "error", "peak_MB")}
 
 
-def verdict(peer: dict[str, Any] | None, ours: dict[str, Any] | None, ratio: float | None) -> str:
-    """In words, for a table."""
-    if ours is None:
-        return "no entry" if peer is None else f"{peer['median_s']:.3g} s; **ahead: this toolkit does not get there**"
-    if peer is None or ratio is None:
+def verdict(peer: Best, own: Mapping[str, Best]) -> str:
+    """A peer's fastest entry beside ours of each kind, in words for a table; bold where the peer is ahead."""
+    if peer is None:
         return "no entry gets there"
+    return "; ".join([f"{peer['median_s']:.3g} s", *(_beside(peer, own[kind], WORDS[kind]) for kind in OURS)])
+
+
+def _beside(peer: Best, own: Best, name: str) -> str:
+    ratio = _ratio(peer, own)
+    if ratio is None:
+        return f"**ahead of {name}, which does not get there**"
     if ratio >= 1:
-        return f"{peer['median_s']:.3g} s, {ratio:.1f} times as long"
-    return f"{peer['median_s']:.3g} s, **ahead: {1 / ratio:.1f} times as fast**"
+        return f"{ratio:.1f} times as long as {name}"
+    return f"**ahead: {1 / ratio:.1f} times as fast as {name}**"

@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from compare.bench import frontier
-from compare.bench.entries import FREEFEM, NGSOLVE, OURS, PEERS
-
-Lines = list[str]
+from compare.bench import work_page
+from compare.bench.entries import FREEFEM, NGSOLVE
+from compare.bench.markdown import Lines, table
 
 
 def markdown(found: Mapping[str, Any], figures: Mapping[str, str]) -> str:
     """The page; ``figures`` are paths to those that were drawn, by part."""
     lines = ["# Run time against error", "", *_preface(found)]
     sections = {
-        "transient": lambda part: _work("The whole transient of the sink", part, True),
-        "steady": lambda part: _work("The sink's steady state", part, False),
+        "transient": lambda part: work_page.section("The whole transient of the sink", part, True),
+        "steady": lambda part: work_page.section("The sink's steady state", part, False),
         "device": _device,
         "growth": _growth,
         "skips": _skips,
         "start-up": _start_up,
     }
+    if {"transient", "steady"} & found.keys():
+        lines += work_page.WHAT_EACH_DOES
     for name, section in sections.items():
         if name in found:
             lines += section(found[name])
@@ -40,71 +41,11 @@ def _preface(found: Mapping[str, Any]) -> Lines:
         "Start-up (interpreter and imports; on the wall) is not in it and has a column of its own. The first solve of "
         "a process warms up and does not count where it takes less than a second on the wall.",
         "",
-        *_table(("", ""), machine.items()),
+        *table(("", ""), machine.items()),
     ]
     if absent:
         lines += [f"Not installed here, so not compared: {' and '.join(absent)}.", ""]
     return lines
-
-
-def _work(title: str, part: Mapping[str, Any], transient: bool) -> Lines:
-    reference, rows = part["reference"], part["rows"]
-    known = reference["uncertainty"]
-    what = (
-        "the largest difference over time (octaves from 10 us to 20 ms) of the rises of peak, end and mean, relative "
-        "to their final values, and of the current, relative to itself"
-        if transient
-        else "the largest relative difference of the rises of peak, end and mean and of the current"
-    )
-    doubt = (
-        f"its uncertainty is taken as its distance from {reference['checked_by']}: {known:.1e}"
-        if known is not None
-        else "no other program is installed to check it, so it says little of this toolkit's own errors"
-    )
-    lines = [f"## {title}", "", f"Error: {what}. Reference: {reference['made_by']}, which is no entry; {doubt}.", ""]
-    if part["targets"]:
-        lines += ["The fastest entry of each at an error no larger than:", "", *_targets(part["targets"])]
-    ours = [row for row in rows if row["tool"] == OURS and not row["failure"]]
-    lines += [
-        "This toolkit's times include finding the mesh and estimating the error; every other entry's settings were "
-        "found by trial beforehand, and its error is known only from the reference. What this toolkit was asked for, "
-        "estimated and had: " + "; ".join(f"{r['label']}: {r['claimed']:.1e}, {r['error']:.1e}" for r in ours) + ".",
-        "",
-    ]
-    head = (
-        "entry",
-        "settings",
-        "unknowns",
-        "steps",
-        "error",
-        "time, s",
-        "least to most (solves)",
-        "start-up, s",
-        "peak MB",
-    )
-    body = [_entry(row) for row in rows]
-    return [*lines, *_table(head, body)]
-
-
-def _targets(targets: Sequence[Mapping[str, Any]]) -> Lines:
-    body = []
-    for at in targets:
-        fastest = at["fastest"]
-        ours = fastest[OURS]
-        mine = "does not get there" if ours is None else f"{ours['median_s']:.3g} s"
-        peers = [frontier.verdict(fastest[p], ours, at["ratios"][p]) for p in PEERS]
-        body.append((f"{at['target'] * 100:g} %", mine, *peers))
-    return _table(("error", OURS, *PEERS), body)
-
-
-def _entry(row: Mapping[str, Any]) -> tuple[str, ...]:
-    if row["failure"]:
-        return (row["tool"], row["label"], "", "", row["failure"], "", "", "", "")
-    spread = f"{row['fastest_s']:.3g} to {row['slowest_s']:.3g} ({row['solves']})"
-    return (
-        row["tool"], row["label"], str(row["unknowns"]), str(row["steps"] or ""), f"{row['error']:.1e}",
-        f"{row['median_s']:.3g}", spread, f"{row['start_up_s']:.2g}", f"{row['peak_MB']:.0f}",
-    )  # fmt: skip
 
 
 def _device(part: Mapping[str, Any]) -> Lines:
@@ -125,7 +66,7 @@ def _device(part: Mapping[str, Any]) -> Lines:
         f"From cold to {part['end_time_s'] * 1e3:g} ms. Error: the largest of sink and sensor over time, relative "
         "to the set rise. Reference: the accurate scheme at an accuracy of 1e-08, so it is judged by itself."
         + checked, "",
-        *_table(("entry", "settings", "error over time", "error at the end", "time, s"), body),
+        *table(("entry", "settings", "error over time", "error at the end", "time, s"), body),
     ]  # fmt: skip
 
 
@@ -138,9 +79,9 @@ def _growth(part: Mapping[str, Any]) -> Lines:
     ]  # fmt: skip
     return [
         "## Growth", "",
-        "The heat problem of the quarter on cells cut further and further, seconds by phase (assembly with the mesh), "
+        "The heat problem of the quarter on cells cut further and further, seconds by phase (the mesh is given), "
         "and the memory above that of the imports.", "",
-        *_table(("path", "unknowns", "assembly, s", "factorization, s", "one solve, s", "MB"), body),
+        *table(("path", "unknowns", "assembly, s", "factorization, s", "one solve, s", "MB"), body),
         *(_exponents(part["exponents"], phases) if part["exponents"] else ()),
     ]  # fmt: skip
 
@@ -151,7 +92,7 @@ def _exponents(rows: Sequence[Mapping[str, Any]], phases: Sequence[str]) -> Line
     ]
     return [
         "Exponents: slopes of log time, and of log memory, over log unknowns, from 4,000 on.", "",
-        *_table(("path", *phases, "memory", "rises fastest", "takes most at the largest"), body),
+        *table(("path", *phases, "memory", "rises fastest", "takes most at the largest"), body),
     ]  # fmt: skip
 
 
@@ -166,7 +107,7 @@ def _skips(part: Sequence[Mapping[str, Any]]) -> Lines:
         "The same run in turns with the skip and without it. Solver: seconds of processor time after imports; whole "
         "commands: on the wall. Without the transient, the figures, the fields and the 3D model less is reported; the "
         "other skips leave the answer within its estimated error.", "",
-        *_table(("skipped", "with the skip, s", "without, s", "ratio"), body),
+        *table(("skipped", "with the skip, s", "without, s", "ratio"), body),
     ]  # fmt: skip
 
 
@@ -174,11 +115,6 @@ def _start_up(part: Mapping[str, Any]) -> Lines:
     body = [(r["name"], f"{r['median']:.2f}", f"{r['smallest']:.2f} to {r['largest']:.2f}") for r in part["ratios"]]
     return [
         "## Start-up", "", "Ratios of wall-clock times, each pair of processes one after the other.", "",
-        *_table(("ratio", "median", "smallest to largest"), body),
+        *table(("ratio", "median", "smallest to largest"), body),
         f"Largest memory of the cold run without figures: {part['peak_MB']:.0f} MB.", "",
     ]  # fmt: skip
-
-
-def _table(head: Sequence[str], body: Iterable[Sequence[str]]) -> Lines:
-    rule = "|".join(["---"] * len(head))
-    return [f"| {' | '.join(head)} |", f"|{rule}|", *(f"| {' | '.join(row)} |" for row in body), ""]

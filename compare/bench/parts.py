@@ -9,6 +9,7 @@ from typing import Any
 from compare.bench import device, entries, frontier, growth, machine, reference, rounds, skips, start_up
 
 PARTS = ("transient", "steady", "device", "growth", "skips", "start-up")
+SCHEMA = 2
 Progress = Callable[[str], None]
 
 
@@ -27,7 +28,7 @@ def run(
         "skips": lambda: skips.run(quick, count, progress),
         "start-up": lambda: start_up.run(count, progress),
     }
-    found: dict[str, Any] = {"schema": 1, "quick": quick, "machine": machine.describe(), **(earlier or {})}
+    found: dict[str, Any] = {"schema": SCHEMA, "quick": quick, "machine": machine.describe(), **(earlier or {})}
     return found | {part: jobs[part]() for part in PARTS if part in parts and part not in found}
 
 

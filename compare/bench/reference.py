@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from compare.bench import launch
-from compare.bench.entries import NGSOLVE, OURS, Entry
+from compare.bench.entries import NGSOLVE, WHOLE, Entry
 from compare.bench.entries import reference as ngsolve_reference
 from compare.bench.sample import steady_errors, trace_errors
 
@@ -37,8 +37,8 @@ def find(transient: bool, quick: bool, installed: frozenset[str], progress: Call
     this toolkit's alone, and no uncertainty (NaN). Raises launch.EntryError where neither comes to an end."""
     accuracy = 1e-4 if quick else 1e-6
     options = {"accuracy": accuracy, "transient": transient}
-    own = _values(Entry(OURS, f"accuracy {accuracy:.0e}", "fem3d_sink", options), progress)
-    name = f"{OURS} at an accuracy of {accuracy:.0e}"
+    own = _values(Entry(WHOLE, f"accuracy {accuracy:.0e}", "fem3d_sink", options), progress)
+    name = f"this toolkit at an accuracy of {accuracy:.0e}"
     if NGSOLVE not in installed:
         return Reference(own["values"], own["steady"], name, float("nan"), "no other program", transient)
     entry = ngsolve_reference(transient, quick)

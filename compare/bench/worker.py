@@ -2,8 +2,8 @@
 
 The specification, JSON too: ``tool`` (a module of compare.bench.tools), ``options`` for it, ``launched`` (s since the
 epoch), ``most`` (how many timed solves at most) and ``patience`` (s on the wall): solves are repeated until that has
-passed. The first warms up and does not count, unless it alone takes all the patience. Times are of the processor, but
-for tools that take theirs themselves.
+passed. The first warms up and does not count, unless it alone takes all the patience; no solve finds what an earlier
+one has worked out on the scene or the mesh. Times are of the processor, but for tools that take theirs themselves.
 """
 
 from __future__ import annotations
@@ -14,6 +14,8 @@ import time
 from importlib import import_module
 from pathlib import Path
 from typing import Any
+
+from compare.bench import fresh
 
 
 def main(argument: str) -> None:
@@ -35,6 +37,7 @@ def main(argument: str) -> None:
 
 
 def _timed(solve: Any) -> tuple[Any, float]:
+    fresh.forget()
     started = time.process_time()
     answer = solve()
     return answer, time.process_time() - started

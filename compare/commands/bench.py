@@ -15,9 +15,9 @@ ROUNDS, QUICK_ROUNDS = 3, 1
 def describe(parser: argparse.ArgumentParser) -> None:
     """What the command takes."""
     parser.description = (
-        "Run time against error on the default sink and device: this toolkit's solver, its full-order path,\n"
-        "the 1D reduction and, where installed, NGSolve and FreeFEM; growth with the unknowns; what each skip\n"
-        "of the plan saves; start-up. Takes half an hour; --quick a minute."
+        "Run time against error on the default sink and device: this toolkit's whole runs and its solver on a\n"
+        "given mesh, the 1D reductions, scikit-fem and, where installed, NGSolve and FreeFEM; growth with the\n"
+        "unknowns; what each skip of the plan saves; start-up. Takes half an hour; --quick a minute."
     )
     parser.epilog = (
         "examples:\n"
@@ -79,6 +79,8 @@ def _earlier(names: list[str]) -> dict[str, Any]:
     """What earlier runs wrote; SceneError where a file is not one of theirs."""
     import json
 
+    from compare.bench.parts import SCHEMA
+
     found: dict[str, Any] = {}
     for name in names:
         try:
@@ -87,6 +89,8 @@ def _earlier(names: list[str]) -> dict[str, Any]:
             read = None
         if not isinstance(read, dict) or not {"schema", "machine"} <= set(read):
             raise SceneError(f'--from "{name}" is no file of numbers that validate bench --json has written')
+        if read["schema"] != SCHEMA:
+            raise SceneError(f'--from "{name}" has numbers in another version\'s form: measure them anew')
         found |= read
     return found
 

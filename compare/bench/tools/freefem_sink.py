@@ -1,8 +1,8 @@
-"""The sink in FreeFEM (sink.edp): tetrahedra of order 1 or 2, the bricks of the graded quarter cut in six.
+"""The sink in FreeFEM (sink.edp): tetrahedra of order 1, 2 or 3, the bricks of the graded quarter cut in six.
 
 ``options``: ``order``, ``grading``, ``cuts``, ``across`` (the cells), ``transient``, ``steps`` in each interval of
 time, ``method`` (its order, 2 to 4).
-The script takes the time itself, from where it reads the mesh; making the mesh file is not counted.
+The script takes the time itself, from where it has read the mesh; making the mesh file is not counted.
 """
 
 from __future__ import annotations
@@ -31,6 +31,8 @@ MICRO = 1e6
 COPIES = 4
 TOLERANCE = 1e-6
 SOLVER = "UMFPACK"
+ELEMENTS = {1: ("P1", ""), 2: ("P2", ""), 3: ("P33d", 'load "Element_P3"\n')}
+PLUGINS = ("freefem++", "ff++/*/lib")  # where they are, below the folder of libraries
 Answer = tuple[np.ndarray, float]
 
 
@@ -47,13 +49,14 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], Answer], Callable[[An
         " ".join(map(repr, _inputs(sink, times, METHODS[options["method"]]))) + "\n", encoding="utf-8"
     )
     script = files("compare.bench.tools").joinpath("sink.edp").read_text(encoding="utf-8")
-    script = script.replace("SOLVER", SOLVER).replace("ORDER);", f"P{options['order']});")
+    element, plugin = ELEMENTS[options["order"]]
+    script = script.replace("SOLVER", SOLVER).replace("ORDER);", f"{element});").replace("LOAD\n", plugin)
     (folder / "sink.edp").write_text(script, encoding="utf-8")
 
     def solve() -> Answer:
         before = _children_s()
         command = ["FreeFem++", "-nw", "-v", "0", "sink.edp"]
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, env=dict(os.environ))
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, env=_environment())
         if done.returncode:
             raise ArithmeticError((done.stdout.strip() or "FreeFem++ failed").splitlines()[-1])
         lines = (folder / "output.txt").read_text(encoding="utf-8").splitlines()
@@ -73,6 +76,14 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], Answer], Callable[[An
         }  # fmt: skip
 
     return solve, read
+
+
+def _environment() -> dict[str, str]:
+    """With the folder of the plugins, which some distributions' FreeFEM does not find by itself."""
+    program = shutil.which("FreeFem++")
+    libraries = Path(program or "/usr/bin").resolve().parent.parent / "lib"
+    found = [str(f.parent) for folder in PLUGINS for f in sorted(libraries.glob(f"{folder}/Element_P3.so"))]
+    return {**({"FF_LOADPATH": found[0]} if found else {}), **os.environ}
 
 
 def _children_s() -> float:

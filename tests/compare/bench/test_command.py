@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from compare.bench import frontier
 from compare.cli import main
 
 MACHINE = {"processor": "one", "ngsolve": "not installed", "FreeFEM": "not installed"}
@@ -17,11 +18,13 @@ MACHINE = {"processor": "one", "ngsolve": "not installed", "FreeFEM": "not insta
         (["--json", "nowhere/a.json"], 'there is no folder "nowhere"'),
         (["--from", "missing.json"], "could not be read"),
         (["--from", "other.json"], "no file of numbers"),
+        (["--from", "old.json"], "another version's form"),
     ],
 )
 def test_bad_input_is_one_sentence(arguments, sentence, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "other.json").write_text("[1]")
+    (tmp_path / "old.json").write_text('{"schema": 1, "machine": {}}')
     assert main(["bench", *arguments]) == 2
     said = capsys.readouterr().err
     assert sentence in said
@@ -30,18 +33,28 @@ def test_bad_input_is_one_sentence(arguments, sentence, tmp_path, monkeypatch, c
 
 def test_a_page_is_made_of_numbers_measured_before(tmp_path, capsys):
     skips = [{"skip": "symmetry", "failure": "", "on_s": 0.5, "off_s": 2.0}]
-    ours = {
-        "tool": "this toolkit", "label": "accuracy 1e-03", "failure": "", "median_s": 2.0, "fastest_s": 1.0,
+    whole = {
+        "tool": "this toolkit, whole run", "label": "accuracy 1e-03", "failure": "", "median_s": 2.0, "fastest_s": 1.0,
         "slowest_s": 3.0, "solves": 3, "start_up_s": 0.5, "peak_MB": 100.0, "unknowns": 10, "steps": 0, "error": 5e-4,
         "errors": {}, "claimed": 9e-4,
     }  # fmt: skip
-    work = {"reference": {"made_by": "one", "checked_by": "two", "uncertainty": 1e-6}, "rows": [ours], "targets": []}
-    numbers = {"schema": 1, "quick": False, "machine": MACHINE, "skips": skips, "steady": work}
+    rows = [
+        whole, {**whole, "tool": "this toolkit, mesh given", "label": "degree 3", "median_s": 0.5, "claimed": None},
+        {**whole, "tool": "NGSolve", "label": "order 3", "median_s": 1.0, "claimed": None},
+    ]  # fmt: skip
+    reference = {"made_by": "one", "checked_by": "two", "uncertainty": 1e-6}
+    work = {"reference": reference, "rows": rows, "targets": frontier.targets(rows)}
+    numbers = {"schema": 2, "quick": False, "machine": MACHINE, "skips": skips, "steady": work}
     (tmp_path / "found.json").write_text(json.dumps(numbers))
     page = tmp_path / "page.md"
     given = ["--from", str(tmp_path / "found.json"), "--part", "skips", "--markdown", str(page)]
     assert main(["bench", *given]) == 0
     text = page.read_text()
+    assert (
+        "| 1 % | 2 s | 0.5 s | no entry gets there | 1 s; **ahead: 2.0 times as fast as our whole run**; "
+        "2.0 times as long as our solve on a given mesh | no entry gets there |"
+    ) in text
+    assert "What whole runs were asked for, estimated and had: accuracy 1e-03: 9.0e-04, 5.0e-04.\n" in text
     assert "| symmetry | 0.5 | 2 | 4.00 |" in text
     assert "Not installed here, so not compared: NGSolve and FreeFEM." in text
     assert "figures/benchmark-steady.png" in text

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
-from compare.bench import frontier, growth, plots, sample
-from compare.bench.entries import FREEFEM, NGSOLVE, OURS, PLAIN
+from compare.bench import fresh, frontier, growth, plots, sample
+from compare.bench.entries import FREEFEM, GIVEN, NGSOLVE, OURS, REDUCTION, SCIKIT_FEM, WHOLE
 from compare.bench.runge_kutta import METHODS
+from meshes import axis, connected
+from scenes.sink import Sink
 
 
 def test_every_instant_of_the_comparison_is_a_step():
@@ -49,23 +51,54 @@ def row(tool, seconds, off, failure=""):
     return {"tool": tool, "label": "", "failure": "", "median_s": seconds, "error": off, "peak_MB": 1.0}
 
 
-def test_the_fastest_at_an_error_counts_and_a_peer_that_is_ahead_is_said_to_be():
+def test_the_fastest_at_an_error_counts_and_a_peer_is_held_against_both_of_ours():
     rows = [
-        row(OURS, 1.0, 5e-3), row(OURS, 3.0, 5e-5), row(NGSOLVE, 0.5, 9e-3), row(NGSOLVE, 6.0, 9e-5),
-        row(NGSOLVE, 0.1, 2e-2), row(FREEFEM, 0, 0, "took too long"),
+        row(WHOLE, 1.0, 5e-3), row(WHOLE, 3.0, 5e-5), row(GIVEN, 0.25, 5e-3), row(NGSOLVE, 0.5, 9e-3),
+        row(NGSOLVE, 6.0, 9e-5), row(NGSOLVE, 0.1, 2e-2), row(FREEFEM, 0, 0, "took too long"),
     ]  # fmt: skip
     percent, tenth, hundredth, last = frontier.targets(rows)
-    assert percent["ratios"] == {PLAIN: None, NGSOLVE: 0.5, FREEFEM: None}
-    assert tenth["ratios"][NGSOLVE] == hundredth["ratios"][NGSOLVE] == 2.0
-    assert last["fastest"] == dict.fromkeys((OURS, *frontier.PEERS))
-    ours, peer = percent["fastest"][OURS], percent["fastest"][NGSOLVE]
-    assert "ahead: 2.0 times as fast" in frontier.verdict(peer, ours, 0.5)
-    assert "ahead" in frontier.verdict(peer, None, None)
-    assert "ahead" not in frontier.verdict(peer, ours, 2.0)
+    none = dict.fromkeys(OURS)
+    assert percent["ratios"] == {SCIKIT_FEM: none, NGSOLVE: {WHOLE: 0.5, GIVEN: 2.0}, FREEFEM: none}
+    assert tenth["ratios"][NGSOLVE] == hundredth["ratios"][NGSOLVE] == {WHOLE: 2.0, GIVEN: None}
+    assert last["fastest"] == dict.fromkeys((*OURS, *frontier.PEERS))
+    said = frontier.verdict(percent["fastest"][NGSOLVE], percent["fastest"])
+    assert "**ahead: 2.0 times as fast as our whole run**" in said
+    assert "2.0 times as long as our solve on a given mesh" in said
+    assert said.count("ahead") == 1
+    behind = frontier.verdict(tenth["fastest"][NGSOLVE], tenth["fastest"])
+    assert "**ahead of our solve on a given mesh, which does not get there**" in behind
+    assert frontier.verdict(None, last["fastest"]) == "no entry gets there"
 
 
 def test_only_points_that_no_other_beats_are_joined():
     assert plots.fastest([(1e-2, 1.0), (1e-3, 3.0), (2e-2, 2.0), (1e-3, 4.0)]) == [(1e-2, 1.0), (1e-3, 3.0)]
+
+
+def test_reductions_are_named_points_and_no_line_joins_them(monkeypatch, tmp_path):
+    drawn = []
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda figure, path, dpi: drawn.append(figure))
+    names = ("paper", "plate", "moments:4")
+    rows = [{**row(REDUCTION, 0.1 * n, 1e-3 / n), "label": name} for n, name in enumerate(names, 1)]
+    rows += [row(NGSOLVE, 0.1 * n, 1e-3 / n) for n in (1, 2)]
+    plots.draw("steady", {"rows": rows, "reference": {"uncertainty": 1e-6}}, tmp_path / "a.png")
+    (axes,) = drawn[0].axes
+    assert tuple(text.get_text() for text in axes.texts) == names
+    joined = {tool: [line.get_linestyle() for line in axes.lines if line.get_color() == plots.LOOKS[tool][0]]
+              for tool in (REDUCTION, NGSOLVE)}  # fmt: skip
+    assert joined == {REDUCTION: ["None"], NGSOLVE: ["None", "-"]}
+
+
+def test_names_near_each_other_make_room():
+    assert plots.apart([(0.0, 50.0), (5.0, 48.0), (5.0, 47.0), (300.0, 49.0)]) == [0.0, 8.0, 17.0, 0.0]
+
+
+def test_a_solve_finds_nothing_of_the_scene_that_an_earlier_one_worked_out():
+    connected.anchored(Sink().scene())
+    table = axis.reference(3)
+    assert connected.anchored in set(fresh.kept())
+    fresh.forget()
+    assert connected.anchored.cache_info().currsize == connected.coarsest.cache_info().currsize == 0
+    assert axis.reference(3) is table
 
 
 def test_exponents_of_power_laws_are_found_above_the_small_sizes():
