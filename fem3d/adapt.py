@@ -24,7 +24,7 @@ from fem3d.steady import SteadyState
 from fem3d.study import Quantities, Study
 from fem3d.time_response import Response, respond
 from fem3d.transient import Base, shift, time_constant
-from meshes import grading
+from meshes import diffusion, grading
 from meshes.bricks import BrickMesh
 from meshes.grading import Features
 
@@ -161,7 +161,7 @@ def solve_course(study: Study, progress: Callable[[str], None] = lambda _: None)
     can't be reached."""
     accuracy, scene = study.accuracy, study.part.scene
     features = grading.features(scene)
-    mesh = reach.first_mesh(scene, accuracy, features)
+    mesh = diffusion.graded(reach.first_mesh(scene, accuracy, features), scene, study.earliest)
     slowest, generations = study.end, 0
     for level in range(1, MOST_LEVELS):
         reach.check_size(mesh, accuracy, features)
@@ -181,7 +181,7 @@ def solve_course(study: Study, progress: Callable[[str], None] = lambda _: None)
         rises = response.snapshots
         goals = goals_of(study, fine.heat, fine.conductor, fine.potentials, rises, response.scales, features)
         excess = max(e / response.scales[q] for q, e in response.errors.items()) / accuracy
-        finer = refined(mesh, weighted(goals, response.scales), features, response.deep, excess)
+        finer = refined(mesh, weighted(goals, response.scales), features, response.deep, excess, response.across)
         reach.check_finer(finer, mesh, features, accuracy)
         mesh = finer
     raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene")
@@ -294,11 +294,19 @@ def weighted(goals: dict[str, Indicators], scales: dict[str, float]) -> list[np.
 
 
 def refined(
-    mesh: BrickMesh, missing: list[np.ndarray], features: Features, deep: bool, excess: float = 1.0
+    mesh: BrickMesh,
+    missing: list[np.ndarray],
+    features: Features,
+    deep: bool,
+    excess: float = 1.0,
+    across: bool = True,
 ) -> BrickMesh:
-    """The mesh with those intervals refined that cause most of the error, which is ``excess`` times the accuracy."""
+    """The mesh with those intervals refined that cause most of the error, which is ``excess`` times the accuracy; along
+    z only where ``deep``, along x and y only where ``across``."""
     if not deep:
         missing[2][~grading.singular_intervals(mesh.axes[2], features.exponents[2])] = 0.0
+    elif not across:
+        missing[0][:] = missing[1][:] = 0.0
     ordered = np.sort(np.concatenate(missing))[::-1]
     total = np.cumsum(ordered)
     cut = ordered[min(int(np.searchsorted(total, MARKED * total[-1])), len(ordered) - 1)]

@@ -38,6 +38,7 @@ class Response:
     scales: dict[str, float]
     generations: int  # of fields
     relative: dict[str, float] = field(default_factory=dict)  # errors without the rows' own, over their scales
+    across: bool = True  # whether degrees in x and y matter
 
     @property
     def slowest(self) -> float:
@@ -87,18 +88,23 @@ def respond(
         return traces(transient.march(base, space, end, TIME_SHARE * accuracy))
 
     lesser = below(coarse)
-    in_plane = _distance(there, lesser)
-    in_depth = dict.fromkeys(in_plane, 0.0) if in_z is None else _distance(below(in_z[0]), below(in_z[1]))
+    low, tall = (lesser, lesser) if in_z is None else (below(in_z[0]), below(in_z[1]))
+    in_plane, in_depth = _distance(there, lesser), _distance(low, tall)
     caution = {n: study.caution.get(n, 1.0) for n in scales}
     errors = {n: caution[n] * (IN_PLANE * in_plane[n] + IN_DEPTH * in_depth[n] + lost[n]) for n in scales}
     worst = max(errors[name] / scales[name] for name in errors)
     if worst > (1 - ROW_SHARE) * accuracy:
         # Refine for the instants at which the meshes differ most.
-        worse = [n for n in (study.trace_rises or errors) if in_plane[n] / scales[n] > NEGLIGIBLE * accuracy]
-        at = {int(np.abs(there[name] - lesser[name]).argmax()) for name in worse} or {len(checked) - 1}
+        at = {len(checked) - 1}
+        worse = {}
+        for which, apart, a, b in (("across", in_plane, there, lesser), ("deep", in_depth, low, tall)):
+            worse[which] = [n for n in errors if IN_DEPTH * apart[n] / scales[n] > NEGLIGIBLE * accuracy]
+            at |= {int(np.abs(a[n] - b[n]).argmax()) for n in worse[which] if n in (study.trace_rises or errors)}
         snapshots = list(answer.rises(checked[sorted(at)]))
-        deep = max(IN_DEPTH * in_depth[name] / scales[name] for name in scales) > NEGLIGIBLE * accuracy
-        return Response(checked, there, errors, False, np.nan, answer, reduced, snapshots, deep, scales, count)
+        return Response(
+            checked, there, errors, False, np.nan, answer, reduced, snapshots, bool(worse["deep"]), scales, count,
+            across=bool(worse["across"]),
+        )  # fmt: skip
     return _with_rows(study, answer, reduced, errors, scales, count)
 
 

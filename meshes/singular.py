@@ -62,7 +62,7 @@ def _collect(
         rays = _rays(held, first, second, along)
         against = np.zeros_like(rays) if passing is None else _rays(passing, first, second, along)
         uneven = (quadrants.min(axis=-1) != quadrants.max(axis=-1)) | (rays.any(axis=-1) & ~rays.all(axis=-1))
-        contradicted: np.ndarray = rays.any(axis=-1) & against.any(axis=-1)
+        contradicted = np.logical_and(rays.any(axis=-1), against.any(axis=-1))
         for i, j, layer in np.argwhere(uneven & (quadrants.max(axis=-1) > 0)):
             a, b, c, d = quadrants[i, j, layer].tolist()
             p, q, r, s = rays[i, j, layer].tolist()

@@ -1,0 +1,70 @@
+"""Layers towards faces whose temperature jumps: heat has gone no further than sqrt(D t) from them at a time t."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from meshes.axis import Axis
+from meshes.bricks import BrickMesh
+from meshes.grading import RATIO
+from scenes.model import Boundary, Box, Scene, Schedule
+
+REACH = 3.0  # diffusion lengths that the first interval at a face may have
+DEGREE = 4  # of the layers at least
+FIRM = 0.1  # of what a film conducts over what the first diffusion length does, from which on it counts as a jump
+
+
+def graded(mesh: BrickMesh, scene: Scene, earliest: float) -> BrickMesh:
+    """The mesh with more intervals towards each face whose temperature jumps, down to what heat reaches in the earliest
+    time of interest (s)."""
+    x, y, z = (_graded(axis, _lengths(scene, d, earliest)) for d, axis in enumerate(mesh.axes))
+    return BrickMesh((x, y, z), mesh.boxes)
+
+
+def _lengths(scene: Scene, d: int, earliest: float) -> dict[float, float]:
+    """The shortest diffusion length (m) at each plane across an axis where a temperature jumps."""
+    found: dict[float, float] = {}
+    for b in scene.boundaries:
+        for box in scene.boxes:
+            if b.kind == "voltage" or b.lower[d] != b.upper[d] or not _touch(b, box):
+                continue
+            k = box.material.thermal_conductivity
+            length = float(np.sqrt(k / box.material.heat_capacity * earliest))
+            if _jumps(b, scene.initial_temperature, k / length):
+                found[b.lower[d]] = min(length, found.get(b.lower[d], np.inf))
+    return found
+
+
+def _jumps(b: Boundary, initial: float, conductance: float) -> bool:
+    """Whether a boundary makes the temperature of its face jump; ``conductance`` (W/(m2 K)) is that of a diffusion
+    length."""
+    if b.kind == "temperature":
+        steps = isinstance(b.value, Schedule) and any(np.diff(b.value.times) == 0)
+        return steps or _at_start(b.value) != initial
+    return b.kind == "convection" and _at_start(b.value) > FIRM * conductance
+
+
+def _at_start(value: float | Schedule) -> float:
+    return float(np.interp(0.0, value.times, value.values)) if isinstance(value, Schedule) else value
+
+
+def _touch(b: Boundary, box: Box) -> bool:
+    return all(b.lower[d] <= box.upper[d] and b.upper[d] >= box.lower[d] for d in range(3))
+
+
+def _graded(axis: Axis, lengths: dict[float, float]) -> Axis:
+    breaks, degrees = axis.breaks.tolist(), axis.degrees.tolist()
+    for plane, length in lengths.items():
+        i = int(np.abs(np.array(breaks) - plane).argmin())
+        while i + 1 < len(breaks) and breaks[i + 1] - breaks[i] > REACH * length:
+            gap = breaks[i + 1] - breaks[i]
+            degrees[i] = max(degrees[i], DEGREE)
+            breaks.insert(i + 1, breaks[i] + max(RATIO * gap, REACH * length / 2))
+            degrees.insert(i, degrees[i])
+        while i > 0 and breaks[i] - breaks[i - 1] > REACH * length:
+            gap = breaks[i] - breaks[i - 1]
+            degrees[i - 1] = max(degrees[i - 1], DEGREE)
+            breaks.insert(i, breaks[i] - max(RATIO * gap, REACH * length / 2))
+            degrees.insert(i, degrees[i - 1])
+            i += 1
+    return Axis(np.array(breaks), np.array(degrees))
