@@ -252,6 +252,8 @@ def steady_errors(
     for name, goal in study.ratios.items():
         share = OF_ESTIMATE * estimate[goal] / abs(float(fine[goal]))
         errors[name] = max(errors[name], share * abs(float(fine[name])))
+    for name, probe in study.goals.items():
+        errors[name] += float(solved.out.get(f"doubt:{probe}", 0.0))
     # What the iteration left, and rounding in the solves; nothing is known better than that.
     left = solved.state.unsettled + 1e-10
     return {name: e + caution[name] * depth[name] + left * scales[name] for name, e in errors.items()}

@@ -229,7 +229,7 @@ def find_conductor(heat: HeatProblem) -> Conductor | None:
     for b in electrodes:
         nodes = condition_nodes(mesh, b.lower, b.upper, conducting)
         voltage[:, nodes[mine[nodes]]] = heat.inputs.split(b.value)[:, None]
-    entering = shared(mesh, electrodes, conducting)
+    entering, _ = shared(mesh, electrodes, conducting)
     given = mine & (sum(entering.values(), np.zeros(mine.size)) > 0)
     order = heat.order
     free, fixed = order[(mine & ~given)[order]], order[(mine & given)[order]]

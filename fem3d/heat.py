@@ -22,6 +22,7 @@ from fem3d.inputs import Inputs
 from scenes.model import Schedule, Value
 
 BALANCED = 2e-11  # of the heat: an imbalance above it is worth a residual in extended precision
+DISPUTED = 0.8  # of the product of two boundaries' parts of a node's reaction: what either may be off by, 0.6 found
 REENTRANT = 2 / 3  # the flux at an edge of 270 degrees falls on both its faces like a distance to this power less one
 
 
@@ -40,7 +41,8 @@ class HeatSystem:
 
     Per channel: ``loads`` (channels, all nodes) in W, ``given`` (channels, fixed nodes), the given rises, and
     ``generated``, the heat of the sources in W. ``held``: for each boundary of given temperature its part (fixed
-    nodes,) of the reaction of each; ``anchored``: whether every part has an exit for heat, so that K is regular.
+    nodes,) of the reaction of each; ``bent`` (fixed nodes,): where boundaries meet at an angle; ``anchored``: whether
+    every part has an exit for heat, so that K is regular.
     """
 
     inputs: Inputs
@@ -51,6 +53,7 @@ class HeatSystem:
     given: np.ndarray
     generated: np.ndarray
     held: dict[str, np.ndarray]
+    bent: np.ndarray
     films: dict[str, Film]
     anchored: bool
     end_time: float
@@ -156,6 +159,14 @@ class HeatSystem:
         the heat that enters at its boundary."""
         none = np.zeros(self.free)
         return {name: np.concatenate([none, part]) for name, part in self.held.items()}
+
+    def disputed(self, names: Sequence[str]) -> np.ndarray:
+        """(fixed nodes,): weights of |reaction| whose sum bounds what the heat that enters at some boundaries together
+        may be off by because they share nodes with others: at an angle each one's part is but that of a leading term.
+        """
+        together: np.ndarray = sum((self.held[name] for name in names), np.zeros(len(self.bent)))
+        found: np.ndarray = DISPUTED * together * (1 - together) * self.bent
+        return np.where(found > 1e-12, found, 0.0)
 
     @cached_property
     def held_rows(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:

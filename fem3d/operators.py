@@ -69,7 +69,7 @@ def assemble(scene: Scene, mesh: BrickMesh, balanced: bool = True) -> HeatProble
     given = np.zeros((channels.count, solid.size))
     for b in held:
         given[:, condition_nodes(mesh, b.lower, b.upper)] = above(channels, b.value, initial)[:, None]
-    parts_held = shared(mesh, held)
+    parts_held, bent = shared(mesh, held)
     fixed = np.zeros(solid.size, dtype=bool)
     for part in parts_held.values():
         fixed |= part > 0
@@ -121,14 +121,16 @@ def assemble(scene: Scene, mesh: BrickMesh, balanced: bool = True) -> HeatProble
     mass = csc_array((both.data.imag.copy(), both.indices, both.indptr), shape=both.shape)
     return HeatProblem(
         channels, len(free_nodes), stiffness, mass, loads, given[:, fixed_nodes], generated,
-        {name: part[fixed_nodes] for name, part in parts_held.items()}, films, connected.anchored(scene),
-        scene.end_time, scene, mesh, number, order,
+        {name: part[fixed_nodes] for name, part in parts_held.items()}, bent[fixed_nodes], films,
+        connected.anchored(scene), scene.end_time, scene, mesh, number, order,
     )  # fmt: skip
 
 
-def shared(mesh: BrickMesh, boundaries: Sequence[Boundary], boxes: set[int] | None = None) -> dict[str, np.ndarray]:
+def shared(
+    mesh: BrickMesh, boundaries: Sequence[Boundary], boxes: set[int] | None = None
+) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """For boundaries of given values their parts (nodes of the grid,) of the reactions (`parts_of_reactions`), of the
-    solid or of some boxes of it."""
+    solid or of some boxes of it, and where they meet at an angle."""
     size = int(np.prod(mesh.shape))
     areas, normals = [], np.zeros((3, size), dtype=bool)
     for b in boundaries:
@@ -138,5 +140,6 @@ def shared(mesh: BrickMesh, boundaries: Sequence[Boundary], boxes: set[int] | No
             area[nodes] += tensor.integral(mesh.parts(face)).ravel()
             normals[next(d for d, (i, j) in enumerate(face.spans) if i == j), nodes] = True
         areas.append(area)
-    found = parts_of_reactions(areas, [b.value for b in boundaries], normals.sum(axis=0) <= 1)
-    return {b.name: part for b, part in zip(boundaries, found, strict=True)}
+    bent = normals.sum(axis=0) > 1
+    found = parts_of_reactions(areas, [b.value for b in boundaries], ~bent)
+    return {b.name: part for b, part in zip(boundaries, found, strict=True)}, bent

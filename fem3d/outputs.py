@@ -2,6 +2,7 @@
 
 The same names come out of a steady state and of a transient, as numbers or as arrays over time:
 ``probe:<probe>`` (rise in K, potential in V, heat flow in W, current in A), ``flow:<boundary>`` (W, into the solid),
+``doubt:<probe>`` (W, by what a heat flow may be off because its boundary shares nodes with another at an angle),
 ``current:<electrode>`` (A, into the solid), ``joule:<box>`` (W), ``power`` (W, what the electrodes supply),
 ``generated`` (W, the heat sources'); of a steady state also ``dissipated`` (W, the Joule heat of all boxes, of those
 too that symmetry leaves out).
@@ -52,6 +53,9 @@ def of_steady(state: SteadyState, symmetry: Symmetry) -> Outputs:
     currents = {name: np.array(value) for name, value in state.currents.items()}
     joule = {name: np.array(value) for name, value in state.joule.items()}
     found = _whole(symmetry, np.zeros(1), read, flows, currents, joule)
+    found |= {
+        f"doubt:{name}": symmetry.copies * weights @ np.abs(reaction) for name, weights in _disputed(heat).items()
+    }
     found["power"], found["generated"] = symmetry.copies * np.array(state.power), symmetry.copies * heat.generated[0]
     found["dissipated"] = symmetry.copies * np.array(sum(state.joule.values()))
     return found
@@ -102,8 +106,28 @@ def of_transient(transient: Transient, symmetry: Symmetry, times: np.ndarray) ->
             read[probe.name] = np.array(_current(base.conductor, currents, probe)) * np.ones(len(times))
     heats = {name: joule(tested, c, a, g) for name, tested in reduced.in_box.items()}
     found = _whole(symmetry, times, read, flows, currents, heats)
+    for name, weights in _disputed(heat).items():
+        of_nodes = np.zeros(len(times))
+        for node in heat.free + np.flatnonzero(weights):
+            one = np.zeros(heat.size)
+            one[node] = 1.0
+            # Joule heat at the node itself is left out: it is the load of one node, not of an edge.
+            entering = along(heat.stiffness @ one, a, g) + along(heat.mass @ one, rates, changing)
+            of_nodes += weights[node - heat.free] * np.abs(entering - g @ heat.loads[:, node])
+        found[f"doubt:{name}"] = symmetry.copies * of_nodes
     power = np.einsum("tm,tm->t", c, g @ reduced.supply) if base.patterns else np.zeros(len(times))
     found["power"], found["generated"] = symmetry.copies * power, symmetry.copies * (g @ heat.generated)
+    return found
+
+
+def _disputed(heat: HeatProblem) -> dict[str, np.ndarray]:
+    """For each probe of a heat flow that shares nodes with other boundaries its weights (`HeatSystem.disputed`)."""
+    found = {}
+    for probe in heat.scene.probes:
+        if probe.quantity == "heat_flow":
+            weights = heat.disputed(_linear(heat, probe).boundaries)
+            if weights.any():
+                found[probe.name] = weights
     return found
 
 

@@ -92,6 +92,9 @@ def respond(
     in_plane, in_depth = _distance(there, lesser), _distance(low, tall)
     caution = {n: study.caution.get(n, 1.0) for n in scales}
     errors = {n: caution[n] * (IN_PLANE * in_plane[n] + IN_DEPTH * in_depth[n] + lost[n]) for n in scales}
+    for name, probe in study.goals.items():
+        if name in errors:
+            errors[name] += float(np.max(out.get(f"doubt:{probe}", 0.0)))
     worst = max(errors[name] / scales[name] for name in errors)
     if worst > (1 - ROW_SHARE) * accuracy:
         # Refine for the instants at which the meshes differ most.

@@ -165,7 +165,7 @@ def find(heat: Heat) -> Conductor | None:
                 sides.append((FaceSpace(space, faces), sign, cold[own], warm[own]))
             sections[probe.name] = sides
     body = placed.body[cells][:, None]
-    entering = shared(placed, space, electrodes)
+    entering, _ = shared(placed, space, electrodes)
     return Conductor(heat, cells, mine[~fixed[mine]], cold[body], warm[body], voltages, entering, sections)
 
 

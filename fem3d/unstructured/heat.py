@@ -50,7 +50,7 @@ def assemble(placed: Placed, degree: int) -> Heat:
     order = np.concatenate([order[~fixed[order]], order[fixed[order]]])
     space.renumber(order)
     given, stiffness, free = given[:, order], stiffness[order][:, order], int((~fixed).sum())
-    parts_held = shared(placed, space, held)
+    parts_held, bent = shared(placed, space, held)
     capacity = placed.per_cell("density") * placed.per_cell("specific_heat")
     loads, generated = np.zeros((inputs.count, space.size)), np.zeros(inputs.count)
     for s in scene.sources:
@@ -75,12 +75,16 @@ def assemble(placed: Placed, degree: int) -> Heat:
     anchored = len(touched(placed, parts, [b for b in scene.boundaries if is_exit(b)])) == parts.max()
     return Heat(
         inputs, free, csc_array(stiffness), space.mass(capacity[:, None]), loads, given[:, free:], generated,
-        {name: part[free:] for name, part in parts_held.items()}, films, anchored, scene.end_time, placed, space,
+        {name: part[free:] for name, part in parts_held.items()}, bent[free:], films, anchored, scene.end_time, placed,
+        space,
     )  # fmt: skip
 
 
-def shared(placed: Placed, space: Space, boundaries: Sequence[GroupBoundary]) -> dict[str, np.ndarray]:
-    """For boundaries of given values their parts (nodes,) of the reactions (`parts_of_reactions`)."""
+def shared(
+    placed: Placed, space: Space, boundaries: Sequence[GroupBoundary]
+) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """For boundaries of given values their parts (nodes,) of the reactions (`parts_of_reactions`),
+    and where they meet at an angle."""
     areas, normals = [], []
     for b in boundaries:
         face = FaceSpace(space, placed.faces(b))
@@ -92,4 +96,4 @@ def shared(placed: Placed, space: Space, boundaries: Sequence[GroupBoundary]) ->
     lengths = np.sum([np.linalg.norm(n, axis=1) for n in normals] or [np.zeros(space.size)], axis=0)
     plane = np.linalg.norm(np.sum(normals or [np.zeros((space.size, 3))], axis=0), axis=1) >= PLANE * lengths
     found = parts_of_reactions(areas, [b.value for b in boundaries], plane)
-    return {b.name: part for b, part in zip(boundaries, found, strict=True)}
+    return {b.name: part for b, part in zip(boundaries, found, strict=True)}, ~plane
