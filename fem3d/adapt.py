@@ -180,6 +180,8 @@ def solve_course(study: Study, progress: Callable[[str], None] = lambda _: None)
         slowest, generations = min(study.end, response.slowest), response.generations
         rises = response.snapshots
         goals = goals_of(study, fine.heat, fine.conductor, fine.potentials, rises, response.scales, features)
+        for name, where in response.local.items():
+            _add(goals[name], where)
         excess = max(e / response.scales[q] for q, e in response.errors.items()) / accuracy
         finer = refined(mesh, weighted(goals, response.scales), features, response.deep, excess, response.across)
         reach.check_finer(finer, mesh, features, accuracy)
@@ -264,14 +266,15 @@ def _goals(study: Study, fine: Solution, snapshots: list[np.ndarray], features: 
     potentials = [] if state.potential is None else [state.potential]
     scales = study.steady_scales(fine.out)
     goals = goals_of(study, state.heat, state.conductor, potentials, [state.rise, *snapshots], scales, features)
-    probes = {p.name: p for p in study.part.scene.probes}
-    conductor = state.conductor
-    heating = [] if conductor is None else conductor.heating(state.density, state.density, state.rise)
-    for name, probe in study.goals.items():
-        if outputs.reads_mean(probes[probe]):
-            for d, i, kelvin in bubbles.missing(state.heat, conductor, heating, state.rise, probes[probe]):
-                goals[name].missing[d][i] += kelvin
+    instant = bubbles.Instant.steady(state)
+    for name, where in bubbles.at_goals(study, state.heat, state.conductor, [instant]).items():
+        _add(goals[name], where)
     return goals
+
+
+def _add(goal: Indicators, where: list[tuple[int, int, float]]) -> None:
+    for d, i, kelvin in where:
+        goal.missing[d][i] += kelvin
 
 
 def goals_of(

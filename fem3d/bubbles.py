@@ -13,28 +13,78 @@ coefficient of P_(m-2) has (hierarchic bases: Szabo and Babuska, Finite Element 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import legendre
 from scipy.ndimage import label
 
 from fem3d import tensor
-from fem3d.conduction import Field
+from fem3d.conduction import Field, combined
 from fem3d.conductor import Conductor
 from fem3d.heat import coefficient
 from fem3d.operators import HeatProblem
+from fem3d.outputs import reads_mean
+from fem3d.steady import SteadyState
+from fem3d.study import Study
+from fem3d.transient import Transient
 from meshes.bricks import VOID, Block
 from scenes.model import Probe
 
 NEXT = (1, 2)  # degrees above the interval's own: one of either parity
 
 
+@dataclass(frozen=True, eq=False)
+class Instant:
+    """What heats and cools: the Joule heat at the points of each block of the conductor (W/m3), the rise (all nodes),
+    its rate (K/s; none when steady), and the inputs (channels,)."""
+
+    heating: Field
+    rise: np.ndarray
+    rate: np.ndarray | None
+    inputs: np.ndarray
+
+    @staticmethod
+    def steady(state: SteadyState) -> Instant:
+        """That of a steady state."""
+        c = state.conductor
+        heating = [] if c is None else c.heating(state.density, state.density, state.rise)
+        return Instant(heating, state.rise, None, np.ones(1))
+
+    @staticmethod
+    def of(transient: Transient, times: np.ndarray) -> list[Instant]:
+        """Those of a transient at some times (s)."""
+        base, reduced = transient.base, transient.reduced
+        heat, conductor, drive = base.heat, base.conductor, base.heat.inputs
+        g, changing = drive.at(times), drive.rates(times)
+        a, sources = transient.trajectory(times)
+        rises = transient.rises(times)
+        rates = heat.whole((sources - a * transient.trajectory.rates) @ reduced.basis.T) + changing @ heat.lifts
+        found = []
+        for i, c in enumerate(reduced.currents(a, g) if base.patterns else [None] * len(times)):
+            density = None if c is None else combined(base.patterns, c)
+            heating = [] if conductor is None or density is None else conductor.heating(density, density, rises[i])
+            found.append(Instant(heating, rises[i], rates[i], g[i]))
+        return found
+
+
+def at_goals(
+    study: Study, heat: HeatProblem, conductor: Conductor | None, instants: Sequence[Instant]
+) -> dict[str, list[tuple[int, int, float]]]:
+    """For each goal that is a mean temperature what `missing` finds, at the instant where that is most."""
+    probes, found = {p.name: p for p in study.part.scene.probes}, {}
+    for name, probe in study.goals.items():
+        if reads_mean(probes[probe]):
+            each = [list(missing(heat, conductor, instant, probes[probe])) for instant in instants]
+            found[name] = max(each, key=lambda where: sum(kelvin for _, _, kelvin in where))
+    return found
+
+
 def missing(
-    heat: HeatProblem, conductor: Conductor | None, heating: Field, rise: np.ndarray, probe: Probe
+    heat: HeatProblem, conductor: Conductor | None, instant: Instant, probe: Probe
 ) -> Iterator[tuple[int, int, float]]:
-    """(axis, interval, K) where a mean temperature would change by the next degrees; ``heating`` is the Joule heat at
-    the points of each block of the conductor (W/m3), ``rise`` (all nodes) that of the films."""
+    """(axis, interval, K) where the mean temperature over a probe would change by the next degrees."""
     for d, axis in enumerate(heat.mesh.axes):
         low, high = probe.lower[d], probe.upper[d]
         for i, (a, b) in enumerate(zip(axis.breaks[:-1], axis.breaks[1:], strict=True)):
@@ -43,7 +93,7 @@ def missing(
             start, stop = max(low, a), min(high, b)
             share = (stop - start) / (high - low) if high > low else 1.0
             for cells in _slabs(heat, d, i, probe):
-                line = _line(heat, conductor, heating, rise, d, i, cells)
+                line = _line(heat, conductor, instant, d, i, cells)
                 places = (start + stop) / 2 + (stop - start) / 2 * legendre.leggauss(12)[0]
                 mean = legendre.leggauss(12)[1] / 2
                 found = 0.0
@@ -85,7 +135,7 @@ def _nodes(heat: HeatProblem, others: list[int], cells: np.ndarray) -> np.ndarra
 
 
 def _line(
-    heat: HeatProblem, conductor: Conductor | None, heating: Field, rise: np.ndarray, d: int, i: int, cells: np.ndarray
+    heat: HeatProblem, conductor: Conductor | None, instant: Instant, d: int, i: int, cells: np.ndarray
 ) -> np.ndarray:
     """(degree + 1,): Legendre coefficients along an interval of the heat in a piece of a slab, over the conductance of
     its section (K/m2)."""
@@ -106,19 +156,22 @@ def _line(
             parts, box = mesh.parts(block), mesh.boxes[block.box]
             area = float(np.prod([parts[e].weights.sum() for e in others]))
             conductance += box.material.thermal_conductivity * area
-            per_length += area * float(heat.inputs.split(box.heat_source)[0])
+            per_length += area * float(instant.inputs @ heat.inputs.split(box.heat_source))
+            if instant.rate is not None:
+                stored = box.material.heat_capacity * tensor.values(parts, heat.on_block(block, instant.rate))
+                per_length -= across(parts, stored)
     if conductor is not None:
-        for block, parts, q in zip(conductor.blocks, conductor.parts, heating, strict=True):
+        for block, parts, q in zip(conductor.blocks, conductor.parts, instant.heating, strict=True):
             if _within(block, d, i, others, cells):
                 per_length += across(parts, q)
     for b in heat.scene.boundaries:
         if b.kind != "convection":
             continue
-        ambient = float(heat.inputs.split(b.ambient)[0]) - heat.scene.initial_temperature
+        ambient = float(instant.inputs @ heat.inputs.split(b.ambient)) - heat.scene.initial_temperature
         for face in mesh.faces(b.lower, b.upper, exposed=True):
             if _within(face, d, i, others, cells):
                 parts = mesh.parts(face)
-                u = tensor.values(parts, heat.on_block(face, rise))
+                u = tensor.values(parts, heat.on_block(face, instant.rise))
                 per_length += across(parts, coefficient(b.value) * (ambient - u))
     to_legendre = legendre.legvander(xi, points - 1).T * weights * (np.arange(points)[:, None] + 0.5)
     found: np.ndarray = to_legendre @ per_length / conductance

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fem3d import outputs, probes, rows, transient
+from fem3d import bubbles, outputs, probes, rows, transient
 from fem3d.outputs import Outputs
 from fem3d.reduced import Reduced
 from fem3d.study import Quantities, Study
@@ -19,6 +19,7 @@ SPACE_SHARE = 0.1  # part of the accuracy for the reduced space
 ROUNDING = 1e-10  # of the scale: nothing is known better
 NOTHING = 1e-10  # of what would warm all from 0 K: less heat is none
 FIELDS, DROPPED, MOST_FIELDS = 6, 2, 60  # generations of Krylov fields: the first trial, how many fewer, the most
+LATE = (0.3, 1.0)  # of the end: instants at which what the next degrees would add is looked at
 KNOTS = 12  # bends and jumps of the inputs after which errors are looked at closely
 
 
@@ -39,6 +40,7 @@ class Response:
     generations: int  # of fields
     relative: dict[str, float] = field(default_factory=dict)  # errors without the rows' own, over their scales
     across: bool = True  # whether degrees in x and y matter
+    local: dict[str, list[tuple[int, int, float]]] = field(default_factory=dict)  # as of `bubbles.at_goals`
 
     @property
     def slowest(self) -> float:
@@ -92,8 +94,11 @@ def respond(
     in_plane, in_depth = _distance(there, lesser), _distance(low, tall)
     caution = {n: study.caution.get(n, 1.0) for n in scales}
     errors = {n: caution[n] * (IN_PLANE * in_plane[n] + IN_DEPTH * in_depth[n] + lost[n]) for n in scales}
+    late = bubbles.Instant.of(answer, end * np.array(LATE)) if steady_out is None else []
+    local = bubbles.at_goals(study, fine.heat, fine.conductor, late) if late else {}
     for name, probe in study.goals.items():
         if name in errors:
+            errors[name] = max(errors[name], sum(kelvin for _, _, kelvin in local.get(name, ())))
             errors[name] += float(np.max(out.get(f"doubt:{probe}", 0.0)))
     worst = max(errors[name] / scales[name] for name in errors)
     if worst > (1 - ROW_SHARE) * accuracy:
@@ -106,7 +111,7 @@ def respond(
         snapshots = list(answer.rises(checked[sorted(at)]))
         return Response(
             checked, there, errors, False, np.nan, answer, reduced, snapshots, bool(worse["deep"]), scales, count,
-            across=bool(worse["across"]),
+            across=bool(worse["across"]), local=local,
         )  # fmt: skip
     return _with_rows(study, answer, reduced, errors, scales, count)
 

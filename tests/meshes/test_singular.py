@@ -69,3 +69,16 @@ def test_the_rim_of_a_partial_electrode_is_found_and_the_rim_of_a_whole_face_is_
     assert z == pytest.approx({1.0: 0.5}, abs=1e-4)
     whole = Boundary("e", "voltage", (0.0, 0.0, 1.0), (4.0, 4.0, 1.0), 1.0)
     assert exponents(Scene("s", (box,), (ground, whole), ())) == [{}, {}, {}]
+
+
+@pytest.mark.parametrize(("kind", "value", "found"), [
+    ("convection", 750.0, True), ("convection", 1.0, False), ("heat_flux", 10.0, True), ("heat_flux", 0.0, False),
+])  # fmt: skip
+def test_a_face_that_heat_passes_contradicts_a_given_temperature_at_their_edge(kind, value, found):
+    box = Box("plate", Material("steel", 52.0, 1.0, 1.0), (0.0, 0.0, 0.0), (0.6, 1.0, 0.1))
+    base = Boundary("base", "temperature", (0.0, 0.0, 0.0), (0.6, 0.0, 0.1), 373.0)
+    side = Boundary("side", kind, (0.6, 0.0, 0.0), (0.6, 1.0, 0.1), value, 273.0)
+    planes = exponents(Scene("plate", (box,), (base, side), ()))
+    assert planes == (
+        [{0.6: pytest.approx(1.0, abs=1e-4)}, {0.0: pytest.approx(1.0, abs=1e-4)}, {}] if found else [{}] * 3
+    )
