@@ -11,8 +11,9 @@ from dataclasses import replace
 import numpy as np
 
 from fem3d import operating_point, outputs, steady, time_response
-from fem3d.adapt import Answer, Solution
+from fem3d.adapt import Answer
 from fem3d.conduction import combined
+from fem3d.level import Solution
 from fem3d.reduced import Reduced
 from fem3d.steady import SteadyState
 from fem3d.study import Study

@@ -16,7 +16,7 @@ from scipy.sparse import coo_array, csc_array
 
 from fem3d import resistivity, section, tensor
 from fem3d.conduction import Field, Pattern, Potential
-from fem3d.errors import NumericsError
+from fem3d.errors import ConvergenceError, NumericsError
 from fem3d.factorization import factorize
 from fem3d.joule import Tested
 from fem3d.operators import HeatProblem, condition_nodes, shared
@@ -165,7 +165,7 @@ class Conductor:
         while rz > accuracy**2 * power:
             steps += 1
             if steps > 200:
-                raise NumericsError("the electric potential does not converge")
+                raise ConvergenceError("the electric potential does not converge")
             ap = apply(np.concatenate([p, np.zeros(self.size - n)]))[:n]
             step = rz / float(p @ ap)
             phi[:n] += step * p

@@ -5,6 +5,10 @@ class NumericsError(ArithmeticError):
     """The numerics failed; the message says why."""
 
 
+class ConvergenceError(NumericsError):
+    """An iteration doesn't converge, which no property of the scene explains."""
+
+
 class RunawayError(NumericsError):
     """No steady state exists at the asked voltage; ``limit`` is the voltage (V) from which on there is none."""
 

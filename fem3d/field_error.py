@@ -25,7 +25,7 @@ SLOW = 0.4  # of the coefficients before it: a highest one above that says that 
 
 def of(fine: SteadyState, coarse: SteadyState, low: SteadyState, tall: SteadyState) -> float:
     """The error of the fine steady field at its worst node over its largest rise, from the solutions on the lesser
-    meshes (`fem3d.adapt.lesser_meshes`)."""
+    meshes (`fem3d.level.lesser_meshes`)."""
     largest = float(max(fine.rise.max(), 0.0) - min(fine.rise.min(), 0.0)) or 1.0
     return CAUTION * (distance(fine, coarse) + distance(tall, low)) / largest
 

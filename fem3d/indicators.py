@@ -26,15 +26,13 @@ SMALLEST_RATIO, UNKNOWN_RATIO, LARGEST_RATIO = 0.05, 0.3, 0.8
 USUAL = 2 / 3  # exponent of a re-entrant corner, at which the tail of the modes was found to be a third of the degree
 WEAKER = 1.75  # power of the inverse exponent by which it is more: 1 for the modes of r^s, and what they keep of others
 
-Cells = list[tuple[int, int, np.ndarray, np.ndarray]]  # axis, interval, (top, missing) energies of the cells across
+Cells = list[tuple[int, int, np.ndarray]]  # axis, interval, missing energies of the cells across
 
 
 @dataclass(frozen=True)
 class Indicators:
-    """Per axis, per interval, the estimated error that it causes in a quantity, in its unit: ``missing``, and
-    ``highest`` what a degree lower by one would cause."""
+    """Per axis, per interval, the estimated error that it causes in a quantity, in its unit."""
 
-    highest: tuple[np.ndarray, np.ndarray, np.ndarray]
     missing: tuple[np.ndarray, np.ndarray, np.ndarray]
     edges_in_z: np.ndarray  # which intervals along z are at a singular plane
 
@@ -81,25 +79,19 @@ def of_goals(
         if goal is not None:
             dual = cells(np.concatenate([heat.solve_steady(goal.row), goal.trace]))
             sums = [_product(heat.mesh, s, dual, 1.0) for s in solutions]
-        highest, missing = (
-            [
-                np.max([s[part][d] for s in sums] or [0.0 * e], axis=0) + scales[name] * e
-                for d, e in enumerate(electric[part])
-            ]
-            for part in (0, 1)
-        )
-        found[name] = Indicators((highest[0], highest[1], highest[2]), (missing[0], missing[1], missing[2]), in_z)
+        x, y, z = (np.max([s[d] for s in sums] or [0.0 * e], axis=0) + scales[name] * e for d, e in enumerate(electric))
+        found[name] = Indicators((x, y, z), in_z)
     return found
 
 
 def _electric(
     heat: HeatProblem, conductor: Conductor | None, potentials: Sequence[np.ndarray], near: list[list[float]]
-) -> tuple[list[np.ndarray], list[np.ndarray]]:
+) -> list[np.ndarray]:
     """The relative energy errors of potentials, per axis and interval."""
     mesh = heat.mesh
     none = [np.zeros(len(a.degrees)) for a in mesh.axes]
     if conductor is None or not potentials:
-        return none, none
+        return none
     sigma = [1 / conductor.law(b)[0] for b in conductor.blocks]
     sums = []
     for potential in potentials:
@@ -109,16 +101,14 @@ def _electric(
             for s, p, g in zip(sigma, conductor.parts, conductor.gradient(potential), strict=True)
         )
         sums.append(_product(mesh, cells, cells, total or 1.0))
-    highest, missing = ([np.max([s[part][d] for s in sums], axis=0) for d in range(3)] for part in (0, 1))
-    return highest, missing
+    return [np.max([s[d] for s in sums], axis=0) for d in range(3)]
 
 
-def _product(mesh: BrickMesh, u: Cells, z: Cells, unit: float) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    highest, missing = ([np.zeros(len(a.degrees)) for a in mesh.axes] for _ in range(2))
-    for (d, i, u_top, u_missing), (_, _, z_top, z_missing) in zip(u, z, strict=True):
-        highest[d][i] += np.sqrt(u_top * z_top).sum() / unit
-        missing[d][i] += np.sqrt(u_missing * z_missing).sum() / unit
-    return highest, missing
+def _product(mesh: BrickMesh, u: Cells, z: Cells, unit: float) -> list[np.ndarray]:
+    found = [np.zeros(len(a.degrees)) for a in mesh.axes]
+    for (d, i, of_u), (_, _, of_z) in zip(u, z, strict=True):
+        found[d][i] += np.sqrt(of_u * of_z).sum() / unit
+    return found
 
 
 def _cells(
@@ -128,7 +118,7 @@ def _cells(
     coefficients: list[float],
     near: list[list[float]],
 ) -> Cells:
-    """For each block, axis and interval: the energies of its cells in the highest mode, and beyond it.
+    """For each block, axis and interval: the energies of its cells beyond the highest mode.
 
     At a plane with an edge of exponent s, ``near`` (infinite elsewhere), the energies of the modes decay no faster than
     degree^-(4 s + 1), and what is beyond one of them is it times the degree over 4 s or so.
@@ -154,5 +144,5 @@ def _cells(
                 ratio = np.clip((top + 1e-300) / (below + 1e-300), SMALLEST_RATIO, LARGEST_RATIO)
                 s = min(near[d][part.first + i], near[d][part.first + i + 1])
                 tail = degree / 3 * max(USUAL / s, 1.0) ** WEAKER if np.isfinite(s) else ratio / (1 - ratio)
-                found.append((d, part.first + i, top, top * tail))
+                found.append((d, part.first + i, top * tail))
     return found

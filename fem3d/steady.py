@@ -16,7 +16,7 @@ import numpy as np
 from fem3d import operating_point
 from fem3d.conduction import C, Conduction, Field, Pattern, combine, combined, independent
 from fem3d.conductor import Conductor, find_conductor
-from fem3d.errors import NumericsError, RunawayError
+from fem3d.errors import ConvergenceError, NumericsError, RunawayError
 from fem3d.heat import H
 from fem3d.operators import HeatProblem
 from fem3d.reduced import project
@@ -102,7 +102,7 @@ def coupled(
     messages. Whether the current's pattern is followed as it heats up is decided by its effect, or given by
     ``follow``.
 
-    Raises RunawayError where no steady state exists, NumericsError where the iteration does not converge.
+    Raises RunawayError where no steady state exists, ConvergenceError where the iteration fails.
     """
     if heat.inputs.schedules:
         raise NumericsError("a scene whose conditions vary in time has no steady state")
@@ -156,7 +156,7 @@ def coupled(
             break
         fields = np.column_stack([fields, answer - own])
     else:
-        raise NumericsError(f"the coupled steady state does not converge at {voltage:g} V")
+        raise ConvergenceError(f"the coupled steady state does not converge at {voltage:g} V")
     if point.folded:
         raise RunawayError(voltage, point.fraction * abs(voltage))
     final = potentials[-1]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from fem3d import adapt, field_error, reach
+from fem3d import adapt, field_error, level, reach
 from fem3d.adapt import Answer
 from fem3d.errors import NumericsError
 from fem3d.study import Study
@@ -27,22 +27,22 @@ def solve(study: Study, progress: Callable[[str], None] = lambda _: None) -> Ans
     features = grading.features(study.part.scene)
     state = best.fine.state
     most = max(min(MOST_GROWTH * state.heat.mesh.solid.sum(), MOST), FREELY)
-    for level in range(best.levels + 1, best.levels + 1 + MOST_LEVELS):
+    for number in range(best.levels + 1, best.levels + 1 + MOST_LEVELS):
         if best.field <= study.field:
             break
         mesh = field_error.refined(state)
         if mesh.solid.sum() > most or reach.entries(mesh) > reach.MOST_ENTRIES:
             break
         try:
-            fine = adapt.solution(study, mesh, reported=True)
-            here = adapt.examined(study, mesh, fine, features)
+            fine = level.solution(study, mesh, reported=True)
+            here = level.examined(study, mesh, fine, features)
         except NumericsError:
             break
         state = fine.state
-        progress(f"level {level}, for the field: {state.heat.size} unknowns")
+        progress(f"level {number}, for the field: {state.heat.size} unknowns")
         if here.accepted(study.accuracy):
             assert here.lesser is not None
             off = field_error.of(state, *(lesser.state for lesser in here.lesser))
             if off < best.field:
-                best = Answer(fine, here.errors, None, level, off)
+                best = Answer(fine, here.errors, None, number, off)
     return best

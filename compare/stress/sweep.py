@@ -35,7 +35,7 @@ def examine(seed: int, limit: int = LIMIT) -> Outcome:
 
     from compare.stress import invariants
     from compare.stress.random_scenes import draw
-    from fem3d.errors import NumericsError
+    from fem3d.errors import ConvergenceError, NumericsError
 
     def up(*_: Any) -> None:
         raise _TimeIsUpError
@@ -57,6 +57,8 @@ def examine(seed: int, limit: int = LIMIT) -> Outcome:
             violations[each] = test(drawn, found)
     except _TimeIsUpError:
         ended = "out of time"
+    except ConvergenceError as error:
+        ended, said = "error", f"{type(error).__name__}: {error}"
     except NumericsError as error:  # thermal runaway, or an accuracy out of reach: a sentence that says why
         ended, said = "refused by name", str(error)
     except Exception as error:

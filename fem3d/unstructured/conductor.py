@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from fem3d.conduction import Field, Pattern, Potential
-from fem3d.errors import NumericsError
+from fem3d.errors import ConvergenceError
 from fem3d.factorization import factorize
 from fem3d.joule import Tested
 from fem3d.resistivity import law
@@ -86,7 +86,7 @@ class Conductor:
         while rz > 1e-22 * power:
             steps += 1
             if steps > MOST_STEPS:
-                raise NumericsError("the electric potential does not converge")
+                raise ConvergenceError("the electric potential does not converge")
             ap = inner @ p
             along = rz / float(p @ ap)
             phi[free] += along * p

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fem3d import adapt, bubbles, outputs, steady
+from fem3d import bubbles, level, outputs, steady
 from fem3d.operators import assemble
 from scenes.model import Probe
 from tests.fem3d import BAR, bar, bar_mesh, end, silicon, whole
@@ -81,9 +81,9 @@ def test_the_search_counts_it(monkeypatch):
 
     study = probe_quantities.study(scene, whole(scene))
     out = outputs.of_steady(state, study.part)
-    fine = adapt.Solution(state, out, study.steady(out))
+    fine = level.Solution(state, out, study.steady(out))
     features = grading.features(scene)
-    counted = adapt._goals(study, fine, [], features)["middle"].remaining
+    counted = level.goals_at(study, fine, [], features)["middle"].remaining
     monkeypatch.setattr(bubbles, "missing", lambda *_: iter(()))
-    ignored = adapt._goals(study, fine, [], features)["middle"].remaining
+    ignored = level.goals_at(study, fine, [], features)["middle"].remaining
     assert counted >= ignored + 0.7 * abs(out["probe:middle"] - exact(state, LENGTH / 2))

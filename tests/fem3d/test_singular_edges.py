@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fem3d import adapt, indicators, probe_quantities
+from fem3d import indicators, level, probe_quantities
 from fem3d.errors import NumericsError
 from fem3d.solve_scene import clipped, solve
 from meshes import grading, symmetry
@@ -33,10 +33,10 @@ def test_the_estimate_is_near_the_true_error_at_any_exponent(contrast, monkeypat
     mesh = first = grading.first_mesh(part.scene, scene.accuracy)
 
     def heated(mesh):
-        return float(adapt.solution(study, mesh).quantities["heated"])
+        return float(level.solution(study, mesh).quantities["heated"])
 
     def estimate():
-        return adapt.examined(study, first, adapt.solution(study, first), features).goals["heated"].remaining
+        return level.examined(study, first, level.solution(study, first), features).goals["heated"].remaining
 
     # Each refinement leaves a quarter: the last one is as good as exact.
     for _ in range(3):

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem3d import adapt, field_error, probe_quantities, whole_field
+from fem3d import adapt, field_error, level, probe_quantities, whole_field
 from fem3d.solve_scene import clipped, solve
 from meshes import grading, symmetry
 from scenes.model import Boundary, Box, Material, Probe, Scene
@@ -40,7 +40,7 @@ def test_a_field_that_swings_where_no_probe_sees_it_is_refined(plate):
     better = found.fine.state
     assert -better.rise.min() <= found.field * better.rise.max()
     # Against the same cells with degrees so high that their error doesn't count.
-    best = adapt.solution(study, better.heat.mesh.with_degrees(3, 3, 3)).state
+    best = level.solution(study, better.heat.mesh.with_degrees(3, 3, 3)).state
     assert field_error.distance(best, better) <= found.field * better.rise.max()
     assert field_error.distance(best, better) > 0.05 * found.field * better.rise.max()
 
@@ -72,6 +72,6 @@ def test_intervals_are_cut_towards_the_steep_end(plate):
     part = symmetry.reduce(clipped(plate))
     study = probe_quantities.study(plate, part)
     mesh = grading.first_mesh(part.scene, 1e-2)
-    finer = field_error.refined(adapt.solution(study, mesh).state)
+    finer = field_error.refined(level.solution(study, mesh).state)
     # The flux enters at x = 0.
     assert np.diff(finer.axes[0].breaks)[0] == pytest.approx(grading.RATIO * np.diff(mesh.axes[0].breaks)[0])

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from fem3d import adapt, run, sink_quantities, steady, time_response
+from fem3d import adapt, level, run, sink_quantities, steady, time_response
 from meshes import connected, symmetry
 from meshes.symmetry import Flow, Symmetry
 from scenes.loading import load
@@ -65,7 +65,7 @@ def _conducting(scene: Scene) -> np.ndarray:
 
 def _depth(sink: Sink, off: bool) -> Job:
     if off:
-        adapt.NEGLIGIBLE = time_response.NEGLIGIBLE = 0.0
+        level.NEGLIGIBLE = time_response.NEGLIGIBLE = 0.0
     return lambda: run.solve(sink, Request())
 
 
