@@ -153,6 +153,11 @@ class HeatSystem:
         found: np.ndarray = flow[self.free :] - source[self.free :]
         return found
 
+    def jumps(self, end: float) -> np.ndarray:
+        """Instants (s) inside (0, end) at which a given temperature jumps."""
+        held = self.lifts.any(axis=1)
+        return np.array([t for t in self.inputs.knots(end) if (self.inputs.jump(float(t)) * held).any()])
+
     @cached_property
     def held_fields(self) -> dict[str, np.ndarray]:
         """``held`` as fields (all nodes,) that vanish at the free nodes: tested with one of them, the equations give

@@ -76,6 +76,7 @@ def _transient(study: Study, scene: Scene, say: Callable[[str], None]) -> Result
         "energy_imbalance": response.imbalance,
         "transient_imbalance": response.imbalance,
         "accurate_from_s": study.earliest,
+        "jumps": len(heat.jumps(study.end)),
         "mesh": statistics.of(heat.mesh),
         "plan": plan(scene),
         "fields": Fields(heat, None, study.part, response.transient),

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fem3d import bubbles, outputs, probes, rows, transient
+from fem3d.heat import HeatSystem
 from fem3d.outputs import Outputs
 from fem3d.reduced import Reduced
 from fem3d.study import Quantities, Study
@@ -61,7 +62,7 @@ def respond(
     by their degrees in z. ``steady_out`` are the outputs that scales are taken from, or else those of the
     response itself; ``generations`` of fields is where to start."""
     accuracy, end = study.accuracy, study.end
-    checked = instants(study, fine.heat.inputs.knots(end))
+    checked = instants(study, fine.heat)
 
     def traces(response: Transient) -> Quantities:
         return study.traces(outputs.of_transient(response, study.part, checked))
@@ -116,9 +117,11 @@ def respond(
     return _with_rows(study, answer, reduced, errors, scales, count)
 
 
-def instants(study: Study, knots: np.ndarray) -> np.ndarray:
-    """Times (s) at which meshes and spaces are compared: early and late, and after bends and jumps of the inputs."""
+def instants(study: Study, heat: HeatSystem) -> np.ndarray:
+    """Times (s) at which meshes and spaces are compared: early and late, and after bends and jumps of the inputs; where a
+    given temperature has jumped, from the earliest time of interest after that on."""
     end, first = study.end, min(study.earliest, study.end)
+    knots = heat.inputs.knots(end)
     found = [np.geomspace(first, end, 40), np.linspace(0, end, 21)[1:]]
     found.append(np.array([t for t in study.instants if first <= t <= end]))
     few = knots if len(knots) <= KNOTS else knots[np.unique(np.linspace(0, len(knots) - 1, KNOTS).astype(int))]
@@ -126,7 +129,11 @@ def instants(study: Study, knots: np.ndarray) -> np.ndarray:
         following = knots[knots > knot]
         gap = (following[0] if len(following) else end) - knot
         found.append(knot + np.geomspace(min(first, gap / 2), gap * (1 - 1e-9), 6))
-    return np.unique(np.concatenate(found))
+    times = np.unique(np.concatenate(found))
+    jumps = heat.jumps(end)
+    for jump, gap in zip(jumps, np.diff(np.append(jumps, end)), strict=True):
+        times = times[(times < jump) | (times >= jump + min(first, gap / 2) * (1 - 1e-9))]
+    return times
 
 
 def repeat(study: Study, fine: Base, reduced: Reduced, steady_out: Outputs, before: Response) -> Response:

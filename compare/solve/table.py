@@ -58,9 +58,9 @@ def _probes(outcome: SolveOutcome, style: Style) -> str:
     lines += [_line(probe, result, style) for probe in scene.probes]
     start = result.details.get("accurate_from_s")
     if result.traces is not None and start:
-        lines.append(
-            wrapped(f"The errors hold from {quantity(start, 's', 3)} on, before that they may be larger.", "  ")
-        )
+        again = ", and that long after each jump of a given temperature" if result.details.get("jumps") else ""
+        text = f"The errors hold from {quantity(start, 's', 3)} on{again}; before that they may be larger."
+        lines.append(wrapped(text, "  "))
     off = result.details.get("field_error")
     if off:
         text = f"The field is known to {off:.2g} of its largest rise, at its worst place."

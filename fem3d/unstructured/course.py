@@ -76,7 +76,7 @@ def _respond(level: Level, study: Study, g: float) -> _Answer:
     """The response of a level at the instants where levels are compared."""
     accuracy, end = study.accuracy, study.end
     base = start.of(level.heat, level.conductor, g, end, accuracy)
-    checked = instants(study, level.heat.inputs.knots(end))
+    checked = instants(study, level.heat)
     space = Krylov(base, g)
     generations = FIELDS + int(max(0.0, -np.log10(accuracy) - 3) * 2)
     while True:

@@ -84,6 +84,7 @@ def _transient(placed: Placed, study: Study, say: Callable[[str], None]) -> Resu
         "energy_imbalance": found.imbalance,
         "transient_imbalance": found.imbalance,
         "accurate_from_s": study.earliest,
+        "jumps": len(level.heat.jumps(study.end)),
     }
     return Result("fem3d", {}, Traces(found.times, found.traces, found.errors), details)
 
