@@ -118,8 +118,8 @@ def respond(
 
 
 def instants(study: Study, heat: HeatSystem) -> np.ndarray:
-    """Times (s) at which meshes and spaces are compared: early and late, and after bends and jumps of the inputs; where a
-    given temperature has jumped, from the earliest time of interest after that on."""
+    """Times (s) at which meshes and spaces are compared: early and late, and after bends and jumps of the inputs; after
+    a jump of a given temperature from the earliest time of interest on, as after the start."""
     end, first = study.end, min(study.earliest, study.end)
     knots = heat.inputs.knots(end)
     found = [np.geomspace(first, end, 40), np.linspace(0, end, 21)[1:]]
