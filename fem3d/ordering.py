@@ -30,7 +30,7 @@ def nested_dissection(mesh: BrickMesh) -> np.ndarray:
         if any(a >= b for a, b in nodes):
             return
         lengths = [b - a for a, b in cells]
-        d = int(np.argmax(lengths))
+        d = lengths.index(max(lengths))
         if lengths[d] <= LEAF:
             number(nodes)
             return

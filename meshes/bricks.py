@@ -69,8 +69,17 @@ class BrickMesh:
 
     def numbers(self, block: Block) -> np.ndarray:
         """(nodes x, nodes y, nodes z): grid numbers of a block's nodes."""
-        x, y, z = (np.arange(part.node_slice.start, part.node_slice.stop) for part in self.parts(block))
-        return (x[:, None, None] * self.shape[1] + y[:, None]) * self.shape[2] + z
+        found = self._numbers.get(block.spans)
+        if found is None:
+            x, y, z = (np.arange(part.node_slice.start, part.node_slice.stop) for part in self.parts(block))
+            found = (x[:, None, None] * self.shape[1] + y[:, None]) * self.shape[2] + z
+            found.flags.writeable = False
+            self._numbers[block.spans] = found
+        return found
+
+    @cached_property
+    def _numbers(self) -> dict[Spans, np.ndarray]:
+        return {}
 
     def spans(self, lower: Point, upper: Point) -> Spans:
         """Interval ranges of a box whose corners lie on breakpoints."""

@@ -16,11 +16,13 @@ from functools import lru_cache
 import numpy as np
 
 from meshes import connected
+from meshes.axis import Axis
 from meshes.bricks import VOID, BrickMesh
 from scenes.model import Boundary, Box, Scene
 
 REGULAR = 0.95  # edges of this exponent or more are left to the degree, but for contradictions up to the next one
 RESONANT = 1.05
+ANGULAR = 8  # degree of the angular problem's elements: its exponents are exact to 1e-8 or so
 PASSES = 0.05  # Biot number of a film, with its box's extent across the edge, from which on it contradicts
 
 Numbers = tuple[float, float, float, float]
@@ -134,20 +136,13 @@ def exponent(quadrants: Numbers, rays: Rays = (False, False, False, False)) -> f
     """The smallest positive exponent around an edge whose quadrants, in order, have these conductivities; ray i, at
     which quadrant i begins, has a given value or not.
 
-    The angular problem is solved with quadratic elements, 6 to a quadrant (error below 1e-5); 0 conducts nothing.
+    The angular problem is solved with one element of degree `ANGULAR` for each quadrant; 0 conducts nothing.
     """
-    per_quadrant, h = 6, np.pi / 12
-    stiffness = np.array([[7, -8, 1], [-8, 16, -8], [1, -8, 7]]) / (3 * h)
-    mass = np.array([[4, 2, -1], [2, 16, 2], [-1, 2, 4]]) * (h / 30)
-    n = 8 * per_quadrant
-    a, b = np.zeros((n, n)), np.zeros((n, n))
-    for element in range(4 * per_quadrant):
-        k = quadrants[element // per_quadrant]
-        nodes = (2 * element + np.arange(3)) % n
-        a[np.ix_(nodes, nodes)] += k * stiffness
-        b[np.ix_(nodes, nodes)] += k * mass
+    stiffness, mass = _angular()
+    n = len(stiffness[0])
+    a, b = (np.tensordot(quadrants, each, 1) for each in (stiffness, mass))
     given = np.zeros(n, dtype=bool)
-    given[[2 * per_quadrant * i for i in range(4) if rays[i]]] = True
+    given[[ANGULAR * i for i in range(4) if rays[i]]] = True
     solid = np.flatnonzero((np.diag(b) > 0) & ~given)
     if not len(solid):
         return 1.0
@@ -156,6 +151,18 @@ def exponent(quadrants: Numbers, rays: Rays = (False, False, False, False)) -> f
     squares = np.linalg.eigvalsh(np.linalg.solve(root, half.T))
     constants = _constants(quadrants, rays)
     return float(np.sqrt(max(squares[constants], 0.0))) if len(squares) > constants else 1.0
+
+
+@lru_cache(maxsize=1)
+def _angular() -> tuple[np.ndarray, np.ndarray]:
+    """(4, n, n) twice: the stiffness and the mass matrix of each quadrant, on the nodes around the edge."""
+    n, part = 4 * ANGULAR, Axis(np.array([0.0, np.pi / 2]), np.array([ANGULAR])).part(0, 1)
+    found = np.zeros((2, 4, n, n))
+    for quadrant in range(4):
+        nodes = (ANGULAR * quadrant + np.arange(ANGULAR + 1)) % n
+        rows, columns = nodes[part.rows], nodes[part.columns]
+        found[0, quadrant, rows, columns], found[1, quadrant, rows, columns] = part.stiffness, part.mass
+    return found[0], found[1]
 
 
 def _constants(quadrants: Numbers, rays: Rays) -> int:

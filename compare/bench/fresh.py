@@ -8,7 +8,10 @@ from typing import Any
 
 PACKAGES = ("fem3d", "meshes", "scenes")
 # Tables of reference elements and rules of integration: they serve every scene, and other programs keep theirs too.
-TABLES = ("meshes.axis.reference", "fem3d.exponential", "fem3d.section", "fem3d.unstructured", "meshes.grouped")
+TABLES = (
+    "meshes.axis.reference", "meshes.singular._angular", "fem3d.exponential", "fem3d.section", "fem3d.unstructured",
+    "meshes.grouped",
+)  # fmt: skip
 
 
 def forget() -> None:
