@@ -18,7 +18,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import legendre
-from scipy.ndimage import label
 
 from fem3d import tensor
 from fem3d.conduction import Field, combined
@@ -29,6 +28,7 @@ from fem3d.outputs import reads_mean
 from fem3d.steady import SteadyState
 from fem3d.study import Study
 from fem3d.transient import Transient
+from meshes import connected
 from meshes.bricks import VOID, Block
 from scenes.model import Probe
 
@@ -108,7 +108,6 @@ def _slabs(heat: HeatProblem, d: int, i: int, probe: Probe) -> Iterator[np.ndarr
     """The connected pieces (cells across) of the slab of an interval that a probe reaches, but those that are held at a
     temperature inside of it."""
     mesh = heat.mesh
-    pieces, count = label(mesh.owner.take(i, d) != VOID)
     others = [e for e in range(3) if e != d]
     window = tuple(
         slice(
@@ -119,8 +118,7 @@ def _slabs(heat: HeatProblem, d: int, i: int, probe: Probe) -> Iterator[np.ndarr
     )
     inside = mesh.axes[d].offsets[i] + np.arange(1, mesh.axes[d].degrees[i])
     held = (heat.number >= heat.free).reshape(mesh.shape).take(inside, d).any(axis=d)
-    for piece in range(1, count + 1):
-        cells = pieces == piece
+    for cells in connected.pieces(mesh.owner.take(i, d) != VOID):
         if cells[window].any() and not held[_nodes(heat, others, cells)].any():
             yield cells
 

@@ -26,19 +26,41 @@ def coarsest(scene: Scene) -> BrickMesh:
 def parts(mesh: BrickMesh, boxes: set[int], cuts: Sequence[tuple[Point, Point]] = ()) -> np.ndarray:
     """A label for each cell of some boxes, equal where cells are joined by faces that no cut covers; VOID elsewhere."""
     inside = np.isin(mesh.owner, sorted(boxes))
-    labels = np.where(inside, np.arange(inside.size).reshape(inside.shape), VOID)
-    joined = []
-    for d in range(3):
-        low, high = [slice(None)] * 3, [slice(None)] * 3
-        low[d], high[d] = slice(None, -1), slice(1, None)
-        open_faces = inside[tuple(low)] & inside[tuple(high)]
+    joined = _joined(inside)
+    for d, (_, _, open_faces) in enumerate(joined):
         for cut in cuts:
             spans = mesh.spans(*cut)
             if spans[d][0] == spans[d][1] and 0 < spans[d][0] < inside.shape[d]:
                 window = [slice(*span) for span in spans]
                 window[d] = slice(spans[d][0] - 1, spans[d][0])
                 open_faces[tuple(window)] = False
-        joined.append((tuple(low), tuple(high), open_faces))
+    return _labelled(inside, joined)
+
+
+def pieces(inside: np.ndarray) -> list[np.ndarray]:
+    """The cells of a grid of any dimension in pieces that faces join, each like ``inside``."""
+    labels = _labelled(inside, _joined(inside))
+    return [labels == label for label in np.unique(labels[inside])]
+
+
+_Joined = list[
+    tuple[tuple[slice, ...], tuple[slice, ...], np.ndarray]
+]  # per axis the lower cells, the upper ones, faces
+
+
+def _joined(inside: np.ndarray) -> _Joined:
+    """Along each axis, which faces between cells have one of ``inside`` on either side."""
+    found = []
+    for d in range(inside.ndim):
+        low, high = [slice(None)] * inside.ndim, [slice(None)] * inside.ndim
+        low[d], high[d] = slice(None, -1), slice(1, None)
+        found.append((tuple(low), tuple(high), inside[tuple(low)] & inside[tuple(high)]))
+    return found
+
+
+def _labelled(inside: np.ndarray, joined: _Joined) -> np.ndarray:
+    """A label for each cell, the same where faces join them; VOID elsewhere."""
+    labels = np.where(inside, np.arange(inside.size).reshape(inside.shape), VOID)
     while True:
         before = labels.copy()
         for low_at, high_at, open_faces in joined:
