@@ -18,12 +18,13 @@ from fem3d import tensor
 from fem3d.conductor import Conductor
 from fem3d.operators import HeatProblem
 from fem3d.outputs import Goal
-from meshes.axis import reference
+from meshes.axis import Axis, reference
 from meshes.bricks import Block, BrickMesh
 from meshes.grading import Features, exponents_at, singular_intervals
 
 SMALLEST_RATIO, UNKNOWN_RATIO, LARGEST_RATIO = 0.05, 0.3, 0.8
 USUAL = 2 / 3  # exponent of a re-entrant corner, at which the tail of the modes was found to be a third of the degree
+UNSEEN = 1.25  # power of the length of an interval over that over which its edge spreads by which it is more
 WEAKER = 1.75  # power of the inverse exponent by which it is more: 1 for the modes of r^s, and what they keep of others
 
 Cells = list[tuple[int, int, np.ndarray]]  # axis, interval, missing energies of the cells across
@@ -65,13 +66,16 @@ def of_goals(
     """
     blocks = heat.mesh.blocks
     k = [heat.mesh.boxes[b.box].material.thermal_conductivity for b in blocks]
-    near = [exponents_at(axis, found) for axis, found in zip(heat.mesh.axes, features.exponents, strict=True)]
+    at_edges = [
+        _at_edges(axis, *edges)
+        for axis, *edges in zip(heat.mesh.axes, features.exponents, features.lengths, strict=True)
+    ]
 
     def cells(field: np.ndarray) -> Cells:
-        return _cells(heat.mesh, blocks, [heat.on_block(b, field) for b in blocks], k, near)
+        return _cells(heat.mesh, blocks, [heat.on_block(b, field) for b in blocks], k, at_edges)
 
     solutions = [cells(rise) for rise in rises] if any(goal is not None for goal in goals.values()) else []
-    electric = _electric(heat, conductor, potentials, near)
+    electric = _electric(heat, conductor, potentials, at_edges)
     in_z = singular_intervals(heat.mesh.axes[2], features.exponents[2])
     found = {}
     for name, goal in goals.items():
@@ -85,7 +89,7 @@ def of_goals(
 
 
 def _electric(
-    heat: HeatProblem, conductor: Conductor | None, potentials: Sequence[np.ndarray], near: list[list[float]]
+    heat: HeatProblem, conductor: Conductor | None, potentials: Sequence[np.ndarray], at_edges: list[np.ndarray]
 ) -> list[np.ndarray]:
     """The relative energy errors of potentials, per axis and interval."""
     mesh = heat.mesh
@@ -95,7 +99,7 @@ def _electric(
     sigma = [1 / conductor.law(b)[0] for b in conductor.blocks]
     sums = []
     for potential in potentials:
-        cells = _cells(mesh, conductor.blocks, [potential[n] for n in conductor.local], sigma, near)
+        cells = _cells(mesh, conductor.blocks, [potential[n] for n in conductor.local], sigma, at_edges)
         total = sum(
             s * float((tensor.weights(p) * (g * g).sum(axis=0)).sum())
             for s, p, g in zip(sigma, conductor.parts, conductor.gradient(potential), strict=True)
@@ -111,17 +115,32 @@ def _product(mesh: BrickMesh, u: Cells, z: Cells, unit: float) -> list[np.ndarra
     return found
 
 
+def _at_edges(axis: Axis, exponents: Mapping[float, float], lengths: Mapping[float, float]) -> np.ndarray:
+    """(intervals,): what is beyond the highest mode over it and the degree, in intervals at singular planes; else NaN.
+
+    At an edge of exponent s the energies of the modes decay no faster than degree^-(4 s + 1), and what is beyond one of
+    them is it times the degree over 4 s or so. Of an edge that spreads over less than an interval, as that of a thin
+    layer does, the modes see but a part.
+    """
+    near, spread = exponents_at(axis, exponents), exponents_at(axis, lengths)
+    found = np.full(len(axis.degrees), np.nan)
+    for i, length in enumerate(np.diff(axis.breaks)):
+        s = min(near[i], near[i + 1])
+        if np.isfinite(s):
+            unseen = max(length / min(spread[i], spread[i + 1]), 1.0)
+            found[i] = max(USUAL / s, 1.0) ** WEAKER * unseen**UNSEEN / 3
+    return found
+
+
 def _cells(
     mesh: BrickMesh,
     blocks: tuple[Block, ...],
     nodal: list[np.ndarray],
     coefficients: list[float],
-    near: list[list[float]],
+    at_edges: list[np.ndarray],
 ) -> Cells:
-    """For each block, axis and interval: the energies of its cells beyond the highest mode.
-
-    At a plane with an edge of exponent s, ``near`` (infinite elsewhere), the energies of the modes decay no faster than
-    degree^-(4 s + 1), and what is beyond one of them is it times the degree over 4 s or so.
+    """For each block, axis and interval: the energies of its cells beyond the highest mode, ``at_edges`` (intervals,)
+    that times the degree, elsewhere (NaN there) by what the modes decay.
     """
     found: Cells = []
     for block, u, coefficient in zip(blocks, nodal, coefficients, strict=True):
@@ -142,7 +161,7 @@ def _cells(
                 # The lowest mode is the mean flux, which says nothing of smoothness.
                 below = cells[0] / (2 * degree - 3) if degree > 2 else top / UNKNOWN_RATIO
                 ratio = np.clip((top + 1e-300) / (below + 1e-300), SMALLEST_RATIO, LARGEST_RATIO)
-                s = min(near[d][part.first + i], near[d][part.first + i + 1])
-                tail = degree / 3 * max(USUAL / s, 1.0) ** WEAKER if np.isfinite(s) else ratio / (1 - ratio)
+                edge = at_edges[d][part.first + i]
+                tail = degree * edge if np.isfinite(edge) else ratio / (1 - ratio)
                 found.append((d, part.first + i, top * tail))
     return found

@@ -31,17 +31,19 @@ LAYERS = 75.0  # times the accuracy: where the first mesh expects singular edges
 
 @dataclass(frozen=True)
 class Features:
-    """Per axis, coordinates (m) of the planes inside the solid, and the exponents of those that are singular."""
+    """Per axis, coordinates (m) of the planes inside the solid, and of those that are singular the exponents and the
+    lengths (m) over which their edges spread (`meshes.singular.edges`)."""
 
     planes: tuple[list[float], list[float], list[float]]
     exponents: tuple[dict[float, float], dict[float, float], dict[float, float]]
+    lengths: tuple[dict[float, float], dict[float, float], dict[float, float]]
 
 
 def features(scene: Scene) -> Features:
     """The features of a scene."""
     planes = [scene_planes(scene, d) for d in range(3)]
-    a, b, c = singular.exponents(scene)
-    return Features((planes[0][1:-1], planes[1][1:-1], planes[2][1:-1]), (a, b, c))
+    (a, b, c), (x, y, z) = singular.edges(scene)
+    return Features((planes[0][1:-1], planes[1][1:-1], planes[2][1:-1]), (a, b, c), (x, y, z))
 
 
 def first_mesh(scene: Scene, accuracy: float, most: int | None = None) -> BrickMesh:

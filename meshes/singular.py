@@ -35,16 +35,23 @@ def exponents(scene: Scene) -> list[dict[float, float]]:
 
     An edge lies in two planes, one of each axis across it; both are listed.
     """
+    return edges(scene)[0]
+
+
+def edges(scene: Scene) -> tuple[list[dict[float, float]], list[dict[float, float]]]:
+    """`exponents`, and for the same planes the length (m) over which an edge in it spreads: the smallest extent of what
+    is around it, which for a thin layer is its thickness."""
     mesh = connected.coarsest(scene)
     thermal = np.array([b.material.thermal_conductivity for b in mesh.boxes])
     electric = np.array([1 / (b.material.resistivity or np.inf) for b in mesh.boxes])
     found: list[dict[float, float]] = [{}, {}, {}]
+    lengths: list[dict[float, float]] = [{}, {}, {}]
     solid, live = mesh.owner != VOID, connected.live(scene)
     held = _held(mesh, scene, "temperature")
-    _collect(mesh, np.where(solid, thermal[mesh.owner], 0.0), held, found, _passing(mesh, scene))
+    _collect(mesh, np.where(solid, thermal[mesh.owner], 0.0), held, found, lengths, _passing(mesh, scene))
     if live.any():
-        _collect(mesh, np.where(live, electric[mesh.owner], 0.0), _held(mesh, scene, "voltage"), found)
-    return found
+        _collect(mesh, np.where(live, electric[mesh.owner], 0.0), _held(mesh, scene, "voltage"), found, lengths)
+    return found, lengths
 
 
 def _collect(
@@ -52,10 +59,11 @@ def _collect(
     conductivity: np.ndarray,
     held: list[np.ndarray],
     found: list[dict[float, float]],
+    lengths: list[dict[float, float]],
     passing: list[np.ndarray] | None = None,
 ) -> None:
-    """Add the planes of singular edges. Per axis, ``held`` says which faces across it have a given value, ``passing``
-    through which of them so much passes otherwise that it contradicts one."""
+    """Add the planes of singular edges and the lengths over which they spread. Per axis, ``held`` says which faces
+    across it have a given value, ``passing`` through which of them so much passes otherwise that it contradicts one."""
     k = np.pad(conductivity, 1)
     for along in range(3):
         first, second = (d for d in range(3) if d != along)
@@ -70,7 +78,16 @@ def _collect(
             p, q, r, s = rays[i, j, layer].tolist()
             exponent_here = exponent((a, b, c, d), (p, q, r, s))
             if exponent_here < (RESONANT if contradicted[i, j, layer] else REGULAR):
+                around = [
+                    mesh.axes[axis].breaks[c + 1] - mesh.axes[axis].breaks[c]
+                    for axis, at in ((first, i), (second, j))
+                    for c in (at - 1, at)
+                    if 0 <= c < len(mesh.axes[axis].degrees)
+                ]
                 for axis, at in ((first, i), (second, j)):
+                    lengths[axis][float(mesh.axes[axis].breaks[at])] = min(
+                        *around, lengths[axis].get(float(mesh.axes[axis].breaks[at]), np.inf)
+                    )
                     plane = float(mesh.axes[axis].breaks[at])
                     found[axis][plane] = min(exponent_here, found[axis].get(plane, RESONANT))
 

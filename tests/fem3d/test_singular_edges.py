@@ -68,3 +68,35 @@ def test_what_no_layer_resolves_is_refused_at_once_and_named():
     with pytest.raises(NumericsError, match=r"at y = 1e-05 m .* to the power 0\.0"):
         solve(checkerboard(1000.0), said.append)
     assert len(said) < 5
+
+
+def thin_films(accuracy: float) -> Scene:
+    """Two metal films, one on the other, fed at opposite ends of a thick one, and a poor film that their end warms."""
+    metal = Material("metal", 240.0, 2700.0, 900.0, 2.8e-8)
+    poor = Material("poor", 0.15, 970.0, 1460.0)
+    um = 1e-6
+    boxes = (
+        Box("lower", metal, (0.0, 0.0, 0.0), (34 * um, 15 * um, 0.23 * um)),
+        Box("upper", metal, (0.0, 0.0, 0.23 * um), (34 * um, 15 * um, 0.35 * um)),
+        Box("beside", poor, (0.0, 15 * um, 0.23 * um), (34 * um, 38 * um, 0.35 * um)),
+    )
+    boundaries = (
+        Boundary("cold", "temperature", (0.0, 0.0, 0.0), (34 * um, 15 * um, 0.0), 293.0),
+        Boundary("plus", "voltage", (0.0, 0.0, 0.23 * um), (34 * um, 0.0, 0.35 * um), 6e-4),
+        Boundary("minus", "voltage", (0.0, 15 * um, 0.0), (34 * um, 15 * um, 0.23 * um), 0.0),
+    )
+    probes = tuple(Probe(b.name, b.lower, b.upper) for b in boxes[1:])
+    return Scene("films", boxes, boundaries, probes, 293.0, accuracy=accuracy, steady=True)
+
+
+def test_edges_of_films_spread_over_their_thickness(monkeypatch):
+    """Fine and coarse degrees agree on cells far longer than a film is thick, at whose edges they see nothing."""
+    true = solve(thin_films(1e-3)).steady
+
+    def excess():
+        found = solve(thin_films(3e-3)).steady
+        return max(abs(found[n].value - true[n].value) / (found[n].error + true[n].error) for n in true)
+
+    assert excess() <= 1.0
+    monkeypatch.setattr(indicators, "UNSEEN", 0.0)
+    assert excess() > 1.0

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from meshes.singular import exponent, exponents
+from meshes.singular import edges, exponent, exponents
 from scenes.model import Boundary, Box, Material, Scene
 
 
@@ -82,3 +82,14 @@ def test_a_face_that_heat_passes_contradicts_a_given_temperature_at_their_edge(k
     assert planes == (
         [{0.6: pytest.approx(1.0, abs=1e-4)}, {0.0: pytest.approx(1.0, abs=1e-4)}, {}] if found else [{}] * 3
     )
+
+
+def test_an_edge_of_a_thin_layer_spreads_over_its_thickness():
+    ground = Boundary("ground", "temperature", (0.0, 0.0, 0.0), (4.0, 9.0, 0.0), 293.0)
+    body = Box("body", Material("steel", 52.0, 1.0, 1.0), (0.0, 0.0, 0.0), (4.0, 9.0, 3.0))
+    film = Box("film", Material("gold", 300.0, 1.0, 1.0), (0.0, 0.0, 3.0), (4.0, 5.0, 3.1))
+    (_, y, z), lengths = edges(Scene("film", (body, film), (ground,), ()))
+    assert set(y) == {5.0}
+    assert set(z) == {3.0}
+    assert lengths[1] == pytest.approx({5.0: 0.1})
+    assert lengths[2] == pytest.approx({3.0: 0.1})
