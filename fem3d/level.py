@@ -152,6 +152,8 @@ def steady_errors(
 
 
 def goals_at(study: Study, fine: Solution, snapshots: list[np.ndarray], features: Features) -> dict[str, Indicators]:
+    """`goals_of` a steady solution and of some rises on the way there, with what the next degrees would add where a
+    probe reads (`fem3d.bubbles`)."""
     state = fine.state
     potentials = [] if state.potential is None else [state.potential]
     scales = study.steady_scales(fine.out)
@@ -163,6 +165,7 @@ def goals_at(study: Study, fine: Solution, snapshots: list[np.ndarray], features
 
 
 def add(goal: Indicators, where: list[tuple[int, int, float]]) -> None:
+    """Add to a goal's indicators what was found by (axis, interval, K), in place."""
     for d, i, kelvin in where:
         goal.missing[d][i] += kelvin
 
