@@ -87,7 +87,7 @@ def _first_mesh(scene: Scene, accuracy: float) -> BrickMesh:
 def _degrees(breaks: np.ndarray, degrees: np.ndarray, marks: Features, axis: int, narrowest: float) -> np.ndarray:
     """Degrees that rise away from singular planes: one less at them, one more where intervals are long."""
     found = degrees + (np.diff(breaks) > LONG * narrowest)
-    near = at_planes(Axis(breaks, found), list(marks.exponents[axis]))
+    near = np.isfinite(exponents_at(Axis(breaks, found), marks.exponents[axis]))
     for i in range(len(found)):
         if near[i] or near[i + 1]:
             found[i] = max(found[i] - 1, min(found[i], 3))
@@ -178,8 +178,3 @@ def singular_intervals(axis: Axis, exponents: Mapping[float, float]) -> np.ndarr
     near = np.isfinite(exponents_at(axis, exponents))
     found: np.ndarray = near[:-1] | near[1:]
     return found
-
-
-def at_planes(axis: Axis, planes: Sequence[float]) -> list[bool]:
-    """For each breakpoint of an axis, whether it is one of some planes."""
-    return [any(abs(c - p) <= axis.tolerance for p in planes) for c in axis.breaks]

@@ -29,18 +29,13 @@ Numbers = tuple[float, float, float, float]
 Rays = tuple[bool, bool, bool, bool]
 
 
-def exponents(scene: Scene) -> list[dict[float, float]]:
+def edges(scene: Scene) -> tuple[list[dict[float, float]], list[dict[float, float]]]:
     """Per axis, for the coordinate (m) of each plane with a singular edge in it, the smallest exponent, be it of the
-    temperature or of the potential.
+    temperature or of the potential; and the length (m) over which such an edge spreads: the smallest extent of what is
+    around it, which for a thin layer is its thickness.
 
     An edge lies in two planes, one of each axis across it; both are listed.
     """
-    return edges(scene)[0]
-
-
-def edges(scene: Scene) -> tuple[list[dict[float, float]], list[dict[float, float]]]:
-    """`exponents`, and for the same planes the length (m) over which an edge in it spreads: the smallest extent of what
-    is around it, which for a thin layer is its thickness."""
     mesh = connected.coarsest(scene)
     thermal = np.array([b.material.thermal_conductivity for b in mesh.boxes])
     electric = np.array([1 / (b.material.resistivity or np.inf) for b in mesh.boxes])

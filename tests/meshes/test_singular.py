@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from meshes.singular import edges, exponent, exponents
+from meshes.singular import edges, exponent
 from scenes.model import Boundary, Box, Material, Scene
 
 
@@ -63,12 +63,12 @@ def test_the_rim_of_a_partial_electrode_is_found_and_the_rim_of_a_whole_face_is_
     box = Box("b", Material("m", 1.0, 1.0, 1.0, 1.0), (0.0, 0.0, 0.0), (4.0, 4.0, 1.0))
     ground = Boundary("g", "voltage", (0.0, 0.0, 0.0), (4.0, 4.0, 0.0), 0.0)
     part = Boundary("e", "voltage", (1.0, 1.0, 1.0), (2.0, 3.0, 1.0), 1.0)
-    x, y, z = exponents(Scene("s", (box,), (ground, part), ()))
+    x, y, z = edges(Scene("s", (box,), (ground, part), ()))[0]
     assert sorted(x) == [1.0, 2.0]
     assert sorted(y) == [1.0, 3.0]
     assert z == pytest.approx({1.0: 0.5}, abs=1e-4)
     whole = Boundary("e", "voltage", (0.0, 0.0, 1.0), (4.0, 4.0, 1.0), 1.0)
-    assert exponents(Scene("s", (box,), (ground, whole), ())) == [{}, {}, {}]
+    assert edges(Scene("s", (box,), (ground, whole), ()))[0] == [{}, {}, {}]
 
 
 @pytest.mark.parametrize(("kind", "value", "found"), [
@@ -78,7 +78,7 @@ def test_a_face_that_heat_passes_contradicts_a_given_temperature_at_their_edge(k
     box = Box("plate", Material("steel", 52.0, 1.0, 1.0), (0.0, 0.0, 0.0), (0.6, 1.0, 0.1))
     base = Boundary("base", "temperature", (0.0, 0.0, 0.0), (0.6, 0.0, 0.1), 373.0)
     side = Boundary("side", kind, (0.6, 0.0, 0.0), (0.6, 1.0, 0.1), value, 273.0)
-    planes = exponents(Scene("plate", (box,), (base, side), ()))
+    planes = edges(Scene("plate", (box,), (base, side), ()))[0]
     assert planes == (
         [{0.6: pytest.approx(1.0, abs=1e-4)}, {0.0: pytest.approx(1.0, abs=1e-4)}, {}] if found else [{}] * 3
     )
