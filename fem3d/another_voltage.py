@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fem3d import operating_point, outputs, steady, time_response
+from fem3d import level, operating_point, outputs, steady, time_response
 from fem3d.adapt import Answer
 from fem3d.conduction import combined
 from fem3d.level import Solution
@@ -63,9 +63,9 @@ def _solution(study: Study, before: SteadyState, reduced: Reduced, factor: float
     density = combined(patterns, point.c)
     source = steady.joule_load(conductor, density, rise) + heat.loads[0]
     answer = lift + heat.whole(heat.solve_steady(source[:n]))
-    probes = {p.name: p for p in heat.scene.probes}
-    goals = [outputs.goal(heat, probes[name], rise) for name in study.goals.values()]
-    rows = [goal.row for goal in goals if goal is not None]
+    probes = {p.name: p for p in heat.domain.scene.probes}
+    goals = [level.goal_row(heat, probes[name], rise) for name in study.goals.values()]
+    rows = [row for row in goals if row is not None]
     moved = max(abs(float(row @ (answer - rise)[:n]) / float(row @ answer[:n])) for row in rows)
     if moved > LEFT_OUT * study.accuracy:
         return None

@@ -17,7 +17,6 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from fem3d.errors import NumericsError
-from meshes.axis import reference
 
 FAST = 200.0  # beyond this decay over a step the convolution is summed by parts, below it by Gauss's rule
 SWEEPS = 30
@@ -79,7 +78,7 @@ def integrate(
     ``source(t)`` is the source from t on up to the next instant of ``jumps``, at each of which a step ends and the
     state jumps. Raises NumericsError where the source outruns every step, as it does beyond thermal runaway.
     """
-    nodes = (reference(degree).nodes + 1) / 2
+    nodes = _lobatto(degree)
     to_legendre = np.linalg.inv(legendre.legvander(2 * nodes - 1, degree))
     time, length = 0.0, end * 1e-4
     state = np.zeros(len(rates)) if start is None else start
@@ -169,6 +168,13 @@ class Convolution:
 def _gauss() -> tuple[np.ndarray, np.ndarray]:
     points, weights = legendre.leggauss(48)
     return points, weights
+
+
+@lru_cache(maxsize=8)
+def _lobatto(degree: int) -> np.ndarray:
+    """(degree + 1,): Gauss and Lobatto's points on (0, 1)."""
+    inner = np.sort(legendre.legroots(legendre.legder([0.0] * degree + [1.0])).real)
+    return (np.concatenate([[-1.0], inner, [1.0]]) + 1) / 2
 
 
 @lru_cache(maxsize=8)

@@ -1,10 +1,10 @@
 """The discrete heat problem of any mesh: M d(rise)/dt + K rise = source, with the fixed nodes kept for their reactions.
 
-The unknown is the rise above the scene's initial temperature. Nodes are numbered with the free ones first and the
-fixed ones (a given temperature) last, so that the reactions, the heat that enters at the fixed nodes, are the last rows
-of the same equations. A field that vanishes at the fixed nodes is a vector of the free ones, any other one of all.
-Sources and given rises come as channels (`fem3d.inputs`). Bricks (`fem3d.operators`) and the cells of mesh files
-(`fem3d.unstructured.heat`) assemble it; what follows needs no mesh.
+The unknown is the rise above the scene's initial temperature, as coefficients of functions, here called nodes. They are
+numbered with the free ones first and the fixed ones (a given temperature) last, so that the reactions, the heat that
+enters at the fixed nodes, are the last rows of the same equations. A field that vanishes at the fixed nodes is a vector
+of the free ones, any other one of all. Sources and given rises come as channels (`fem3d.inputs`). `fem3d.assembly` makes
+it of a scene; what follows needs no mesh.
 """
 
 from __future__ import annotations
@@ -17,13 +17,12 @@ from typing import Any, TypeVar
 import numpy as np
 from scipy.sparse import csc_array
 
-from fem3d.factorization import factorize
+from fem3d.factorization import Factors
 from fem3d.inputs import Inputs
 from scenes.model import Schedule, Value
 
 BALANCED = 2e-11  # of the heat: an imbalance above it is worth a residual in extended precision
 DISPUTED = 0.8  # of the product of two boundaries' parts of a node's reaction: what either may be off by, 0.6 found
-REENTRANT = 2 / 3  # the flux at an edge of 270 degrees falls on both its faces like a distance to this power less one
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +41,8 @@ class HeatSystem:
     Per channel: ``loads`` (channels, all nodes) in W, ``given`` (channels, fixed nodes), the given rises, and
     ``generated``, the heat of the sources in W. ``held``: for each boundary of given temperature its part (fixed
     nodes,) of the reaction of each; ``bent`` (fixed nodes,): where boundaries meet at an angle; ``anchored``: whether
-    every part has an exit for heat, so that K is regular.
+    every part has an exit for heat, so that K is regular. ``unit`` (all nodes,) are the coefficients of the constant 1,
+    ``groups`` (all nodes,) numbers the vertex, edge, facet or cell that each belongs to.
     """
 
     inputs: Inputs
@@ -57,6 +57,8 @@ class HeatSystem:
     films: dict[str, Film]
     anchored: bool
     end_time: float
+    unit: np.ndarray
+    groups: np.ndarray
 
     @property
     def size(self) -> int:
@@ -81,9 +83,13 @@ class HeatSystem:
     @cached_property
     def _solve(self) -> Any:
         if self.anchored:
-            return factorize(self.inner_stiffness).solve
+            return self.factors(self.inner_stiffness).solve
         # A part without an exit keeps its heat: its capacity over the whole run stands in for one.
-        return factorize(_combined(self.inner_stiffness, 1.0 / self.end_time, self.inner_mass)).solve
+        return self.factors(_combined(self.inner_stiffness, 1.0 / self.end_time, self.inner_mass)).solve
+
+    def factors(self, matrix: csc_array) -> Factors:
+        """The factors of a matrix of the free nodes."""
+        return Factors(matrix, self.groups[: self.free])
 
     def solve_steady(self, load: np.ndarray) -> np.ndarray:
         """The rise at the free nodes with K rise = load, from one factorization; without an exit for heat, the mean
@@ -93,7 +99,7 @@ class HeatSystem:
 
     def solve_shifted(self, shift: float) -> Any:
         """What solves (M + shift K) u = b on the free nodes."""
-        return factorize(_combined(self.inner_mass, shift, self.inner_stiffness)).solve
+        return self.factors(_combined(self.inner_mass, shift, self.inner_stiffness)).solve
 
     @cached_property
     def lifts(self) -> np.ndarray:
@@ -119,8 +125,8 @@ class HeatSystem:
         load = source[:n] - held[:n]
         inner = rise[:n] + self.solve_steady(load - k @ rise[:n])
         for _ in range(3):
-            left = abs(float(np.sum(load) - self._outflow @ inner))
-            if left <= BALANCED * float(np.abs(load).sum()):
+            left = abs(float(self.unit[:n] @ load - self._outflow @ inner))
+            if left <= BALANCED * float(self.unit[:n] @ np.abs(load)):
                 break
             # The matrix is symmetric: its columns serve as rows.
             products = k.data.astype(np.longdouble) * inner[k.indices]
@@ -131,8 +137,8 @@ class HeatSystem:
     @cached_property
     def _outflow(self) -> np.ndarray:
         """(free nodes,): heat that leaves at the fixed nodes and to the air, per rise."""
-        fixed = np.zeros(self.size)
-        fixed[self.free :] = 1.0
+        fixed = self.unit.copy()
+        fixed[: self.free] = 0.0
         leaving = -(self.stiffness @ fixed)[: self.free]
         for film in self.films.values():
             leaving -= film.per_kelvin[: self.free]
@@ -187,26 +193,6 @@ def _combined(a: csc_array, factor: float, b: csc_array) -> csc_array:
     if a.indices is b.indices or (a.nnz == b.nnz and (a.indices == b.indices).all()):
         return csc_array((a.data + factor * b.data, a.indices, a.indptr), shape=a.shape)
     return csc_array(a + factor * b)
-
-
-def parts_of_reactions(areas: Sequence[np.ndarray], values: Sequence[Value], facing: np.ndarray) -> list[np.ndarray]:
-    """For each boundary its part (nodes,) of the reaction of every node, the parts at a node adding up to one.
-
-    ``areas`` (nodes,): what each boundary's faces hold of the node's basis function, nought where the node isn't on it;
-    ``values``: what is given there; ``facing`` (nodes,): whether all of a node's boundaries lie in one plane. Where
-    boundaries of one value meet, their parts are those of a uniform flux, at an edge those of the singular one. Where
-    their values differ the later one gives the value and takes the reaction.
-    """
-    last = np.full(len(facing), -1)
-    for i, area in enumerate(areas):
-        last[area > 0] = i
-    power = np.where(facing, 1.0, REENTRANT)
-    weights = []
-    for area, value in zip(areas, values, strict=True):
-        same = np.array([v == value for v in values] + [False])  # the last one for nodes on no boundary
-        weights.append(np.where(same[last], area, 0.0) ** power)
-    total = np.sum(weights, axis=0) if weights else np.zeros(len(facing))
-    return [w / np.where(total > 0, total, 1.0) for w in weights]
 
 
 def above(channels: Inputs, temperature: Value, initial: float) -> np.ndarray:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenes.model import Scene, Schedule, Value
+from scenes.model import Schedule, Value
 
 
 @dataclass(frozen=True)
@@ -62,12 +62,6 @@ class Inputs:
         before = [[1.0, *(_before(s, float(t)) for s in self.schedules)] for t in times[1:]]
         found: np.ndarray = np.abs(np.concatenate([self.at(times), before])).max(axis=0)
         return found
-
-
-def of(scene: Scene) -> Inputs:
-    """The inputs of a scene."""
-    values = [v for b in scene.boundaries for v in (b.value, b.ambient)] + [b.heat_source for b in scene.boxes]
-    return Inputs(tuple(dict.fromkeys(v for v in values if isinstance(v, Schedule))))
 
 
 def value(given: Value, times: np.ndarray) -> np.ndarray:

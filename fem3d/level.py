@@ -1,186 +1,294 @@
-"""A level of the search for an accuracy: solutions on a mesh and on lesser ones, and the errors that they tell.
+"""A level of the search for an accuracy: the solutions on one mesh in three nested spaces, and the errors they tell.
 
-A level is four solutions on the same cells: the fine one, whose numbers are reported; a coarse one, of degrees lower
-by one in x and y; a low one, of degrees lower by two, and a tall one that differs from it by degrees higher by one in
-z. Degrees converge so fast that the difference of fine and coarse bounds the error in x and y with room to spare: over
-sinks of all kinds that error came out between a tenth and a half of it. The difference of tall and low is the error in
-z itself. Where a difference happens to vanish, the dual-weighted estimate of the fine solution alone takes over.
+The space of each interval's own degree holds those of degrees lower by one and by two, whose matrices are leading parts
+of its own. `fem3d.estimate` makes errors of what each takes away from the next lower one.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from fem3d import bubbles, indicators, outputs, reach, steady
+from fem3d import conductor as conductors
+from fem3d import estimate, steady
+from fem3d.assembly import HeatProblem, assemble
 from fem3d.conductor import Conductor
+from fem3d.domain import Boxes
 from fem3d.errors import NumericsError
-from fem3d.indicators import Indicators
-from fem3d.operators import HeatProblem, assemble
-from fem3d.outputs import Outputs
+from fem3d.estimate import Estimator, Spread
+from fem3d.outputs import Outputs, of_steady
+from fem3d.probes import extreme, reading
 from fem3d.steady import SteadyState
 from fem3d.study import Quantities, Study
-from meshes.bricks import BrickMesh
 from meshes.grading import Features
+from scenes.free import asks
 
-IN_PLANE = 1.0  # the error in x and y over the difference of fine and coarse, at most
-IN_DEPTH = 1.5  # the error in z over the difference of tall and low, at most
-SHARPEN = 0.3  # of the difference in x and y: if that in z is larger, it is measured at the higher degrees
-NEGLIGIBLE = 0.2  # part of the accuracy below which an error in z isn't worth refining
-OF_LARGEST = 1.0  # every temperature may be off by the largest difference of any, in K or relative to its scale
-OF_ESTIMATE = 1.0  # the error over its dual-weighted estimate, at most
-CLEARLY = 2.0  # times the accuracy: estimates above it need no second solution to refine
+OF_WORST = 0.5  # of the worst relative error of any temperature: none is taken to be known better (docs/stress.md)
+ROUNDING = 1e-10  # of the scale: nothing is known better than the solves
+
+
+@dataclass(frozen=True, eq=False)
+class Problems:
+    """The heat problem and the conductor of a domain in its nested spaces, the lowest first."""
+
+    domain: Boxes
+    heats: tuple[HeatProblem, ...]
+    conductors: tuple[Conductor | None, ...]
+
+    @property
+    def heat(self) -> HeatProblem:
+        """The heat problem in the highest space."""
+        return self.heats[-1]
+
+    @property
+    def conductor(self) -> Conductor | None:
+        """The conductor in the highest space."""
+        return self.conductors[-1]
+
+    def lifted(self, rise: np.ndarray, level: int) -> np.ndarray:
+        """(..., all nodes of the highest space): fields of a lower one."""
+        return self.heat.take(self.heats[level].field(rise))
+
+
+def problems(domain: Boxes) -> Problems:
+    """The problems of a domain."""
+    heat = assemble(domain)
+    own = conductors.find(heat)
+    lower = [heat.lower(k) for k in range(2)]
+    return Problems(domain, (*lower, heat), (*(own and own.lower(k, h) for k, h in enumerate(lower)), own))
 
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """The steady state on one mesh, what is read off it, and its quantities."""
+    """A steady state, what is read off it, and its quantities."""
 
-    state: SteadyState
+    state: SteadyState[HeatProblem, Conductor]
     out: Outputs
     quantities: Quantities
 
 
-@dataclass(frozen=True, eq=False)
-class Level:
-    """What is known of the solution on a mesh: where the goals' errors come from, the quantities' scales, whether the
-    error in z matters, the coarse, low and tall solutions and the steady errors by name; without the last two where the
-    goals alone call for a finer mesh, or where a lesser mesh has no steady state."""
-
-    goals: dict[str, Indicators]
-    scales: dict[str, float]
-    deep: bool
-    lesser: tuple[Solution, Solution, Solution] | None
-    errors: dict[str, float]
-
-    def accepted(self, accuracy: float) -> bool:
-        """Whether every error is known, and below an accuracy."""
-        worst = max((e / self.scales[q] for q, e in self.errors.items()), default=0.0)
-        return self.lesser is not None and worst <= accuracy
-
-
-def examined(study: Study, mesh: BrickMesh, fine: Solution, features: Features) -> Level:
-    """The level of a fine solution. Raises NumericsError where singular edges put the accuracy out of reach."""
-    accuracy, scales = study.accuracy, study.steady_scales(fine.out)
-    goals = goals_at(study, fine, [], features)
-    reach.check_edges(mesh, goals, scales, features, accuracy)
-    estimate = {name: goals[name].remaining for name in goals}
-    clear = max((e / scales[q] for q, e in estimate.items()), default=0.0) > CLEARLY * accuracy
-    lesser = None if clear else _lesser(study, mesh, fine)
-    if lesser is None:
-        return Level(goals, scales, True, None, {})
-    coarse, low, tall = lesser
-    depth = {q: IN_DEPTH * abs(float(tall.quantities[q] - low.quantities[q])) for q in low.quantities}
-    deep = max((depth[q] / scales[q] for q in depth), default=0.0) > NEGLIGIBLE * accuracy
-    if not deep:
-        estimate = {name: goals[name].but_depth for name in goals}
-    errors = steady_errors(study, fine, coarse.quantities, depth, estimate, scales)
-    return Level(goals, scales, deep, lesser, errors)
-
-
-def solution(study: Study, mesh: BrickMesh, reported: bool = False, follow: bool | None = None) -> Solution:
-    """The steady state on a mesh, with care for the heat balance where it will be reported; ``follow`` as of
-    `steady.coupled`."""
-    state = steady.solve(assemble(study.part.scene, mesh, reported), study.voltage, study.accuracy, follow)
-    out = outputs.of_steady(state, study.part)
+def solution(study: Study, given: Problems, level: int = 2, follow: bool | None = None) -> Solution:
+    """The steady state in one of the nested spaces; ``follow`` as of `steady.coupled`."""
+    heat, conductor = given.heats[level], given.conductors[level]
+    thermal = asks.heat(given.domain.scene)
+    state = steady.coupled(heat, conductor, thermal, study.voltage, study.accuracy, follow)
+    out = of_steady(state, study.part)
     return Solution(state, out, study.steady(out))
 
 
-def lesser_meshes(mesh: BrickMesh) -> tuple[BrickMesh, BrickMesh, BrickMesh]:
-    """The coarse, the low and the tall mesh to a fine one; the low one is the coarse one where degrees are low."""
-    coarse = mesh.with_degrees(-1, -1, 0)
-    low = mesh.with_degrees(-2, -2, 0, least=2)
-    if all((a.degrees == b.degrees).all() for a, b in zip(low.axes, coarse.axes, strict=True)):
-        low = coarse
-    return coarse, low, low.with_degrees(0, 0, 1)
+@dataclass(frozen=True, eq=False)
+class Level:
+    """What is known of a mesh: its problems, the fine and the low solution, the quantities' scales and errors, and what
+    each interval misses, for each goal and in all, relative to the scales."""
+
+    problems: Problems
+    fine: Solution
+    low: Solution
+    scales: dict[str, float]
+    errors: dict[str, float]
+    goals: dict[str, Spread]
+    missing: Spread
+
+    @property
+    def worst(self) -> float:
+        """The largest relative error."""
+        return max((e / self.scales[q] for q, e in self.errors.items()), default=0.0)
 
 
-def _lesser(study: Study, mesh: BrickMesh, fine: Solution) -> tuple[Solution, Solution, Solution] | None:
-    """The coarse, the low and the tall solution; None where any has no steady state although the fine one has."""
-    coarse_mesh, low_mesh, tall_mesh = lesser_meshes(mesh)
+def examined(study: Study, given: Problems, fine: Solution, marks: Features) -> Level | None:
+    """The level of a fine solution; None where a lower space has no steady state although the fine one has."""
     # Low degrees follow a current's pattern badly: only where the fine solution does is there an error in that.
-    follow = fine.state.follows_pattern
     try:
-        coarse = solution(study, coarse_mesh, follow=follow)
-        low = coarse if low_mesh is coarse_mesh else solution(study, low_mesh, follow=follow)
-        tall = solution(study, tall_mesh, follow=follow)
-        if low is not coarse and _apart(study, tall, low) > SHARPEN * _apart(study, fine, coarse):
-            low, tall = coarse, solution(study, mesh.with_degrees(-1, -1, 1), follow=follow)
-        return coarse, low, tall
+        low = solution(study, given, 1, fine.state.follows_pattern)
     except NumericsError:
         return None
-
-
-def _apart(study: Study, a: Solution, b: Solution) -> float:
-    """The largest difference of their rises (of all quantities where there are none), relative to the scales."""
-    scales = study.steady_scales(b.out)
-    apart = (abs(float(a.quantities[q] - b.quantities[q])) / scales[q] for q in (study.rises or scales))
-    return max(apart, default=0.0)
-
-
-def steady_errors(
-    study: Study,
-    solved: Solution,
-    coarse: Quantities,
-    depth: dict[str, float],
-    estimate: dict[str, float],
-    scales: dict[str, float],
-) -> dict[str, float]:
-    """Estimated error of each quantity of the fine solution, in its unit.
-
-    ``depth`` are errors in z, ``estimate`` the dual-weighted ones of the goals, in the quantities' units.
-    """
-    fine = solved.quantities
-    difference = {name: abs(float(fine[name] - coarse[name])) for name in fine}
-    unit = {name: 1.0 if study.alike else scales[name] for name in study.rises}
-    largest = max((difference[name] / unit[name] for name in study.rises), default=0.0)
-    caution = {name: study.caution.get(name, 1.0) for name in fine}
-    errors = {name: IN_PLANE * caution[name] * d for name, d in difference.items()}
-    for name, found in estimate.items():
-        errors[name] = max(errors[name], OF_ESTIMATE * found)
-    for name in study.rises:
-        errors[name] = max(errors[name], OF_LARGEST * largest * unit[name])
-    for name, goal in study.ratios.items():
-        share = OF_ESTIMATE * estimate[goal] / abs(float(fine[goal]))
-        errors[name] = max(errors[name], share * abs(float(fine[name])))
-    for name, probe in study.goals.items():
-        errors[name] += float(solved.out.get(f"doubt:{probe}", 0.0))
-    # What the iteration left, and rounding in the solves; nothing is known better than that.
-    left = solved.state.unsettled + 1e-10
-    return {name: e + caution[name] * depth[name] + left * scales[name] for name, e in errors.items()}
-
-
-def goals_at(study: Study, fine: Solution, snapshots: list[np.ndarray], features: Features) -> dict[str, Indicators]:
-    """`goals_of` a steady solution and of some rises on the way there, with what the next degrees would add where a
-    probe reads (`fem3d.bubbles`)."""
-    state = fine.state
-    potentials = [] if state.potential is None else [state.potential]
+    judge = Estimator(given.domain.space.grid, marks)
     scales = study.steady_scales(fine.out)
-    goals = goals_of(study, state.heat, state.conductor, potentials, [state.rise, *snapshots], scales, features)
-    instant = bubbles.Instant.steady(state)
-    for name, where in bubbles.at_goals(study, state.heat, state.conductor, [instant]).items():
-        add(goals[name], where)
-    return goals
+    parts = steady_parts(study, given, fine, low, scales)
+    goals = {name: judge.remains(*pair) for name, pair in parts.items()}
+    power = judge.remains(*electric_parts(given))
+    unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
+    errors = _errors(study, fine, low, scales, goals, estimate.total(power), unsettled, tail(goals, parts))
+    missing = [np.zeros_like(p) for p in power]
+    for of_goal in goals.values():
+        estimate.add(missing, of_goal)
+    estimate.add(missing, power, float(len(scales)))
+    return Level(given, fine, low, scales, errors, goals, missing)
 
 
-def add(goal: Indicators, where: list[tuple[int, int, float]]) -> None:
-    """Add to a goal's indicators what was found by (axis, interval, K), in place."""
-    for d, i, kelvin in where:
-        goal.missing[d][i] += kelvin
+def tail(goals: Mapping[str, Spread], parts: Mapping[str, tuple[Spread, Spread]]) -> float:
+    """What is left over what the last degree took away, at most, where a dual solution tells both."""
+    found = [estimate.total(goals[n]) / max(estimate.total(last), 1e-300) for n, (_, last) in parts.items()]
+    return max(1.0, *found) if found else 1.0
 
 
-def goals_of(
+def _errors(
     study: Study,
-    heat: HeatProblem,
-    conductor: Conductor | None,
-    potentials: list[np.ndarray],
-    rises: list[np.ndarray],
+    fine: Solution,
+    low: Solution,
     scales: dict[str, float],
-    features: Features,
-) -> dict[str, Indicators]:
-    """Where the errors of the study's goals come from, the last of the rises being the one that extremes are read at;
-    ``scales`` are how large what the current causes in a quantity may be."""
-    by_name = {p.name: p for p in study.part.scene.probes}
-    rows = {q: outputs.goal(heat, by_name[probe], rises[-1]) for q, probe in study.goals.items()}
-    return indicators.of_goals(heat, conductor, potentials, rises, rows, scales, features)
+    goals: dict[str, Spread],
+    electric: float,
+    unsettled: float,
+    rest: float,
+) -> dict[str, float]:
+    """Estimated error of each quantity of the fine solution, in its unit."""
+    errors = {}
+    for name, value in fine.quantities.items():
+        difference = abs(float(value - low.quantities[name]))
+        if name in goals:
+            errors[name] = max(difference, estimate.total(goals[name]) * scales[name])
+        else:
+            errors[name] = rest * difference
+        errors[name] += (electric + unsettled) * scales[name]
+        errors[name] += float(fine.out.get(f"doubt:{study.goals.get(name)}", 0.0))
+    worst = max((errors[name] / scales[name] for name in study.rises), default=0.0)
+    for name in study.rises:
+        errors[name] = max(errors[name], OF_WORST * worst * scales[name])
+    for name, goal in study.ratios.items():
+        share = errors[goal] / abs(float(fine.quantities[goal]))
+        errors[name] = max(errors[name], share * abs(float(fine.quantities[name])))
+    return errors
+
+
+def steady_parts(
+    study: Study, given: Problems, fine: Solution, low: Solution, scales: dict[str, float]
+) -> dict[str, tuple[Spread, Spread]]:
+    """For each goal what the degrees p - 1 and p take away, relative to its scale."""
+    heat, state = given.heat, low.state
+    if not asks.heat(given.domain.scene):
+        return {name: parts for name, parts in _potentials(study, given, scales).items()}
+    source = heat.loads[0].copy()
+    if state.conductor is not None:
+        source += heat.take(state.conductor.on.load(state.conductor.heating(state.density, state.density, state.rise)))
+    # Two degrees lower only the rate is asked for, which the heat of the low solution gives.
+    lowest = given.heats[0]
+    to_lowest = lowest.take(_spaced(heat, source))
+    rise = lowest.lifts[0] + lowest.whole(lowest.solve_steady(to_lowest[: lowest.free]))
+    fields = given.lifted(rise, 0), given.lifted(state.rise, 1)
+    residuals = tuple(source - heat.stiffness @ u for u in fields)
+    found = thermal_parts(study.goals, given, fine.state.rise, residuals, scales, None)
+    return found | _potentials(study, given, scales)
+
+
+def thermal_parts(
+    goals: Mapping[str, str],
+    given: Problems,
+    rise: np.ndarray,
+    residuals: tuple[np.ndarray, ...],
+    scales: Mapping[str, float],
+    time: float | None,
+) -> dict[str, tuple[Spread, Spread]]:
+    """For each thermal goal the parts that residuals (all nodes) of the two lower spaces tell, over its scale.
+
+    ``rise`` is where extremes are looked for. The dual solutions are those of the steady problem, or of a step of
+    ``time`` (s) from rest.
+    """
+    probes, found = {p.name: p for p in given.domain.scene.probes}, {}
+    solves = [
+        h.solve_steady if time is None else (lambda row, solve=h.solve_shifted(time): time * solve(row))
+        for h in given.heats[1:]
+    ]
+    for name, probe in goals.items():
+        row = goal_row(given.heat, probes[probe], rise)
+        if row is not None:
+            found[name] = _pair(given, row, solves, residuals, scales[name])
+    return found
+
+
+def _pair(given: Problems, row: np.ndarray, solves: list, residuals: tuple[np.ndarray, ...], scale: float) -> tuple[Spread, Spread]:  # type: ignore[type-arg]  # fmt: skip
+    heat, space = given.heat, given.domain.space
+    spreads, before = [], given.heats[0].free
+    for lower, solve, residual in zip(given.heats[1:], solves, residuals, strict=True):
+        # The free nodes of each space are the first of the next one's.
+        own = slice(before, lower.free)
+        dual = solve(row[: lower.free])
+        spreads.append(estimate.spread(space, space.grid, heat.order[own], dual[own] * residual[own] / scale))
+        before = lower.free
+    return spreads[0], spreads[1]
+
+
+def goal_row(heat: HeatProblem, probe: object, rise: np.ndarray) -> np.ndarray | None:
+    """(free nodes,): how a thermal probe follows the rise, at the point of an extreme; None for an electric one."""
+    if probe.quantity not in ("temperature", "heat_flow"):  # type: ignore[attr-defined]
+        return None
+    how = reading(heat, probe)
+    if how.extreme is None:
+        # Tested with the dual solution minus its values at fixed nodes, whose heat is the reaction itself.
+        row: np.ndarray = how.whole_row(heat)[: heat.free]
+        return row
+    place = how.extreme.where(heat.field(rise))
+    found = np.zeros(heat.domain.space.size)
+    found[heat.domain.space.dofs[:, place.cell]] = heat.domain.space.at(place.point[:, None])[0]
+    return heat.take(found)[: heat.free]
+
+
+def electric_parts(given: Problems) -> tuple[Spread, Spread]:
+    """What the degrees p - 1 and p take away of the power of the cold conductor, relative to it."""
+    space, own = given.domain.space, given.conductor
+    none = [np.zeros(len(d)) for d in space.grid.degrees]
+    if own is None:
+        return none, none
+    found, before = [], given.conductors[0].free  # type: ignore[union-attr]
+    potentials = cold_potentials(given)
+    for lower, phi, higher in zip(potentials[:-1], potentials[1:], given.conductors[1:], strict=True):
+        power = max(float(np.einsum("cn,cn->", phi, (own.matrix @ phi.T).T)), 1e-300)
+        functions = np.setdiff1d(higher.free, before)  # type: ignore[union-attr]
+        parts = (phi * (own.matrix @ lower.T).T).sum(axis=0)[functions] / power
+        found.append(estimate.spread(space, space.grid, functions, parts))
+        before = higher.free  # type: ignore[union-attr]
+    return found[0], found[1]
+
+
+def cold_potentials(given: Problems) -> list[np.ndarray]:
+    """(channels, functions) in each space: the potentials at the initial temperature, per unit of each channel."""
+    found = []
+    for own in given.conductors:
+        assert own is not None
+        phi = own.voltages.copy()
+        for v in phi:
+            if v.any():
+                v[own.free] = -own.solve_cold((own.matrix @ v)[own.free])
+        found.append(phi)
+    return found
+
+
+def _potentials(study: Study, given: Problems, scales: Mapping[str, float]) -> dict[str, tuple[Spread, Spread]]:
+    """For each potential that is read inside the conductor the parts of its error, at the initial temperature."""
+    domain, own = given.domain, given.conductor
+    names = [n for n, p in study.goals.items() if _probe(domain, p).quantity == "potential"]
+    if own is None or not names:
+        return {}
+    lower = cold_potentials(given)[:-1]
+    found = {}
+    for name in names:
+        probe = _probe(domain, study.goals[name])
+        if probe.reduce == "mean":
+            row = domain.mean(probe, domain.live)
+        else:
+            place = extreme(domain, probe, domain.live).where(cold_potentials(given)[-1].sum(axis=0))
+            row = np.zeros(domain.space.size)
+            row[domain.space.dofs[:, place.cell]] = domain.space.at(place.point[:, None])[0]
+        spreads, before = [], given.conductors[0].free  # type: ignore[union-attr]
+        for phi, higher in zip(lower, given.conductors[1:], strict=True):
+            assert higher is not None
+            dual = np.zeros(domain.space.size)
+            dual[higher.free] = higher.solve_cold(row[higher.free])
+            functions = np.setdiff1d(higher.free, before)
+            parts = (dual * (own.matrix @ phi.T).T).sum(axis=0)[functions] / scales[name]
+            spreads.append(estimate.spread(domain.space, domain.space.grid, functions, parts))
+            before = higher.free
+        found[name] = spreads[0], spreads[1]
+    return found
+
+
+def _probe(domain: Boxes, name: str):  # type: ignore[no-untyped-def]
+    return next(p for p in domain.scene.probes if p.name == name)
+
+
+def _spaced(heat: HeatProblem, load: np.ndarray) -> np.ndarray:
+    found = np.zeros(heat.domain.space.size)
+    found[heat.order] = load
+    return found

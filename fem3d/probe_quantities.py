@@ -13,13 +13,10 @@ import numpy as np
 
 from fem3d.outputs import Outputs
 from fem3d.study import Quantities, Study
-from meshes import connected
 from meshes.symmetry import Symmetry
 from scenes.model import Probe, Scene, Schedule, Value
 
 OF_RISE, OF_FLOW = 0.1, 0.01
-CAUTION = 1.5  # times the differences between meshes: free scenes are of more kinds than the sink's rules were tried on
-OF_GRADIENT = 4.5  # caution where a flow is an integral of the gradient, which converges more slowly than all the rest
 FIELD = 0.1  # of the largest rise: what the field at any node may be off by, as far as a few more levels can do that
 EARLY, LATE = 1e-3, 0.1  # of the end time: from here on traces hold their accuracy where no instants are asked for;
 # where some are, from the first of them on, or from the latter at most
@@ -34,20 +31,10 @@ def study(scene: Scene, part: Symmetry) -> Study:
     return Study(
         part, scene.accuracy, max(voltages, default=0.0) - min(voltages, default=0.0), scene.end_time,
         min(*instants, LATE * scene.end_time) if instants else EARLY * scene.end_time, scene.output_times,
-        goals={n: n for n in probes}, rises=thermal, trace_rises=thermal, ratios={},
-        caution={n: OF_GRADIENT if part and _is_gradient(part, n) else CAUTION for n in probes},
+        goals={n: n for n in probes}, trace_goals={n: n for n in probes}, rises=thermal, trace_rises=thermal, ratios={},
         steady=lambda out: values(scene, out), traces=lambda out: values(scene, out),
-        steady_scales=lambda out: scales(scene, out), trace_scales=lambda out: scales(scene, out), alike=False,
-        field=FIELD,
+        steady_scales=lambda out: scales(scene, out), trace_scales=lambda out: scales(scene, out), field=FIELD,
     )  # fmt: skip
-
-
-def _is_gradient(part: Symmetry, name: str) -> bool:
-    """Whether a probe is a flow through the inside of the solid."""
-    probe = next(p for p in part.scene.probes if p.name == name)
-    if probe.quantity not in ("heat_flow", "current"):
-        return False
-    return not connected.coarsest(part.scene).faces(probe.lower, probe.upper, exposed=True)
 
 
 def values(scene: Scene, out: Outputs) -> Quantities:

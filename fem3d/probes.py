@@ -1,187 +1,122 @@
-"""What probes read off a temperature field: means, heat flows and extremes.
+"""How each probe is read off a solution: means and heat flows are rows, extremes are searched for.
 
-Means and heat flows are linear: a row for the rise, for a flow also what enters at no rise. The flow of a whole
-boundary of given temperature is its reaction, which converges twice as fast as the gradient that is integrated
-elsewhere.
+The flow of a whole boundary of given temperature is its reaction, which converges twice as fast as the gradient that is
+integrated elsewhere.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from fem3d import section, tensor
-from fem3d.operators import HeatProblem
-from fem3d.weights import mean_row
-from meshes.bricks import Block, BrickMesh
-from scenes.model import Boundary, Point, Probe, Scene
-
-SAMPLES = 2  # times the degree plus one: points of an interval at which an extreme is looked for
+from fem3d.assembly import HeatProblem
+from fem3d.domain import Domain
+from fem3d.extreme import Extreme
+from scenes.model import Schedule
 
 
 @dataclass(frozen=True, eq=False)
-class Linear:
-    """value = per_rise @ rise + entering @ g + the flows of boundaries of given temperature; rows over all nodes."""
+class Reading:
+    """value = row @ rise + entering @ g + the flows or currents of ``boundaries``, that of electrodes times ``sign``; or
+    its ``extreme``. Rows are over all nodes. ``gradient``: whether the row is one of the gradient."""
 
-    per_rise: np.ndarray
+    row: np.ndarray
     entering: np.ndarray
     boundaries: tuple[str, ...] = ()
+    sign: float = 1.0
+    extreme: Extreme | None = None
+    gradient: bool = False
 
-    def row(self, heat: HeatProblem) -> np.ndarray:
-        """(all nodes,): how the value follows the rise."""
-        found: np.ndarray = sum((heat.held_rows[name][0] for name in self.boundaries), self.per_rise)
+    def whole_row(self, heat: HeatProblem) -> np.ndarray:
+        """(all nodes,): how the value follows the rise, reactions among it."""
+        found: np.ndarray = sum((heat.held_rows[name][0] for name in self.boundaries), self.row)
         return found
 
 
-def linear(heat: HeatProblem, probe: Probe) -> Linear:
-    """The mean rise (K) or the heat flow (W) of a probe."""
-    still = np.zeros(heat.inputs.count)
+def reading(heat: HeatProblem, probe: Any) -> Reading:
+    """How a probe of a temperature, a heat flow or a current is read; worked out once."""
+    if probe.name not in heat.memo:
+        heat.memo[probe.name] = _reading(heat, probe)
+    found: Reading = heat.memo[probe.name]
+    return found
+
+
+def _reading(heat: HeatProblem, probe: Any) -> Reading:
+    domain, still = heat.domain, np.zeros(heat.inputs.count)
+    nothing = np.zeros(heat.size)
     if probe.quantity == "temperature":
-        return Linear(mean_row(heat, probe, heat.number, heat.size), still)
-    within = [b for b in heat.scene.boundaries if b.kind != "voltage" and _overlap(heat, b, probe)]
-    cut = any(b.kind == "temperature" and not covers(heat.mesh, probe, b) for b in within)
-    if cut or not heat.mesh.faces(probe.lower, probe.upper, exposed=True):
-        return Linear(_gradient(heat, probe), still)
-    per_rise, entering = np.zeros(heat.size), still
-    for b in within:
-        if b.kind != "temperature":
-            shared = _integral(heat, _meet(max, b.lower, probe.lower), _meet(min, b.upper, probe.upper))
-            film, share = heat.films[b.name], shared.sum() / _integral(heat, b.lower, b.upper).sum()
-            if isinstance(b.value, float | int) and b.kind == "convection":
-                per_rise = per_rise - b.value * shared
-            entering = entering + share * film.entering
-    return Linear(per_rise, entering, tuple(b.name for b in within if b.kind == "temperature"))
-
-
-def _gradient(heat: HeatProblem, probe: Probe) -> np.ndarray:
-    """(all nodes,): the row of the heat flow from the gradient of the rise."""
-    mesh = heat.mesh
-    through = section.of(mesh, probe, mesh.blocks)
-    row = section.gradient_row(
-        mesh, through, mesh.blocks, [mesh.boxes[b.box].material.thermal_conductivity for b in mesh.blocks]
-    )
-    found = np.zeros(heat.size)
-    keep = heat.number >= 0
-    found[heat.number[keep]] = row[keep]
-    return found
-
-
-def starts_free(scene: Scene, probe: Probe) -> bool:
-    """Whether a mean temperature is that of the start at t = 0: no part of the probe's box, of the same dimension, lies
-    on a boundary of given temperature."""
-    small = 1e-9 * max(b.upper[d] - b.lower[d] for b in scene.boxes for d in range(3))
-
-    def shares(b: Boundary) -> bool:
-        low, high = _meet(max, b.lower, probe.lower), _meet(min, b.upper, probe.upper)
-        return all(high[d] - low[d] > (small if probe.upper[d] - probe.lower[d] > small else -small) for d in range(3))
-
-    return not any(b.kind == "temperature" and shares(b) for b in scene.boundaries)
-
-
-class Extreme:
-    """The largest (or smallest) value over a probe's box, from samples that a parabola joins along each axis."""
-
-    def __init__(self, heat: HeatProblem, probe: Probe, blocks: tuple[Block, ...], local: list[np.ndarray]) -> None:
-        self._sign = 1.0 if probe.reduce == "max" else -1.0
-        self._grids: list[tuple[list[np.ndarray], list[np.ndarray], np.ndarray]] = []
-        for block, numbers in zip(blocks, local, strict=True):
-            points, factors = [], []
-            for d, (axis, span) in enumerate(zip(heat.mesh.axes, block.spans, strict=True)):
-                at = _samples(axis.breaks, axis.degrees, span, probe.lower[d], probe.upper[d], axis.tolerance)
-                points.append(at)
-                part = axis.part(*span)
-                factors.append(axis.interpolation(at)[:, part.node_slice] if len(at) else np.empty((0, 0)))
-            if all(len(p) for p in points):
-                self._grids.append((points, factors, numbers))
-
-    def sampled(self, fields: np.ndarray) -> list[np.ndarray]:
-        """For each block (points x, points y, points z, fields) the values of fields (all nodes, fields)."""
-        return [
-            np.stack([tensor.along(factors[0], factors[1], factors[2], u[numbers]) for u in fields.T], axis=-1)
-            for _, factors, numbers in self._grids
-        ]
-
-    def of(self, sampled: list[np.ndarray], coefficients: np.ndarray) -> float:
-        """The extreme of a combination of sampled fields."""
-        return (
-            max(
-                self._peak(self._sign * (values @ coefficients), points)
-                for values, (points, _, _) in zip(sampled, self._grids, strict=True)
-            )
-            * self._sign
-        )
-
-    def where(self, sampled: list[np.ndarray], coefficients: np.ndarray) -> tuple[float, float, float]:
-        """The sample (m) at which it is."""
-        best = None
-        for values, (points, _, _) in zip(sampled, self._grids, strict=True):
-            v = self._sign * (values @ coefficients)
-            i = np.unravel_index(int(v.argmax()), v.shape)
-            if best is None or v[i] > best[0]:
-                best = (v[i], tuple(float(p[k]) for p, k in zip(points, i, strict=True)))
-        assert best is not None
-        return best[1]  # type: ignore[return-value]
-
-    @staticmethod
-    def _peak(v: np.ndarray, points: list[np.ndarray]) -> float:
-        top = np.unravel_index(int(v.argmax()), v.shape)
-        found = float(v[top])
-        for d, at in enumerate(points):
-            i = top[d]
-            if 0 < i < len(at) - 1:
-                low, high = (float(v[(*top[:d], j, *top[d + 1 :])]) for j in (i - 1, i + 1))
-                a, b = at[i] - at[i - 1], at[i + 1] - at[i]
-                left, right = (v[top] - low) / a, (v[top] - high) / b
-                bend, slope = (left + right) / (a + b), (left * b - right * a) / (a + b)
-                found += slope**2 / (4 * bend) if bend > 0 else 0.0
-        return found
-
-
-def _samples(
-    breaks: np.ndarray, degrees: np.ndarray, span: tuple[int, int], low: float, high: float, small: float
-) -> np.ndarray:
-    """Coordinates at which an extreme is looked for along an axis, from low to high inside a block."""
-    start, stop = max(low, breaks[span[0]]), min(high, breaks[span[1]])
-    if start > stop + small:
-        return np.empty(0)
-    if stop - start <= small:
-        return np.array([start])
-    found = [
-        np.linspace(max(a, start), min(b, stop), SAMPLES * int(p) + 2)
-        for a, b, p in zip(
-            breaks[span[0] : span[1]], breaks[span[0] + 1 : span[1] + 1], degrees[span[0] :], strict=False
-        )
-        if min(b, stop) - max(a, start) > small
+        if probe.reduce == "mean":
+            return Reading(heat.take(domain.mean(probe)), still)
+        return Reading(nothing, still, extreme=extreme(domain, probe))
+    if probe.quantity == "current":
+        names, sign = _electrodes(domain, probe)
+        return Reading(nothing, still, names, sign)
+    facets = domain.facets(probe)
+    within = [
+        (b, on, shared)
+        for b in domain.scene.boundaries
+        if b.kind != "voltage" and len(shared := np.intersect1d(on := domain.on(b), facets))
     ]
-    return np.unique(np.concatenate(found))
+    cut = any(b.kind == "temperature" and len(shared) < len(on) for b, on, shared in within)
+    if cut or not domain.exposed(facets).any():
+        return Reading(heat.take(_gradient(domain, facets)), still, gradient=True)
+    row, entering = nothing, still
+    for b, on, shared in within:
+        if b.kind != "temperature":
+            area = domain.seen(shared).load()
+            entering = entering + float(area @ domain.space.unit / domain.seen(on).areas.sum()) * heat.films[b.name].entering
+            if b.kind == "convection" and not isinstance(b.value, Schedule):
+                row = row - b.value * heat.take(area)
+    return Reading(row, entering, tuple(b.name for b, _, _ in within if b.kind == "temperature"))
 
 
-def _overlap(heat: HeatProblem, b: Boundary, probe: Probe) -> bool:
-    """Whether a boundary and a flat probe share some area."""
-    return all(
-        (max(p, q) < min(r, s)) if r > p or s > q else p == q
-        for (p, r), (q, s) in zip(
-            heat.mesh.spans(b.lower, b.upper), heat.mesh.spans(probe.lower, probe.upper), strict=True
-        )
-    )
+def extreme(domain: Domain, probe: Any, inside: np.ndarray | None = None) -> Extreme:
+    """The largest or smallest value over a probe, in some cells."""
+    return Extreme(domain.space, domain.patches(probe, inside), 1.0 if probe.reduce == "max" else -1.0)
 
 
-def covers(mesh: BrickMesh, probe: Probe, b: Boundary) -> bool:
-    """Whether a flat probe covers the whole of a boundary."""
-    spans = zip(mesh.spans(b.lower, b.upper), mesh.spans(probe.lower, probe.upper), strict=True)
-    return all(q <= p and r <= s for (p, r), (q, s) in spans)
-
-
-def _meet(which: Callable[..., float], a: Point, b: Point) -> Point:
-    x, y, z = (which(p, q) for p, q in zip(a, b, strict=True))
-    return x, y, z
-
-
-def _integral(heat: HeatProblem, lower: Point, upper: Point) -> np.ndarray:
-    """(all nodes,): the integral of each basis function over the exposed part of a flat box."""
-    found = np.zeros(heat.size)
-    for face in heat.mesh.faces(lower, upper, exposed=True):
-        found[heat.number[heat.mesh.numbers(face)].ravel()] += tensor.integral(heat.mesh.parts(face)).ravel()
+def _gradient(domain: Domain, facets: np.ndarray) -> np.ndarray:
+    """(functions,): the heat (W) that passes some facets, per rise: on the surface into the solid, inside the mean of
+    what both sides say."""
+    conductivity = domain.per_cell("thermal_conductivity")[:, None]
+    outer = facets[domain.exposed(facets)]
+    found = np.zeros(domain.space.size)
+    if len(outer):
+        found -= domain.seen(outer).flux(conductivity[domain.space.mesh.f2t[0, outer]])
+    for faces, sign, cells in domain.sides(np.setdiff1d(facets, outer), np.ones(len(domain.body), bool)):
+        found += sign * faces.flux(conductivity[cells])
     return found
+
+
+def _electrodes(domain: Domain, probe: Any) -> tuple[tuple[str, ...], float]:
+    """The electrodes that a flat probe covers, and the sign by which what enters there counts; none where current only
+    passes it."""
+    facets = domain.facets(probe)
+    names = [
+        b.name
+        for b in domain.scene.boundaries
+        if b.kind == "voltage" and len(on := domain.on(b)) and np.isin(on, facets).all()
+    ]
+    pairs = domain.space.mesh.f2t[:, facets]
+    alive = (pairs >= 0) & domain.live[pairs]
+    if not names or alive.all(axis=0).any():
+        return (), 1.0
+    facets, pairs, alive = (part[..., alive.any(axis=0)] for part in (facets, pairs, alive))
+    if domain.exposed(facets).all():
+        return tuple(names), 1.0
+    # Inside the solid: along the direction that counts, out of the electrode into the cell that conducts.
+    out_of_first = domain.directions(facets)
+    into = np.where(alive[0], -out_of_first, out_of_first)
+    return (tuple(names), float(into[0])) if (into == into[0]).all() else ((), 1.0)
+
+
+def starts_free(domain: Domain, probe: Any) -> bool:
+    """Whether a mean temperature is that of the start at t = 0: no part of the probe, of the same dimension, lies on a
+    boundary of given temperature."""
+    held = [b for b in domain.scene.boundaries if b.kind == "temperature"]
+    if domain.is_flat(probe):
+        return not any(len(np.intersect1d(domain.on(b), domain.facets(probe))) for b in held)
+    fixed = np.any([np.zeros(domain.space.size, bool), *(domain.faces(b).functions for b in held)], axis=0)
+    return not fixed[np.flatnonzero(domain.mean(probe))].all()

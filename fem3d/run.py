@@ -10,11 +10,9 @@ import numpy as np
 
 from fem3d import adapt, another_voltage, sink_quantities
 from fem3d.adapt import Answer
-from fem3d.conductor import find_conductor
 from fem3d.fields import Fields
-from fem3d.operators import assemble
 from fem3d.steady import SteadyState
-from meshes import grading, statistics, symmetry
+from meshes import connected, statistics, symmetry
 from meshes.symmetry import Symmetry
 from scenes.plan import Request, Step
 from scenes.result import Estimate, Result, Traces
@@ -44,12 +42,12 @@ def solve(
     traces = None if response is None else Traces(response.times, response.traces, response.errors)
     details: dict[str, Any] = {
         "unknowns": state.heat.free,
-        "electric_unknowns": 0 if state.conductor is None else state.conductor.free,
+        "electric_unknowns": 0 if state.conductor is None else len(state.conductor.free),
         "steps": 0 if response is None else len(response.transient.trajectory.steps),
         "levels": answer.levels,
         "energy_imbalance": _imbalance(sink, state, part),
         "transient_imbalance": None if response is None else response.imbalance,
-        "mesh": statistics.of(state.heat.mesh),
+        "mesh": statistics.of(state.heat.domain.space.grid),
         "symmetry": part.part,
         "plan": _plan(sink, part, request, answer),
         "warnings": _warnings(sink, float(values["peak_rise_K"])),
@@ -88,14 +86,9 @@ def _plan(sink: Sink, part: Symmetry, request: Request, answer: Answer | None) -
 
 
 def _electric_steps(sink: Sink, part: Symmetry, answer: Answer | None) -> list[Step]:
-    if answer is None:
-        mesh = grading.first_mesh(part.scene, 1e-2)
-        conductor = find_conductor(assemble(part.scene, mesh))
-    else:
-        mesh, conductor = answer.fine.state.heat.mesh, answer.fine.state.conductor
-    assert conductor is not None
-    live = {mesh.boxes[b.box].name for b in conductor.blocks}
-    dead = [b.name for b in mesh.boxes if b.name not in live]
+    grid, boxes = connected.coarsest(part.scene), part.scene.boxes
+    live = {boxes[n].name for n in np.unique(grid.owner[connected.live(part.scene)])}
+    dead = [b.name for b in boxes if b.name not in live]
     steps = [Step("electric problem", "done", f"in {', '.join(sorted(live))}, factorized once per mesh")]
     if dead:
         steps.append(Step(f"electric unknowns in {', '.join(sorted(dead))}", "skipped", "no current flows there"))
@@ -144,4 +137,6 @@ def _profile(sink: Sink, state: SteadyState, part: Symmetry) -> dict[str, np.nda
     """The steady rise along the beam's axis."""
     y = np.linspace(0.0, sink.length, 401)
     points = part.mirrored(np.column_stack([np.zeros_like(y), y, np.full_like(y, sink.thickness / 2)]))
-    return {"y_m": y, "rise_K": state.heat.sample(state.rise, points[:1, 0], points[:, 1], points[:1, 2])[0, :, 0]}
+    heat = state.heat
+    rise = heat.domain.space.sample(heat.field(state.rise), points[:1, 0], points[:, 1], points[:1, 2])
+    return {"y_m": y, "rise_K": rise[0, :, 0]}

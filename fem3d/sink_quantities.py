@@ -17,8 +17,8 @@ TRACES = {"peak_K": "peak", "end_K": "end", "mean_K": "mean"}
 def study(sink: Sink, part: Symmetry) -> Study:
     """What is to be found of a sink."""
     return Study(
-        part, sink.accuracy, sink.voltage, sink.end_time, EARLIEST, (), RISES, tuple(RISES), tuple(TRACES),
-        {"anchor_resistance_K_per_W": "end_rise_K"}, {},
+        part, sink.accuracy, sink.voltage, sink.end_time, EARLIEST, (), RISES, TRACES, tuple(RISES),
+        tuple(TRACES), {"anchor_resistance_K_per_W": "end_rise_K"},
         steady=lambda out: steady(sink, out), traces=lambda out: traces(sink, out),
         steady_scales=lambda out: {name: abs(float(v)) for name, v in steady(sink, out).items()},
         trace_scales=lambda out: trace_scales(sink, steady(sink, out)),

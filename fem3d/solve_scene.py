@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from fem3d import adapt, outputs, probe_quantities, whole_field
+from fem3d import adapt, outputs, probe_quantities
 from fem3d.fields import Fields
 from fem3d.steady import is_thermal
 from fem3d.study import Study
@@ -44,16 +44,16 @@ def clipped(scene: Scene) -> Scene:
 
 
 def _steady(study: Study, scene: Scene, say: Callable[[str], None]) -> Result:
-    answer = whole_field.solve(study, say)
+    answer = adapt.solve(study, False, say)
     off = answer.field
     state = answer.fine.state
     found = {name: Estimate(float(v), answer.errors[name]) for name, v in answer.fine.quantities.items()}
     details: dict[str, Any] = _details(study, state.heat.free, answer.levels) | {
-        "electric_unknowns": 0 if state.conductor is None else state.conductor.free,
+        "electric_unknowns": 0 if state.conductor is None else len(state.conductor.free),
         "steps": 0,
         "energy_imbalance": imbalance(answer.fine.out),
         "transient_imbalance": None,
-        "mesh": statistics.of(state.heat.mesh),
+        "mesh": statistics.of(state.heat.domain.space.grid),
         "plan": plan(scene),
         "fields": Fields(state.heat, state, study.part, None),
         "field_error": off,
@@ -71,13 +71,13 @@ def _transient(study: Study, scene: Scene, say: Callable[[str], None]) -> Result
     response, heat = course.response, course.base.heat
     conductor = course.base.conductor
     details: dict[str, Any] = _details(study, heat.free, course.levels) | {
-        "electric_unknowns": 0 if conductor is None else conductor.free,
+        "electric_unknowns": 0 if conductor is None else len(conductor.free),
         "steps": len(response.transient.trajectory.steps),
         "energy_imbalance": response.imbalance,
         "transient_imbalance": response.imbalance,
         "accurate_from_s": study.earliest,
         "jumps": len(heat.jumps(study.end)),
-        "mesh": statistics.of(heat.mesh),
+        "mesh": statistics.of(heat.domain.space.grid),
         "plan": plan(scene),
         "fields": Fields(heat, None, study.part, response.transient),
     }

@@ -13,20 +13,13 @@ import numpy as np
 
 from fem3d import transient
 from fem3d.conduction import C, Potential, combine, combined, independent
-from fem3d.conductor import Conductor, find_conductor
 from fem3d.heat import H
-from fem3d.operators import HeatProblem
 from fem3d.steady import joule_load
 from fem3d.transient import Base, Krylov
 
 ROUGH, GENERATIONS = 1e-3, 6  # accuracy and generations of fields of a response that only shows where to look
 ROUNDS = 5
 SAME = 5e-2  # part of the accuracy below which what heating does to the currents is left out
-
-
-def base(heat: HeatProblem, shift: float, end: float, accuracy: float) -> Base[HeatProblem, Conductor]:
-    """The base of the response of bricks up to ``end`` (s)."""
-    return of(heat, find_conductor(heat), shift, end, accuracy)
 
 
 def of(heat: H, conductor: C | None, shift: float, end: float, accuracy: float) -> Base[H, C]:

@@ -15,10 +15,8 @@ import numpy as np
 
 from fem3d import operating_point
 from fem3d.conduction import C, Conduction, Field, Pattern, combine, combined, independent
-from fem3d.conductor import Conductor, find_conductor
 from fem3d.errors import ConvergenceError, NumericsError, RunawayError
 from fem3d.heat import H
-from fem3d.operators import HeatProblem
 from fem3d.reduced import project
 from scenes.model import Scene
 
@@ -73,14 +71,6 @@ def is_thermal(scene: Scene) -> bool:
         or any(b.heat_source for b in scene.boxes)
         or any(p.quantity in ("temperature", "heat_flow") for p in scene.probes)
     )
-
-
-def solve(
-    heat: HeatProblem, voltage: float, accuracy: float, follow: bool | None = None
-) -> SteadyState[HeatProblem, Conductor]:
-    """The steady state of bricks at the scene's constant inputs; ``voltage`` (V) names the drive in messages. Raises as
-    `coupled` does."""
-    return coupled(heat, find_conductor(heat), is_thermal(heat.scene), voltage, accuracy, follow)
 
 
 def _electric(heat: H, conductor: C) -> SteadyState[H, C]:

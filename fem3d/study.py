@@ -18,12 +18,10 @@ class Study:
     """A scene's part to be solved, and its quantities.
 
     ``steady`` and ``traces`` make the reported quantities of the outputs; ``steady_scales`` and ``trace_scales`` say
-    of the outputs (those of the steady state where it is known) what an error of each is relative to. ``goals`` names,
-    for each steady quantity that the mesh is refined for, the probe that it is; ``ratios`` quantities with the goal
-    whose relative error they share, ``caution`` factors by which differences of some are enlarged. ``rises`` and
-    ``trace_rises`` are the temperatures among the quantities. ``alike`` says that what one temperature misses may shift
-    all of them by as much, as where all stand on the same anchors, and not only by as much of their own.
-    ``field``: the largest error of the steady field at any node, over its largest rise, that needs no finer mesh; None
+    of the outputs (those of the steady state where it is known) what an error of each is relative to. ``goals`` and
+    ``trace_goals`` name the probe that a steady quantity, or a trace, is; ``ratios`` quantities with the goal whose
+    relative error they share. ``rises`` and ``trace_rises`` are the temperatures among the quantities.
+    ``field``: the largest error of the steady field at any point, over its largest rise, that needs no finer mesh; None
     where nobody looks at the field. Times in s: the ``end``, the ``earliest`` from which on
     traces hold their accuracy, and ``instants`` that must be among the rows. ``voltage`` names the drive in messages.
     """
@@ -35,13 +33,12 @@ class Study:
     earliest: float
     instants: tuple[float, ...]
     goals: dict[str, str]
+    trace_goals: dict[str, str]
     rises: tuple[str, ...]
     trace_rises: tuple[str, ...]
     ratios: dict[str, str]
-    caution: dict[str, float]
     steady: Callable[[Outputs], Quantities]
     traces: Callable[[Outputs], Quantities]
     steady_scales: Callable[[Outputs], dict[str, float]]
     trace_scales: Callable[[Outputs], dict[str, float]]
-    alike: bool = True
     field: float | None = None

@@ -1,4 +1,4 @@
-"""The Joule heat of pairs of current fields on bricks, tested with temperature fields, box by box."""
+"""The Joule heat of pairs of current fields, tested with temperature fields."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fem3d import tensor
 from fem3d.conduction import Pattern
 from fem3d.joule import Split, Tested
 
@@ -17,73 +16,72 @@ if TYPE_CHECKING:
 
 def tested(conductor: Conductor, basis: np.ndarray, patterns: Sequence[Pattern]) -> Tested:
     """The sums of `Tested` for temperature fields (free nodes, r) and some current fields."""
-    heat, lifts = conductor.heat, conductor.heat.lifts
-    densities = [p.density for p in patterns]
-    m, r, channels = len(densities), basis.shape[1], heat.inputs.count
-    lifted = [c for c in range(channels) if lifts[c].any()]
-    found = Tested.nothing(channels, m, r)
-    for number, (block, parts) in enumerate(zip(conductor.blocks, conductor.parts, strict=True)):
-        at_room, per_kelvin = conductor.law(block)
-        fields_here = np.stack([tensor.values(parts, heat.on_block(block, u)).ravel() for u in basis.T], axis=1)
-        lifts_here = {c: tensor.values(parts, heat.on_block(block, lifts[c])).ravel() for c in lifted}
-        weight = tensor.weights(parts).ravel()
-        falls = {
-            name: v
-            for name, u in heat.held_fields.items()
-            if (v := tensor.values(parts, heat.on_block(block, u)).ravel()).any()
-        }
-        for name in falls:
-            found.at_held.setdefault(name, (np.zeros((channels, m, m)), np.zeros((m, m, r))))
-        cold_here, warm_here = np.zeros((channels, m, m)), np.zeros((m, m, r))
-        for i in range(m):
-            for j in range(i + 1):
-                heating = weight * (densities[i][number] * densities[j][number]).sum(axis=0).ravel()
-                first = heating @ fields_here
-                cold_here[0, i, j] = at_room * heating.sum()
-                warm_here[i, j] = warm_here[j, i] = per_kelvin * first
-                found.cold_load[0, i, j] += at_room * first
-                if per_kelvin:
-                    found.warm_load[i, j] += per_kelvin * (fields_here.T * heating) @ fields_here
-                    for c, lift in lifts_here.items():
-                        cold_here[c, i, j] += per_kelvin * float(heating @ lift)
-                        found.cold_load[c, i, j] += per_kelvin * (heating * lift) @ fields_here
+    heat, on = conductor.heat, conductor.on
+    densities, m, r = [p.density[0] for p in patterns], len(patterns), basis.shape[1]
+    found = Tested.nothing(heat.inputs.count, m, r, heat.held)
+    # (r or channels, cells, points): the temperature fields and the lifts where the current flows.
+    fields = np.array([on.value(u) for u in heat.field(basis.T)]).reshape(r, *on.weights.shape)
+    lifts = {c: on.value(heat.field(lift)) for c, lift in enumerate(heat.lifts) if lift.any()}
+    falls = {name: v for name, u in heat.held_fields.items() if (v := on.value(heat.field(u))).any()}
+    warm = conductor.warm * on.weights if conductor.warms else None
+    for i in range(m):
+        for j in range(i + 1):
+            both = (densities[i] * densities[j]).sum(axis=0)
+            start = _Source(both * conductor.cold * on.weights, None if warm is None else both * warm)
+            per_box = {name: start.split(conductor, fields, lifts, name) for name in _names(conductor)}
+            for p, q in {(i, j), (j, i)}:
+                for name, (cold, per_kelvin) in per_box.items():
+                    into = found.in_box.setdefault(name, _empty(heat.inputs.count, m, r))
+                    into[0][:, p, q], into[1][p, q] = cold, per_kelvin
+                found.cold[:, p, q] = sum(cold for cold, _ in per_box.values())
+                found.warm[p, q] = sum(per_kelvin for _, per_kelvin in per_box.values())
+                found.cold_load[0, p, q] = fields.reshape(r, -1) @ start.cold.ravel()
+                if start.warm is not None:
+                    weighted = (fields * start.warm).reshape(r, -1)
+                    found.warm_load[p, q] = weighted @ fields.reshape(r, -1).T
+                    for c, lift in lifts.items():
+                        found.cold_load[c, p, q] += weighted @ lift.ravel()
                 for name, v in falls.items():
-                    resistivity = at_room, per_kelvin
-                    _add_falling(found.at_held[name], (i, j), heating * v, resistivity, fields_here, lifts_here)
-                if i != j:
-                    cold_here[:, j, i] = cold_here[:, i, j]
-                    found.cold_load[:, j, i], found.warm_load[j, i] = found.cold_load[:, i, j], found.warm_load[i, j]
-        for name, (shares, field) in conductor.influences.items():
-            nothing = shares, np.zeros((channels, m)), np.zeros((m, r))
-            _, drop, warm_drop = found.potentials.setdefault(name, nothing)
-            for i in range(m):
-                taken = weight * (densities[i][number] * field[number]).sum(axis=0).ravel()
-                drop[0, i] += at_room * taken.sum()
-                warm_drop[i] += per_kelvin * taken @ fields_here
-                for c, lift in lifts_here.items():
-                    drop[c, i] += per_kelvin * float(taken @ lift)
-        found.cold[...] += cold_here
-        found.warm[...] += warm_here
-        name = heat.mesh.boxes[block.box].name
-        old = found.in_box.get(name, (np.zeros_like(cold_here), np.zeros((m, m, r))))
-        found.in_box[name] = (old[0] + cold_here, old[1] + warm_here)
+                    falling = _Source(start.cold * v, None if start.warm is None else start.warm * v)
+                    cold, per_kelvin = falling.split(conductor, fields, lifts)
+                    found.at_held[name][0][:, p, q], found.at_held[name][1][p, q] = cold, per_kelvin
+    for name, (shares, field) in conductor.influences.items():
+        drops = []
+        for density in densities:
+            both = (density * field[0]).sum(axis=0) * on.weights
+            taken = _Source(both * conductor.cold, both * conductor.warm if conductor.warms else None)
+            drops.append(taken.split(conductor, fields, lifts))
+        drop = np.array([cold for cold, _ in drops]).T.reshape(heat.inputs.count, m)
+        found.potentials[name] = shares, drop, np.array([per_kelvin for _, per_kelvin in drops]).reshape(m, r)
     return found
 
 
-def _add_falling(
-    into: Split,
-    pair: tuple[int, int],
-    heating: np.ndarray,
-    resistivity: tuple[float, float],
-    fields: np.ndarray,
-    lifts: dict[int, np.ndarray],
-) -> None:
-    """Add the Joule heat of a pair of current fields that falls to held nodes, symmetric in the pair."""
-    cold, warm = into
-    (at_room, per_kelvin), (i, j) = resistivity, pair
-    first = per_kelvin * heating @ fields
-    for p, q in {(i, j), (j, i)}:
-        cold[0, p, q] += at_room * heating.sum()
-        warm[p, q] += first
+def _empty(channels: int, m: int, r: int) -> Split:
+    return np.zeros((channels, m, m)), np.zeros((m, m, r))
+
+
+def _names(conductor: Conductor) -> list[str]:
+    domain = conductor.heat.domain
+    return list(dict.fromkeys(domain.names[n] for n in np.unique(domain.body[conductor.cells])))
+
+
+class _Source:
+    """Heat (cells, points) in W at the initial temperature, and per kelvin where the resistivity warms."""
+
+    def __init__(self, cold: np.ndarray, warm: np.ndarray | None) -> None:
+        self.cold, self.warm = cold, warm
+
+    def split(
+        self, conductor: Conductor, fields: np.ndarray, lifts: dict[int, np.ndarray], name: str | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """(channels,) and (r,): its sum, over a body's cells or all, per channel and per temperature field."""
+        domain = conductor.heat.domain
+        names = np.array(domain.names)[domain.body[conductor.cells]]
+        own = slice(None) if name is None or (names == name).all() else names == name
+        cold = np.zeros(conductor.heat.inputs.count)
+        cold[0] = self.cold[own].sum()
+        if self.warm is None:
+            return cold, np.zeros(len(fields))
         for c, lift in lifts.items():
-            cold[c, p, q] += per_kelvin * float(heating @ lift)
+            cold[c] += float((self.warm[own] * lift[own]).sum())
+        return cold, fields[:, own].reshape(len(fields), -1) @ self.warm[own].ravel()

@@ -2,31 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from fem3d import bubbles, outputs, probes, rows, transient
+from fem3d import estimate, level, outputs, probes, rows, transient
+from fem3d.domain import Domain
+from fem3d.estimate import Estimator, Spread
 from fem3d.heat import HeatSystem
+from fem3d.level import Problems
 from fem3d.outputs import Outputs
 from fem3d.reduced import Reduced
 from fem3d.study import Quantities, Study
 from fem3d.transient import Base, Krylov, Transient
+from meshes.grading import Features
 
-IN_PLANE, IN_DEPTH, NEGLIGIBLE = 1.0, 1.5, 0.2  # as for the steady state, with room for more than one instant
 ROW_SHARE = 0.25  # part of the accuracy left to linear interpolation between rows
 TIME_SHARE = 0.01  # part of the accuracy for time stepping
 SPACE_SHARE = 0.1  # part of the accuracy for the reduced space
 ROUNDING = 1e-10  # of the scale: nothing is known better
 NOTHING = 1e-10  # of what would warm all from 0 K: less heat is none
 FIELDS, DROPPED, MOST_FIELDS = 6, 2, 60  # generations of Krylov fields: the first trial, how many fewer, the most
-LATE = (0.3, 1.0)  # of the end: instants at which what the next degrees would add is looked at
 KNOTS = 12  # bends and jumps of the inputs after which errors are looked at closely
 
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """Traces and their errors (in their units), the heat balance, and what refinement needs if they are too large."""
+    """Traces and their errors (in their units), the heat balance, and what refinement needs if they are too large: what
+    the intervals ``missing`` and the ``worst`` relative error."""
 
     times: np.ndarray
     traces: Quantities
@@ -35,13 +39,10 @@ class Response:
     imbalance: float  # stored + lost - supplied heat over what passed, the largest over time
     transient: Transient
     reduced: Reduced
-    snapshots: list[np.ndarray]
-    deep: bool  # whether degrees across the layers matter
-    scales: dict[str, float]
     generations: int  # of fields
+    missing: Spread = field(default_factory=list)
+    worst: float = 0.0
     relative: dict[str, float] = field(default_factory=dict)  # errors without the rows' own, over their scales
-    across: bool = True  # whether degrees in x and y matter
-    local: dict[str, list[tuple[int, int, float]]] = field(default_factory=dict)  # as of `bubbles.at_goals`
 
     @property
     def slowest(self) -> float:
@@ -51,17 +52,18 @@ class Response:
 
 def respond(
     study: Study,
-    fine: Base,
-    coarse: Base,
-    in_z: tuple[Base, Base] | None,
+    given: Problems,
+    bases: Sequence[Base],
     shift: float,
+    marks: Features,
     steady_out: Outputs | None,
+    steady_errors: Mapping[str, float],
     generations: int = 0,
 ) -> Response:
-    """The response of the fine mesh, its error estimated from the coarse one and, where z matters, from two that differ
-    by their degrees in z. ``steady_out`` are the outputs that scales are taken from, or else those of the
-    response itself; ``generations`` of fields is where to start."""
-    accuracy, end = study.accuracy, study.end
+    """The response of the first of ``bases``, with its error from those of the lower spaces: of degrees lower by one
+    where the relative ``steady_errors`` are known, and by two where they aren't. ``steady_out`` are the outputs that
+    scales are taken from, or else those of the response itself; ``generations`` of fields is where to start."""
+    accuracy, end, fine = study.accuracy, study.end, bases[0]
     checked = instants(study, fine.heat)
 
     def traces(response: Transient) -> Quantities:
@@ -86,35 +88,76 @@ def respond(
             break
         count += 4
 
-    def below(base: Base) -> Quantities:
-        space = base.project(Krylov(base, shift).fields(count))
-        return traces(transient.march(base, space, end, TIME_SHARE * accuracy))
+    def below(base: Base) -> Transient:
+        own = base.project(Krylov(base, shift).fields(count))
+        return transient.march(base, own, end, TIME_SHARE * accuracy)
 
-    lesser = below(coarse)
-    low, tall = (lesser, lesser) if in_z is None else (below(in_z[0]), below(in_z[1]))
-    in_plane, in_depth = _distance(there, lesser), _distance(low, tall)
-    caution = {n: study.caution.get(n, 1.0) for n in scales}
-    errors = {n: caution[n] * (IN_PLANE * in_plane[n] + IN_DEPTH * in_depth[n] + lost[n]) for n in scales}
-    late = bubbles.Instant.of(answer, end * np.array(LATE)) if steady_out is None else []
-    local = bubbles.at_goals(study, fine.heat, fine.conductor, late) if late else {}
-    for name, probe in study.goals.items():
-        if name in errors:
-            errors[name] = max(errors[name], sum(kelvin for _, _, kelvin in local.get(name, ())))
-            errors[name] += float(np.max(out.get(f"doubt:{probe}", 0.0)))
+    lesser = [below(base) for base in bases[1:]]
+    low = traces(lesser[0])
+    apart = _distance(there, low)
+    at = [int(np.abs(there[n] - low[n]).argmax()) for n in study.trace_rises or there]
+    judged = _Judged(study, given, marks, answer, lesser, scales, bool(steady_errors))
+    goals = judged.at(checked[sorted({len(checked) - 1, *at})]) if lesser[1:] or max(
+        (apart[n] / scales[n] for n in apart), default=0.0
+    ) > (1 - ROW_SHARE) * accuracy else {}
+    errors = {}
+    for name in scales:
+        known = max(
+            (e for q, e in steady_errors.items() if study.goals.get(q, q) == study.trace_goals.get(name, name)),
+            default=max(steady_errors.values(), default=0.0),
+        )
+        space_error = max(apart[name], known * scales[name], estimate.total(goals.get(name, [])) * scales[name])
+        doubt = float(np.max(out.get(f"doubt:{study.trace_goals.get(name)}", 0.0)))
+        errors[name] = space_error + judged.electric * scales[name] + lost[name] + doubt
     worst = max(errors[name] / scales[name] for name in errors)
     if worst > (1 - ROW_SHARE) * accuracy:
-        # Refine for the instants at which the meshes differ most.
-        at = {len(checked) - 1}
-        worse = {}
-        for which, apart, a, b in (("across", in_plane, there, lesser), ("deep", in_depth, low, tall)):
-            worse[which] = [n for n in errors if IN_DEPTH * apart[n] / scales[n] > NEGLIGIBLE * accuracy]
-            at |= {int(np.abs(a[n] - b[n]).argmax()) for n in worse[which] if n in (study.trace_rises or errors)}
-        snapshots = list(answer.rises(checked[sorted(at)]))
-        return Response(
-            checked, there, errors, False, np.nan, answer, reduced, snapshots, bool(worse["deep"]), scales, count,
-            across=bool(worse["across"]), local=local,
-        )  # fmt: skip
+        missing = [np.zeros(len(d)) for d in given.domain.space.grid.degrees]
+        for of_goal in goals.values():
+            estimate.add(missing, of_goal)
+        estimate.add(missing, judged.of_power, float(len(scales)))
+        return Response(checked, there, errors, False, np.nan, answer, reduced, count, missing, worst)
     return _with_rows(study, answer, reduced, errors, scales, count)
+
+
+class _Judged:
+    """The parts of what is missing in each trace at some instants."""
+
+    def __init__(
+        self,
+        study: Study,
+        given: Problems,
+        marks: Features,
+        answer: Transient,
+        lesser: Sequence[Transient],
+        scales: Mapping[str, float],
+        steady: bool,
+    ) -> None:
+        self._study, self._given, self._scales = study, given, scales
+        self._estimator = Estimator(given.domain.space.grid, marks)
+        self._fine, self._lesser = answer, lesser
+        self.of_power = self._estimator.remains(*level.electric_parts(given))
+        # Steady errors have it in them.
+        self.electric = 0.0 if steady else estimate.total(self.of_power)
+
+    def at(self, times: np.ndarray) -> dict[str, Spread]:
+        """For each thermal trace the worst of what is left at some times (s)."""
+        given, heat = self._given, self._given.heat
+        rises = [self._fine.rises(times)]
+        rises += [given.lifted(t.rises(times), 1 - k) for k, t in enumerate(self._lesser)]
+        found: dict[str, Spread] = {}
+        for i, time in enumerate(times):
+            fine, low = rises[0][i], rises[1][i]
+            # Without the lowest space, as if each degree took away as much as the last.
+            lowest = rises[2][i] if len(rises) > 2 else 2 * low - fine
+            apart = [heat.stiffness @ u + heat.mass @ u / time for u in (low - lowest, fine - low)]
+            parts = level.thermal_parts(
+                self._study.trace_goals, given, fine, tuple(apart), self._scales, float(time)
+            )
+            for name, pair in parts.items():
+                remains = self._estimator.remains(*pair)
+                if name not in found or estimate.total(remains) > estimate.total(found[name]):
+                    found[name] = remains
+        return found
 
 
 def instants(study: Study, heat: HeatSystem) -> np.ndarray:
@@ -166,22 +209,22 @@ def _with_rows(
     jumps = [float(t) for t in drive.knots(study.end) if drive.jump(float(t)).any()]
     times, found, between = rows.choose(answer.trajectory.steps, traces, allowed, jumps, study.instants)
     if answer.base.heat.lifts.any():
-        _start(study, found)
+        _start(answer.base.heat.domain, found)
     relative = {name: errors[name] / scales[name] for name in errors}
     errors = {name: errors[name] + between[name] + ROUNDING * scales[name] for name in errors}
     imbalance = _imbalance(study, answer)
-    return Response(times, found, errors, True, imbalance, answer, reduced, [], False, scales, generations, relative)
+    return Response(times, found, errors, True, imbalance, answer, reduced, generations, relative=relative)
 
 
-def _start(study: Study, traces: Quantities) -> None:
+def _start(domain: Domain, traces: Quantities) -> None:
     """Sets the first row of the mean temperatures that a jump of a given one at t = 0 leaves as they were.
 
     No mesh resolves the layer at that instant, and the fields of the transient hold it from later on only.
     """
-    scene = study.part.scene
+    scene = domain.scene
     for probe in scene.probes:
-        mean = probe.quantity == "temperature" and (probe.lower == probe.upper or probe.reduce == "mean")
-        if mean and probe.name in traces and probes.starts_free(scene, probe):
+        mean = probe.quantity == "temperature" and probe.reduce == "mean"
+        if mean and probe.name in traces and probes.starts_free(domain, probe):
             traces[probe.name][0] = scene.initial_temperature
 
 
@@ -217,7 +260,9 @@ def _imbalance(study: Study, answer: Transient) -> float:
     gap = np.abs(stored - until(entered) - np.cumsum(jumped * _jumps(answer, edges[:-1])))
     late = edges[1:] >= min(study.earliest, edges[-1])
     heat = answer.base.heat
-    none = NOTHING * study.part.copies * float(heat.mass.sum()) * max(heat.scene.initial_temperature, 1.0)
+    none = NOTHING * study.part.copies * float(heat.unit @ (heat.mass @ heat.unit)) * max(
+        heat.domain.scene.initial_temperature, 1.0
+    )
     return float((gap / np.maximum(passed + np.cumsum(np.abs(jumped)), none))[late].max())
 
 

@@ -124,8 +124,8 @@ GONE = 1e-9  # relative size below which a new field is taken for one that is th
 def time_constant(state: SteadyState) -> float:
     """Stored heat over the power that keeps it (s): the scale of the slowest response."""
     heat, n = state.heat, state.heat.free
-    stored = float((heat.mass @ np.ones(heat.size))[:n] @ state.rise[:n])
-    supplied = float(np.abs(state.source).sum())
+    stored = float((heat.mass @ heat.unit)[:n] @ state.rise[:n])
+    supplied = float(heat.unit @ np.abs(state.source))
     return abs(stored) / supplied if supplied > 0 else 1.0
 
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from meshes.axis import Axis
-from meshes.bricks import BrickMesh
 from meshes.grading import RATIO
+from meshes.grid import Grid
 from scenes.model import Boundary, Box, Scene, Schedule
 
 REACH = 3.0  # diffusion lengths that the first interval at a face may have
@@ -14,11 +13,11 @@ DEGREE = 4  # of the layers at least
 FIRM = 0.1  # of what a film conducts over what the first diffusion length does, from which on it counts as a jump
 
 
-def graded(mesh: BrickMesh, scene: Scene, earliest: float) -> BrickMesh:
-    """The mesh with more intervals towards each face whose temperature jumps, down to what heat reaches in the earliest
+def graded(grid: Grid, scene: Scene, earliest: float) -> Grid:
+    """The grid with more intervals towards each face whose temperature jumps, down to what heat reaches in the earliest
     time of interest (s)."""
-    x, y, z = (_graded(axis, _lengths(scene, d, earliest)) for d, axis in enumerate(mesh.axes))
-    return BrickMesh((x, y, z), mesh.boxes)
+    axes = [_graded(grid.breaks[d], grid.degrees[d], _lengths(scene, d, earliest)) for d in range(3)]
+    return grid.with_axes([breaks for breaks, _ in axes], [degrees for _, degrees in axes])
 
 
 def _lengths(scene: Scene, d: int, earliest: float) -> dict[float, float]:
@@ -52,8 +51,10 @@ def _touch(b: Boundary, box: Box) -> bool:
     return all(b.lower[d] <= box.upper[d] and b.upper[d] >= box.lower[d] for d in range(3))
 
 
-def _graded(axis: Axis, lengths: dict[float, float]) -> Axis:
-    breaks, degrees = axis.breaks.tolist(), axis.degrees.tolist()
+def _graded(
+    at: np.ndarray, of: np.ndarray, lengths: dict[float, float]
+) -> tuple[np.ndarray, np.ndarray]:
+    breaks, degrees = at.tolist(), of.tolist()
     for plane, length in lengths.items():
         i = int(np.abs(np.array(breaks) - plane).argmin())
         while i + 1 < len(breaks) and breaks[i + 1] - breaks[i] > REACH * length:
@@ -67,4 +68,4 @@ def _graded(axis: Axis, lengths: dict[float, float]) -> Axis:
             breaks.insert(i, breaks[i] - max(RATIO * gap, REACH * length / 2))
             degrees.insert(i, degrees[i - 1])
             i += 1
-    return Axis(np.array(breaks), np.array(degrees))
+    return np.array(breaks), np.array(degrees)

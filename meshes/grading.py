@@ -1,32 +1,29 @@
-"""Where the intervals of a brick mesh lie: the first mesh of a scene, and its refinement by marked intervals.
+"""Where the intervals of a grid of bricks lie: the first grid of a scene, and its refinement by what each interval misses.
 
 Solutions are smooth but near some planes of each axis, the *features*, where a box begins or ends inside the solid.
 Towards these, intervals shrink geometrically; where an edge in the plane is singular they go on shrinking, elsewhere
 the degree rises. Both together converge exponentially (Babuska and Guo, The h-p version of the finite element method,
-Computational Mechanics 1, 1986).
+Computational Mechanics 1, 1986). The three axes are treated alike.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from meshes import singular
-from meshes.axis import Axis
-from meshes.bricks import BrickMesh
-from meshes.planes import scene_planes as scene_planes
+from meshes import connected, singular
+from meshes.grid import Grid
 from scenes.model import Scene
 
 RATIO = 0.15  # of neighbouring intervals towards a feature; 0.15 is optimal for corner singularities (Gui and Babuska)
 HIGHEST_DEGREE = 8
-LONG = 1.2  # times the narrowest spacing: longer intervals start with one degree more
+LEAST_AT_EDGE = 4  # functions of facets begin at degree 4: below it no estimate sees what an edge leaves
 SLIVER = 1e-3  # of the extent: closer planes set no length
-STEP = 0.25  # of the error of an edge is what a refinement leaves of it
 SHORTEST = 1e-9  # of the largest extent: intervals are not refined below it
-COARSEST = 1e-2  # an accuracy as good as none
-LAYERS = 75.0  # times the accuracy: where the first mesh expects singular edges to matter no more
+LAYERS = 75.0  # times the accuracy: where the first grid expects singular edges to matter no more
+FAR = 300.0  # times its share that an interval may miss before it gets two degrees at once
 
 
 @dataclass(frozen=True)
@@ -34,147 +31,127 @@ class Features:
     """Per axis, coordinates (m) of the planes inside the solid, and of those that are singular the exponents and the
     lengths (m) over which their edges spread (`meshes.singular.edges`)."""
 
-    planes: tuple[list[float], list[float], list[float]]
-    exponents: tuple[dict[float, float], dict[float, float], dict[float, float]]
-    lengths: tuple[dict[float, float], dict[float, float], dict[float, float]]
+    planes: tuple[list[float], ...]
+    exponents: tuple[dict[float, float], ...]
+    lengths: tuple[dict[float, float], ...]
+
+    @property
+    def sharpest(self) -> float:
+        """The smallest exponent, or 1."""
+        return min((s for found in self.exponents for s in found.values()), default=1.0)
+
+    def near(self, grid: Grid) -> list[np.ndarray]:
+        """Per axis (breakpoints,): the exponent of a singular plane there, infinite elsewhere."""
+        return [grid.marked(d, found, np.inf) for d, found in enumerate(self.exponents)]
 
 
 def features(scene: Scene) -> Features:
     """The features of a scene."""
-    planes = [scene_planes(scene, d) for d in range(3)]
-    (a, b, c), (x, y, z) = singular.edges(scene)
-    return Features((planes[0][1:-1], planes[1][1:-1], planes[2][1:-1]), (a, b, c), (x, y, z))
+    exponents, lengths = singular.edges(scene)
+    planes = tuple(connected.scene_planes(scene, d)[1:-1] for d in range(3))
+    return Features(planes, tuple(exponents), tuple(lengths))
 
 
-def first_mesh(scene: Scene, accuracy: float, most: int | None = None) -> BrickMesh:
-    """The mesh with which the search for an accuracy starts, or a poorer one where that has more than ``most`` nodes:
-    many boxes across each other need less than every one of their planes would have alone.
+def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
+    """The grid with which the search for an accuracy starts. Every plane of the scene is a breakpoint.
+
+    Intervals at a feature are no longer than half the narrowest extent that is no thin layer's, the length over which a
+    constriction spreads, and at a singular edge of exponent s so short that their energy, which falls with the length
+    to the power 2 s, suits the accuracy. A layer that is at most half as thick as anything is wide is thin: it is
+    crossed by one interval of low degree.
     """
-    mesh = _first_mesh(scene, accuracy)
-    while most is not None and mesh.solid.sum() > most and accuracy < COARSEST:
-        accuracy *= 10
-        mesh = _first_mesh(scene, accuracy)
-    if most is not None and mesh.solid.sum() > most:
-        mesh = mesh.with_degrees(-1, -1, -1, least=2)
-    return mesh
-
-
-def _first_mesh(scene: Scene, accuracy: float) -> BrickMesh:
-    """Every plane of the scene is a breakpoint.
-
-    Intervals at a feature are no longer than half the narrowest spacing of the planes in x and y, the length over which
-    a constriction spreads, and at a singular edge of exponent s so short that their energy, which falls with the length
-    to the power 2 s, suits the accuracy. Across layers in z that are thinner than that, degree 2 is where to start.
-    """
-    marks = features(scene)
-    planes = [scene_planes(scene, d) for d in range(3)]
-    # Slivers between planes that all but coincide are not what a constriction spreads over.
-    narrowest = min(float(d) for p in planes[:2] for d in np.diff(p) if d > SLIVER * (p[-1] - p[0]))
-    degree = int(np.clip(np.round(-np.log10(accuracy)), 3, 6))
-    axes = []
+    planes = [np.array(connected.scene_planes(scene, d)) for d in range(3)]
+    gaps = [np.diff(p) for p in planes]
+    least = [float(g[g > SLIVER * g.sum()].min()) for g in gaps]
+    thin = [g <= 0.5 * min(least[:d] + least[d + 1 :]) for d, g in enumerate(gaps)]
+    narrowest = min(float(g[~t & (g > SLIVER * g.sum())].min(initial=np.inf)) for g, t in zip(gaps, thin, strict=True))
+    # One degree for each further half digit or so: about what a first grid was found to need (docs/benchmark.md).
+    degree, across = (4 if accuracy > 3e-4 else 5 if accuracy > 3e-5 else 6), (2 if accuracy > 3e-3 else 3)
+    breaks, degrees = [], []
     for d in range(3):
-        breaks, degrees = [planes[d][0]], []
-        for a, b in zip(planes[d][:-1], planes[d][1:], strict=True):
-            longest = [_longest(c, marks, d, narrowest, accuracy) for c in (a, b)]
-            inner = [] if d == 2 and b - a <= narrowest / 2 else _graded(a, b, *longest)
-            breaks += [*inner, b]
-            degrees += [2 if d == 2 and not inner else degree] * (len(inner) + 1)
-        axes.append(Axis(np.array(breaks), _degrees(np.array(breaks), np.array(degrees), marks, d, narrowest)))
-    x, y, z = axes
-    return BrickMesh((x, y, z), scene.boxes)
+        found, of = [planes[d][:1]], []
+        for a, b, flat in zip(planes[d][:-1], planes[d][1:], thin[d].tolist(), strict=True):
+            at = [marks.exponents[d].get(float(c)) for c in (a, b)]
+            inner = [] if flat else _graded(a, b, *(_longest(float(c), marks, d, narrowest, accuracy) for c in (a, b)))
+            found.append(np.array([*inner, b]))
+            of += [across] if flat else _layered(len(inner) + 1, degree, at[0] is not None, at[1] is not None)
+        breaks.append(np.concatenate(found))
+        degrees.append(np.array(of))
+    return Grid(tuple(breaks), tuple(degrees), scene.boxes)
 
 
-def _degrees(breaks: np.ndarray, degrees: np.ndarray, marks: Features, axis: int, narrowest: float) -> np.ndarray:
-    """Degrees that rise away from singular planes: one less at them, one more where intervals are long."""
-    found = degrees + (np.diff(breaks) > LONG * narrowest)
-    near = np.isfinite(exponents_at(Axis(breaks, found), marks.exponents[axis]))
-    for i in range(len(found)):
-        if near[i] or near[i + 1]:
-            found[i] = max(found[i] - 1, min(found[i], 3))
-    return found
-
-
-def _longest(plane: float, marks: Features, axis: int, narrowest: float, accuracy: float) -> float | None:
+def _longest(plane: float, marks: Features, d: int, narrowest: float, accuracy: float) -> float | None:
     """The longest first interval at a plane; None where it needn't be graded."""
-    s = marks.exponents[axis].get(plane)
+    s = marks.exponents[d].get(plane)
     if s is not None:
         return narrowest * min(0.5, (LAYERS * accuracy) ** (1 / (2 * s)))
-    return narrowest / 2 if plane in marks.planes[axis] else None
+    return narrowest / 2 if plane in marks.planes[d] else None
 
 
-def _graded(a: float, b: float, longest_at_a: float | None, longest_at_b: float | None) -> list[float]:
+def _graded(a: float, b: float, at_a: float | None, at_b: float | None) -> list[float]:
     """Breakpoints inside (a, b): one towards each feature, and more until its first interval is short enough."""
-    inner = _inner(a, b, longest_at_a is not None, longest_at_b is not None)
-    while longest_at_a is not None and inner[0] - a > longest_at_a:
-        inner.insert(0, a + RATIO * (inner[0] - a))
-    while longest_at_b is not None and b - inner[-1] > longest_at_b:
-        inner.append(b - RATIO * (b - inner[-1]))
-    return inner
+
+    def steps(longest: float | None) -> list[float]:
+        found: list[float] = []
+        while longest is not None and (not found or found[-1] > longest):
+            found.append((found[-1] if found else b - a) * RATIO)
+        return found
+
+    return [a + step for step in reversed(steps(at_a))] + [b - step for step in steps(at_b)]
 
 
-def _inner(a: float, b: float, at_a: bool, at_b: bool) -> list[float]:
-    left, right = a + RATIO * (b - a), b - RATIO * (b - a)
-    return [left] * at_a + [right] * at_b
+def _layered(count: int, degree: int, at_a: bool, at_b: bool) -> list[int]:
+    """Degrees of intervals that shrink towards singular ends: one less at them."""
+    found = [degree] * count
+    for at, on in ((0, at_a), (count - 1, at_b)):
+        if on:
+            found[at] = max(degree - 1, min(degree, LEAST_AT_EDGE))
+    return found
 
 
-def refine(mesh: BrickMesh, marked: Sequence[np.ndarray], marks: Features, steps: int = 1) -> BrickMesh:
-    """The mesh with the marked intervals (one boolean array per axis) refined by some steps.
+def shortest_of(grid: Grid) -> float:
+    """The length (m) below which intervals are not refined: flatter cells would leave nothing but rounding."""
+    return SHORTEST * max(float(b[-1] - b[0]) for b in grid.breaks)
 
-    An interval at a singular plane is cut towards it, as often as it takes to leave `STEP` of the edge's error; any
-    other gains a degree, or is halved at the highest degree.
-    """
-    axes, shortest = [], shortest_of(mesh)
-    for d, axis in enumerate(mesh.axes):
-        near = exponents_at(axis, marks.exponents[d])
-        breaks, degrees = [axis.breaks[0]], []
-        for i, degree in enumerate(axis.degrees.tolist()):
-            a, b = axis.breaks[i], axis.breaks[i + 1]
+
+def refined(grid: Grid, missing: Sequence[np.ndarray], target: float, marks: Features) -> Grid:
+    """The grid with intervals refined until what each misses (``missing``, per axis) is expected to be its share of a
+    ``target``: towards a singular plane cut in layers, elsewhere by a degree more, or halved at the highest."""
+    share = target / max(sum(int((m > 0.1 * target / m.size).sum()) for m in missing), 1)
+    near, shortest = marks.near(grid), shortest_of(grid)
+    breaks, degrees = [], []
+    for d, old in enumerate(grid.breaks):
+        found, of = [float(old[0])], []
+        for i, p in enumerate(grid.degrees[d].tolist()):
+            a, b, ends = float(old[i]), float(old[i + 1]), near[d][i : i + 2]
             inner: list[float] = []
-            if marked[d][i] and b - a > shortest:
-                if min(near[i], near[i + 1]) < np.inf:
-                    inner = _cut(a, b, near[i], near[i + 1], steps, shortest)
-                elif degree < HIGHEST_DEGREE:
-                    degree = min(degree + steps, HIGHEST_DEGREE)
+            if missing[d][i] > share and b - a > shortest:
+                excess = missing[d][i] / share
+                if ends.min() < np.inf:
+                    inner = _cut(a, b, ends, excess, shortest)
+                elif p < HIGHEST_DEGREE:
+                    p = min(p + (2 if excess > FAR else 1), HIGHEST_DEGREE)
                 else:
                     inner = [(a + b) / 2]
-            breaks += [*inner, b]
-            degrees += [degree] * (len(inner) + 1)
-        axes.append(Axis(np.array(breaks), np.array(degrees)))
-    x, y, z = axes
-    return BrickMesh((x, y, z), mesh.boxes)
+            found += [*inner, b]
+            of += _layered(len(inner) + 1, p, *np.isfinite(ends).tolist()) if inner else [p]
+        breaks.append(np.array(found))
+        degrees.append(np.array(of))
+    return grid.with_axes(breaks, degrees)
 
 
-def _cut(a: float, b: float, at_a: float, at_b: float, steps: int, shortest: float) -> list[float]:
-    """Breakpoints inside (a, b) towards its ends where these have an exponent, none of them towards shorter ones."""
-    left, right = (_layers(s, steps) if np.isfinite(s) else 0 for s in (at_a, at_b))
-    inner = _inner(a, b, left > 0, right > 0)
-    for _ in range(left - 1):
-        if inner[0] - a > shortest:
-            inner.insert(0, a + RATIO * (inner[0] - a))
-    for _ in range(right - 1):
-        if b - inner[-1] > shortest:
-            inner.append(b - RATIO * (b - inner[-1]))
-    return inner
+def _cut(a: float, b: float, exponents: np.ndarray, excess: float, shortest: float) -> list[float]:
+    """Breakpoints inside (a, b) towards its singular ends, as many as an error that falls with the length of the first
+    interval to the power of twice the exponent takes to fall by ``excess``."""
+    most = max(1, int(np.log((b - a) / shortest) / -np.log(RATIO)))
+    counts = [
+        min(max(1, int(np.ceil(np.log(excess) / (-2 * s * np.log(RATIO)) - 0.3))), most) if s < np.inf else 0
+        for s in exponents.tolist()
+    ]
+    left = [a + (b - a) * RATIO ** (k + 1) for k in reversed(range(counts[0]))]
+    return left + [b - (b - a) * RATIO ** (k + 1) for k in range(counts[1])]
 
 
-def _layers(s: float, steps: int) -> int:
-    """How many layers leave `STEP` of an error that falls with their length to the power 2 s, and that ``steps``
-    times; at least one a step."""
-    return steps * max(1, int(np.ceil(np.log(STEP) / (2 * s * np.log(RATIO)))))
-
-
-def shortest_of(mesh: BrickMesh) -> float:
-    """The length (m) below which intervals are not refined: flatter cells would leave nothing but rounding."""
-    return SHORTEST * max(float(axis.breaks[-1] - axis.breaks[0]) for axis in mesh.axes)
-
-
-def exponents_at(axis: Axis, exponents: Mapping[float, float]) -> list[float]:
-    """For each breakpoint of an axis the exponent of the plane there, infinite where it isn't singular."""
-    return [min((s for p, s in exponents.items() if abs(c - p) <= axis.tolerance), default=np.inf) for c in axis.breaks]
-
-
-def singular_intervals(axis: Axis, exponents: Mapping[float, float]) -> np.ndarray:
-    """(intervals,): which of them end at a singular plane."""
-    near = np.isfinite(exponents_at(axis, exponents))
-    found: np.ndarray = near[:-1] | near[1:]
-    return found
+def raised(grid: Grid) -> Grid:
+    """The grid with one degree more everywhere."""
+    return grid.with_axes(grid.breaks, [np.minimum(d + 1, HIGHEST_DEGREE) for d in grid.degrees])

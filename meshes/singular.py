@@ -14,10 +14,10 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
+from numpy.polynomial import legendre
 
 from meshes import connected
-from meshes.axis import Axis
-from meshes.bricks import VOID, BrickMesh
+from meshes.grid import VOID, Grid
 from scenes.model import Boundary, Box, Scene
 
 REGULAR = 0.95  # edges of this exponent or more are left to the degree, but for contradictions up to the next one
@@ -36,21 +36,21 @@ def edges(scene: Scene) -> tuple[list[dict[float, float]], list[dict[float, floa
 
     An edge lies in two planes, one of each axis across it; both are listed.
     """
-    mesh = connected.coarsest(scene)
-    thermal = np.array([b.material.thermal_conductivity for b in mesh.boxes])
-    electric = np.array([1 / (b.material.resistivity or np.inf) for b in mesh.boxes])
+    grid = connected.coarsest(scene)
+    thermal = np.array([b.material.thermal_conductivity for b in grid.boxes])
+    electric = np.array([1 / (b.material.resistivity or np.inf) for b in grid.boxes])
     found: list[dict[float, float]] = [{}, {}, {}]
     lengths: list[dict[float, float]] = [{}, {}, {}]
-    solid, live = mesh.owner != VOID, connected.live(scene)
-    held = _held(mesh, scene, "temperature")
-    _collect(mesh, np.where(solid, thermal[mesh.owner], 0.0), held, found, lengths, _passing(mesh, scene))
+    solid, live = grid.owner != VOID, connected.live(scene)
+    held = _held(grid, scene, "temperature")
+    _collect(grid, np.where(solid, thermal[grid.owner], 0.0), held, found, lengths, _passing(grid, scene))
     if live.any():
-        _collect(mesh, np.where(live, electric[mesh.owner], 0.0), _held(mesh, scene, "voltage"), found, lengths)
+        _collect(grid, np.where(live, electric[grid.owner], 0.0), _held(grid, scene, "voltage"), found, lengths)
     return found, lengths
 
 
 def _collect(
-    mesh: BrickMesh,
+    grid: Grid,
     conductivity: np.ndarray,
     held: list[np.ndarray],
     found: list[dict[float, float]],
@@ -74,16 +74,14 @@ def _collect(
             exponent_here = exponent((a, b, c, d), (p, q, r, s))
             if exponent_here < (RESONANT if contradicted[i, j, layer] else REGULAR):
                 around = [
-                    mesh.axes[axis].breaks[c + 1] - mesh.axes[axis].breaks[c]
+                    float(np.diff(grid.breaks[axis])[c])
                     for axis, at in ((first, i), (second, j))
                     for c in (at - 1, at)
-                    if 0 <= c < len(mesh.axes[axis].degrees)
+                    if 0 <= c < len(grid.degrees[axis])
                 ]
                 for axis, at in ((first, i), (second, j)):
-                    lengths[axis][float(mesh.axes[axis].breaks[at])] = min(
-                        *around, lengths[axis].get(float(mesh.axes[axis].breaks[at]), np.inf)
-                    )
-                    plane = float(mesh.axes[axis].breaks[at])
+                    plane = float(grid.breaks[axis][at])
+                    lengths[axis][plane] = min(*around, lengths[axis].get(plane, np.inf))
                     found[axis][plane] = min(exponent_here, found[axis].get(plane, RESONANT))
 
 
@@ -94,16 +92,16 @@ def _rays(faces: list[np.ndarray], first: int, second: int, along: int) -> np.nd
     return np.stack([across_second[1:], across_first[:, 1:], across_second[:-1], across_first[:, :-1]], axis=-1)
 
 
-def _passing(mesh: BrickMesh, scene: Scene) -> list[np.ndarray]:
+def _passing(grid: Grid, scene: Scene) -> list[np.ndarray]:
     """Per axis, which faces across it heat passes by a given flux, or by a film that is no mere trifle."""
-    found = _none(mesh)
+    found = _none(grid)
     for b in scene.boundaries:
         if b.kind == "heat_flux" and b.value != 0.0:
-            _mark(found, mesh, b)
+            _mark(found, grid, b)
         elif b.kind == "convection" and isinstance(b.value, float | int):
-            biot = max((b.value * _across(box, b) / box.material.thermal_conductivity for box in mesh.boxes), default=0)
+            biot = max((b.value * _across(box, b) / box.material.thermal_conductivity for box in grid.boxes), default=0)
             if biot >= PASSES:
-                _mark(found, mesh, b)
+                _mark(found, grid, b)
     return found
 
 
@@ -117,30 +115,28 @@ def _across(box: Box, boundary: Boundary) -> float:
     return box.upper[d] - box.lower[d] if touches else 0.0
 
 
-def _held(mesh: BrickMesh, scene: Scene, kind: str) -> list[np.ndarray]:
+def _held(grid: Grid, scene: Scene, kind: str) -> list[np.ndarray]:
     """Per axis, which faces across it have a given value of a kind."""
-    found = _none(mesh)
+    found = _none(grid)
     for b in scene.boundaries:
         if b.kind == kind:
-            _mark(found, mesh, b)
+            _mark(found, grid, b)
     return found
 
 
-def _none(mesh: BrickMesh) -> list[np.ndarray]:
+def _none(grid: Grid) -> list[np.ndarray]:
     """Per axis, none of the faces across it: one plane more than cells along it, and a margin of one cell across, as
     `_collect` pads."""
-    shape = mesh.owner.shape
+    shape = grid.owner.shape
     return [np.zeros([n + 1 if e == d else n + 2 for e, n in enumerate(shape)], dtype=bool) for d in range(3)]
 
 
-def _mark(faces: list[np.ndarray], mesh: BrickMesh, boundary: Boundary) -> None:
+def _mark(faces: list[np.ndarray], grid: Grid, boundary: Boundary) -> None:
     """Choose the faces of a boundary."""
-    spans = mesh.spans(boundary.lower, boundary.upper)
-    for d in range(3):
-        if spans[d][0] == spans[d][1]:
-            at = [slice(p + 1, q + 1) for p, q in spans]
-            at[d] = slice(spans[d][0], spans[d][0] + 1)
-            faces[d][tuple(at)] = True
+    d, window = grid.flat(boundary.lower, boundary.upper), grid.window(boundary.lower, boundary.upper)
+    at = [slice(s.start + 1, s.stop + 1) for s in window]
+    at[d] = slice(window[d].start, window[d].start + 1)
+    faces[d][tuple(at)] = True
 
 
 @lru_cache(maxsize=512)
@@ -167,14 +163,26 @@ def exponent(quadrants: Numbers, rays: Rays = (False, False, False, False)) -> f
 
 @lru_cache(maxsize=1)
 def _angular() -> tuple[np.ndarray, np.ndarray]:
-    """(4, n, n) twice: the stiffness and the mass matrix of each quadrant, on the nodes around the edge."""
-    n, part = 4 * ANGULAR, Axis(np.array([0.0, np.pi / 2]), np.array([ANGULAR])).part(0, 1)
+    """(4, n, n) twice: the stiffness and the mass matrix of each quadrant, the function of ray i being number 8 i."""
+    x, w = legendre.leggauss(ANGULAR + 1)
+    f, d = _functions(x)
+    angle, n = np.pi / 2, 4 * ANGULAR
+    stiffness, mass = 2 / angle * (d * w) @ d.T, angle / 2 * (f * w) @ f.T
     found = np.zeros((2, 4, n, n))
     for quadrant in range(4):
-        nodes = (ANGULAR * quadrant + np.arange(ANGULAR + 1)) % n
-        rows, columns = nodes[part.rows], nodes[part.columns]
-        found[0, quadrant, rows, columns], found[1, quadrant, rows, columns] = part.stiffness, part.mass
+        # The ray at which it begins, its inner functions, the ray at which the next one begins.
+        own = np.ix_(*2 * [(ANGULAR * quadrant + np.arange(ANGULAR + 1)) % n])
+        found[0, quadrant][own], found[1, quadrant][own] = stiffness, mass
     return found[0], found[1]
+
+
+def _functions(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(ANGULAR + 1, points) twice: the functions on (-1, 1) and their slopes, the linear ones first and last."""
+    v = legendre.legvander(x, ANGULAR).T
+    one = np.ones_like(x)
+    inner = [(v[k] - v[k - 2]) / (2 * k - 1) for k in range(2, ANGULAR + 1)]
+    slopes = [v[k - 1] for k in range(2, ANGULAR + 1)]
+    return np.array([(1 - x) / 2, *inner, (1 + x) / 2]), np.array([-one / 2, *slopes, one / 2])
 
 
 def _constants(quadrants: Numbers, rays: Rays) -> int:

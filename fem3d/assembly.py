@@ -1,0 +1,144 @@
+"""The heat problem of a scene: matrices, loads and conditions, assembled from its domain; and those of lower degrees."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csc_array, diags_array
+from scipy.sparse.linalg import spsolve
+
+from fem3d.domain import Domain
+from fem3d.heat import Film, HeatSystem, above, coefficient
+
+PLANE = 0.95  # of normals' lengths that their sum keeps: faces that bend by less pass for one plane
+
+
+@dataclass(frozen=True, eq=False)
+class HeatProblem(HeatSystem):
+    """The system of a domain; ``order`` (all nodes,) is the function of the space that each unknown is of."""
+
+    domain: Domain
+    order: np.ndarray
+
+    def field(self, u: np.ndarray) -> np.ndarray:
+        """(..., functions): a field (free or all nodes) as coefficients of the space's functions."""
+        whole = self.whole(u)
+        found = np.zeros((*whole.shape[:-1], self.domain.space.size))
+        found[..., self.order] = whole
+        return found
+
+    def take(self, row: np.ndarray) -> np.ndarray:
+        """(..., all nodes): what belongs to the unknowns of (..., functions)."""
+        found: np.ndarray = row[..., self.order]
+        return found
+
+    def lower(self, level: int) -> HeatProblem:
+        """The problem in a lower space that this one's holds (`Space.nested`): leading parts of the same matrices."""
+        there = self.domain.space.nested[level][self.order]
+        kept = np.flatnonzero(there)
+        free = int(there[: self.free].sum())
+        fixed = kept[free:] - self.free
+        return replace(
+            self, free=free, stiffness=self._part(self.stiffness, kept), mass=self._part(self.mass, kept),
+            loads=self.loads[:, kept], given=self.given[:, fixed],
+            held={name: part[fixed] for name, part in self.held.items()}, bent=self.bent[fixed],
+            films={name: replace(f, per_kelvin=f.per_kelvin[kept]) for name, f in self.films.items()},
+            unit=self.unit[kept], groups=self.groups[kept], order=self.order[kept],
+        )  # fmt: skip
+
+    @staticmethod
+    def _part(matrix: csc_array, kept: np.ndarray) -> csc_array:
+        return csc_array(csc_array(matrix[:, kept])[kept])
+
+
+def assemble(domain: Domain) -> HeatProblem:
+    """The heat problem of a domain."""
+    scene, space, channels = domain.scene, domain.space, domain.inputs
+    initial = scene.initial_temperature
+    held = [b for b in scene.boundaries if b.kind == "temperature"]
+    faces = [domain.faces(b) for b in held]
+    fixed, given = np.zeros(space.size, bool), np.zeros((channels.count, space.size))
+    for b, face in zip(held, faces, strict=True):
+        own = face.functions
+        given[:, own] = np.outer(above(channels, b.value, initial), space.unit[own])
+        fixed |= own
+    parts, bent = reactions([b.name for b in held], [b.value for b in held], faces, space.unit)
+    stiffness, mass = space.matrices(
+        domain.per_cell("thermal_conductivity"), domain.per_cell("density") * domain.per_cell("specific_heat")
+    )
+    loads, generated = np.zeros((channels.count, space.size)), np.zeros(channels.count)
+    for value, cells in domain.sources:
+        heating, on = channels.split(value), space.on(cells)
+        loads += np.outer(heating, on.load(np.ones((len(cells), 1))))
+        generated += heating * on.weights.sum()
+    films: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+    cooled = np.zeros(space.size)
+    for b in scene.boundaries:
+        if b.kind not in ("convection", "heat_flux"):
+            continue
+        face = domain.faces(b)
+        area, h = face.load(), coefficient(b.value) if b.kind == "convection" else 0.0
+        flux = channels.split(b.value) if b.kind == "heat_flux" else h * above(channels, b.ambient, initial)
+        if h:
+            stiffness = csc_array(stiffness + h * face.mass())
+            cooled += h * area
+        loads += np.outer(flux, area)
+        films[b.name] = flux * float(face.areas.sum()), -h * area
+    # Lower spaces first, so that theirs are leading parts of the matrices.
+    level = np.sum([~nested for nested in space.nested], axis=0)
+    order = np.lexsort((np.arange(space.size), level, fixed))
+    order = order[space.nested[-1][order]]
+    free = int((~fixed[order]).sum())
+    stiffness, mass = HeatProblem._part(stiffness, order), HeatProblem._part(mass, order)
+    _conserve(stiffness, space.unit[order], cooled[order])
+    return HeatProblem(
+        channels, free, stiffness, mass, loads[:, order],
+        given[:, order[free:]], generated, {name: part[order[free:]] for name, part in parts.items()},
+        bent[order[free:]], {name: Film(entering, row[order]) for name, (entering, row) in films.items()},
+        domain.anchored, scene.end_time, space.unit[order], space.entity[order], domain, order,
+    )  # fmt: skip
+
+
+def reactions(
+    names: Sequence[str], values: Sequence[Any], faces: Sequence[Any], unit: np.ndarray
+) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """For boundaries of given values their parts (functions,) of the reactions, and where they meet at an angle.
+
+    The reactions are the integrals of a flux through all of these boundaries, times the functions there; that flux,
+    projected on the functions, is integrated over each boundary. A boundary that touches no other takes the whole.
+    Where values differ the later boundary gives the value, and takes the reaction.
+    """
+    found = {name: np.where(face.functions, unit, 0.0) for name, face in zip(names, faces, strict=True)}
+    count = np.sum([face.functions for face in faces], axis=0) if faces else np.zeros(len(unit))
+    bent = np.zeros(len(unit), bool)
+    if not (count > 1).any():
+        return found, bent
+    normals = [face.normals() for face in faces]
+    lengths = np.sum([np.linalg.norm(n, axis=1) for n in normals], axis=0)
+    bent = (count > 1) & (np.linalg.norm(np.sum(normals, axis=0), axis=1) < PLANE * lengths)
+    on = np.flatnonzero(count)
+    mass = csc_array(sum((face.mass() for face in faces), csc_array((len(unit),) * 2))[on][:, on])
+    scale = diags_array(1 / np.sqrt(mass.diagonal()))
+    last = np.max([np.where(face.functions, i, -1) for i, face in enumerate(faces)], axis=0)
+    mine = [np.isin(last, [j for j, other in enumerate(values) if other == value]) for value in values]
+    for name, face, own in zip(names, faces, mine, strict=True):
+        part = np.zeros(len(unit))
+        part[on] = scale @ spsolve(csc_array(scale @ mass @ scale), scale @ face.load()[on])
+        found[name] = np.where(own, part, 0.0)
+    return found, bent
+
+
+def _conserve(stiffness: csc_array, unit: np.ndarray, cooled: np.ndarray) -> None:
+    """Set the diagonal such that a uniform rise drives no heat but to the air (``cooled``, W/K), to the last digit.
+
+    Sums of large entries leave rounding there, which on thin layers would show in the heat balance.
+    """
+    stiffness.sort_indices()
+    columns = np.repeat(np.arange(stiffness.shape[1]), np.diff(stiffness.indptr))
+    on = np.flatnonzero((stiffness.indices == columns) & (unit[columns] == 1.0))
+    # The matrix is symmetric: its columns serve as rows.
+    sums = np.add.reduceat(stiffness.data.astype(np.longdouble) * unit[stiffness.indices], stiffness.indptr[:-1])
+    stiffness.data[on] = (stiffness.data[on] - (sums - cooled)[columns[on]]).astype(float)

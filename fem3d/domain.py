@@ -1,0 +1,193 @@
+"""A scene laid on the cells of a mesh: which cells and facets its materials, sources, conditions and probes are on.
+
+Boxes (`Boxes`) and mesh files (`fem3d.mapped`) say it in their own ways; the problems are assembled from here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from fem3d.bricks import BrickSpace
+from fem3d.inputs import Inputs
+from fem3d.space import Faces, Space
+from meshes import connected
+from meshes.grid import Grid
+from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule, Value
+
+Patch = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Cells (n,), and in the coordinates of their reference cell the corner (3,) and the sides (k, 3) of a part of each."""
+
+
+@dataclass(frozen=True, eq=False)
+class Domain:
+    """Cells and conditions of a scene, of whatever kind. ``body`` (cells,) is the number of each cell's body in
+    ``names`` and ``materials``; ``sources`` are heat sources (W/m3) with their cells; ``live`` (cells,) are the cells
+    that current passes, ``still`` those of conductors at one voltage, with that voltage; ``anchored``: whether every
+    part has an exit for heat.
+    """
+
+    scene: Any
+    space: Space
+    body: np.ndarray
+    names: tuple[str, ...]
+    materials: tuple[Material, ...]
+    sources: tuple[tuple[Value, np.ndarray], ...]
+    live: np.ndarray
+    still: tuple[tuple[np.ndarray, Value], ...]
+    anchored: bool
+
+    def per_cell(self, key: str) -> np.ndarray:
+        """(cells,): a property of the materials."""
+        return np.array([float(getattr(m, key)) for m in self.materials])[self.body]
+
+    @cached_property
+    def inputs(self) -> Inputs:
+        """The channels of what varies in time."""
+        values = [v for b in self.scene.boundaries for v in (b.value, b.ambient)] + [v for v, _ in self.sources]
+        return Inputs(tuple(dict.fromkeys(v for v in values if isinstance(v, Schedule))))
+
+    def exposed(self, facets: np.ndarray) -> np.ndarray:
+        """(facets,): which are on the surface."""
+        found: np.ndarray = self.space.mesh.f2t[1, facets] < 0
+        return found
+
+    def seen(self, facets: np.ndarray, inside: np.ndarray | None = None) -> Faces:
+        """Those of some facets that are of a cell (among those chosen, (cells,)), each seen from one."""
+        cells = self.space.mesh.f2t[:, facets]
+        fine = cells >= 0 if inside is None else (cells >= 0) & inside[cells]
+        side = fine.argmax(axis=0)
+        kept = fine.any(axis=0)
+        return self.space.faces(facets[kept], cells[side, np.arange(len(facets))][kept])
+
+    def sides(self, facets: np.ndarray, inside: np.ndarray) -> Iterator[tuple[Faces, float, np.ndarray]]:
+        """Facets with a chosen cell on either side, as seen from both: (faces, half the sign of their normal, cells)."""
+        pairs = self.space.mesh.f2t[:, facets]
+        both = (pairs >= 0).all(axis=0)
+        both[both] = inside[pairs[:, both]].all(axis=0)
+        signs = self.directions(facets[both])
+        for side in (0, 1):
+            for sign in np.unique(signs):
+                at = np.flatnonzero(signs == sign)
+                cells = pairs[side, both][at]
+                yield self.space.faces(facets[both][at], cells), float(sign) * (0.5 - side), cells
+
+    def on(self, boundary: Any) -> np.ndarray:
+        """The facets on which a condition acts: those of conductors that carry current for a voltage, exposed ones for
+        a flux."""
+        facets = self.facets(boundary)
+        if boundary.kind == "voltage":
+            cells = self.space.mesh.f2t[:, facets]
+            return facets[((cells >= 0) & self.live[cells]).any(axis=0)]
+        return facets if boundary.kind == "temperature" else facets[self.exposed(facets)]
+
+    def faces(self, boundary: Any) -> Faces:
+        """Integrals over the facets on which a condition acts."""
+        return self.seen(self.on(boundary), self.live if boundary.kind == "voltage" else None)
+
+    def facets(self, item: Any) -> np.ndarray:
+        """The facets of a condition or of a flat probe."""
+        raise NotImplementedError
+
+    def directions(self, facets: np.ndarray) -> np.ndarray:
+        """(facets,): 1 where the direction in which flows count points out of a facet's first cell, else -1."""
+        raise NotImplementedError
+
+    def mean(self, probe: Any, inside: np.ndarray | None = None) -> np.ndarray:
+        """(functions,): what a function adds to the mean over a probe; ``inside`` are the cells of those that matter."""
+        raise NotImplementedError
+
+    def patches(self, probe: Any, inside: np.ndarray | None = None) -> list[Patch]:
+        """The parts of cells that a probe lies in."""
+        raise NotImplementedError
+
+    def is_flat(self, probe: Any) -> bool:
+        """Whether a probe is a surface."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True, eq=False)
+class Boxes(Domain):
+    """A scene of boxes on a grid of bricks."""
+
+    scene: Scene
+    space: BrickSpace
+
+    def facets(self, item: Boundary | Probe) -> np.ndarray:
+        """The facets on a flat box."""
+        grid, d = self.space.grid, self.space.grid.flat(item.lower, item.upper)
+        on = np.abs(self._middles[d] - grid.breaks[d][grid.at(d, item.lower[d])]) <= grid.small(d)
+        for e in range(3):
+            if e != d:
+                low, high = (grid.breaks[e][i] for i in grid.span(e, item.lower[e], item.upper[e]))
+                on &= (self._middles[e] > low) & (self._middles[e] < high)
+        return np.flatnonzero(on)
+
+    @cached_property
+    def _middles(self) -> np.ndarray:
+        mesh = self.space.mesh
+        found: np.ndarray = mesh.p[:, mesh.facets].mean(axis=1)
+        return found
+
+    def directions(self, facets: np.ndarray) -> np.ndarray:
+        """(facets,): 1 where the first cell is the lower one along the axis."""
+        middles = self.space.mesh.p[:, self.space.mesh.t[:, self.space.mesh.f2t[0, facets]]].mean(axis=1)
+        found: np.ndarray = np.where((self._middles[:, facets] - middles).sum(axis=0) > 0, 1, -1)
+        return found
+
+    def mean(self, probe: Probe, inside: np.ndarray | None = None) -> np.ndarray:
+        """(functions,): what a function adds to the mean over a probe."""
+        row = self.space.mean(probe.lower, probe.upper)
+        if inside is not None:
+            there = np.zeros(self.space.size, bool)
+            there[self.space.dofs[:, inside]] = True
+            row = np.where(there, row, 0.0)
+        return row
+
+    def patches(self, probe: Probe, inside: np.ndarray | None = None) -> list[Patch]:
+        """The parts of the cells that a box of any dimension lies in."""
+        space, grid = self.space, self.space.grid
+        chosen = np.ones(space.ijk.shape[1], bool) if inside is None else inside.copy()
+        corner, sides = np.zeros((3, space.ijk.shape[1])), np.ones(3)
+        for d in range(3):
+            i, j = grid.span(d, probe.lower[d], probe.upper[d])
+            own = space.ijk[d]
+            if i < j:
+                chosen &= (own >= i) & (own < j)
+                continue
+            at = (probe.lower[d] - grid.breaks[d][own]) / space.h[d]
+            chosen &= (at > -1e-9) & (at < 1 + 1e-9)
+            corner[d], sides[d] = np.clip(at, 0.0, 1.0), 0.0
+        cells = np.flatnonzero(chosen)
+        kinds, kind = np.unique(corner[:, cells], axis=1, return_inverse=True)
+        extended = np.eye(3)[sides > 0]
+        return [(cells[kind.ravel() == k], kinds[:, k], extended) for k in range(kinds.shape[1])]
+
+    def is_flat(self, probe: Probe) -> bool:
+        """Whether a probe is a flat box."""
+        return sum(a == b for a, b in zip(probe.lower, probe.upper, strict=True)) == 1
+
+
+def boxes(scene: Scene, grid: Grid) -> Boxes:
+    """The domain of a scene of boxes (or of its symmetric part) on a grid."""
+    space = BrickSpace(grid)
+    owner, at = grid.owner, tuple(space.ijk)
+    coarse = connected.coarsest(scene)
+
+    def cells(of: np.ndarray) -> np.ndarray:
+        found: np.ndarray = grid.refined(coarse, of)[at]
+        return found
+
+    def source(number: int, box: Box) -> tuple[Value, np.ndarray]:
+        return box.heat_source, np.flatnonzero(owner[at] == number)
+
+    return Boxes(
+        scene, space, owner[at], tuple(b.name for b in scene.boxes), tuple(b.material for b in scene.boxes),
+        tuple(source(n, b) for n, b in enumerate(scene.boxes) if b.heat_source),
+        cells(connected.live(scene)), tuple((cells(own), value) for own, value in connected.still(scene)),
+        connected.anchored(scene),
+    )  # fmt: skip

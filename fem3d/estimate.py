@@ -1,0 +1,99 @@
+"""Errors of readings from three nested degrees, p, p - 1 and p - 2: where they come from, and what is left.
+
+With the dual solution z of a reading and the residual r of the solution of degree p - 1, the difference of the two
+readings is the sum of z_i r_i over the functions that p - 1 lacks (Becker and Rannacher, Acta Numerica 10, 2001). Each
+function stands on known intervals of the axes, so that the same sum says where the difference comes from; what p - 1
+takes away from p - 2 is known alike. An error that falls like q^-a with the degree q loses (p - 1)^-a - p^-a of itself at
+degree p: the ratio of an interval's last two parts gives a, and what all further degrees would add is the last part
+times 1 / ((p / (p - 1))^a - 1). Theory caps a: next to an edge of exponent s it is 4 s (Gui and Babuska, Numer. Math. 49,
+1986), and at a distance from one the parts fall no faster than rho^-2 a degree, rho being the sum of the half axes, over
+the half length, of the ellipse around the interval that the edge lies on (Bernstein). As odd and even degrees take turns,
+the part of degree p - 1 gives a second value, and the larger counts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from fem3d.space import Space
+from meshes.grading import Features
+from meshes.grid import Grid
+
+SLOWEST = 1.0  # of the rates a, next to an edge: that of an exponent of 1/4
+REGULAR = 2.0  # elsewhere: as slow as next to an edge of exponent 1/2
+FASTEST = 40.0
+
+Spread = list[np.ndarray]
+"""Per axis (intervals,): what is missing there."""
+
+
+def left(p: np.ndarray, a: np.ndarray) -> np.ndarray:
+    """What is left after degree p over what it took away, of an error that falls like p^-a."""
+    found: np.ndarray = 1 / ((p / (p - 1.0)) ** a - 1)
+    return found
+
+
+def rate(p: np.ndarray, ratio: np.ndarray) -> np.ndarray:
+    """a of parts of degrees p and p - 1 that have this ratio; the slowest where p - 1 can have none."""
+    found = np.full(len(p), SLOWEST)
+    for q in np.unique(p[p > 2]):
+        falling, a = _ratios(int(q))
+        found[p == q] = np.interp(-ratio[p == q], -falling, a)
+    return found
+
+
+@lru_cache
+def _ratios(p: int) -> tuple[np.ndarray, np.ndarray]:
+    a = np.geomspace(SLOWEST, FASTEST, 400)
+    return ((p - 1.0) ** -a - float(p) ** -a) / ((p - 2.0) ** -a - (p - 1.0) ** -a), a
+
+
+class Estimator:
+    """What a grid and its features say of how errors fall with the degree, on each interval."""
+
+    def __init__(self, grid: Grid, marks: Features) -> None:
+        self._degrees = [np.maximum(p, 2) for p in grid.degrees]
+        self._cap, self._least = [], []
+        for p, b, near, planes in zip(self._degrees, grid.breaks, marks.near(grid), marks.exponents, strict=True):
+            s, half, middle = np.minimum(near[:-1], near[1:]), np.diff(b) / 2, (b[1:] + b[:-1]) / 2
+            away = np.abs(np.array([*planes, np.inf]) - middle[:, None]) / half[:, None]
+            away = np.where(away > 1 + 1e-9, away, np.inf).min(axis=1)
+            fall = np.zeros(len(p))
+            seen = np.isfinite(away)
+            fall[seen] = (away[seen] + np.sqrt(away[seen] ** 2 - 1)) ** -2.0
+            self._least.append(np.where(np.isfinite(s), SLOWEST, REGULAR))
+            self._cap.append(np.where(np.isfinite(s), 4 * s, rate(p, fall)).clip(SLOWEST, FASTEST))
+
+    def remains(self, before: Spread, last: Spread) -> Spread:
+        """What is left of an error of which degree p - 1 took away ``before`` and p took away ``last``."""
+        found = []
+        for p, cap, least, x, y in zip(self._degrees, self._cap, self._least, before, last, strict=True):
+            a = np.minimum(rate(p, y / np.maximum(x, 1e-300)), cap).clip(least)
+            earlier = np.where(p > 2, x * left(np.maximum(p - 1, 2), a) * ((p - 1.0) / p) ** a, 0.0)
+            found.append(np.maximum(y * left(p, a), earlier))
+        return found
+
+
+def spread(space: Space, grid: Grid, functions: np.ndarray, parts: np.ndarray) -> Spread:
+    """What functions (n,) of a brick space miss on the intervals that they stand on, in equal parts along the axes of
+    their degree. Absolute values are added: a sum of parts that cancel would be small for a while by chance, and
+    refining until it is small would look for just that."""
+    axes, index = (each[functions] for each in space.along)  # type: ignore[attr-defined]
+    share = np.abs(parts) / np.maximum(axes.sum(axis=1), 1)
+    return [
+        np.bincount(index[axes[:, d], d], share[axes[:, d]], len(degrees)) for d, degrees in enumerate(grid.degrees)
+    ]
+
+
+def total(parts: Spread) -> float:
+    """The sum over all intervals."""
+    return float(sum(p.sum() for p in parts))
+
+
+def add(into: Spread, parts: Sequence[np.ndarray], weight: float = 1.0) -> None:
+    """Adds one spread to another, in place."""
+    for a, b in zip(into, parts, strict=True):
+        a += weight * b

@@ -1,0 +1,85 @@
+"""A grid of bricks: breakpoints and polynomial degrees along three axes, and which box owns each cell."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from scenes.model import Box, Point
+
+VOID = -1
+SAME = 1e-9  # of the extent along an axis: coordinates closer than this are one
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """Per axis the breakpoints (m, increasing) and the degree of each interval; the boxes, of which later ones win."""
+
+    breaks: tuple[np.ndarray, ...]
+    degrees: tuple[np.ndarray, ...]
+    boxes: tuple[Box, ...]
+
+    @cached_property
+    def owner(self) -> np.ndarray:
+        """(nx, ny, nz): the number of the box that owns each cell, or VOID."""
+        found = np.full([len(d) for d in self.degrees], VOID)
+        for number, box in enumerate(self.boxes):
+            found[self.window(box.lower, box.upper)] = number
+        return found
+
+    @property
+    def solid(self) -> np.ndarray:
+        """(nx, ny, nz): which cells a box owns."""
+        found: np.ndarray = self.owner != VOID
+        return found
+
+    def small(self, d: int) -> float:
+        """The length (m) along an axis that counts as nothing."""
+        return SAME * float(self.breaks[d][-1] - self.breaks[d][0])
+
+    def at(self, d: int, coordinate: float) -> int:
+        """The breakpoint nearest to a coordinate."""
+        return int(np.abs(self.breaks[d] - coordinate).argmin())
+
+    def span(self, d: int, lower: float, upper: float) -> tuple[int, int]:
+        """The breakpoints nearest to two coordinates."""
+        return self.at(d, lower), self.at(d, upper)
+
+    def window(self, lower: Point, upper: Point) -> tuple[slice, slice, slice]:
+        """The cells of a box whose faces lie on breakpoints."""
+        x, y, z = (slice(*self.span(d, lower[d], upper[d])) for d in range(3))
+        return x, y, z
+
+    def flat(self, lower: Point, upper: Point) -> int:
+        """The axis along which a flat box has no extent."""
+        return min(range(3), key=lambda d: (upper[d] - lower[d]) / (self.breaks[d][-1] - self.breaks[d][0]))
+
+    def refined(self, other: Grid, cells: np.ndarray) -> np.ndarray:
+        """Cells (nx, ny, nz) of a coarser grid of the same scene as cells of this one."""
+        at = [
+            np.searchsorted(coarse, (fine[1:] + fine[:-1]) / 2) - 1
+            for coarse, fine in zip(other.breaks, self.breaks, strict=True)
+        ]
+        found: np.ndarray = cells[np.ix_(*at)]
+        return found
+
+    def marked(self, d: int, values: Mapping[float, float], otherwise: float) -> np.ndarray:
+        """(breakpoints,): the value of a plane across an axis, given by coordinate, at the breakpoint there."""
+        found = np.full(len(self.breaks[d]), otherwise)
+        for coordinate, value in values.items():
+            i = self.at(d, coordinate)
+            if abs(self.breaks[d][i] - coordinate) <= self.small(d):
+                found[i] = value
+        return found
+
+    def with_axes(self, breaks: Sequence[np.ndarray], degrees: Sequence[np.ndarray]) -> Grid:
+        """Another grid of the same boxes."""
+        return Grid(tuple(breaks), tuple(degrees), self.boxes)
+
+    def same(self, other: Grid) -> bool:
+        """Whether two grids have the same cells and degrees."""
+        pairs = zip((*self.breaks, *self.degrees), (*other.breaks, *other.degrees), strict=True)
+        return all(len(a) == len(b) and bool((a == b).all()) for a, b in pairs)
