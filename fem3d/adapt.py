@@ -47,7 +47,7 @@ def solve(study: Study, with_transient: bool, progress: Progress = lambda _: Non
     grid = reach.first_grid(scene, accuracy, marks)
     limit = None
     for number in range(1, MOST_LEVELS):
-        given = problems(boxes(scene, grid))
+        given = problems(boxes(scene, grid), accuracy)
         reach.check_size(given, accuracy, marks)
         try:
             fine = solution(study, given)
@@ -91,7 +91,7 @@ def _for_the_field(study: Study, best: Answer, here: Level, marks: Features, pro
     assert study.field is not None
     most = field_error.most(best.fine.state.heat.size)
     for number in range(best.levels + 1, best.levels + 1 + field_error.MOST_LEVELS):
-        given = problems(boxes(study.part.scene, field_error.refined(here)))
+        given = problems(boxes(study.part.scene, field_error.refined(here)), study.accuracy)
         if given.heat.size > most:
             break
         try:
@@ -127,7 +127,7 @@ def solve_course(study: Study, progress: Progress = lambda _: None) -> Course:
     grid = diffusion.graded(reach.first_grid(scene, accuracy, marks), scene, study.earliest)
     slowest, generations = study.end, 0
     for number in range(1, MOST_LEVELS):
-        given = problems(boxes(scene, grid))
+        given = problems(boxes(scene, grid), accuracy)
         reach.check_size(given, accuracy, marks)
         g = transient.shift(slowest, study.earliest)
         pairs = zip(given.heats[::-1], given.conductors[::-1], strict=True)

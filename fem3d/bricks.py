@@ -15,7 +15,7 @@ from skfem import MeshHex
 from skfem.assembly.dofs import Dofs
 from skfem.refdom import RefHex
 
-from fem3d.element import ElementHexTrunk, active, factors, gauss, line, local, modes
+from fem3d.element import Degrees, ElementHexTrunk, active, factors, gauss, line, local, modes
 from fem3d.space import entities
 from meshes.grid import Grid
 from scenes.model import Point
@@ -25,7 +25,7 @@ class BrickSpace:
     """The functions on the cells of a grid that a box owns. It is a `fem3d.space.Space`.
 
     ``mesh`` and ``dofs`` (functions of a cell, cells) are scikit-fem's; ``ijk`` (3, cells) says where in the grid each
-    cell is, ``h`` (3, cells) its sides (m). ``nested``: which functions (functions,) are in the spaces of degrees lower
+    cell is, ``h`` (3, cells) its sides (m), ``degrees`` (3, cells) its degrees. ``nested``: which functions (functions,) are in the spaces of degrees lower
     by two, by one, and in this one.
     """
 
@@ -42,11 +42,16 @@ class BrickSpace:
         numbering = Dofs(self.mesh, ElementHexTrunk(p))
         self.dofs, self.size = numbering.element_dofs, int(numbering.N)
         self.entity = entities(numbering)
-        degrees = np.array([d[i] for d, i in zip(grid.degrees, self.ijk, strict=True)])
-        kinds, kind = np.unique(degrees, axis=1, return_inverse=True)
+        self.degrees = np.array([d[i] for d, i in zip(grid.degrees, self.ijk, strict=True)])
+        kinds, kind = np.unique(self.degrees, axis=1, return_inverse=True)
         self._classes = [
             ((int(x), int(y), int(z)), np.flatnonzero(kind.ravel() == k)) for k, (x, y, z) in enumerate(kinds.T)
         ]
+
+    @property
+    def corners(self) -> np.ndarray:
+        """(3, cells): the lower corner of each cell (m)."""
+        return np.array([b[i] for b, i in zip(self.grid.breaks, self.ijk, strict=True)])
 
     @cached_property
     def nested(self) -> tuple[np.ndarray, ...]:
@@ -104,9 +109,9 @@ class BrickSpace:
         joined = np.concatenate(data), (np.concatenate(rows), np.concatenate(columns))
         return csc_array(coo_array(joined, shape=(self.size, self.size)))
 
-    def on(self, cells: np.ndarray) -> BrickCells:
-        """Integrals over some cells."""
-        return BrickCells(self, cells)
+    def on(self, cells: np.ndarray, more: int = 0) -> BrickCells:
+        """Integrals over some cells, with ``more`` Gauss points along each axis than their degrees plus one."""
+        return BrickCells(self, cells, more)
 
     def faces(self, facets: np.ndarray, cells: np.ndarray) -> BrickFaces:
         """Integrals over some facets of the mesh, each seen from one of its cells."""
@@ -178,28 +183,40 @@ class BrickSpace:
         return found
 
 
-@lru_cache(maxsize=8)
-def _rule(p: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Gauss's rule of p + 1 points along each axis of the unit cube: the functions (points, functions), their slopes (3,
-    points, functions) and the weights (points,)."""
-    x, w = gauss(p + 1)
-    f, d = line(p, x)
-    a, b, c = modes(p).T
+@lru_cache(maxsize=32)
+def _rule(p: int, degrees: Degrees, more: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Gauss's rule of the unit cube for degrees along its axes, of one point more, or of more: which functions of the
+    element are there, their values (points, functions) and slopes (3, points, functions), the points (3, points) and the
+    weights (points,)."""
+    there = np.flatnonzero(active(p, degrees))
+    rules = [gauss(d + 1 + more) for d in degrees]
+    lines = [line(p, x) for x, _ in rules]
+    a, b, c = modes(p)[there].T
 
-    def product(u: np.ndarray, v: np.ndarray, t: np.ndarray) -> np.ndarray:
-        return np.einsum("mi,mj,mk->ijkm", u[a], v[b], t[c]).reshape(-1, len(a))
+    def product(*which: int) -> np.ndarray:
+        f, g, h = (own[w] for own, w in zip(lines, which, strict=True))
+        return np.einsum("mi,mj,mk->ijkm", f[a], g[b], h[c]).reshape(-1, len(a))
 
-    slopes = np.array([product(d, f, f), product(f, d, f), product(f, f, d)])
-    return product(f, f, f), slopes, np.einsum("i,j,k->ijk", w, w, w).ravel()
+    slopes = np.array([product(1, 0, 0), product(0, 1, 0), product(0, 0, 1)])
+    points = np.array(np.meshgrid(*(x for x, _ in rules), indexing="ij")).reshape(3, -1)
+    weights = np.einsum("i,j,k->ijk", *(w for _, w in rules)).ravel()
+    return there, product(0, 0, 0), slopes, points, weights
 
 
 class BrickCells:
     """Some cells of a `BrickSpace` with their Gauss points; a `fem3d.space.Cells`."""
 
-    def __init__(self, space: BrickSpace, cells: np.ndarray) -> None:
-        self._size, self._dofs, self._h = space.size, space.dofs[:, cells].T, space.h[:, cells]
-        self._at, self._slopes, weights = _rule(space.p)
-        self.weights = space.h[:, cells].prod(axis=0)[:, None] * weights
+    def __init__(self, space: BrickSpace, cells: np.ndarray, more: int) -> None:
+        x, y, z = space.degrees[:, cells].max(axis=1, initial=1).tolist()
+        there, self._at, self._slopes, self._points, weights = _rule(space.p, (x, y, z), more)
+        self._size, self._dofs = space.size, space.dofs[np.ix_(there, cells)].T
+        self._h, self._corners = space.h[:, cells], space.corners[:, cells]
+        self.weights = self._h.prod(axis=0)[:, None] * weights
+
+    @property
+    def points(self) -> np.ndarray:
+        """(3, cells, points): where the Gauss points are (m)."""
+        return self._corners[..., None] + self._h[..., None] * self._points[:, None]
 
     def value(self, u: np.ndarray) -> np.ndarray:
         """(cells, points): a function (functions,)."""
@@ -245,6 +262,18 @@ class BrickFaces:
         for at, d, _ in self._sides:
             sides = np.delete(self._space.h[:, self._cells[at]], d, axis=0)
             found[at] = sides.prod(axis=0)[:, None] * np.outer(w, w).ravel()
+        return found
+
+    @property
+    def points(self) -> np.ndarray:
+        """(3, facets, points): where the Gauss points are (m)."""
+        found = np.empty((3, *self.areas.shape))
+        x = gauss(self._space.p + 1)[0]
+        for at, d, upper in self._sides:
+            places = [x if e != d else np.array([float(upper)]) for e in range(3)]
+            within = np.array(np.meshgrid(*places, indexing="ij")).reshape(3, 1, -1)
+            cells = self._cells[at]
+            found[:, at] = self._space.corners[:, cells, None] + self._space.h[:, cells, None] * within
         return found
 
     def _tables(self, d: int, upper: bool) -> tuple[np.ndarray, np.ndarray]:

@@ -22,7 +22,7 @@ from fem3d.resistivity import law
 from fem3d.space import Cells, Faces
 from fem3d.tested import tested
 
-SOLVED = 1e-12  # of the residual of a potential, to that of the cold one's charge
+SOLVED = 1e-12  # the residual of a potential over the charge that its voltages bring, where nothing looser is asked for
 MOST_STEPS = 200
 
 Section = list[tuple[Faces, float, np.ndarray, np.ndarray]]
@@ -35,7 +35,7 @@ class Conductor:
     ``warm`` (cells, 1) the resistivity at the initial temperature (ohm m) and its change per kelvin, ``voltages``
     (channels, functions) the given ones.
 
-    ``electrodes``: for each its part (functions,) of the currents that enter. ``sections``: the current probes inside.
+    ``matrix`` is that of the initial temperature. ``electrodes``: for each its part (functions,) of the currents that enter. ``sections``: the current probes inside.
     A field is one array (3, cells, points). It is a `fem3d.conduction.Conduction`.
     """
 
@@ -49,6 +49,7 @@ class Conductor:
     electrodes: dict[str, np.ndarray]
     sections: dict[str, Section]
     matrix: csc_array
+    solved: float = SOLVED
 
     def lower(self, level: int, heat: HeatProblem) -> Conductor:
         """The problem in a lower space, for the heat problem there."""
@@ -116,7 +117,7 @@ class Conductor:
         """The potential at a rise and given voltages (functions,), by conjugate gradients preconditioned with the cold
         conductor; perhaps from that of a similar state."""
         free, start = self.free, voltage.copy()
-        resistivity = self.resistivity(rise)
+        resistivity, load = self.resistivity(rise), (self.matrix @ voltage)[self.free]
 
         def charge(phi: np.ndarray) -> np.ndarray:
             return self.on.flow(self.on.gradient(phi) / resistivity)
@@ -126,7 +127,6 @@ class Conductor:
             whole[free] = v
             return charge(whole)[free]
 
-        load = charge(voltage)[free]
         start[free] = -self._cold.solve(load) if guess is None else guess[free]
         left = -charge(start)[free]
         steps, size = 0, (len(free), len(free))
@@ -136,7 +136,7 @@ class Conductor:
             steps += 1
 
         step, failed = cg(
-            LinearOperator(size, inner, dtype=float), left, rtol=0.0, atol=SOLVED * float(np.linalg.norm(load)),
+            LinearOperator(size, inner, dtype=float), left, rtol=0.0, atol=self.solved * float(np.linalg.norm(load)),
             maxiter=MOST_STEPS, M=LinearOperator(size, self._cold.solve, dtype=float), callback=count,
         )  # fmt: skip
         if failed:
@@ -192,8 +192,9 @@ class Conductor:
         return tested(self, basis, patterns)
 
 
-def find(heat: HeatProblem) -> Conductor | None:
-    """The conductors of a domain that carry current; ``None`` where no part touches two voltages."""
+def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
+    """The conductors of a domain that carry current; ``None`` where no part touches two voltages. ``solved`` is how
+    small the residual of a potential must be."""
     domain, space = heat.domain, heat.domain.space
     scene, cells = domain.scene, np.flatnonzero(domain.live)
     if not len(cells):
@@ -220,5 +221,5 @@ def find(heat: HeatProblem) -> Conductor | None:
     cold, warm = laws[cells, :1], laws[cells, 1:]
     return Conductor(
         heat, cells, space.on(cells), np.flatnonzero(mine & ~fixed & space.nested[-1]), cold, warm, voltages, parts,
-        sections, space.stiffness(1 / cold[:, 0], cells),
+        sections, space.stiffness(1 / cold[:, 0], cells), solved,
     )  # fmt: skip

@@ -26,6 +26,7 @@ from meshes.grading import Features
 from scenes.free import asks
 
 OF_WORST = 0.5  # of the worst relative error of any temperature: none is taken to be known better (docs/stress.md)
+SOLVED = 1e-5  # part of the accuracy: the residual of potentials, of which powers see the square
 ROUNDING = 1e-10  # of the scale: nothing is known better than the solves
 
 
@@ -52,10 +53,10 @@ class Problems:
         return self.heat.take(self.heats[level].field(rise))
 
 
-def problems(domain: Boxes) -> Problems:
-    """The problems of a domain."""
+def problems(domain: Boxes, accuracy: float) -> Problems:
+    """The problems of a domain, to be solved for an accuracy."""
     heat = assemble(domain)
-    own = conductors.find(heat)
+    own = conductors.find(heat, SOLVED * accuracy)
     lower = [heat.lower(k) for k in range(2)]
     return Problems(domain, (*lower, heat), (*(own and own.lower(k, h) for k, h in enumerate(lower)), own))
 

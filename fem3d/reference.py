@@ -1,7 +1,7 @@
 """The second, independent path: the same problem assembled by scikit-fem and solved in the plainest way.
 
-On a brick mesh of degree 1 or 2 everywhere the tensor path of this package spans the space of scikit-fem's ElementHex1
-or ElementHex2, and one Gauss point more than the degree along each axis makes its quadrature of order 3 or 5.
+On a grid of degree 1 or 2 everywhere the element of this package spans the space of scikit-fem's own ElementHex1 or
+ElementHexS2, and one Gauss point more than the degree along each axis makes its quadrature of order 3 or 5.
 So both must agree to the tolerance of their solvers. Here are no numbering, ordering, acceleration, reduced fields or
 exact exponentials: the forms of `fem3d.forms`, Picard's iteration on the resistance, scipy's splu as it comes, and
 Alexander's stiffly accurate SDIRK of order 3 (SIAM J. Numer. Anal. 14, 1977, 1006). The code verification path: slow.
@@ -16,14 +16,14 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
-from skfem import Basis, ElementHex1, ElementHex2, FacetBasis, LinearForm, MeshHex, condense
+from skfem import Basis, ElementHex1, ElementHexS2, FacetBasis, LinearForm, MeshHex, condense
 from skfem import solve as solve_linear
 from skfem.helpers import dot
 
 from fem3d import forms, sink_quantities
 from fem3d.errors import NumericsError
 from fem3d.study import Quantities
-from meshes.bricks import VOID, BrickMesh
+from meshes.grid import Grid
 from meshes.symmetry import Symmetry
 from scenes.model import Boundary, Probe, Scene, Schedule, Value
 from scenes.sink import Sink
@@ -35,14 +35,14 @@ _B = -1.5 * _GAMMA**2 + 4 * _GAMMA - 0.25
 STAGES = ((_GAMMA,), ((1 - _GAMMA) / 2, _GAMMA), (_B, 1 - _B - _GAMMA, _GAMMA))
 
 
-def hexahedra(mesh: BrickMesh) -> tuple[MeshHex, np.ndarray]:
+def hexahedra(grid: Grid) -> tuple[MeshHex, np.ndarray]:
     """The cells of the solid as scikit-fem's mesh, and the box (cells,) that owns each."""
-    cells = np.argwhere(mesh.owner != VOID)
+    cells = np.argwhere(grid.solid)
     corners = cells[:, None, :] + MeshHex().p.T.astype(int)  # one cell: scikit-fem's order of the corners
-    shape = tuple(len(axis.breaks) for axis in mesh.axes)
+    shape = tuple(len(b) for b in grid.breaks)
     used, local = np.unique(np.ravel_multi_index(tuple(np.moveaxis(corners, -1, 0)), shape), return_inverse=True)
-    points = [axis.breaks[i] for axis, i in zip(mesh.axes, np.unravel_index(used, shape), strict=True)]
-    return MeshHex(np.array(points), local.reshape(-1, 8).T), mesh.owner[tuple(cells.T)]
+    points = [b[i] for b, i in zip(grid.breaks, np.unravel_index(used, shape), strict=True)]
+    return MeshHex(np.array(points), local.reshape(-1, 8).T), grid.owner[tuple(cells.T)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,13 +113,13 @@ class FullOrder:
         return read | {f"probe:{p.name}": _mean(self.basis, rise, p) for p in probes}
 
 
-def assemble(scene: Scene, mesh: BrickMesh) -> FullOrder:
-    """A scene of one or more materials on a brick mesh of degree 1 or 2 everywhere (ValueError for other degrees)."""
-    degrees = set(np.concatenate([axis.degrees for axis in mesh.axes]).tolist())
+def assemble(scene: Scene, grid: Grid) -> FullOrder:
+    """A scene of one or more materials on a grid of degree 1 or 2 everywhere (ValueError for other degrees)."""
+    degrees = set(np.concatenate(grid.degrees).tolist())
     if degrees not in ({1}, {2}):
         raise ValueError(f"the second path takes one degree, 1 or 2, everywhere, not {sorted(degrees)}")
-    element, order = (ElementHex1(), 3) if degrees == {1} else (ElementHex2(), 5)
-    cells, owner = hexahedra(mesh)
+    element, order = (ElementHex1(), 3) if degrees == {1} else (ElementHexS2(), 5)
+    cells, owner = hexahedra(grid)
     basis = Basis(cells, element, intorder=order)
 
     def per_element(values: list[float]) -> np.ndarray:

@@ -9,9 +9,9 @@ import numpy as np
 from scipy.linalg import eigh
 
 from compare.stress.rows import Row
-from fem3d import tensor
+from fem3d.assembly import HeatProblem, assemble
+from fem3d.domain import boxes
 from fem3d.exponential import integrate
-from fem3d.operators import HeatProblem, assemble
 from fem3d.reference import STAGES
 from meshes import grading, symmetry
 from scenes.sink import Sink
@@ -29,6 +29,7 @@ def rows() -> Iterator[Row]:
     what is missing of the final rise is multiplied by the method's R(-z) in each step, exactly e^(-z)."""
     problem = _sink()
     rates, modes, final = _modal(problem)
+    modes = modes[problem.unit[: problem.free] > 0]  # whose amplitudes are temperatures of vertices
     factors: dict[str, tuple[Method, bool]] = {
         "exponential collocation": (_exponential, True),
         "SDIRK of order 3 (second path)": (_sdirk, True),
@@ -58,18 +59,18 @@ def rows() -> Iterator[Row]:
 
 def _sink() -> HeatProblem:
     part = symmetry.reduce(Sink().scene())
-    return assemble(part.scene, grading.first_mesh(part.scene, 1e-2).with_degrees(-1, -1, 0), False)
+    grid = grading.first_grid(part.scene, 1e-2, grading.features(part.scene))
+    lower = [np.maximum(d - 1, 2) for d in grid.degrees]
+    return assemble(boxes(part.scene, grid.with_axes(grid.breaks, lower)))
 
 
 def _modal(problem: HeatProblem) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Decay rates (1/s), modes (nodes, modes) and the amplitudes of the final rise under heat in the beam (K)."""
     k, m = (np.asarray(a.todense()) for a in (problem.inner_stiffness, problem.inner_mass))
     rates, modes = eigh(k, m)
-    load = np.zeros(problem.size)
-    for block in problem.mesh.blocks:
-        if problem.mesh.boxes[block.box].name == "beam":
-            nodal = tensor.integral(problem.mesh.parts(block))
-            problem.scatter(block, nodal, load)
+    domain = problem.domain
+    beam = np.flatnonzero(np.array(domain.names)[domain.body] == "beam")
+    load = problem.take(domain.space.on(beam).load(np.ones((len(beam), 1))))
     return rates, modes, modes.T @ load[: problem.free] / rates
 
 
