@@ -26,7 +26,7 @@ from meshes.grading import Features
 from scenes.free import asks
 
 OF_WORST = 0.5  # of the worst relative error of any temperature: none is taken to be known better (docs/stress.md)
-SOLVED = 1e-5  # part of the accuracy: the residual of potentials, of which powers see the square
+SOLVED = 1e-3  # part of the accuracy: the error of potentials in the energy norm, of which powers see the square
 ROUNDING = 1e-10  # of the scale: nothing is known better than the solves
 
 
