@@ -28,8 +28,8 @@ class ElementHexTrunk(ElementH1):
     def __init__(self, p: int) -> None:
         self.p = self.maxdeg = p
         self.edge_dofs = p - 1
-        self.facet_dofs = max((p - 2) * (p - 3) // 2, 0)
-        self.interior_dofs = max((p - 3) * (p - 4) * (p - 5) // 6, 0)
+        self.facet_dofs = (p - 2) * (p - 3) // 2 if p > 3 else 0
+        self.interior_dofs = (p - 3) * (p - 4) * (p - 5) // 6 if p > 5 else 0
         self.dofnames = ["u"] * (1 + self.edge_dofs + self.facet_dofs + self.interior_dofs)
         self.doflocs = np.where(modes(p) < 2, modes(p), 0.5)
 

@@ -47,7 +47,7 @@ class Extreme:
                 best = values.reshape(len(values), -1).argmax(axis=1)
                 for winner in np.unique(best):
                     when = start + np.flatnonzero(best == winner)
-                    cell, point = divmod(int(winner), len(points))
+                    cell, point = divmod(int(winner), points.shape[1])
                     own = fields[:, dofs[:, cell]]
                     value, doubt = self._close(own, weights[when], points[:, point], corner, sides)
                     better = value > found[when]

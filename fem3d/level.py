@@ -120,9 +120,9 @@ def examined(study: Study, given: Problems, fine: Solution, marks: Features) -> 
 
 
 def tail(goals: Mapping[str, Spread], parts: Mapping[str, tuple[Spread, Spread]]) -> float:
-    """What is left over what the last degree took away, at most, where a dual solution tells both."""
-    found = [estimate.total(goals[n]) / max(estimate.total(last), 1e-300) for n, (_, last) in parts.items()]
-    return max(1.0, *found) if found else 1.0
+    """What is left over what the last degree took away, at least 1, of all goals together."""
+    took = sum(estimate.total(last) for _, last in parts.values())
+    return max(1.0, sum(estimate.total(goals[n]) for n in parts) / took) if took > 0 else 1.0
 
 
 def _errors(

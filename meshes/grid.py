@@ -38,7 +38,8 @@ class Grid:
 
     def small(self, d: int) -> float:
         """The length (m) along an axis that counts as nothing."""
-        return SAME * float(self.breaks[d][-1] - self.breaks[d][0])
+        breaks = self.breaks[d]
+        return min(SAME * float(breaks[-1] - breaks[0]), 0.1 * float(np.diff(breaks).min()))
 
     def at(self, d: int, coordinate: float) -> int:
         """The breakpoint nearest to a coordinate."""
