@@ -67,6 +67,11 @@ class Estimator:
             self._least.append(np.where(np.isfinite(s), SLOWEST, REGULAR))
             self._cap.append(np.where(np.isfinite(s), 4 * s, rate(p, fall)).clip(SLOWEST, FASTEST))
 
+    @property
+    def most(self) -> float:
+        """What is left after the last degree over what it took away, at most."""
+        return max(float(left(p, a).max()) for p, a in zip(self._degrees, self._least, strict=True))
+
     def remains(self, before: Spread, last: Spread) -> Spread:
         """What is left of an error of which degree p - 1 took away ``before`` and p took away ``last``."""
         found = []

@@ -111,7 +111,7 @@ def examined(study: Study, given: Problems, fine: Solution, marks: Features) -> 
     goals = {name: judge.remains(*pair) for name, pair in parts.items()}
     power = judge.remains(*electric_parts(given))
     unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
-    errors = _errors(study, fine, low, scales, goals, estimate.total(power), unsettled, tail(goals, parts))
+    errors = _errors(study, fine, low, scales, goals, estimate.total(power), unsettled, tail(goals, parts, judge.most))
     missing = [np.zeros_like(p) for p in power]
     for of_goal in goals.values():
         estimate.add(missing, of_goal)
@@ -119,10 +119,11 @@ def examined(study: Study, given: Problems, fine: Solution, marks: Features) -> 
     return Level(given, fine, low, scales, errors, goals, missing)
 
 
-def tail(goals: Mapping[str, Spread], parts: Mapping[str, tuple[Spread, Spread]]) -> float:
-    """What is left over what the last degree took away, at least 1, of all goals together."""
+def tail(goals: Mapping[str, Spread], parts: Mapping[str, tuple[Spread, Spread]], most: float) -> float:
+    """What is left over what the last degree took away, from 1 to ``most``, of all goals together."""
     took = sum(estimate.total(last) for _, last in parts.values())
-    return max(1.0, sum(estimate.total(goals[n]) for n in parts) / took) if took > 0 else 1.0
+    remains = sum(estimate.total(goals[n]) for n in parts)
+    return max(1.0, min(remains / took, most)) if took > 0 else 1.0
 
 
 def _errors(
