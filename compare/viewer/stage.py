@@ -14,6 +14,7 @@ from compare.viewer.source import Source
 from compare.viewer.state import QUANTITIES, View, keys_text, title
 
 MICRO = 1e6
+DIVERGING = "RdBu_r"
 _PANELS = (("rise", "3D"), ("rise_1d", "1D model on the same geometry"), ("difference", "1D less 3D"))
 PLOT, SLIDER, KEYS, TITLE = 3, 4, 5, 6
 """The parts of the window below and above the panels, numbered on from theirs."""
@@ -232,7 +233,7 @@ def label_format(low: float, high: float, labels: int) -> str:
 
 def _colours(name: str) -> Any:
     if name == "difference":
-        return "RdBu_r"
+        return DIVERGING
     from matplotlib.colors import ListedColormap
 
     return ListedColormap(table() / 255)
