@@ -47,7 +47,8 @@ class Source:
         the next, in the logarithm of time and without overshoot; the 1D model is that of the very time."""
         from scipy.interpolate import PchipInterpolator
 
-        stored, times = np.array(self.times, dtype=float), np.linspace(*self.times[:: len(self.times) - 1], count)
+        stored = np.array(self.times, dtype=float)
+        times = np.linspace(stored[0], stored[-1], count)
         first = self.grid(0)
         names = {name for name in ("rise", quantity) if name in first.point_data}
         values = {name: np.stack([self.grid(k).point_data[name] for k in range(len(stored))]) for name in names}
