@@ -21,8 +21,8 @@ PLOT, SLIDER, KEYS, TITLE = 3, 4, 5, 6
 PLOT_SHARE = 0.3
 SLIDER_HIGH, TITLE_HIGH, ROW_HIGH, COLUMN_WIDE = 72, 30, 16, 240
 """In pixels of a window of usual size: of the parts, and of the rows and columns of the list of keys."""
-BAR = 0.13
-"""The part of a panel, at its right, for the colour bar."""
+BAR_WIDE = 120
+"""In pixels of a window of usual size, and no less than an eighth of it: the colour bar at a panel's right."""
 
 
 class Stage:
@@ -35,6 +35,7 @@ class Stage:
         plotter: Any = pv.Plotter
         self.plotter: Any = plotter(shape=(7, 1), off_screen=off_screen, window_size=list(size), border=False)
         self._ink = max(1.0, min(size[0] / 1400, size[1] / 800))
+        self._bar = max(0.125, BAR_WIDE * self._ink / size[0])
         self._slider = not off_screen and len(source.times) > 1
         self.plotter.set_background("white", all_renderers=True)
         for number in range(3):  # not the plot, whose size it would halve
@@ -102,8 +103,8 @@ class Stage:
         aspect = width * (x1 - x0) / (height * (y1 - y0))
         # The right of a panel is the colour bar's, its top its name's.
         top = 0.12 if view.compare else 0.0
-        self.plotter.camera.parallel_scale = max(high / (0.94 - top), wide / aspect / (0.96 - BAR)) / 2
-        self.plotter.camera.SetWindowCenter(BAR, top)
+        self.plotter.camera.parallel_scale = max(high / (0.94 - top), wide / aspect / (0.96 - self._bar)) / 2
+        self.plotter.camera.SetWindowCenter(self._bar, top)
         self.plotter.link_views([0, 1, 2])
         for renderer in self.plotter.renderers:
             renderer.camera_set = True  # else the first drawing would set it anew
@@ -141,9 +142,9 @@ class Stage:
         labels = 3 if view.compare else 5
         bar = {
             # A title of its own each: pyvista would share the bar of two titles that are equal.
-            "title": QUANTITIES.get(name, ("", "K"))[1] + " " * number, "n_labels": labels,
-            "fmt": label_format(low, high, labels), "color": INK, "vertical": True, "width": 0.5 * BAR, "height": 0.82,
-            "position_x": 1.0 - 0.75 * BAR, "position_y": 0.06, "title_font_size": round(15 * self._ink),
+            "title": QUANTITIES.get(name, ("", "K"))[1] + " " * number, "n_labels": labels, "color": INK,
+            "fmt": label_format(low, high, labels), "vertical": True, "width": 0.5 * self._bar, "height": 0.82,
+            "position_x": 1.0 - 0.75 * self._bar, "position_y": 0.06, "title_font_size": round(15 * self._ink),
             "label_font_size": round(15 * self._ink), "unconstrained_font_size": True,
         }  # fmt: skip
         actor = self._add(
