@@ -70,7 +70,9 @@ def _with_data(outcome: Outcome, against: Data | None) -> Outcome:
     from compare.against.checks import evaluate
 
     checks = (*outcome.checks, *evaluate(outcome.sink, against, outcome.fem3d))
-    return replace(outcome, checks=checks, plan=(*outcome.plan, data_step(against)), against=against)
+    warnings = (*outcome.warnings, *(f"{against.name}: {text}" for text in against.warnings))
+    plan = (*outcome.plan, data_step(against))
+    return replace(outcome, checks=checks, plan=plan, warnings=warnings, against=against)
 
 
 def _solve(sink: Sink, request: SinkRequest, say: Callable[[str], None], clock: Clock) -> Outcome:

@@ -60,6 +60,8 @@ def outcome_text(
     """Everything about a run; ``contrary`` are the checks that contradict the scene, ``planned`` the plan if it has
     been printed, so that only what turned out otherwise is added."""
     parts = [headline(outcome, contrary, style), _quantities(outcome, style)]
+    if outcome.against is not None:
+        parts.append(wrapped(outcome.against.said()))
     if outcome.checks:
         parts.append(checks_text(outcome.checks, style))
     parts += [reasons_text(outcome.checks, contrary, style), _budget(outcome, style)]

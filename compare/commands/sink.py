@@ -38,7 +38,10 @@ def describe(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("--voltage", metavar="V", help='voltage across the electrodes: 1, 2V or "500 mV"; for --set drive.voltage=V')
     add("--against", metavar="FILE",
-        help="compare your own traces with 3D: a COMSOL table, a CSV, or an ngspice raw or print file")  # fmt: skip
+        help="compare your own traces with 3D: a COMSOL table, a CSV or other table, an ngspice file")  # fmt: skip
+    add("--column", action="append", default=[], metavar="NAME=COLUMN",
+        help='what a column of that file is, where its name does not tell: peak="T (K), Point 1", "end rise (K)=3", '
+        "drive.voltage=Va; as often as needed")  # fmt: skip
     add("--steady", action="store_true", help="the steady state only, no transient")
     add("--only", choices=("3d", "1d"), help="one model only")
     add("--reduction", metavar="R", default="paper",
@@ -81,17 +84,19 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _data(arguments: argparse.Namespace, sink: Sink, request: Request) -> Data | None:
     """The user's own traces, read before anything is solved."""
-    if arguments.against is None:
-        return None
     from pathlib import Path
 
     from scenes.errors import SceneError
 
+    if arguments.against is None:
+        if arguments.column:
+            raise SceneError("--column says what a column of --against FILE is: give that, too")
+        return None
     if not request.transient or "fem3d" not in request.models:
         raise SceneError("--against compares with the 3D model over time: leave out --steady and --only 1d")
     from compare.against.data import read
 
-    return read(Path(arguments.against), sink)
+    return read(Path(arguments.against), sink, arguments.column)
 
 
 def _request(arguments: argparse.Namespace, end_time: float) -> SinkRequest:

@@ -1,0 +1,148 @@
+"""Which of several runs in a file is that of the scene: by columns, or headers' "@", that stand for its keys.
+
+COMSOL writes the runs of a parametric sweep below one another with a column for each parameter, or beside one another
+with the parameters behind an "@" in the headers.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from operator import attrgetter
+
+import numpy as np
+
+from compare.against.columns import Column, in_si, split, unit_of
+from scenes.errors import SceneError, quoted
+from scenes.kinds import Quantity
+from scenes.sink import Sink
+from scenes.types import SINK
+from scenes.units import UnitError, parse_quantity
+
+_CLOSE = 1e-4
+"""Of a parameter: tables round to five digits, and nothing that is compared moves by more than a few times this."""
+_VOLTAGE = re.compile(r"[vu](_?(0|in|app|applied|dc|drive|src|source|tot))?", re.IGNORECASE)
+_PATHS = {path: key for path, key in SINK.schema.paths.items() if key.physical and isinstance(key.kind, Quantity)}
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter of the file's runs: its name there, the scene's key that it stands for, and that key's value as the
+    file has it and in SI units, by run."""
+
+    name: str
+    path: str
+    shown: tuple[str, ...]
+    values: tuple[float, ...]
+
+    def matches(self, sink: Sink) -> list[bool]:
+        """Which of the runs have the scene's value."""
+        wanted = attrgetter(_PATHS[self.path].attribute)(sink)
+        return [
+            wanted is not None and math.isclose(value, wanted, rel_tol=_CLOSE, abs_tol=1e-15) for value in self.values
+        ]
+
+
+def key_of(name: str) -> str | None:
+    """The path of the scene's key that a name stands for: "drive.voltage", "voltage", "V0"; ``None`` for none."""
+    plain = re.sub(r"\s+", "_", name.strip()).lower()
+    if plain in _PATHS:
+        return plain
+    ends = [path for path in _PATHS if path.endswith(f".{plain}")]
+    if len(ends) == 1:
+        return ends[0]
+    return "drive.voltage" if _VOLTAGE.fullmatch(plain) else None
+
+
+def of_column(column: Column, path: str | None, unit: str = "") -> tuple[str, np.ndarray] | None:
+    """The key that a column stands for, and its SI values: the one that it is said to be, or the one of its name if it
+    has that key's unit. SceneError where what is said can't be."""
+    found = path or key_of(split(column.name)[0])
+    if found is None:
+        return None
+    said = unit_of(unit or column.unit)
+    dimension = _kind(found).dimension
+    if said is not None and said.powers != dimension.powers:
+        if path is None:
+            return None
+        raise SceneError(f"--column: {quoted(column.name)} is not {dimension.name}, as {found} is")
+    return found, column.values if said is None else in_si(column.values, said)
+
+
+def of_header(name: str, texts: Sequence[str], path: str | None, unit: str = "") -> Parameter | None:
+    """A parameter behind the headers' "@", a text for each run, as a scene's key; ``None`` where it stands for none."""
+    found = path or key_of(name)
+    if found is None:
+        return None
+    values = []
+    for text in texts:
+        spelled = text.replace("[", " ").replace("]", "")
+        try:
+            value, said = parse_quantity(f"{spelled} {unit}" if unit and _bare(spelled) else spelled)
+        except UnitError:
+            return None
+        if said is not None and said.powers != _kind(found).dimension.powers:
+            return None
+        values.append(value)
+    return Parameter(name, found, tuple(texts), tuple(values))
+
+
+def choose(shown: str, parameters: Sequence[Parameter], sink: Sink) -> tuple[list[bool], str]:
+    """Which of the runs are the scene's, and a text on that: "the run at V0 = 1 V of 0.5, 1, 2 V". SceneError, with
+    the choices, where none is. All are where there is no parameter."""
+    if not parameters:
+        return [], ""
+    fits = [all(row) for row in zip(*(p.matches(sink) for p in parameters), strict=True)]
+    if not any(fits):
+        raise SceneError(
+            f"--against {shown} has no run of this scene: "
+            + "; ".join(f"{p.name} ({p.path}) is {_list(p)}, in the scene {_of(p.path, sink)}" for p in parameters)
+            + f": export that run, or set the scene: --set {parameters[0].path}={_first(parameters[0])}"
+        )
+    said = []
+    for p in parameters:
+        several = len(dict.fromkeys(p.values)) > 1
+        said.append(f"{p.name} = {_of(p.path, sink)} ({p.path})" + (f" of {_list(p)}" if several else ""))
+    return fits, f"the run at {', '.join(said)}"
+
+
+def stretches(time: np.ndarray) -> list[slice]:
+    """Where time ascends: the runs that stand below one another."""
+    breaks = [0, *(np.flatnonzero(np.diff(time) <= 0) + 1).tolist(), len(time)]
+    return [slice(a, b) for a, b in pairwise(breaks)]
+
+
+def constant(values: np.ndarray, runs: Sequence[slice]) -> bool:
+    """Whether values are the same throughout each run, as a parameter's are."""
+    return all(bool((values[run] == values[run.start]).all()) for run in runs)
+
+
+def shown_values(path: str, values: Sequence[float]) -> tuple[str, ...]:
+    """SI values of a key as a person reads them."""
+    return tuple(_kind(path).show(float(f"{value:.6g}")) for value in values)
+
+
+def _kind(path: str) -> Quantity:
+    kind = _PATHS[path].kind
+    assert isinstance(kind, Quantity)
+    return kind
+
+
+def _of(path: str, sink: Sink) -> str:
+    return _PATHS[path].kind.show(attrgetter(_PATHS[path].attribute)(sink))
+
+
+def _list(parameter: Parameter) -> str:
+    values = tuple(dict.fromkeys(parameter.shown))
+    return ", ".join(values[:12]) + (f" and {len(values) - 12} more" if len(values) > 12 else "")
+
+
+def _first(parameter: Parameter) -> str:
+    return shown_values(parameter.path, parameter.values[:1])[0].replace(" ", "")
+
+
+def _bare(text: str) -> bool:
+    return re.fullmatch(r"[-+.\deE\s]+", text) is not None
