@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from compare.interface import Run, run
 from compare.scope import OVER_TIME
 from compare.verdict import Verdict, judge, relative, spread
-from compare.words import difference_text, percent, quantity, with_error
+from compare.words import difference_text, percent, quantity, sink_text, with_error
 from scenes.checks import AGAINST_TOLERANCES, DEFAULT_TOLERANCES
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.sink import Sink
@@ -54,7 +54,7 @@ def assert_reduction_agrees(
         _quantity(found, name, tolerance) if name in QUANTITIES else _check(found.check(name), tolerance)
         for name, tolerance in tolerances.items()
     ]
-    _fail(f"the 1D model of {found.scene.name} at {found.scene.voltage:g} V", told)
+    _fail(f"the 1D model of {sink_text(found.scene)}", told)
     return found
 
 
@@ -75,7 +75,7 @@ def assert_traces_agree(
     _known(tolerances, tuple(name.removeprefix("against_") for name in AGAINST_TOLERANCES), "peak=0.05")
     found = run(scene, voltage=voltage, accuracy=accuracy, against=file)
     told = [_check(found.check(f"against_{name}"), tolerance) for name, tolerance in tolerances.items()]
-    _fail(f"{Path(file).name} for {found.scene.name} at {found.scene.voltage:g} V", told)
+    _fail(f"{Path(file).name} for {sink_text(found.scene)}", told)
     return found
 
 
