@@ -19,7 +19,8 @@ def describe(parser: argparse.ArgumentParser) -> None:
         "  validate scene bridge > mine.toml; validate solve mine.toml\n"
         '  validate solve bridge --set "boundary.left electrode.voltage=3V" --accuracy 1e-4\n'
         "  validate solve hotplate --explain\n\n"
-        "results: summary.json, traces.csv (a column per probe) and figures in results/<scene>-<what distinguishes it>/\n"
+        "results: summary.json, traces.csv (a column per probe) and figures in\n"
+        "results/<scene>-<what distinguishes it>/\n"
         "exit status: 0 solved, 2 bad input, 3 the numerics failed"
     )
     add = parser.add_argument
