@@ -12,12 +12,14 @@ from scenes.errors import SceneError, did_you_mean, printable, quoted
 
 QUANTITIES = {"peak": "peak_K", "end": "end_K", "mean": "mean_K", "current": "current_A", "power": "power_W"}
 """What a user calls the quantities of traces.csv."""
+IGNORED = "ignore"
+"""What a column is called that is to be left out."""
 
 
 @dataclass(frozen=True)
 class Meaning:
-    """What a column is: "time", a key of traces.csv or of the scene; in which unit, where that is said ("" else); and
-    whether it is a rise."""
+    """What a column is: "time", "ignore", a key of traces.csv or of the scene; in which unit, where that is said ("" else);
+    and whether it is a rise."""
 
     what: str
     unit: str = ""
@@ -36,7 +38,7 @@ def meanings(table: Table, given: Sequence[str]) -> dict[str, Meaning]:
         name = _column(table, wanted, text)
         if name in found:
             raise SceneError(f"--column {quoted(text)}: {quoted(name)} is the {found[name].what} already")
-        if meaning.what in (other.what for other in found.values()):
+        if meaning.what != IGNORED and meaning.what in (other.what for other in found.values()):
             raise SceneError(f"--column {quoted(text)}: another column is the {meaning.what} already")
         found[name] = meaning
     return found
@@ -46,13 +48,13 @@ def _meaning(left: str) -> Meaning:
     name, unit = split(left)
     rise = bool(re.search(r"\brise\b", name, re.IGNORECASE))
     plain = re.sub(r"\s*\brise\b\s*", "", name, flags=re.IGNORECASE).strip().lower()
-    if plain == "time":
+    if plain in ("time", IGNORED):
         return Meaning(plain, unit)
     if plain in QUANTITIES:
         return Meaning(QUANTITIES[plain], unit, rise)
     path = key_of(plain)
     if path is None:
-        known = ("time", *QUANTITIES)
+        known = ("time", *QUANTITIES, IGNORED)
         raise SceneError(
             f"--column {quoted(left)} is no quantity: give {', '.join(known)}, or a key of the scene such as "
             f"drive.voltage{did_you_mean(plain, known)}"

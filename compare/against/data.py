@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -68,7 +68,7 @@ class Data:
 def read(path: Path, sink: Sink, columns: Sequence[str] = ()) -> Data:
     """The traces in a file; ``columns`` say what some of its columns are, as `--column` does. SceneError where there
     are none that the sink has, saying what was found, and where it can't be told which of several is meant."""
-    table, shown = _table(path), quoted(path)
+    table, shown = _told_apart(_table(path)), quoted(path)
     given = chosen.meanings(table, columns)
     picked = runs.pick(table, given, sink, shown)
     kept: dict[str, quantities.Match] = {}
@@ -112,6 +112,17 @@ def _table(path: Path) -> Table:
     if ngspice.is_printed(text):
         return ngspice.read_printed(path, text)
     return plain.read(path, text)
+
+
+def _told_apart(table: Table) -> Table:
+    """With a number behind names that stand twice; the time may, before every vector."""
+    seen: dict[object, int] = {}
+    made = []
+    for column in table.columns:
+        n = seen[column.name, column.at] = seen.get((column.name, column.at), 0) + 1
+        again = n > 1 and not quantities.is_time(column)
+        made.append(replace(column, name=f"{column.name} #{n}") if again else column)
+    return replace(table, columns=tuple(made))
 
 
 def _check_times(time: np.ndarray, sink: Sink, shown: str) -> None:

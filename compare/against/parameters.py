@@ -6,7 +6,6 @@ with the parameters behind an "@" in the headers.
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,26 +23,26 @@ from scenes.units import UnitError, parse_quantity
 
 _CLOSE = 1e-4
 """Of a parameter: tables round to five digits, and nothing that is compared moves by more than a few times this."""
+_MANY = 100_000
+"""Rows that are looked at for the distinct values of a parameter."""
 _VOLTAGE = re.compile(r"[vu](_?(0|in|app|applied|dc|drive|src|source|tot))?", re.IGNORECASE)
 _PATHS = {path: key for path, key in SINK.schema.paths.items() if key.physical and isinstance(key.kind, Quantity)}
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter of the file's runs: its name there, the scene's key that it stands for, and that key's value as the
-    file has it and in SI units, by run."""
+    """A parameter of the file's runs: its name there, the scene's key that it stands for, that key's SI value for each
+    row or header, and its distinct values in words."""
 
     name: str
     path: str
+    values: np.ndarray
     shown: tuple[str, ...]
-    values: tuple[float, ...]
 
-    def matches(self, sink: Sink) -> list[bool]:
-        """Which of the runs have the scene's value."""
+    def matches(self, sink: Sink) -> np.ndarray:
+        """Which of them have the scene's value."""
         wanted = attrgetter(_PATHS[self.path].attribute)(sink)
-        return [
-            wanted is not None and math.isclose(value, wanted, rel_tol=_CLOSE, abs_tol=1e-15) for value in self.values
-        ]
+        return np.isclose(self.values, np.nan if wanted is None else wanted, rtol=_CLOSE, atol=1e-15)
 
 
 def key_of(name: str) -> str | None:
@@ -57,9 +56,9 @@ def key_of(name: str) -> str | None:
     return "drive.voltage" if _VOLTAGE.fullmatch(plain) else None
 
 
-def of_column(column: Column, path: str | None, unit: str = "") -> tuple[str, np.ndarray] | None:
-    """The key that a column stands for, and its SI values: the one that it is said to be, or the one of its name if it
-    has that key's unit. SceneError where what is said can't be."""
+def of_column(column: Column, path: str | None, unit: str = "") -> Parameter | None:
+    """A column as the key that it is said to stand for, or the one of its name if it has that key's unit; ``None`` for
+    none. SceneError where what is said can't be."""
     found = path or key_of(split(column.name)[0])
     if found is None:
         return None
@@ -69,7 +68,9 @@ def of_column(column: Column, path: str | None, unit: str = "") -> tuple[str, np
         if path is None:
             return None
         raise SceneError(f"--column: {quoted(column.name)} is not {dimension.name}, as {found} is")
-    return found, column.values if said is None else in_si(column.values, said)
+    values = column.values if said is None else in_si(column.values, said)
+    distinct = dict.fromkeys(values[:_MANY].tolist())
+    return Parameter(split(column.name)[0], found, values, tuple(_show(found, value) for value in distinct))
 
 
 def of_header(name: str, texts: Sequence[str], path: str | None, unit: str = "") -> Parameter | None:
@@ -87,16 +88,16 @@ def of_header(name: str, texts: Sequence[str], path: str | None, unit: str = "")
         if said is not None and said.powers != _kind(found).dimension.powers:
             return None
         values.append(value)
-    return Parameter(name, found, tuple(texts), tuple(values))
+    return Parameter(name, found, np.array(values), tuple(dict.fromkeys(texts)))
 
 
-def choose(shown: str, parameters: Sequence[Parameter], sink: Sink) -> tuple[list[bool], str]:
-    """Which of the runs are the scene's, and a text on that: "the run at V0 = 1 V of 0.5, 1, 2 V". SceneError, with
-    the choices, where none is. All are where there is no parameter."""
+def choose(shown: str, parameters: Sequence[Parameter], sink: Sink, count: int) -> tuple[np.ndarray, str]:
+    """Which of ``count`` rows or headers are of the scene's run, and a text on that: "the run at V0 = 1 V of 0.5, 1,
+    2 V". SceneError, with the choices, where none is. All are where there is no parameter."""
     if not parameters:
-        return [], ""
-    fits = [all(row) for row in zip(*(p.matches(sink) for p in parameters), strict=True)]
-    if not any(fits):
+        return np.ones(count, dtype=bool), ""
+    fits: np.ndarray = np.all([p.matches(sink) for p in parameters], axis=0)
+    if not fits.any():
         raise SceneError(
             f"--against {shown} has no run of this scene: "
             + "; ".join(f"{p.name} ({p.path}) is {_list(p)}, in the scene {_of(p.path, sink)}" for p in parameters)
@@ -104,7 +105,7 @@ def choose(shown: str, parameters: Sequence[Parameter], sink: Sink) -> tuple[lis
         )
     said = []
     for p in parameters:
-        several = len(dict.fromkeys(p.values)) > 1
+        several = len(p.shown) > 1
         said.append(f"{p.name} = {_of(p.path, sink)} ({p.path})" + (f" of {_list(p)}" if several else ""))
     return fits, f"the run at {', '.join(said)}"
 
@@ -115,14 +116,19 @@ def stretches(time: np.ndarray) -> list[slice]:
     return [slice(a, b) for a, b in pairwise(breaks)]
 
 
-def constant(values: np.ndarray, runs: Sequence[slice]) -> bool:
-    """Whether values are the same throughout each run, as a parameter's are."""
-    return all(bool((values[run] == values[run.start]).all()) for run in runs)
+def tells_apart(values: np.ndarray, time: np.ndarray) -> bool:
+    """Whether values are those of a parameter: the same throughout each run that stands below another, or, where the
+    rows of runs take turns, each as often as any other."""
+    runs = stretches(time)
+    if all(bool((values[run] == values[run.start]).all()) for run in runs):
+        return True
+    counts = np.unique(values, return_counts=True)[1]
+    return len(runs) > 1 and bool(counts[0] > 2 and (counts == counts[0]).all())
 
 
-def shown_values(path: str, values: Sequence[float]) -> tuple[str, ...]:
-    """SI values of a key as a person reads them."""
-    return tuple(_kind(path).show(float(f"{value:.6g}")) for value in values)
+def _show(path: str, value: float) -> str:
+    """An SI value of a key as a person reads it."""
+    return _kind(path).show(float(f"{value:.6g}"))
 
 
 def _kind(path: str) -> Quantity:
@@ -136,12 +142,12 @@ def _of(path: str, sink: Sink) -> str:
 
 
 def _list(parameter: Parameter) -> str:
-    values = tuple(dict.fromkeys(parameter.shown))
+    values = parameter.shown
     return ", ".join(values[:12]) + (f" and {len(values) - 12} more" if len(values) > 12 else "")
 
 
 def _first(parameter: Parameter) -> str:
-    return shown_values(parameter.path, parameter.values[:1])[0].replace(" ", "")
+    return _show(parameter.path, float(parameter.values[0])).replace(" ", "")
 
 
 def _bare(text: str) -> bool:

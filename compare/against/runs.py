@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compare.against import parameters, quantities
-from compare.against.chosen import Meaning
-from compare.against.columns import Column, Table, in_si, split, unit_of
+from compare.against.chosen import IGNORED, Meaning
+from compare.against.columns import Column, Table, in_si, unit_of
 from compare.against.parameters import Parameter
 from scenes.dimensions import TIME
 from scenes.errors import SceneError, quoted
@@ -33,12 +33,9 @@ def pick(table: Table, given: Mapping[str, Meaning], sink: Sink, shown: str) -> 
     time, rest = _time(columns, table, given, shown)
     if not np.isfinite(time).all():
         raise SceneError(f"--against {shown}: its times are not all finite numbers")
-    spans = parameters.stretches(time)
-    below, others, left = _below(rest, given, spans, shown)
-    fits, said = parameters.choose(shown, below, sink)
-    if fits:
-        rows = np.concatenate([np.arange(len(time))[span] for span, fit in zip(spans, fits, strict=True) if fit])
-        time, others = time[rows], [replace(c, values=c.values[rows]) for c in others]
+    below, others, left = _below(rest, given, time, shown)
+    fits, said = parameters.choose(shown, below, sink, len(time))
+    time, others = time[fits], [replace(c, values=c.values[fits]) for c in others]
     again = np.flatnonzero(np.diff(time) <= 0)
     if len(again):
         raise SceneError(_several(shown, time, int(again[0]), others, said))
@@ -70,8 +67,8 @@ def _beside(
             found.append(parameter)
         else:
             untold[name] = texts
-    fits, said = parameters.choose(shown, found, sink)
-    left = [pairs for pairs, fit in zip(at, fits or [True] * len(at), strict=True) if fit]
+    fits, said = parameters.choose(shown, found, sink, len(at))
+    left = [pairs for pairs, fit in zip(at, fits, strict=True) if fit]
     if len(left) > 1:
         names = [name for name in untold if len({dict(pairs).get(name) for pairs in left}) > 1]
         raise SceneError(
@@ -105,7 +102,7 @@ def _time(
 
 
 def _below(
-    columns: Sequence[Column], given: Mapping[str, Meaning], spans: Sequence[slice], shown: str
+    columns: Sequence[Column], given: Mapping[str, Meaning], time: np.ndarray, shown: str
 ) -> tuple[list[Parameter], list[Column], dict[str, str]]:  # fmt: skip
     """Columns that stand for keys of the scene as parameters of the runs below one another, the other columns, and
     what is left out."""
@@ -114,26 +111,25 @@ def _below(
         meaning = given.get(column.name)
         said = meaning.what if meaning is not None and "." in meaning.what else None
         unit = meaning.unit if meaning is not None else ""
-        key = parameters.of_column(column, said, unit) if said or meaning is None else None
-        if key is None:
+        parameter = parameters.of_column(column, said, unit) if said or meaning is None else None
+        if meaning is not None and meaning.what == IGNORED:
+            left[column.name] = "is left out by --column"
+        elif parameter is None:
             others.append(column)
-        elif not parameters.constant(column.values, spans):
+        elif not parameters.tells_apart(column.values, time):
             if said is not None:
                 raise SceneError(
                     f"--against {shown}: {quoted(column.name)} varies over time, as no {said} of a run does"
                 )
             left[column.name] = "varies over time"
         else:
-            path, values = key
-            each = tuple(float(values[span.start]) for span in spans)
-            found.append(Parameter(split(column.name)[0], path, parameters.shown_values(path, each), each))
+            found.append(parameter)
     return found, others, left
 
 
 def _several(shown: str, time: np.ndarray, row: int, columns: Sequence[Column], said: str) -> str:
     """Why rows are not those of one run, and by what they may be told apart."""
-    spans = parameters.stretches(time)
-    telling = [c for c in columns if parameters.constant(c.values, spans) and np.ptp(c.values) > 0]
+    telling = [c for c in columns if parameters.tells_apart(c.values, time) and np.ptp(c.values) > 0]
     of = f", {said}," if said else ""
     what = (
         f"--against {shown}{of} has the time {time[row + 1]:.9g} s after {time[row]:.9g} s: times that repeat or step "

@@ -85,6 +85,22 @@ def test_column_settles_what_cannot_be_told(tmp_path: Path) -> None:
     assert "max 1 (K)" in data.left_out
 
 
+def test_names_that_stand_twice_are_told_apart(tmp_path: Path) -> None:
+    text = table(MILLISECONDS, ("T (K)", 293 + RISES), ("T (K)", 293 + RISES / 4))
+    for end in ("T (K) #2", "3"):
+        data = found(tmp_path, text, "peak=T (K)", f"end={end}")
+        assert data.values["peak_K"][-1] == pytest.approx(313.0)
+        assert data.values["end_K"][-1] == pytest.approx(298.0)
+
+
+def test_a_column_that_is_in_the_way_is_left_out(tmp_path: Path) -> None:
+    """Called like a key of the scene, and not meant for it."""
+    text = table(MILLISECONDS, ("peak (K)", 293 + RISES), ("width (mm)", np.full(4, 3.0)))
+    with pytest.raises(SceneError, match="no run of this scene"):
+        found(tmp_path, text)
+    assert found(tmp_path, text, "ignore=width (mm)").left_out == {"width (mm)": "is left out by --column"}
+
+
 def test_column_gives_units_and_rises(tmp_path: Path) -> None:
     text = table(("Time", TIMES), ("sensor", RISES), ("A", 19.85 + RISES))
     for told in ("peak rise (K)=sensor", "peak (degC)=A"):

@@ -109,6 +109,16 @@ def test_two_parameters(tmp_path: Path) -> None:
     assert data.values["peak_K"] == pytest.approx(peak(1.0))
 
 
+def test_runs_whose_rows_take_turns(tmp_path: Path) -> None:
+    rows = [f"{t} {v} {peak(v)[i]:.9g}" for i, t in enumerate(TIMES) for v in VOLTS]
+    text = "time_s  V0_V  peak_K\n" + "\n".join(rows) + "\n"
+    data = found(tmp_path, text)
+    assert data.values["peak_K"] == pytest.approx(peak(1.0))
+    assert "500 mV, 1 V, 2 V" in data.run
+    with pytest.raises(SceneError, match=r'"Ua_V" \(0.5, 1, 2\) may tell them apart'):
+        found(tmp_path, text.replace("V0", "Ua"))
+
+
 def test_one_value_of_a_key_is_held_against_the_scenes(tmp_path: Path) -> None:
     """A single run at another voltage is refused as one of many is; a column that no key is called after is said."""
     assert found(tmp_path, below(volts=(1.0,))).run == "the run at V0 = 1 V (drive.voltage)"
