@@ -18,8 +18,8 @@ IGNORED = "ignore"
 
 @dataclass(frozen=True)
 class Meaning:
-    """What a column is: "time", "ignore", a key of traces.csv or of the scene; in which unit, where that is said ("" else);
-    and whether it is a rise."""
+    """What a column is: "time", "ignore", a key of traces.csv or the scene; its unit where that is said, else ""; and
+    whether it is a rise."""
 
     what: str
     unit: str = ""

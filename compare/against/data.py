@@ -25,8 +25,8 @@ would be spent on."""
 class Data:
     """Traces from a file: ``time`` (s, ascending) and ``values`` by the keys of traces.csv, in SI units.
 
-    ``headers`` are the columns' own names and ``how`` they were read where that is not plain, ``left_out`` says why the
-    others are none, ``run`` which of several runs it is, ``notes`` what else was done, ``warnings`` what may be another
+    ``headers`` are the columns' own names, the time's among them, and ``how`` they were read where that is not plain,
+    ``left_out`` says why the others are none, ``run`` which of several runs it is, ``notes`` what else was done, ``warnings`` what may be another
     scene's.
     """
 
@@ -52,7 +52,7 @@ class Data:
 
     def said(self) -> str:
         """One sentence: which column is which quantity, of which run, and which are left out, and why."""
-        names = {key: name for name, key in chosen.QUANTITIES.items()}
+        names = {"time_s": "time", **{key: name for name, key in chosen.QUANTITIES.items()}}
         how = {key: f" ({text})" for key, text in self.how.items()}
         parts = [", ".join(f"{names[k]} is {quoted(header)}{how.get(k, '')}" for k, header in self.headers.items())]
         parts += [self.run] if self.run else []
@@ -95,11 +95,10 @@ def read(path: Path, sink: Sink, columns: Sequence[str] = ()) -> Data:
             raise SceneError(f"--against {shown}: {quoted(match.header)} has values that are not finite numbers")
     _check_times(picked.time, sink, shown)
     warnings = (*_spans(picked.time, sink), *_starts(picked.time, kept, sink, shown))
-    return Data(
-        path.name, table.kind, picked.time, {key: m.values for key, m in kept.items()},
-        {key: m.header for key, m in kept.items()}, {key: m.note for key, m in kept.items() if m.note}, table.notes,
-        left, picked.run, warnings,
-    )  # fmt: skip
+    values = {key: m.values for key, m in kept.items()}
+    headers = {"time_s": picked.clock, **{key: m.header for key, m in kept.items()}}
+    how = {key: m.note for key, m in kept.items() if m.note}
+    return Data(path.name, table.kind, picked.time, values, headers, how, table.notes, left, picked.run, warnings)
 
 
 def _table(path: Path) -> Table:

@@ -46,7 +46,8 @@ def read_raw(path: Path, data: bytes) -> Table:
             cells *= 2
         if head.group(2) == b"Binary":
             end = head.end() + 8 * cells
-            values = np.frombuffer(data[head.end() : end], "<f8")
+            held = min(cells, (len(data) - head.end()) // 8)
+            values = np.frombuffer(data, "<f8", held, head.end()) if held else np.empty(0)
         else:
             following = data.find(b"Title:", head.end())
             end = len(data) if following < 0 else following

@@ -33,6 +33,8 @@ def read(path: Path, text: str) -> Table:
             kept.append((number, line))
     if not kept:
         raise SceneError(f"--against {quoted(path)} has no rows: give a row of names with units, then numbers")
+    if all(line.rstrip().endswith((",", ";")) for _, line in kept):
+        kept = [(number, line.rstrip()[:-1]) for number, line in kept]
     last = kept[-1][1]
     separator = _separator(last)
     headed = not all(_is_number(cell, separator) for cell in _cells(kept[0][1], separator))

@@ -42,10 +42,15 @@ class Match:
 
 
 def is_time(column: Column) -> bool:
-    """Whether a column is the time."""
+    """Whether a column is the time by its name."""
+    words = re.findall(r"[a-z]+", column.name.lower())
+    return has_time(column) and ("time" in words or words[:1] == ["t"])
+
+
+def has_time(column: Column) -> bool:
+    """Whether a column has a unit of time."""
     unit = unit_of(column.unit)
-    name = re.split(r"[\s(\[_/]", column.name.lower())[0]
-    return name in ("time", "t") and unit is not None and unit.powers == TIME.powers
+    return unit is not None and unit.powers == TIME.powers
 
 
 def match(column: Column, meaning: Meaning | None, sink: Sink, spice: bool) -> Match | str:

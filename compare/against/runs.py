@@ -18,10 +18,11 @@ from scenes.sink import Sink
 
 @dataclass(frozen=True)
 class Picked:
-    """The run that is compared: ``time`` in s, the columns that may be quantities, why others are none, and in words
-    which run it is."""
+    """The run that is compared: ``time`` in s and the name of its column, the columns that may be quantities, why
+    others are none, and in words which run it is."""
 
     time: np.ndarray
+    clock: str
     columns: tuple[Column, ...]
     left_out: Mapping[str, str]
     run: str
@@ -30,7 +31,7 @@ class Picked:
 def pick(table: Table, given: Mapping[str, Meaning], sink: Sink, shown: str) -> Picked:
     """The run of the scene; SceneError where there is none, or several that the scene does not tell apart."""
     columns, beside = _beside(table.columns, given, sink, shown)
-    time, rest = _time(columns, table, given, shown)
+    time, clock, rest = _time(columns, table, given, shown)
     if not np.isfinite(time).all():
         raise SceneError(f"--against {shown}: its times are not all finite numbers")
     below, others, left = _below(rest, given, time, shown)
@@ -39,7 +40,7 @@ def pick(table: Table, given: Mapping[str, Meaning], sink: Sink, shown: str) -> 
     again = np.flatnonzero(np.diff(time) <= 0)
     if len(again):
         raise SceneError(_several(shown, time, int(again[0]), others, said))
-    return Picked(time, tuple(others), left, "; ".join(filter(None, (beside, said))))
+    return Picked(time, clock, tuple(others), left, "; ".join(filter(None, (beside, said))))
 
 
 def constant(column: Column) -> str:
@@ -82,10 +83,12 @@ def _beside(
 
 def _time(
     columns: Sequence[Column], table: Table, given: Mapping[str, Meaning], shown: str
-) -> tuple[np.ndarray, list[Column]]:  # fmt: skip
-    """The times in s and the other columns. A time that is repeated before every vector is one."""
+) -> tuple[np.ndarray, str, list[Column]]:  # fmt: skip
+    """The times in s, the name of their column, and the others. A time that is repeated before every vector is one."""
     said = [c for c in columns if (m := given.get(c.name)) is not None and m.what == "time"]
-    times = said or [c for c in columns if quantities.is_time(c) and c.name not in given]
+    free = [c for c in columns if quantities.has_time(c) and c.name not in given]
+    # Whatever it is called, the only column in a unit of time is the time.
+    times = said or [c for c in free if quantities.is_time(c)] or free
     same = [c for c in times if c.unit == times[0].unit and np.array_equal(c.values, times[0].values)]
     if not times or len(same) != len(times):
         if table.unnamed and not times:
@@ -98,7 +101,7 @@ def _time(
     unit = unit_of((given[said[0].name].unit if said else "") or times[0].unit)
     if unit is None or unit.powers != TIME.powers:
         raise SceneError(f'--column: {quoted(times[0].name)} has no unit of time: say it, --column "time (s)=NAME"')
-    return in_si(times[0].values, unit), [c for c in columns if all(c is not t for t in times)]
+    return in_si(times[0].values, unit), times[0].name, [c for c in columns if all(c is not t for t in times)]
 
 
 def _below(
@@ -129,7 +132,9 @@ def _below(
 
 def _several(shown: str, time: np.ndarray, row: int, columns: Sequence[Column], said: str) -> str:
     """Why rows are not those of one run, and by what they may be told apart."""
-    telling = [c for c in columns if parameters.tells_apart(c.values, time) and np.ptp(c.values) > 0]
+    telling = [
+        c for c in columns if 1 < len(np.unique(c.values)) <= len(time) / 2 and parameters.tells_apart(c.values, time)
+    ]
     of = f", {said}," if said else ""
     what = (
         f"--against {shown}{of} has the time {time[row + 1]:.9g} s after {time[row]:.9g} s: times that repeat or step "

@@ -96,11 +96,11 @@ def test_the_command(
     assert main(["sink", "--against", "comsol.txt"]) == 1
     out = capsys.readouterr().out
     assert "against_peak" in out
-    assert "comsol.txt (COMSOL table, 301 rows, 0 s to 50.0 ms): peak is" in out
+    assert "comsol.txt (COMSOL table, 301 rows, 0 s to 50.0 ms): time is" in out
     assert '"Temperature (degC), Maximum"' in " ".join(out.split())
     assert "not as expected: against_peak" in out
     summary = json.loads(Path("results/sink-1V-against-comsol.txt/summary.json").read_text())
-    assert summary["against"]["columns"] == {"peak_K": "Temperature (degC), Maximum"}
+    assert summary["against"]["columns"] == {"time_s": "Time (ms)", "peak_K": "Temperature (degC), Maximum"}
     assert summary["checks"][-1]["id"] == "against_peak"
     assert any(step["step"] == "against comsol.txt" for step in summary["plan"])
     figure = Path("results/sink-1V-against-comsol.txt/figure6.svg").read_text()

@@ -76,7 +76,7 @@ def test_column_settles_what_cannot_be_told(tmp_path: Path) -> None:
         data = found(tmp_path, text, f"peak={peak}", f"end={end}")
         assert data.values["peak_K"] == pytest.approx(293 + RISES)
         assert data.values["end_K"] == pytest.approx(293 + RISES / 4)
-        assert data.headers == {"peak_K": "T (K), Point 1", "end_K": "T (K), Point 2"}
+        assert list(data.headers.values()) == ["Time (ms)", "T (K), Point 1", "T (K), Point 2"]
     both = table(MILLISECONDS, ("max 1 (K)", 293 + RISES), ("max 2 (K)", 293 + RISES / 4))
     with pytest.raises(SceneError, match=r'both "max 1 .*--column peak='):
         found(tmp_path, both)
@@ -203,3 +203,18 @@ def test_a_workbook_and_utf_16(tmp_path: Path) -> None:
         read(path, SINK)
     path.write_bytes(table(MILLISECONDS, ("peak (K)", 293 + RISES), separator="\t").encode("utf-16"))
     assert read(path, SINK).values["peak_K"] == pytest.approx(293 + RISES)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Elapsed time (ms);Tmax [degC];\n0;19,85;\n1;29,85;\n5;37,85;\n20;39,85;\n",
+        "Zeit [ms]\tTmax [K]\r\n0\t293\r\n1\t303\r\n5\t311\r\n20\t313\r\n",
+        '"t (ms)","Tmax (K)"\n"0","293"\n"1","303"\n"5","311"\n"20","313"\n',
+    ],
+)
+def test_what_spreadsheets_write(text: str, tmp_path: Path) -> None:
+    """Separators behind the last cell, other words for the time, quotes around numbers."""
+    data = found(tmp_path, text)
+    assert data.time == pytest.approx(1e-3 * TIMES)
+    assert data.values["peak_K"] == pytest.approx(293 + RISES)

@@ -157,6 +157,13 @@ def test_a_raw_file_cut_short(tmp_path: Path) -> None:
         read(path, SINK)
 
 
+def test_a_raw_file_cut_within_a_number(tmp_path: Path) -> None:
+    path = tmp_path / "a.raw"
+    path.write_bytes(raw("binary")[:-3])
+    with pytest.raises(SceneError, match="11 numbers"):
+        read(path, SINK)
+
+
 def test_what_is_left_out_is_said(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     path.write_text("time (ms),peak (K),stress (MPa)\n0,293,1\n1,294,2\n2,295,3\n")
