@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,6 +22,16 @@ _UNITS = (
     re.compile(r"_([^\W_]{1,20})$"),
 )
 """Where a unit stands, the surest place first: "maxop1(T) (K)", "peak [K]", "T(K)", "T / K", "peak_K"."""
+
+_SPACED = (
+    r"\t+|\s{2,}",
+    # Each name but the first starts after what closes the one before, a unit or a place.
+    r"(?<=[)\]])\s+(?=[A-Za-z])",
+    # Each name but the first stands before a unit.
+    r"\s+(?=\S+ [(\[])",
+    r"\s+",
+)
+"""Where one name ends and the next begins in a row of names apart by blank space."""
 
 
 @dataclass(frozen=True)
@@ -87,6 +98,20 @@ def split(header: str) -> tuple[str, str]:
                 rest = f"{header[: found.start()]} {header[found.end() :]}"
                 return " ".join(rest.split()), found.group(1).strip()
     return header, ""
+
+
+def names(line: str, count: int, separator: str | None) -> list[str] | None:
+    """The names in a header row above rows whose cells are apart by ``separator`` (``None`` is any blank space);
+    ``None`` where no way of reading it gives ``count`` of them."""
+    bare = line.strip()
+    if separator is None:
+        ways = [[name.strip('"') for name in re.split(pattern, bare)] for pattern in _SPACED]
+    else:
+        ways = [[name.strip() for name in next(csv.reader([bare], delimiter=separator, skipinitialspace=True))]]
+        if separator == ",":
+            # Inside a name without quotes a comma is followed by a space.
+            ways.append([name.strip('"') for name in re.split(r",(?! )", bare)])
+    return next((found for found in ways if len(found) == count), None)
 
 
 def unit_of(text: str) -> Unit | None:

@@ -12,8 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.against.columns import Column, Table, column, numbers, split, unit_of
-from compare.against.headers import names
+from compare.against.columns import Column, Table, column, names, numbers, split, unit_of
 from scenes.errors import SceneError, printable, quoted
 
 _MOST_POINTS = 200

@@ -26,8 +26,8 @@ class Data:
     """Traces from a file: ``time`` (s, ascending) and ``values`` by the keys of traces.csv, in SI units.
 
     ``headers`` are the columns' own names, the time's among them, and ``how`` they were read where that is not plain,
-    ``left_out`` says why the others are none, ``run`` which of several runs it is, ``notes`` what else was done, ``warnings`` what may be another
-    scene's.
+    ``left_out`` says why the others are none, ``run`` which of several runs it is, ``notes`` what else was done,
+    ``warnings`` what may be another scene's.
     """
 
     name: str

@@ -12,8 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.against.columns import Column, Table, column, numbers
-from compare.against.headers import names
+from compare.against.columns import Column, Table, column, names, numbers
 from compare.against.ngspice import unit_of_name
 from scenes.errors import SceneError, quoted
 
