@@ -63,14 +63,14 @@ def _meaning(left: str) -> Meaning:
 
 
 def _column(table: Table, wanted: str, text: str) -> str:
-    """The name of the column that is wanted: as the header has it, or by its number."""
+    """The name of the column that is wanted: as the header has it, without its unit if that is enough, or by number."""
     names = list(dict.fromkeys(c.name for c in table.columns))
     parameters = list(dict.fromkeys(name for c in table.columns for name, _ in c.at))
     plain = " ".join(wanted.split())
     for found in (*names, *parameters):
         if plain in (found, f"{found} @ {_behind(table, found)}"):
             return found
-    loose = [name for name in (*names, *parameters) if name.lower() == plain.lower()]
+    loose = [name for name in (*names, *parameters) if plain.lower() in (name.lower(), split(name)[0].lower())]
     if len(loose) == 1:
         return loose[0]
     if wanted.isdigit() and 0 < int(wanted) <= len(table.columns):

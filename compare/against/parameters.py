@@ -102,6 +102,7 @@ def choose(shown: str, parameters: Sequence[Parameter], sink: Sink, count: int) 
             f"--against {shown} has no run of this scene: "
             + "; ".join(f"{p.name} ({p.path}) is {_list(p)}, in the scene {_of(p.path, sink)}" for p in parameters)
             + f": export that run, or set the scene: --set {parameters[0].path}={_first(parameters[0])}"
+            + f' (--column "ignore={parameters[0].name}" where it is no such parameter)'
         )
     said = []
     for p in parameters:
