@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
+import shlex
 from collections.abc import Mapping, Sequence
 from importlib import import_module
 from typing import NoReturn
@@ -33,6 +34,7 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     found, unknown = parser.parse_known_args(joined)
     if unknown:
         _refuse(commands[found.command], unknown[0])
+    found.command_line = shlex.join(["validate", *argv])
     return found
 
 

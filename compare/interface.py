@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -90,6 +91,7 @@ def run(
     accuracy: float | None = None,
     steady: bool = False,
     against: str | Path | None = None,
+    columns: Mapping[str, str] | None = None,
     out: str | Path | None = None,
     figures: bool = False,
     fields: bool = False,
@@ -97,7 +99,8 @@ def run(
     """Solve a sink in 3D and in 1D, and compare.
 
     ``scene`` is what ``scenes.load`` returns, or what it takes; ``voltage`` (V) and ``accuracy`` replace the scene's.
-    ``steady`` leaves out the transient, ``against`` is a file with traces of your own. Nothing is written but into the
+    ``steady`` leaves out the transient, ``against`` is a file with traces of your own, of which
+    ``columns`` may name some: {"peak": "T (K), Point 1"}. Nothing is written but into the
     folder ``out``, where ``figures`` and ``fields`` go too. Raises SceneError for bad input, ArithmeticError where the
     numerics fail (a thermal runaway names its voltage).
     """
@@ -111,7 +114,7 @@ def run(
     if against is not None:
         from compare.against.data import read
 
-        data = read(Path(against), sink)
+        data = read(Path(against), sink, [f"{name}={column}" for name, column in (columns or {}).items()])
     if out is None:
         return Run(sink_run.answer(sink, request, against=data))
     return Run(sink_run.run(sink, request, Path(out), against=data))

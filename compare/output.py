@@ -10,6 +10,7 @@ from compare.folder import Folder
 from compare.plan import assemble, data_step
 from compare.render import Renderer
 from compare.summary import document, write_document
+from compare.words import sink_text
 
 if TYPE_CHECKING:
     from compare.clock import Clock
@@ -74,4 +75,4 @@ def _write_report(outcome: Outcome, folder: Folder, found: dict[str, Any], drawn
         field = of_result(outcome.fem3d.details["fields"], sink.room_temperature)
     contrary = [check for check in outcome.checks if contradicts(check, sink, False)]
     said = " ".join(headline(outcome, contrary, Style()).split())
-    write_report(folder.partial / "report.html", f"{sink.name} at {sink.voltage:g} V", said, found, field)
+    write_report(folder.partial / "report.html", sink_text(sink), said, found, field)

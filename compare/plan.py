@@ -52,10 +52,8 @@ def assemble(
 
 def data_step(data: Data) -> Step:
     """The line of a user's own traces."""
-    names = ", ".join(data.values)
-    span = f"{len(data.time)} rows to {data.time[-1] * 1e3:g} ms"
-    notes = "".join(f"; {note}" for note in data.notes)
-    return Step(f"against {data.name}", "done", f"{names} from a {data.kind}, {span}, interpolated in time{notes}")
+    said = data.said().partition(": ")[2].rstrip(".")
+    return Step(f"against {data.name}", "done", f"{said}; interpolated in time")
 
 
 def _reduction(request: Request) -> Step:

@@ -10,6 +10,7 @@ from compare.colours import INK, LINES
 from compare.comparison import Models
 from compare.drawing import new_figure
 from compare.figure_checks import profile
+from compare.words import sink_text
 from reduced1d.equations import parabola
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ def draw(outcome: Outcome) -> Figure:
     sink = outcome.sink
     y, rise, fitted = profile(Models(sink, outcome.fem3d, outcome.reduced1d))
     checks = [check for check in outcome.checks if check.id == "fig5"]
-    text = f"Figure 5: steady rise along the beam, {sink.name} at {sink.voltage:g} V"
+    text = f"Figure 5: steady rise along the beam, {sink_text(sink)}"
     figure = new_figure(7.5, 5.4, text, checks, left=0.95)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1.2))
     um = y * 1e6

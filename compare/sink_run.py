@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 from compare import output
 from compare.asked import SinkRequest, whole
 from compare.clock import Clock
-from compare.folder import Folder, results_folder
+from compare.folder import Folder
+from compare.names import of_sink
 from compare.outcome import Outcome
 from compare.plan import assemble, data_step
 from scenes.plan import Request, Step
@@ -42,8 +43,7 @@ def run(
     say = progress or (lambda _: None)
     clock = Clock()
     asked = whole(request)
-    variant = "" if asked.reduction == "paper" else asked.reduction.replace(":", "")
-    with Folder(out or results_folder(sink, variant)) as folder:
+    with Folder(out or of_sink(sink, asked)) as folder:
         drawing = output.prepare(request)
         try:
             outcome = _with_data(_solve(sink, asked, say, clock), against)
@@ -51,7 +51,7 @@ def run(
             outcome = output.write(outcome, folder, drawing, clock)
         finally:
             drawing.close()
-    return replace(outcome, folder=folder.target, timing=clock.all())
+    return replace(outcome, folder=folder.target, replaced=folder.replaced, timing=clock.all())
 
 
 def answer(
@@ -70,7 +70,9 @@ def _with_data(outcome: Outcome, against: Data | None) -> Outcome:
     from compare.against.checks import evaluate
 
     checks = (*outcome.checks, *evaluate(outcome.sink, against, outcome.fem3d))
-    return replace(outcome, checks=checks, plan=(*outcome.plan, data_step(against)), against=against)
+    warnings = (*outcome.warnings, *(f"{against.name}: {text}" for text in against.warnings))
+    plan = (*outcome.plan, data_step(against))
+    return replace(outcome, checks=checks, plan=plan, warnings=warnings, against=against)
 
 
 def _solve(sink: Sink, request: SinkRequest, say: Callable[[str], None], clock: Clock) -> Outcome:

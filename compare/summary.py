@@ -33,6 +33,7 @@ def document(outcome: Outcome) -> dict[str, Any]:
     found = plain(
         {
             "schema": SCHEMA,
+            "command": outcome.request.command or None,
             "scene": as_dict(outcome.sink),
             "plan": [asdict(step) for step in outcome.plan],
             "provenance": provenance(),

@@ -7,10 +7,11 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from compare.asked import whole
 from compare.verdict import Check, relative
-from compare.words import difference_text, percent, quantity, with_error
+from compare.words import difference_text, percent, quantity, sink_text, with_error
 
 if TYPE_CHECKING:
     from compare.outcome import Outcome
@@ -60,14 +61,18 @@ def outcome_text(
     """Everything about a run; ``contrary`` are the checks that contradict the scene, ``planned`` the plan if it has
     been printed, so that only what turned out otherwise is added."""
     parts = [headline(outcome, contrary, style), _quantities(outcome, style)]
+    if outcome.against is not None:
+        parts.append(wrapped(outcome.against.said()))
     if outcome.checks:
         parts.append(checks_text(outcome.checks, style))
     parts += [reasons_text(outcome.checks, contrary, style), _budget(outcome, style)]
     parts += [_plan_changes(outcome, planned, style)]
     parts += [wrapped(f"Warning: {text.rstrip('.')}.") for text in outcome.warnings]
     if outcome.exported is not None:
-        parts.append(f"Exported to {_shown(outcome.exported)}/")
-    parts.append(where_text(outcome.folder, outcome.files, outcome.timing))
+        from reduced1d.ladder import few_states_of
+
+        parts.append(f"Exported {few_states_of(whole(outcome.request).reduction)} to {_shown(outcome.exported)}/")
+    parts.append(where_text(outcome))
     return "\n\n".join(part for part in parts if part)
 
 
@@ -81,7 +86,7 @@ def _budget(outcome: Outcome, style: Style) -> str:
 
 def headline(outcome: Outcome, contrary: Sequence[Check], style: Style) -> str:
     """The verdict of the run, in one line where it fits."""
-    name = f"{outcome.sink.name} at {outcome.sink.voltage:g} V{_against(outcome)}"
+    name = f"{sink_text(outcome.sink)}{_against(outcome)}"
     declared = outcome.sink.expected_to_differ is not None
     if not outcome.checks:
         return style.paint(wrapped(f"{name}: solved in 1D only, so nothing was compared."), "heading")
@@ -194,8 +199,10 @@ def _plan_changes(outcome: Outcome, planned: tuple[Step, ...] | None, style: Sty
     return plan_text(changed, style).replace("Plan", "As it turned out", 1)
 
 
-def where_text(folder: Path, files: Sequence[str], timing: Mapping[str, float]) -> str:
-    """Where the results are, what is there, and how long it took."""
+def where_text(outcome: Any) -> str:
+    """Where any kind of run's results are, what is there, how long it took, and which earlier run they replace."""
+    files: Sequence[str] = outcome.files
+    timing: Mapping[str, float] = outcome.timing
     kinds = (["report.html"] if "report.html" in files else []) + ["summary.json"]
     kinds += ["traces.csv"] if "traces.csv" in files else []
     figures = sorted({Path(file).stem for file in files if file.startswith("figure")})
@@ -204,7 +211,8 @@ def where_text(folder: Path, files: Sequence[str], timing: Mapping[str, float]) 
     parts = [f"{name} {timing[key]:.1f} s" for key, name in _STAGES.items() if key in timing]
     spent = f"Took {timing['total']:.1f} s" + (f" ({', '.join(parts)})" if parts else "")
     # A path is not broken over lines, so that it can be copied.
-    return f"Results in {_shown(folder)}/\n" + wrapped(f"{', '.join(kinds)}. {spent}.", "  ", "  ")
+    said = f"{', '.join(kinds)}. {spent}." + (f" Replaces {outcome.replaced}." if outcome.replaced else "")
+    return f"Results in {_shown(outcome.folder)}/\n" + wrapped(said, "  ", "  ")
 
 
 def _shown(folder: Path) -> Path:

@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator, NullLocator
 from compare.colours import LINES
 from compare.drawing import new_figure
 from compare.interpolation import smooth
-from compare.words import quantity, scale
+from compare.words import quantity, scale, sink_text
 from scenes.result import Result
 
 if TYPE_CHECKING:
@@ -44,14 +44,14 @@ class _Axis:
 
 def rises(outcome: Outcome) -> Figure:
     """Figure 6: the rises of peak, mean (the 1D model's equivalent temperature) and end."""
-    text = f"Figure 6: rise against time, {outcome.sink.name} at {outcome.sink.voltage:g} V"
+    text = f"Figure 6: rise against time, {sink_text(outcome.sink)}"
     axis = _Axis("rise above room (K)", "K", 1.0, outcome.sink.room_temperature)
     return _draw(outcome, "fig6", text, ("peak_K", "mean_K", "end_K"), axis)
 
 
 def current(outcome: Outcome) -> Figure:
     """Figure 7: the current."""
-    text = f"Figure 7: current against time, {outcome.sink.name} at {outcome.sink.voltage:g} V"
+    text = f"Figure 7: current against time, {sink_text(outcome.sink)}"
     model = outcome.fem3d or outcome.reduced1d
     assert model is not None
     factor, unit = scale(model.steady["current_A"].value, "A")

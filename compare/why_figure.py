@@ -11,6 +11,7 @@ from matplotlib.ticker import FuncFormatter, NullLocator
 
 from compare.colours import INK
 from compare.drawing import new_figure
+from compare.words import sink_text
 
 if TYPE_CHECKING:
     from compare.outcome import Outcome
@@ -30,7 +31,7 @@ def draw(outcome: Outcome) -> Figure:
     budget: Budget = outcome.why  # type: ignore[assignment]
     sink = outcome.sink
     figure = new_figure(
-        _WIDTH, _HEIGHT, f"Why {named(budget.start)} differs from 3D, {sink.name} at {sink.voltage:g} V", [],
+        _WIDTH, _HEIGHT, f"Why {named(budget.start)} differs from 3D, {sink_text(sink)}", [],
         bottom=1.2, left=1.1,
     )  # fmt: skip
     wrapped = textwrap.wrap(f"{budget.sentence[0].upper()}{budget.sentence[1:]}.", 150)

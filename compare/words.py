@@ -3,6 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
+
+from scenes.dimensions import VOLTAGE
+
+if TYPE_CHECKING:
+    from scenes.sink import Sink
 
 _PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 # Units that carry no prefix: a rise of 2e-7 K reads better than 200 nK, and K/W is quoted in full in the paper.
@@ -73,3 +79,8 @@ def _significant(value: float, digits: int) -> str:
     if abs(value) < 1e-4 or abs(value) >= 1e7:
         return f"{value:.{digits - 1}e}"
     return f"{value:.{max(places, 0)}f}"
+
+
+def sink_text(sink: Sink) -> str:
+    """A sink with its voltage, as its folder is called: "sink at 2 mV"."""
+    return f"{sink.name} at {VOLTAGE.show(sink.voltage)}"

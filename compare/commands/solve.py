@@ -19,7 +19,8 @@ def describe(parser: argparse.ArgumentParser) -> None:
         "  validate scene bridge > mine.toml; validate solve mine.toml\n"
         '  validate solve bridge --set "boundary.left electrode.voltage=3V" --accuracy 1e-4\n'
         "  validate solve hotplate --explain\n\n"
-        "results: summary.json, traces.csv (a column per probe) and figures in results/<scene>/\n"
+        "results: summary.json, traces.csv (a column per probe) and figures in\n"
+        "results/<scene>-<what distinguishes it>/\n"
         "exit status: 0 solved, 2 bad input, 3 the numerics failed"
     )
     add = parser.add_argument
@@ -30,23 +31,25 @@ def describe(parser: argparse.ArgumentParser) -> None:
     add("--out", metavar="DIR", help="the results folder; a run that is there is replaced")
     add("--no-figures", action="store_false", dest="figures", help="no figures")
     add("--fields", action="store_true", help="write the 3D temperature fields (fem3d.pvd with .vtu files)")
-    add("--explain", action="store_true", help="print first what will be solved and what is skipped, and why")
+    common.explain_options(add)
     add("--quiet", action="store_true", help="print one line only")
     add("--json", action="store_true", help="print summary.json in place of the tables")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Solves, writes and reports."""
+    from compare import names
     from compare.solve import scope
-    from compare.solve.names import results_folder
     from compare.solve.run import run
     from scenes.free import load
 
     settings = common.settings(arguments)
-    request = scope.SolveRequest(arguments.figures, arguments.fields)
+    request = scope.SolveRequest(arguments.figures, arguments.fields, arguments.command_line)
     scene = scope.reported(load(arguments.scene, settings), request)
-    out = common.out(arguments) or results_folder(scene, settings)
+    out = common.out(arguments) or names.of_scene(scene, settings, arguments.fields)
     planned = common.explained(arguments, lambda: scope.plan(scene, request))
+    if arguments.dry_run:
+        return FINE
     with Progress(arguments.quiet) as progress:
         outcome = run(scene, request, out, progress)
 

@@ -21,9 +21,9 @@ def describe(parser: argparse.ArgumentParser) -> None:
     )
     parser.epilog = (
         "examples:\n"
-        "  validate sink --fields && validate view results/sink-1V\n"
-        "  validate view results/sink-1V --show compare --screenshot compare.png\n"
-        "  validate view results/sink-1V --movie heating.gif\n\n"
+        "  validate sink --fields && validate view results/sink-1V-fields\n"
+        "  validate view results/sink-1V-fields --show compare --screenshot compare.png\n"
+        "  validate view results/sink-1V-fields --movie heating.gif\n\n"
         "exit status: 0 shown or written, 2 bad input, 3 this machine cannot draw"
     )
     add = parser.add_argument

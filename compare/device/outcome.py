@@ -28,4 +28,5 @@ class DeviceOutcome:
     design: Design | None = None
     timing: dict[str, float] = field(default_factory=dict)
     folder: Path = Path()
+    replaced: str = ""
     files: tuple[str, ...] = ()

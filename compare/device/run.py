@@ -11,7 +11,8 @@ from compare.clock import Clock
 from compare.device import scope
 from compare.device.outcome import DeviceOutcome
 from compare.device.scope import DeviceRequest
-from compare.folder import Folder, results_folder
+from compare.folder import Folder
+from compare.names import of_device
 from scenes.device import Device
 
 
@@ -25,11 +26,11 @@ def run(
     """
     say = progress or (lambda _: None)
     clock = Clock()
-    with Folder(out or results_folder(device, "paper" if request.scheme == "paper" else "")) as folder:
+    with Folder(out or of_device(device, request)) as folder:
         outcome = _solve(device, request, say, clock)
         say("writing the results")
         outcome = _write(outcome, folder.partial, clock)
-    return replace(outcome, folder=folder.target, timing=clock.all())
+    return replace(outcome, folder=folder.target, replaced=folder.replaced, timing=clock.all())
 
 
 def _solve(device: Device, request: DeviceRequest, say: Callable[[str], None], clock: Clock) -> DeviceOutcome:

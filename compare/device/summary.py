@@ -26,6 +26,7 @@ def document(outcome: DeviceOutcome) -> dict[str, Any]:
     found = plain(
         {
             "schema": SCHEMA,
+            "command": outcome.request.command or None,
             "scene": as_dict(outcome.device),
             "plan": [asdict(step) for step in outcome.plan],
             "provenance": provenance(),

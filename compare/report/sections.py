@@ -13,8 +13,8 @@ from compare.report.values import Document
 from compare.report.words import named, shown, text
 
 _TREATED = (
-    "schema", "scene", "plan", "provenance", "fem3d", "reduced1d", "checks", "warnings", "files", "timing_s", "why",
-    "findings",
+    "schema", "command", "scene", "plan", "provenance", "fem3d", "reduced1d", "checks", "warnings", "files", "timing_s",
+    "why", "findings",
 )  # fmt: skip
 _CAPTIONS = {
     "figure5": "The steady rise along the beam in both models.",
@@ -101,7 +101,9 @@ def provenance(document: Document) -> str:
     )
     parts = {"versions": document.get("provenance") or {}, "time taken": timing}
     listed = f"<p>Beside this page: {links}.</p>" if links else ""
-    return section("Versions and files", f'<div class="columns">{values(parts)}</div>', listed)
+    command = document.get("command")
+    made = f"<p>Made by <code>{text(command)}</code></p>" if command else ""
+    return section("Versions and files", made, f'<div class="columns">{values(parts)}</div>', listed)
 
 
 def _order(name: str) -> tuple[int, str]:

@@ -24,6 +24,7 @@ class SolveOutcome:
     result: Result
     timing: dict[str, float] = field(default_factory=dict)
     folder: Path = Path()
+    replaced: str = ""
     files: tuple[str, ...] = ()
 
     @property

@@ -48,7 +48,7 @@ def run(
             outcome = _write(SolveOutcome(scene, request, plan, result), folder.partial, renderer, clock)
         finally:
             renderer.close()
-    return replace(outcome, folder=folder.target, timing=clock.all())
+    return replace(outcome, folder=folder.target, replaced=folder.replaced, timing=clock.all())
 
 
 def _write(outcome: SolveOutcome, folder: Path, renderer: Renderer, clock: Clock) -> SolveOutcome:

@@ -22,10 +22,11 @@ UNITS = {"temperature": "K", "potential": "V", "heat_flow": "W", "current": "A"}
 
 @dataclass(frozen=True)
 class SolveRequest:
-    """What the user asked of a run."""
+    """What the user asked of a run, and the command line that did, if it was one."""
 
     figures: bool = True
     fields: bool = False
+    command: str = ""
 
 
 def reported(scene: AnyScene, request: SolveRequest) -> AnyScene:

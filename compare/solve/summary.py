@@ -22,6 +22,7 @@ def document(outcome: SolveOutcome) -> dict[str, Any]:
     found = plain(
         {
             "schema": SCHEMA,
+            "command": outcome.request.command or None,
             "scene": as_dict(outcome.scene),
             "plan": [asdict(step) for step in outcome.plan],
             "provenance": provenance(),

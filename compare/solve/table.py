@@ -44,7 +44,7 @@ def outcome_text(outcome: SolveOutcome, style: Style, planned: tuple[Step, ...] 
     if changed:
         parts.append(plan_text(changed, style).replace("Plan", "As it turned out", 1))
     parts += [wrapped(f"Warning: {text.rstrip('.')}.") for text in outcome.warnings]
-    parts.append(where_text(outcome.folder, outcome.files, outcome.timing))
+    parts.append(where_text(outcome))
     return "\n\n".join(parts)
 
 

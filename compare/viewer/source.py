@@ -79,14 +79,16 @@ class Source:
 
 def find(path: Path) -> Source:
     """What is at a path; SceneError where there is nothing to see, saying what would make it so."""
+    beside = path.parent / f"{path.name}-fields"
+    nearby = f"; there is {quoted(beside)}" if path.name and beside.is_dir() else ""
     if not path.exists():
-        raise SceneError(f"{quoted(path)} does not exist: give a results folder, or a .pvd or .vtu file")
+        raise SceneError(f"{quoted(path)} does not exist{nearby}: give a results folder, or a .pvd or .vtu file")
     if path.is_dir():
         for name in ("fem3d.pvd", "fem3d_steady.vtu"):
             if (path / name).exists():
                 return find(path / name)
         hint = "run again with --fields" if (path / "summary.json").exists() else "give a run's folder"
-        raise SceneError(f"{quoted(path)} has no fields (fem3d.pvd): {hint}")
+        raise SceneError(f"{quoted(path)} has no fields (fem3d.pvd){nearby}: {hint}")
     folder = path.parent
     name = folder.name if path.name in ("fem3d.pvd", "fem3d_steady.vtu", "fem3d.vtkhdf") else path.name
     if path.suffix == ".pvd":

@@ -131,7 +131,7 @@ def test_unknown_commands(arguments: list[str], capsys: pytest.CaptureFixture[st
 
 def test_negative_voltage_with_a_unit(capsys: pytest.CaptureFixture[str]) -> None:
     assert sink("--voltage", "-2V", "--steady") == 0
-    assert summary("results/sink-minus2V")["scene"]["drive"]["voltage"] == -2.0
+    assert summary("results/sink-minus2V-steady")["scene"]["drive"]["voltage"] == -2.0
 
 
 def test_runaway(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -155,7 +155,7 @@ def test_interrupted(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixt
 
 def test_json_and_quiet(capsys: pytest.CaptureFixture[str]) -> None:
     sink("--json", "--steady")
-    assert json.loads(capsys.readouterr().out) == summary()
+    assert json.loads(capsys.readouterr().out) == summary("results/sink-1V-steady")
     sink("--quiet", "--steady")
     assert capsys.readouterr().out.count("\n") == 1
 
@@ -181,7 +181,8 @@ def test_the_plan_is_true(arguments: str, capsys: pytest.CaptureFixture[str]) ->
     """Each line of the plan against what is in the folder and the summary."""
     assert sink("--explain", *arguments.split()) == 0
     text = capsys.readouterr().out
-    found, files = summary(), set(summary()["files"])
+    found = summary(str(next(Path("results").iterdir())))
+    files = set(found["files"])
     plan = {step["step"]: step for step in found["plan"]}
     done = " ".join(name for name, step in plan.items() if step["state"] == "done")
     skipped = " ".join(name for name, step in plan.items() if step["state"] == "skipped")
@@ -203,10 +204,10 @@ def test_fields_open_in_pyvista(capsys: pytest.CaptureFixture[str]) -> None:
     import pyvista
 
     assert sink("--fields", "--field-times", "0.5ms, 2 ms") == 0
-    reader = pyvista.get_reader("results/sink-1V/fem3d.pvd")
+    reader = pyvista.get_reader("results/sink-1V-fields-500us-2ms/fem3d.pvd")
     assert {0.0, 5e-4, 2e-3, 0.02} <= set(reader.time_values)
     assert len(reader.time_values) == 16
-    grid = pyvista.read("results/sink-1V/fem3d_steady.vtu")
+    grid = pyvista.read("results/sink-1V-fields-500us-2ms/fem3d_steady.vtu")
     assert grid.point_data["temperature"].max() == 300.0
     assert grid.point_data["rise"].max() == pytest.approx(7.0)
     assert grid.point_data["potential"].max() == 1.0
@@ -223,14 +224,14 @@ def test_all_times_in_one_vtkhdf_file(capsys: pytest.CaptureFixture[str]) -> Non
 
     sink("--fields")
     reader = hdf.vtkHDFReader()
-    reader.SetFileName("results/sink-1V/fem3d.vtkhdf")
+    reader.SetFileName("results/sink-1V-fields/fem3d.vtkhdf")
     reader.UpdateInformation()
-    times = pyvista.get_reader("results/sink-1V/fem3d.pvd").time_values
+    times = pyvista.get_reader("results/sink-1V-fields/fem3d.pvd").time_values
     assert reader.GetNumberOfSteps() == len(times)
     for step in (0, 5, len(times) - 1):
         reader.SetStep(step)
         reader.Update()
-        one, same = pyvista.wrap(reader.GetOutput()), pyvista.read(f"results/sink-1V/fem3d_{step:02d}.vtu")
+        one, same = pyvista.wrap(reader.GetOutput()), pyvista.read(f"results/sink-1V-fields/fem3d_{step:02d}.vtu")
         assert (one.point_data["rise"] == same.point_data["rise"]).all()
         assert (one.cells == same.cells).all()
         # The file keeps times in single precision.

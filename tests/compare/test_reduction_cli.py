@@ -96,7 +96,7 @@ def test_why(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_export(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["sink", "--only", "1d", "--no-figures", "--reduction", "moments:3", "--export", "mine"]) == 0
-    assert "Exported to mine/" in capsys.readouterr().out
+    assert "Exported moments:3 to mine/" in capsys.readouterr().out
     assert {entry.name for entry in Path("mine").iterdir()} == {
         "sink_model.json", "sink_model.py", "sink_model.cir",
     }  # fmt: skip
@@ -108,6 +108,8 @@ def test_export(capsys: pytest.CaptureFixture[str]) -> None:
     [
         ("--reduction plat", 'did you mean "plate"'), ("--reduction moments:0", "from 1 to 12"),
         ("--reduction fin:2", "no number of states"), ("--why --only 1d", "--only 1d"),
+        ("--reduction fin --only 3d", "leave out --only 3d"), ("--reduction paper --export x", "moments:4"),
+        ("--reduction plate --export x", "moments:4"),
         ("--export=", "--export"), ("--export /dev/null/x", "cannot be written"),
     ],
 )  # fmt: skip

@@ -78,7 +78,7 @@ def test_traces_have_a_row_per_sample_and_obey_eq_21() -> None:
 def test_the_default_scene_comes_out_as_it_declares(capsys: pytest.CaptureFixture[str]) -> None:
     assert device("--strict", "--figure", "9", "--figure", "10", "--no-figures", "--quiet") == 0
     assert "as the scene declares" in capsys.readouterr().out
-    assert [check["id"] for check in summary("results/device-273K")["checks"]] == [
+    assert [check["id"] for check in summary("results/device-273K-figure9-figure10")["checks"]] == [
         "fig9_settling", "fig9_balance", "fig10_steady",
     ]  # fmt: skip
 

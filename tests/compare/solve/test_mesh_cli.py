@@ -82,7 +82,7 @@ def test_wire(capsys: pytest.CaptureFixture[str]) -> None:
     text = capsys.readouterr().out
     assert max(map(len, text.splitlines())) <= 80
     assert "120 tetra10 cells of wire.msh" in text
-    found = summary("results/wire")
+    found = summary("results/wire-fields")
     area, length = math.pi * 25e-12, 20e-6
     joule = (1e-2 / length) ** 2 / 1e-5  # W/m3
     steady = {name: v["value"] for name, v in found["fem3d"]["steady"].items()}
@@ -92,7 +92,7 @@ def test_wire(capsys: pytest.CaptureFixture[str]) -> None:
     assert abs(steady["through"]) == pytest.approx(joule * length / 2 * area, rel=2e-2)
     rise = (joule * length**2 / 2 + 1e12 * (length / 2) ** 2 / 2) / 100
     assert steady["end"] - 293 == pytest.approx(rise, rel=1e-2)
-    written = meshio.read("results/wire/fem3d_steady.vtu")
+    written = meshio.read("results/wire-fields/fem3d_steady.vtu")
     assert {block.type for block in written.cells} == {"tetra10"}
     assert (
         np.abs(np.sort(written.points, axis=0) - np.sort(meshio.read("wire.msh").points, axis=0) * 1e-6).max() < 1e-15

@@ -116,12 +116,12 @@ def test_files_of_an_earlier_run_are_replaced_and_others_kept(capsys: pytest.Cap
 
 def test_fields(capsys: pytest.CaptureFixture[str]) -> None:
     solve("plate", "--fields")
-    assert {"fem3d.pvd", "fem3d_steady.vtu"} <= set(summary("results/plate")["files"])
+    assert {"fem3d.pvd", "fem3d_steady.vtu"} <= set(summary("results/plate-fields")["files"])
     solve("hotplate", "--fields")
-    files = summary("results/hotplate")["files"]
-    reader = pyvista.get_reader("results/hotplate/fem3d.pvd")
+    files = summary("results/hotplate-fields")["files"]
+    reader = pyvista.get_reader("results/hotplate-fields/fem3d.pvd")
     assert reader.time_values == [0.0, 1e-3, 2e-3, 3e-3, 4e-3]
-    assert set(files) == {entry.name for entry in Path("results/hotplate").iterdir()}
+    assert set(files) == {entry.name for entry in Path("results/hotplate-fields").iterdir()}
     reader.set_active_time_point(4)
     grid = reader.read()[0]
     # The stand-in is coldest at 293 K, below the scene's 20 degC.
@@ -172,4 +172,4 @@ def test_nothing_to_report(capsys: pytest.CaptureFixture[str]) -> None:
     assert solve("mine.toml") == 2
     assert "no [[probe]]" in capsys.readouterr().err
     assert solve("mine.toml", "--fields") == 0
-    assert list(summary("results/plate")["fem3d"]["steady"]) == ["mean plate"]
+    assert list(summary("results/plate-fields")["fem3d"]["steady"]) == ["mean plate"]

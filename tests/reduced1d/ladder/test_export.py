@@ -15,6 +15,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from reduced1d.export import export
+from reduced1d.export.as_python import write_module
 from reduced1d.ladder.answer import over_time
 from reduced1d.ladder.levels import Levels
 from scenes.errors import SceneError
@@ -64,12 +65,12 @@ def run_json(text: str, voltage: float) -> Traces:
 
 
 def run_python(text: str, voltage: float, folder: Path) -> Traces:
-    """In a Python that finds neither our packages nor anyone else's."""
+    """In a Python that finds neither our packages nor anyone else's, and keeps no compiled copy of another text."""
     (folder / "model.py").write_text(text)
     code = "import json, sys; sys.path.insert(0, sys.argv[1]); import model\nprint(json.dumps([model.ROOM, model.sink("
     code += f"{TIMES.tolist()}, {voltage})]))"
     done = subprocess.run(
-        [sys.executable, "-I", "-S", "-c", code, str(folder)], check=True, capture_output=True, text=True, timeout=60
+        [sys.executable, "-ISB", "-c", code, str(folder)], check=True, capture_output=True, text=True, timeout=60
     )
     room, found = json.loads(done.stdout)
     return {key: np.array(value) - (room if key.endswith("_K") else 0.0) for key, value in found.items()}
@@ -153,6 +154,20 @@ def test_what_it_is_good_for_is_said(folder: Path) -> None:
     assert 0 < max(found["deviation_from_plate"].values()) < 1.5e-3
     for suffix in ("py", "cir"):
         assert found["text"] in (folder / f"sink_model.{suffix}").read_text()
+
+
+def test_an_export_over_another_is_the_one_that_is_imported(levels: Levels, tmp_path: Path) -> None:
+    """Within a second and at equal size Python would take the compiled copy of the first for the second."""
+    found = []
+    for text in ("ROOM = 1.0", "ROOM = 2.0", "ROOM = 3.0"):
+        write_module(tmp_path / "sink_model.py", text)
+        code = "import sys; sys.path.insert(0, sys.argv[1]); import sink_model; print(sink_model.ROOM)"
+        command = [sys.executable, "-I", "-S", "-c", code, str(tmp_path)]
+        found.append(subprocess.run(command, check=True, capture_output=True, text=True, timeout=60).stdout.strip())
+    assert found == ["1.0", "2.0", "3.0"]
+    before = int((tmp_path / "sink_model.py").stat().st_mtime)
+    export(levels, "paper", tmp_path)
+    assert int((tmp_path / "sink_model.py").stat().st_mtime) > before
 
 
 def test_the_number_of_states_is_the_reductions(levels: Levels, tmp_path: Path) -> None:
