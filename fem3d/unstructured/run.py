@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fem3d import steady
+from fem3d import currents, steady
 from fem3d.steady import SteadyState
 from fem3d.study import Study
 from fem3d.unstructured import course, errors, goals, outputs
@@ -29,6 +29,8 @@ def solve(scene: MeshScene, progress: Callable[[str], None] | None = None) -> Re
     scene, a warning says so. Raises SceneError where mesh and scene do not fit, RunawayError where no steady
     state exists, NumericsError where the numerics fail.
     """
+    if not scene.steady and not asks.heat(scene):
+        return currents.over_time(scene, lambda alone: solve(alone, progress), plan(scene))
     say = progress or (lambda _: None)
     placed = _placed(scene)
     study = goals.study(placed)
@@ -93,9 +95,10 @@ def _details(
     level: Level, relative: dict[str, float], study: Study, levels: int, fields: MeshFields
 ) -> dict[str, Any]:  # fmt: skip
     given, conductor = level.given, level.conductor
+    electric = 0 if conductor is None else len(conductor.free)
     return {
-        "unknowns": level.heat.free,
-        "electric_unknowns": 0 if conductor is None else len(conductor.free),
+        "unknowns": level.heat.free if asks.heat(given.scene) else electric,
+        "electric_unknowns": electric,
         "levels": levels,
         "symmetry": "whole",
         "warnings": _warnings(relative, study, level),
@@ -160,7 +163,9 @@ def _plan(placed: Placed, level: Level | None) -> tuple[Step, ...]:
     if scene.steady:
         steps.append(Step("steady state", "done", f"errors estimated, and compared with {scene.accuracy:g}"))
         steps.append(Step("transient", "skipped", "only the steady state was asked for"))
-    else:
+    elif asks.heat(scene):
         steps.append(Step("steady state", "skipped", "only the transient was asked for"))
         steps.append(Step("transient", "done", f"to {scene.end_time:g} s, projected on Krylov fields"))
+    else:
+        steps += currents.plan(scene)
     return tuple(steps)
