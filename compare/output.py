@@ -56,8 +56,9 @@ def write(outcome: Outcome, folder: Folder, renderer: Renderer, clock: Clock) ->
             outcome = replace(outcome, plan=plan if outcome.against is None else (*plan, data_step(outcome.against)))
     outcome = replace(outcome, files=(*names, "report.html", "summary.json"), timing=clock.all())
     found = document(outcome)
-    _write_report(outcome, folder, found, drawn)
-    write_document(folder.partial / "summary.json", found)
+    with clock.stage("files"):
+        _write_report(outcome, folder, found, drawn)
+        write_document(folder.partial / "summary.json", found)
     return outcome
 
 

@@ -65,8 +65,9 @@ def _write(outcome: DeviceOutcome, folder: Path, clock: Clock) -> DeviceOutcome:
             names += draw(outcome, drawn, folder)
     outcome = replace(outcome, files=(*names, "report.html", "summary.json"), timing=clock.all())
     found = document(outcome)
-    _write_report(outcome, folder, found)
-    write_document(folder / "summary.json", found)
+    with clock.stage("files"):
+        _write_report(outcome, folder, found)
+        write_document(folder / "summary.json", found)
     return outcome
 
 

@@ -17,6 +17,8 @@ def results_folder(scene: AnyScene, settings: Sequence[str]) -> Path:
     words = [scene.name]
     for setting in settings:
         key, _, value = setting.partition("=")
+        if value.strip() == "true":
+            value = ""  # "results/hotplate-steady"
         short = key.strip().partition(".")[2] or key
         words.append(re.sub(r"[^\w.+-]", "", re.sub(r"\s+", "-", short.strip()) + re.sub("^-", "minus", value.strip())))
     slug = "-".join(words)

@@ -83,8 +83,9 @@ def _write(outcome: SolveOutcome, folder: Path, renderer: Renderer, clock: Clock
     from compare.summary import write_document
 
     found = document(outcome)
-    _write_report(outcome, folder, found, "field" not in skipped)
-    write_document(folder / "summary.json", found)
+    with clock.stage("files"):
+        _write_report(outcome, folder, found, "field" not in skipped)
+        write_document(folder / "summary.json", found)
     return outcome
 
 

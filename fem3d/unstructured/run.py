@@ -113,9 +113,12 @@ def _warnings(relative: dict[str, float], study: Study, level: Level) -> list[st
     if not over:
         return []
     worst = max(over, key=lambda name: over[name])
+    shown = f"{over[worst]:.1g}" if over[worst] > 2 * study.accuracy else f"{over[worst]:.3g}"
+    if float(shown) <= study.accuracy:
+        shown = f"just over {shown}"
     names = f"{len(over)} of {len(relative)} probes are" if len(over) > 1 else f'probe "{worst}" is'
     return [
-        f"{names} less accurate than the {study.accuracy:g} asked for, {worst} with an estimated {over[worst]:.1g}, on "
+        f"{names} less accurate than the {study.accuracy:g} asked for, {worst} with an estimated {shown}, on "
         f"this mesh with elements of {level.words}; give a finer mesh, above all at edges, corners and the rims of "
         "electrodes and fixed temperatures"
     ]
