@@ -39,11 +39,14 @@ def write(outcome: Outcome, folder: Folder, renderer: Renderer, clock: Clock) ->
             names.append(write_traces(folder.partial / "traces.csv", outcome.fem3d, outcome.reduced1d))
         if not scope.fields_reason(request) and outcome.fem3d is not None:
             from compare.fields import stored_times, write_fields
+            from compare.viewer.reduction import of_result
 
-            times = stored_times(outcome.sink.end_time, request.field_times)
+            sink, one = outcome.sink, outcome.reduced1d
+            times = stored_times(sink.end_time, request.field_times)
             names += write_fields(
-                folder.partial, outcome.sink, outcome.fem3d, times if request.transient else times[:0]
-            )
+                folder.partial, outcome.fem3d, times if request.transient else times[:0], sink.room_temperature,
+                sink.accuracy, None if one is None else of_result(sink, one),
+            )  # fmt: skip
     if drawn:
         with clock.stage("figures"):
             from compare.figures import draw

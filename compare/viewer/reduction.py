@@ -12,6 +12,7 @@ import numpy as np
 from reduced1d.equations import parabola
 from scenes.errors import SceneError
 from scenes.loading import from_dict
+from scenes.result import Result
 from scenes.sink import Sink
 
 
@@ -51,6 +52,15 @@ def paint(sink: Sink, points: np.ndarray, end: float, peak: float) -> np.ndarray
     below = deep > 1e-9
     found[below] = end * (1 - share) * (1 - deep[below])
     return found
+
+
+def of_result(sink: Sink, result: Result) -> Reduction:
+    """The 1D model's answer to a sink."""
+    rises = (result.steady["end_rise_K"].value, result.steady["peak_rise_K"].value)
+    if result.traces is None:
+        return Reduction(sink, rises, *[np.empty(0)] * 3)
+    end, peak = (result.traces.values[name] - sink.room_temperature for name in ("end_K", "peak_K"))
+    return Reduction(sink, rises, result.traces.time, end, peak)
 
 
 def of_run(folder: Path) -> Reduction | None:

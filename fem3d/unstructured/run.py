@@ -79,7 +79,7 @@ def _steady(placed: Placed, study: Study, say: Callable[[str], None]) -> Result:
 def _transient(placed: Placed, study: Study, say: Callable[[str], None]) -> Result:
     found = course.solve(placed, study, say)
     level = found.level
-    fields = MeshFields(level, None, found.response.transient.rises)
+    fields = MeshFields(level, None, found.response.transient)
     details = _details(level, found.relative, study, found.levels, fields)
     details |= {
         "steps": len(found.response.transient.trajectory.steps),

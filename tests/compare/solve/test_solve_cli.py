@@ -127,7 +127,7 @@ def test_fields(capsys: pytest.CaptureFixture[str]) -> None:
     reader.set_active_time_point(4)
     grid = reader.read()[0]
     # The stand-in is coldest at 293 K, below the scene's 20 degC.
-    assert abs(grid.point_data["rise"].min() - (293.0 - 293.15)) < 1e-9
+    assert abs(grid.point_data["rise_K"].min() - (293.0 - 293.15)) < 1e-9
 
 
 def test_every_example_is_printed_and_solved_as_a_file(capsys: pytest.CaptureFixture[str]) -> None:
