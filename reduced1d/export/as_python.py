@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from math import isfinite
 
 from reduced1d.export.circuit import Circuit
 
@@ -10,6 +11,7 @@ _TEMPLATE = '''\
 """Heated sink "{scene}": {name}, {states} states, from rest at room temperature, without any package.
 Valid {validity}."""
 from math import exp
+from warnings import warn
 
 C = {capacity}  # J/K
 G = {conductance}  # W/K
@@ -17,6 +19,7 @@ S = {source}  # W/A^2
 F = {feedback}  # W/A^2
 R0, ALPHA, ROOM = {resistance}, {coefficient}, {room}  # ohm, 1/K, K
 ROWS = {{{rows}}}
+LIMITS = {volts}, {hottest}  # V, K: what the model was checked up to, and where silicon melts
 
 
 def sink(times, voltage={voltage}, longest_step={longest}):
@@ -39,19 +42,23 @@ def sink(times, voltage={voltage}, longest_step={longest}):
         for name, row in ROWS.items():
             found[name].append(ROOM + sum(r * x for r, x in zip(row, T)))
         found["current_A"].append(current(t, T))
+    for unit, values, limit in zip("VK", ([abs(volts(t)) for t in times], found["peak_K"]), LIMITS):
+        if max(values, default=0.0) > limit * (1 + 1e-9):
+            warn(f"{{max(values):.6g}} {{unit}} is past the model's range, up to {{limit:.6g}} {{unit}}", stacklevel=2)
     return found
 '''
 
 
 def as_python(circuit: Circuit) -> str:
-    """The file's text: the model's numbers and one function of 25 lines."""
+    """The file's text: the model's numbers and one function of 28 lines."""
     feedback = ",\n     ".join(_list(row) for row in circuit.feedback)
     return _TEMPLATE.format(
         scene=circuit.scene.replace("\\", "/").replace('"', "'"), name=circuit.name, states=circuit.states,
         validity=circuit.validity, capacity=_list(circuit.capacity), conductance=_list(circuit.conductance),
         source=_list(circuit.source), feedback=f"[{feedback}]", resistance=f"{circuit.resistance:.12g}",
         coefficient=repr(circuit.coefficient), room=repr(circuit.room_temperature), voltage=repr(circuit.voltage),
-        longest=repr(circuit.end_time / 200),
+        longest=repr(circuit.end_time / 200), volts=repr(abs(circuit.voltage)),
+        hottest=f'{circuit.valid_to:.12g}' if isfinite(circuit.valid_to) else 'float("inf")',
         rows=",\n        ".join(f'"{key}_K": {_list(row)}' for key, row in circuit.outputs.items()),
     )  # fmt: skip
 
