@@ -78,6 +78,6 @@ def warnings(materials: Iterable[Material], reached: Mapping[str, Hottest]) -> l
             top = reached[m.name]
             found.append(
                 f"{m.name} reaches {top.temperature:,.0f} K {top.when}, past the {m.valid_to:,.0f} K of its valid_to, "
-                "where it softens, melts or decomposes: nothing computed beyond that is there to be measured"
+                "where it softens, melts or decomposes: what is computed beyond that describes no real part"
             )
     return found

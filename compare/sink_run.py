@@ -89,10 +89,17 @@ def _solve(sink: Sink, request: SinkRequest, say: Callable[[str], None], clock: 
     solver_steps: tuple[Step, ...] = (Step("3D model", "skipped", "only the 1D model was asked for"),)
     if "fem3d" in request.models:
         with clock.stage("imports"):
+            from compare.extremes import cause
+            from fem3d.errors import NumericsError, RunawayError
             from fem3d.run import solve as solve_3d
         say("solving in 3D")
         with clock.stage("fem3d"):
-            fem3d = solve_3d(sink, request, say)
+            try:
+                fem3d = solve_3d(sink, request, say)
+            except NumericsError as error:
+                if isinstance(error, RunawayError):
+                    raise
+                raise NumericsError(f"{error}{cause(sink, ', or see --only 1d')}") from None
         solver_steps = tuple(fem3d.details["plan"])
     if "reduced1d" in request.models:
         with clock.stage("reduced1d"):

@@ -24,7 +24,7 @@ from scenes.free import asks
 
 CONVERGED = 1e-3  # part of the accuracy that the last step may change the rise by
 ROUNDED = 1e-7  # what rounding may do to the rise on the worst meshes, relative
-SETTLED = 1e-2  # part of the accuracy below which the iteration also ends where rounding keeps it from getting better
+SETTLED = 1e-1  # part of the accuracy below which the iteration also ends where rounding keeps it from getting better
 SLOW = 15  # steps after which the reduced problem gets a second current pattern
 BACK = 0.8  # of a rise at which the resistivity is not positive
 UNIFORM = 5e-2  # part of the accuracy below which a change of the current's pattern isn't followed

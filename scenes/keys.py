@@ -81,7 +81,7 @@ def _of_the_sink() -> tuple[Key, ...]:
     """
     own = ("scene.", "run.", "checks.")
     return tuple(
-        replace(key, attribute=f"sink.{key.attribute}", physical=not key.path.startswith("drive."))
+        replace(key, attribute=f"sink.{key.attribute}", physical=key.physical and not key.path.startswith("drive."))
         for key in SINK.keys
         if not key.path.startswith(own)
     )
