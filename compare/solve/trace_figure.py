@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from compare.drawing import new_figure
+from compare.interpolation import smooth
 from compare.solve.scope import UNITS
 from compare.solve.table import cut
 from compare.solve.traces import traces_of
@@ -31,6 +32,7 @@ def draw(scene: AnyScene, result: Result) -> Figure:
     done half of all it does in the first twentieth of the run, and nothing that drives the scene changes later."""
     traces = traces_of(result)
     first = _first(scene, traces)
+    times = np.geomspace(first, scene.end_time, 400) if first else traces.time
     panels = [q for q in UNITS if any(probe.quantity == q for probe in scene.probes)]
     figure = new_figure(9.5, 0.9 + _PANEL * len(panels), f"{scene.name}: probes against time", [], left=0.9)
     figure.subplots_adjust(right=0.78)
@@ -39,10 +41,12 @@ def draw(scene: AnyScene, result: Result) -> Figure:
     for ax, name in zip(axes, panels, strict=True):
         probes = [probe for probe in scene.probes if probe.quantity == name]
         largest = max(float(np.abs(traces.values[p.name]).max()) for p in probes)
-        times, shown = scale(largest, UNITS[name])
+        per, shown = scale(largest, UNITS[name])
         for number, probe in enumerate(probes):
-            _curve(ax, traces.time * factor, traces.values[probe.name] * times, traces.errors[probe.name] * times,
-                   probe, number)  # fmt: skip
+            values = traces.values[probe.name]
+            # Rows are few where a straight line over time does, which a logarithmic axis bends.
+            drawn = smooth(traces.time, values, times) if first else values
+            _curve(ax, times * factor, drawn * per, traces.errors[probe.name] * per, probe, number)
         ax.set_ylabel(f"{name.replace('_', ' ')} ({shown})")
         ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=9)
     axes[-1].set_xlabel(f"time ({unit})")
@@ -58,8 +62,7 @@ def _first(scene: AnyScene, traces: Traces) -> float:
         return 0.0
     halves, starts = [], []
     for values in traces.values.values():
-        # From the second row on: what jumps at the start, as a current does, rises at no time.
-        moved = np.abs(values - values[1])
+        moved = np.abs(values - values[0])
         if moved.max() > 1e-9 * np.abs(values).max():
             halves.append(traces.time[np.argmax(moved > 0.5 * moved.max())])
             starts.append(traces.time[np.argmax(moved > _SEEN * moved.max())])
