@@ -99,7 +99,9 @@ def _solve(sink: Sink, request: SinkRequest, say: Callable[[str], None], clock: 
             except NumericsError as error:
                 if isinstance(error, RunawayError):
                     raise
-                raise NumericsError(f"{error}{cause(sink, ', or see --only 1d')}") from None
+                raise NumericsError(
+                    f"{error}{cause(sink, ', ask for less with --accuracy 1e-2, or see --only 1d')}"
+                ) from None
         solver_steps = tuple(fem3d.details["plan"])
     if "reduced1d" in request.models:
         with clock.stage("reduced1d"):
