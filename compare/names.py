@@ -48,7 +48,8 @@ def of_scene(scene: AnyScene, settings: Sequence[str], fields: bool) -> Path:
     words = []
     for setting in settings:
         key, _, value = setting.partition("=")
-        words.append((key.strip().partition(".")[2] or key) + re.sub("^-", "minus", value.strip()))
+        value = "" if value.strip() == "true" else value.strip()  # "results/hotplate-steady"
+        words.append((key.strip().partition(".")[2] or key) + re.sub("^-", "minus", value))
     return _folder(scene.name, *words, *["fields"] * fields)
 
 

@@ -40,11 +40,14 @@ def write(outcome: Outcome, folder: Folder, renderer: Renderer, clock: Clock) ->
             names.append(write_traces(folder.partial / "traces.csv", outcome.fem3d, outcome.reduced1d))
         if not scope.fields_reason(request) and outcome.fem3d is not None:
             from compare.fields import stored_times, write_fields
+            from compare.viewer.reduction import of_result
 
-            times = stored_times(outcome.sink.end_time, request.field_times)
+            sink, one = outcome.sink, outcome.reduced1d
+            times = stored_times(sink.end_time, request.field_times)
             names += write_fields(
-                folder.partial, outcome.sink, outcome.fem3d, times if request.transient else times[:0]
-            )
+                folder.partial, outcome.fem3d, times if request.transient else times[:0], sink.room_temperature,
+                sink.accuracy, None if one is None else of_result(sink, one),
+            )  # fmt: skip
     if drawn:
         with clock.stage("figures"):
             from compare.figures import draw
@@ -57,8 +60,9 @@ def write(outcome: Outcome, folder: Folder, renderer: Renderer, clock: Clock) ->
             outcome = replace(outcome, plan=plan if outcome.against is None else (*plan, data_step(outcome.against)))
     outcome = replace(outcome, files=(*names, "report.html", "summary.json"), timing=clock.all())
     found = document(outcome)
-    _write_report(outcome, folder, found, drawn)
-    write_document(folder.partial / "summary.json", found)
+    with clock.stage("files"):
+        _write_report(outcome, folder, found, drawn)
+        write_document(folder.partial / "summary.json", found)
     return outcome
 
 

@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from scenes.result import Result
     from scenes.sink import Sink
 
+FEW = 16
+"""Instants at which a sink's temperatures are looked at: they grow evenly."""
+
 
 def run(
     sink: Sink,
@@ -88,10 +91,19 @@ def _solve(sink: Sink, request: SinkRequest, say: Callable[[str], None], clock: 
     solver_steps: tuple[Step, ...] = (Step("3D model", "skipped", "only the 1D model was asked for"),)
     if "fem3d" in request.models:
         with clock.stage("imports"):
+            from compare.extremes import cause
+            from fem3d.errors import NumericsError, RunawayError
             from fem3d.run import solve as solve_3d
         say("solving in 3D")
         with clock.stage("fem3d"):
-            fem3d = solve_3d(sink, request, say)
+            try:
+                fem3d = solve_3d(sink, request, say)
+            except NumericsError as error:
+                if isinstance(error, RunawayError):
+                    raise
+                raise NumericsError(
+                    f"{error}{cause(sink, ', ask for less with --accuracy 1e-2, or see --only 1d')}"
+                ) from None
         solver_steps = tuple(fem3d.details["plan"])
     if "reduced1d" in request.models:
         with clock.stage("reduced1d"):
@@ -107,8 +119,25 @@ def _solve(sink: Sink, request: SinkRequest, say: Callable[[str], None], clock: 
         with clock.stage("why"):
             why = budget(sink, request.reduction, fem3d, levels, say)
     warnings = tuple(text for model in (fem3d, reduced1d) if model for text in model.details.get("warnings", ()))
+    with clock.stage("checks"):
+        warnings += _too_hot(sink, fem3d, reduced1d)
     plan = assemble(sink, request, solver_steps)
     return Outcome(sink, request, plan, fem3d, reduced1d, checks, warnings, why=why, exported=exported)
+
+
+def _too_hot(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tuple[str, ...]:
+    """The materials that get hotter than they are valid to, in 3D where that is solved."""
+    from compare import hottest
+
+    if fem3d is not None:
+        reached = hottest.by_material(fem3d.details["fields"], hottest.moments(fem3d.traces, FEW))
+    elif reduced1d is not None:
+        from compare.viewer.reduction import of_result
+
+        reached = of_result(sink, reduced1d).hottest()
+    else:
+        return ()
+    return tuple(hottest.warnings((sink.silicon, sink.oxide), reached))
 
 
 def _levels(sink: Sink, request: SinkRequest) -> Levels | None:

@@ -29,7 +29,7 @@ QUANTITIES = {
     "heat_out_W": ("heat to the substrate", "W"),
     "anchor_resistance_K_per_W": ("anchor resistance", "K/W"),
 }
-_STAGES = {"fem3d": "3D", "device": "runs", "design": "designer's questions", "figures": "figures"}
+_STAGES = {"fem3d": "3D", "device": "runs", "design": "designer's questions", "files": "files", "figures": "figures"}
 _COLOURS = {"agrees": "32", "differs": "31", "unresolved": "33", "heading": "1"}
 _MARKS = {"agrees": ("\N{CHECK MARK}", "+"), "differs": ("\N{BALLOT X}", "x"), "unresolved": ("?", "?")}
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class DeviceOutcome:
     """What a run found: the plan, the model's runs, the checks, a designer's answers (``None`` where not asked for),
-    how long each stage took (s), and the folder with its files."""
+    how long each stage took (s), the folder with its files, and remarks."""
 
     device: Device
     request: DeviceRequest
@@ -30,3 +30,4 @@ class DeviceOutcome:
     folder: Path = Path()
     replaced: str = ""
     files: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()

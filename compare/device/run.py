@@ -45,7 +45,10 @@ def _solve(device: Device, request: DeviceRequest, say: Callable[[str], None], c
         say("answering a designer's questions")
         with clock.stage("design"):
             answers = design.answer(device, request)
-    return DeviceOutcome(device, request, scope.plan(device, request), made, found, answers)
+    from compare.device.hottest import too_hot
+
+    warnings = too_hot(device, made.base.result)
+    return DeviceOutcome(device, request, scope.plan(device, request), made, found, answers, warnings=warnings)
 
 
 def _write(outcome: DeviceOutcome, folder: Path, clock: Clock) -> DeviceOutcome:
@@ -66,8 +69,9 @@ def _write(outcome: DeviceOutcome, folder: Path, clock: Clock) -> DeviceOutcome:
             names += draw(outcome, drawn, folder)
     outcome = replace(outcome, files=(*names, "report.html", "summary.json"), timing=clock.all())
     found = document(outcome)
-    _write_report(outcome, folder, found)
-    write_document(folder / "summary.json", found)
+    with clock.stage("files"):
+        _write_report(outcome, folder, found)
+        write_document(folder / "summary.json", found)
     return outcome
 
 

@@ -35,6 +35,7 @@ def document(outcome: DeviceOutcome) -> dict[str, Any]:
             "checks": [check_document(check) for check in outcome.checks],
             "findings": list(outcome.runs.base.result.findings),
             "design": None if outcome.design is None else asdict(outcome.design),
+            "warnings": list(outcome.warnings),
             "files": list(outcome.files),
             "timing_s": outcome.timing,
         }

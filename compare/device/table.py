@@ -54,6 +54,7 @@ def outcome_text(
         parts.append("\n".join([style.paint("Findings", "heading"), *lines]))
     if outcome.design is not None:
         parts.append(_design(outcome.design, outcome, style))
+    parts += [wrapped(f"Warning: {text.rstrip('.')}.") for text in outcome.warnings]
     parts.append(where_text(outcome))
     return "\n\n".join(parts)
 

@@ -33,7 +33,7 @@ def page(folder: Path, title: str, headline: str, document: Mapping[str, Any], f
     parts = [
         checks.checks(document),
         numbers.quantities(document),
-        numbers.at_times(document),
+        numbers.over_time(document),
         shown,
         sections.figures(folder, document),
         why_section.why(document),

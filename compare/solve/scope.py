@@ -71,7 +71,7 @@ def assemble(
     scene: AnyScene, request: SolveRequest, solver_steps: tuple[Step, ...], notes: Mapping[str, str] | None = None
 ) -> tuple[Step, ...]:
     """The whole plan around the solver's lines; ``notes`` says of a figure why it could not be drawn."""
-    when = "steady" if scene.steady else "last"
+    when = "steady" if scene.steady else "hottest moment's"
     drawn = {"field": f"the {when} temperature field, rendered off screen", "traces": "every probe against time"}
     why = {
         **{f"figure {name}": reason for name, reason in (skipped_figures(scene, request) | dict(notes or {})).items()},

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from compare.solve.scope import UNITS
 from compare.solve.traces import at
 from compare.table import Style, plan_text, where_text, wrapped
-from compare.words import quantity, with_error
+from compare.words import Column, quantity, with_error
 from scenes.dimensions import TIME
 
 if TYPE_CHECKING:
@@ -74,34 +74,16 @@ def _line(probe: Probe | GroupProbe, result: Result, style: Style) -> str:
         found = result.steady[probe.name]
         value, error, shown, _, _ = with_error(found.value, found.error, unit)
         return f"  {name:<{_NAME}}{f'{value} {style.plus_minus} {error} {shown}':>26}"
-    values, column = result.traces.values[probe.name], _Column.of(probe, result.traces)
+    values, column = result.traces.values[probe.name], _column(probe, result.traces)
     value, error = column.show(float(values[-1])), column.show_error(result.traces.errors[probe.name])
     few = replace(column, places=min(column.places, 3))
     ends = "".join(f"{few.show(float(v))} {few.unit}".rjust(11) for v in (values.min(), values.max()))
     return f"  {name:<{_NAME}}{f'{value} {style.plus_minus} {error} {column.unit}':>26}{ends}"
 
 
-@dataclass(frozen=True)
-class _Column:
-    """How the values of one trace are written, all alike: times a factor, to the decimals that its error leaves."""
-
-    factor: float
-    places: int
-    unit: str
-
-    @staticmethod
-    def of(probe: Probe | GroupProbe, traces: Traces) -> _Column:
-        largest = float(np.abs(traces.values[probe.name]).max())
-        _, _, unit, places, factor = with_error(largest, traces.errors[probe.name], UNITS[probe.quantity])
-        return _Column(factor, min(places, 6), unit)
-
-    def show(self, value: float) -> str:
-        # Zero is added so that what rounds to zero has no sign.
-        return f"{round(value * self.factor, self.places) + 0.0:.{self.places}f}"
-
-    def show_error(self, error: float) -> str:
-        # Rounded up to the last decimal, so that it stays a bound.
-        return self.show(max(error, 10.0**-self.places / self.factor) if error > 0 else 0.0)
+def _column(probe: Probe | GroupProbe, traces: Traces) -> Column:
+    largest = float(np.abs(traces.values[probe.name]).max())
+    return Column.of(largest, traces.errors[probe.name], UNITS[probe.quantity])
 
 
 def _at_times(outcome: SolveOutcome, style: Style) -> list[str]:
@@ -117,7 +99,7 @@ def _at_times(outcome: SolveOutcome, style: Style) -> list[str]:
         probes: Sequence[Probe | GroupProbe] = scene.probes[first : first + _PER_BLOCK]
         heads = "".join(f"{cut(probe.name, 15):>16}" for probe in probes)
         lines = [style.paint(f"  {'time':<12}{heads}", "heading")]
-        columns = [(_Column.of(probe, traces), at(traces, probe.name, np.array(times))) for probe in probes]
+        columns = [(_column(probe, traces), at(traces, probe.name, np.array(times))) for probe in probes]
         for i, time in enumerate(times):
             row = "".join(f"{c.show(float(values[i]))} {c.unit}".rjust(16) for c, values in columns)
             lines.append(f"  {TIME.show(time):<12}{row}")

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from compare.fields import ARRAYS
 from compare.viewer.reduction import Reduction, of_run
 from scenes.errors import SceneError, quoted, reason
 
@@ -30,12 +31,16 @@ class Source:
         """The k-th state as a pyvista grid whose point data have at least "rise" (K)."""
         if k not in self._loaded:
             found = self._load(k)
+            short = {name: short for short, name in ARRAYS.items()}
+            for data in (found.point_data, found.cell_data):
+                for name in set(data.keys()) & short.keys():
+                    data[short[name]] = data.pop(name)
             if "rise" not in found.point_data:
                 if "temperature" not in found.point_data:
                     known = ", ".join(found.point_data.keys()) or "none"
                     raise SceneError(f"{quoted(self.name)} has no point data rise or temperature, but {known}")
                 found.point_data["rise"] = found["temperature"] - self._coldest(found)
-            if self.reduction is not None:
+            if self.reduction is not None and "rise_1d" not in found.point_data:
                 painted = self.reduction.rise(np.asarray(found.points), self.times[k])
                 found.point_data["rise_1d"] = painted
                 found.point_data["difference"] = painted - found.point_data["rise"]

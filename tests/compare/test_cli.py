@@ -208,13 +208,21 @@ def test_fields_open_in_pyvista(capsys: pytest.CaptureFixture[str]) -> None:
     assert {0.0, 5e-4, 2e-3, 0.02} <= set(reader.time_values)
     assert len(reader.time_values) == 16
     grid = pyvista.read("results/sink-1V-fields-500us-2ms/fem3d_steady.vtu")
-    assert grid.point_data["temperature"].max() == 300.0
-    assert grid.point_data["rise"].max() == pytest.approx(7.0)
-    assert grid.point_data["potential"].max() == 1.0
+    assert grid.point_data["temperature_K"].max() == 300.0
+    assert grid.point_data["rise_K"].max() == pytest.approx(7.0)
+    assert grid.point_data["potential_V"].max() == 1.0
     assert set(grid.celltypes) == {pyvista.CellType.TRIQUADRATIC_HEXAHEDRON}
     assert list(grid.cell_data["material"]) == [0]
-    assert grid.cell_data["current_density"].tolist() == [[0.0, 1e7, 0.0]]
-    assert grid.cell_data["heat_source"].tolist() == [1e10]
+    assert grid.cell_data["current_density_A_per_m2"].tolist() == [[0.0, 1e7, 0.0]]
+    assert grid.cell_data["heat_source_W_per_m3"].tolist() == [1e10]
+    assert grid.field_data["material_silicon"].tolist() == [0]
+    # The 1D model beside it: its own rises, and by how much they are above 3D's.
+    summary = json.loads(Path("results/sink-1V-fields-500us-2ms/summary.json").read_text())["reduced1d"]["steady"]
+    assert grid.point_data["rise_1d_K"].max() == pytest.approx(summary["peak_rise_K"]["value"])
+    assert grid.point_data["rise_1d_K"].min() == pytest.approx(summary["end_rise_K"]["value"])
+    assert grid.point_data["difference_K"] == pytest.approx(grid.point_data["rise_1d_K"] - grid.point_data["rise_K"])
+    early = pyvista.read("results/sink-1V-fields-500us-2ms/fem3d_01.vtu")
+    assert 0 < early.point_data["rise_1d_K"].max() < 0.1 * summary["peak_rise_K"]["value"]
 
 
 def test_all_times_in_one_vtkhdf_file(capsys: pytest.CaptureFixture[str]) -> None:
@@ -232,7 +240,7 @@ def test_all_times_in_one_vtkhdf_file(capsys: pytest.CaptureFixture[str]) -> Non
         reader.SetStep(step)
         reader.Update()
         one, same = pyvista.wrap(reader.GetOutput()), pyvista.read(f"results/sink-1V-fields/fem3d_{step:02d}.vtu")
-        assert (one.point_data["rise"] == same.point_data["rise"]).all()
+        assert (one.point_data["rise_K"] == same.point_data["rise_K"]).all()
         assert (one.cells == same.cells).all()
         # The file keeps times in single precision.
         assert reader.GetTimeValue() == pytest.approx(times[step], rel=1e-6)

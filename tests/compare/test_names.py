@@ -31,6 +31,7 @@ DIFFERENT = {
     "solve": [
         "bridge", "plate", "bridge --set run.accuracy=1e-4", "bridge --accuracy 1e-5", "bridge --fields",
         "bridge --set boundary.left~electrode.voltage=-2", "bridge --set boundary.left~electrode.voltage=2",
+        "bridge --steady", "hotplate", "hotplate --end-time 2ms", "hotplate --end-time 3ms",
     ],
 }  # fmt: skip
 _RUN = {"sink": "compare.sink_run.run", "device": "compare.device.run.run", "solve": "compare.solve.run.run"}

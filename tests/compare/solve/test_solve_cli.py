@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import csv
+import html
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -125,7 +127,7 @@ def test_fields(capsys: pytest.CaptureFixture[str]) -> None:
     reader.set_active_time_point(4)
     grid = reader.read()[0]
     # The stand-in is coldest at 293 K, below the scene's 20 degC.
-    assert abs(grid.point_data["rise"].min() - (293.0 - 293.15)) < 1e-9
+    assert abs(grid.point_data["rise_K"].min() - (293.0 - 293.15)) < 1e-9
 
 
 def test_every_example_is_printed_and_solved_as_a_file(capsys: pytest.CaptureFixture[str]) -> None:
@@ -173,3 +175,36 @@ def test_nothing_to_report(capsys: pytest.CaptureFixture[str]) -> None:
     assert "no [[probe]]" in capsys.readouterr().err
     assert solve("mine.toml", "--fields") == 0
     assert list(summary("results/plate-fields")["fem3d"]["steady"]) == ["mean plate"]
+
+
+def test_the_report_of_a_transient_says_from_when_on_its_errors_hold_and_where_it_ends() -> None:
+    solve("hotplate")
+    text = html.unescape(re.sub(r"<[^>]+>", " ", Path("results/hotplate/report.html").read_text()))
+    said = " ".join(text.replace("\xa0", " ").split())
+    # The stand-in's: half a kelvin to 1 K, 1e-3 K off, from 4 us on.
+    assert "over time, from 4.0 us on" in said
+    assert "10 µs" not in said
+    assert "probe at the end least largest heater 1.0000 ± 0.0010 K 0.5000 ± 0.0010 K 1.0000 ± 0.0010 K" in said
+    assert "time heater plate current heat to the left 1.0000 ms 1.0000 ± 0.0010 K" in said
+    assert summary("results/hotplate")["fem3d"]["transient"]["range"]["plate"] == {
+        "end": 2.0, "least": 1.0, "largest": 2.0
+    }  # fmt: skip
+
+
+def test_how_long_a_run_lasts_can_be_said_on_the_command_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert solve("hotplate", "--end-time", "2.5ms") == 0
+    run = summary("results/hotplate-end_time2.5ms")["scene"]["run"]
+    assert (run["end_time"], run["output_times"]) == (2.5e-3, [1e-3, 2e-3])
+    still = ["--set", "boundary.drive.voltage=0.2"]
+    assert solve("hotplate", "--steady", *still, "--out", "still") == 0
+    assert summary("still")["scene"]["run"] == {"steady": True, "accuracy": 5e-3}
+    assert solve("hotplate", "--set", "run.steady=true", *still, "--out", "same") == 0
+    assert summary("same")["scene"] == summary("still")["scene"]
+    assert solve("hotplate", "--steady") == 2
+    assert "varies in time" in capsys.readouterr().err
+    # The bridge has no density.
+    assert solve("bridge", "--end-time", "1ms") == 2
+    assert "a transient of temperature needs" in capsys.readouterr().err
+    for contrary in (["--steady", "--end-time", "1ms"], ["--set", "run.steady=true", "--set", "run.end_time=1ms"]):
+        assert solve("plate", *contrary) == 2
+        assert "contradict" in capsys.readouterr().err

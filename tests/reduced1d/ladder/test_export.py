@@ -6,9 +6,11 @@ import json
 import shutil
 import subprocess
 import sys
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -119,7 +121,7 @@ def test_json(folder: Path, expected: Callable[[float], Traces], voltage: float)
 @pytest.mark.parametrize("voltage", [1.0, -0.3])
 def test_python(folder: Path, expected: Callable[[float], Traces], voltage: float, tmp_path: Path) -> None:
     text = (folder / "sink_model.py").read_text()
-    assert len(text.splitlines()) <= 40
+    assert len(text.splitlines()) <= 45
     assert_same(run_python(text, voltage, tmp_path), expected(voltage))
     with pytest.raises(AssertionError):
         assert_same(run_python(nudged(text), voltage, tmp_path), expected(voltage))
@@ -147,10 +149,28 @@ def test_a_voltage_that_varies(folder: Path) -> None:
     assert peak[3] / peak[2] == pytest.approx(np.exp(-0.002 / slowest), rel=1e-4)
 
 
+def test_outside_its_range_it_warns(folder: Path) -> None:
+    space: dict[str, Any] = {}
+    exec((folder / "sink_model.py").read_text(), space)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        space["sink"]([1e-3, 0.02], 1.0)
+        space["sink"]([0.02], -1.0)
+    with pytest.warns(UserWarning, match=r"^1\.01 V is past the model's range, up to 1 V$"):
+        space["sink"]([0.02], 1.01)
+    with pytest.warns(UserWarning, match="range") as caught:
+        peak = space["sink"]([0.02], 20.0)["peak_K"][0]
+    assert peak > 1687
+    assert [str(w.message) for w in caught] == [
+        "20 V is past the model's range, up to 1 V", f"{peak:.6g} K is past the model's range, up to 1687 K"
+    ]  # fmt: skip
+
+
 def test_what_it_is_good_for_is_said(folder: Path) -> None:
     found = json.loads((folder / "sink_model.json").read_text())["validity"]
     assert found["largest_voltage_V"] == 1.0
     assert found["first_time_s"] == 1e-5
+    assert found["highest_temperature_K"] == 1687.0
     assert 0 < max(found["deviation_from_plate"].values()) < 1.5e-3
     for suffix in ("py", "cir"):
         assert found["text"] in (folder / f"sink_model.{suffix}").read_text()
