@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compare.device.scope import DeviceRequest
+from compare.words import quantity
 from reduced1d.device.designer import ExternalStep, Range, measurable_range, resolution, smooth_start_gain
 from reduced1d.device.meters import METERS
 from reduced1d.device.stability import at_sample_time, stability
@@ -19,12 +20,14 @@ SAMPLE_TIMES = (1e-4, 1e-3, 5e-3)
 @dataclass(frozen=True)
 class GainLimits:
     """The largest stable gains (V) of sink and sensor at a sample time (s), the smaller of those before and after the
-    outer step, each with the other gain as it is; and the decay (1/s) of the loop's slowest mode at its own gains."""
+    outer step, each with the other gain as it is; and the decay (1/s) of the loop's slowest mode at its own gains, with
+    the size of its eigenvalue per sample."""
 
     sample_time_s: float
     sink_gain_V: float
     sensor_gain_V: float
     decay_per_s: float
+    largest_eigenvalue: float
 
 
 @dataclass(frozen=True)
@@ -37,6 +40,12 @@ class Design:
     smooth_start_gains_V: tuple[float, float]
     range: Range | None
     resolutions: dict[str, ExternalStep | str]
+
+    def meters(self, device: Device) -> dict[str, str]:
+        """In words what each meter resolves of the outer temperature: nothing, where its step is as large as the
+        difference between the set point and outside."""
+        span = abs(device.control.set_temperature - device.external.final_temperature)
+        return {name: s if isinstance(s, str) else _resolves(s, span) for name, s in self.resolutions.items()}
 
 
 def answer(device: Device, request: DeviceRequest) -> Design:
@@ -55,8 +64,21 @@ def _limits(device: Device) -> GainLimits:
     found = [stability(device, t) for t in (device.external.initial_temperature, device.external.final_temperature)]
     return GainLimits(
         device.control.sample_time, min(s.sink_gain_limit for s in found), min(s.sensor_gain_limit for s in found),
-        -max(s.growth_rate for s in found),
+        -max(s.growth_rate for s in found), max(abs(s.eigenvalue) for s in found),
     )  # fmt: skip
+
+
+def _resolves(step: ExternalStep, span: float) -> str:
+    parts = (
+        f"{quantity(step.power, 'K', 2)} by the sensor's power, {quantity(step.sensor, 'K', 2)} by holding the "
+        f"sensor's temperature, {quantity(step.sink, 'K', 2)} the sink's"
+    )
+    if step.total < span:
+        return f"resolves {quantity(step.total, 'K', 2)} outside: {parts}"
+    return (
+        f"cannot resolve the outer temperature: its step of {quantity(step.total, 'K', 2)} is more than the "
+        f"{span:.3g} K from outside to the set point ({parts})"
+    )
 
 
 def _resolution(device: Device, name: str) -> ExternalStep | str:

@@ -63,7 +63,7 @@ def test_the_overshoot_at_a_fixed_gain_is_smaller_at_slow_sampling():
 
 
 def test_no_gain_means_no_feedback_and_no_power_no_response():
-    assert plant(Device()).radius(np.zeros(2)) < 1
+    assert abs(plant(Device()).eigenvalue(np.zeros(2))) < 1
     hot = stability(Device(external=External(293, 330, 0.25)))
     assert (hot.sensor_gain_limit, hot.stable) == (float("inf"), True)
 
