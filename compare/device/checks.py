@@ -58,7 +58,7 @@ def fig9_balance(runs: Runs) -> Comparison:
         f"{quantity(abs(power - flow), 'W', 2)} apart, and up to {quantity(apart, 'W', 3)} after the step{_yet(run)}"
     )
     u_num = (d_power + d_flow) / size + ROUNDING
-    return Comparison("heat into polymer", power, flow, "W", (power - flow) / size, u_num, lambda: said)
+    return Comparison("heat to polymer", power, flow, "W", (power - flow) / size, u_num, lambda: said)
 
 
 def fig10_steady(runs: Runs) -> Comparison:
@@ -153,7 +153,7 @@ def fig13_slope(runs: Runs) -> Comparison:
         said += f"no slope can be told{_yet(*_below(runs))}"
     off = relative(-conductance, slope)
     found = slope if math.isfinite(error) else math.nan
-    return Comparison("slope of the power", -conductance, found, "W/K", off, error, lambda: said)
+    return Comparison("slope of power", -conductance, found, "W/K", off, error, lambda: said)
 
 
 def fig13_limit(runs: Runs) -> Comparison:
@@ -239,8 +239,8 @@ def _yet(*runs: Run) -> str:
     if run.left < 1e-6:
         return ""
     return (
-        f"; but {milliseconds(run.watched)} after the step {percent(run.left)} of the loop's slowest mode is left: "
-        "give a longer run.end_time"
+        f"; but then, {milliseconds(run.watched)} after the step, {percent(run.left)} of the loop's slowest mode is "
+        "left: a longer run.end_time leaves less"
     )
 
 

@@ -34,29 +34,30 @@ class GainLimits:
 class Design:
     """Gain limits at several sample times, the scene's first; the largest gains (sink, sensor) that start from cold
     without the limiter acting; ``range`` for the largest voltage or power, ``None`` where neither is given; and by
-    meter the step of the outer temperature that it resolves, or why it can't."""
+    meter the step of the outer temperature that it resolves, or why it can't, the same in words, and the source of its
+    data."""
 
     limits: tuple[GainLimits, ...]
     smooth_start_gains_V: tuple[float, float]
     range: Range | None
     resolutions: dict[str, ExternalStep | str]
-
-    def meters(self, device: Device) -> dict[str, str]:
-        """In words what each meter resolves of the outer temperature: nothing, where its step is as large as the
-        difference between the set point and outside."""
-        span = abs(device.control.set_temperature - device.external.final_temperature)
-        return {name: s if isinstance(s, str) else _resolves(s, span) for name, s in self.resolutions.items()}
+    meters: dict[str, str]
+    sources: dict[str, str]
 
 
 def answer(device: Device, request: DeviceRequest) -> Design:
     """The answers for a device; raises ArithmeticError where its numerics fail."""
     times = dict.fromkeys((device.control.sample_time, *SAMPLE_TIMES))
+    span = abs(device.control.set_temperature - device.external.final_temperature)
+    found = {name: _resolution(device, name) for name in METERS}
     limited = request.largest_voltage < np.inf or request.largest_power < np.inf
     return Design(
         tuple(_limits(at_sample_time(device, time)) for time in times),
         (smooth_start_gain(device, 0), smooth_start_gain(device, 1)),
         measurable_range(device, voltage=request.largest_voltage, power=request.largest_power) if limited else None,
-        {name: _resolution(device, name) for name in METERS},
+        found,
+        {name: step if isinstance(step, str) else _resolves(step, span) for name, step in found.items()},
+        {name: meter.source for name, meter in METERS.items()},
     )
 
 
@@ -69,6 +70,7 @@ def _limits(device: Device) -> GainLimits:
 
 
 def _resolves(step: ExternalStep, span: float) -> str:
+    """In words what a meter resolves: nothing, where its step is more than the set point is away from outside (K)."""
     parts = (
         f"{quantity(step.power, 'K', 2)} by the sensor's power, {quantity(step.sensor, 'K', 2)} by holding the "
         f"sensor's temperature, {quantity(step.sink, 'K', 2)} the sink's"

@@ -20,7 +20,7 @@ RANGES = 1.0, 20e-3
 
 def resistance(runs: Runs) -> Comparison:
     """The step of the sensor's resistance at its steady state, in the meter's ranges that fit."""
-    return _most("NI 4070, resistance", RESISTANCE, runs.base, "resistance", "ohm")
+    return _most("NI 4070, gold", RESISTANCE, runs.base, "resistance", "ohm")
 
 
 def power(runs: Runs) -> Comparison:
@@ -41,7 +41,7 @@ def rate(runs: Runs) -> Comparison:
     fading = -math.log(abs(there)) * RATE
     said += f"takes {quantity(1 / fading, 's', 2)} to settle by a factor e" if fading > 0 else "is unstable"
     missing = min(relative(RATE, needed), 0.0)
-    return Comparison("NI 4070, readings", RATE, needed, "S/s", missing, 0.0, lambda: said, sense="at most")
+    return Comparison("NI 4070, rate", RATE, needed, "S/s", missing, 0.0, lambda: said, sense="at most")
 
 
 def _most(title: str, claim: float, run: Run, name: str, unit: str) -> Comparison:

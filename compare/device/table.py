@@ -130,7 +130,7 @@ def _design(design: Design, outcome: DeviceOutcome, style: Style) -> str:
         "each limit with the other gain as it is. Eigenvalue: the largest in size per sample, stable below 1. Smooth: "
         "from cold without the limit V >= 0 acting."
     )
-    found = [_range(design, outcome), *(f"{name}: {text}" for name, text in design.meters(outcome.device).items())]
+    found = [_range(design, outcome), *(f"{name}: {text}" for name, text in design.meters.items())]
     lines = [wrapped(f"{text}.", "  ", "    ") for text in found]
     head = style.paint("For the designer", "heading")
     return "\n".join([head, *columns(rows, 1, style), wrapped(said, "  ", "  "), *lines])

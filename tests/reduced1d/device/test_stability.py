@@ -53,7 +53,9 @@ def test_instability_is_a_finding_with_its_growth_rate():
     result = solve(device)
     text = " ".join(result.findings)
     assert f"grow at {stability(device).growth_rate:.4g} 1/s" in text
+    assert f"its largest eigenvalue per sample is {stability(device).eigenvalue.real:.4g}" in text
     assert np.isfinite(result.sensor_K).all()
+    assert "instability" not in " ".join(solve(with_gain(device, 1, 0.05)).findings)
     assert "unstable" not in " ".join(solve(with_gain(device, 1, 0.05)).findings)
 
 
