@@ -176,17 +176,10 @@ def fig13_limit(runs: Runs) -> Comparison:
     return Comparison("end of the range", setpoint, zero, "K", off, error, lambda: said)
 
 
+_FIGURES = (fig9_settling, fig9_balance, fig10_steady, fig11_slow, fig12_same_time, fig13_slope, fig13_limit)
 DEFINITIONS: dict[str, Callable[[Runs], Comparison]] = {
-    "fig9_settling": fig9_settling,
-    "fig9_balance": fig9_balance,
-    "fig10_steady": fig10_steady,
-    "fig11_slow": fig11_slow,
-    "fig12_same_time": fig12_same_time,
-    "fig13_slope": fig13_slope,
-    "fig13_limit": fig13_limit,
-    "meter_resistance": meter_checks.resistance,
-    "meter_power": meter_checks.power,
-    "meter_rate": meter_checks.rate,
+    **{check.__name__: check for check in _FIGURES},
+    **{f"meter_{check.__name__}": check for check in (meter_checks.resistance, meter_checks.power, meter_checks.rate)},
 }
 
 
