@@ -19,15 +19,16 @@ if TYPE_CHECKING:
     from compare.device.outcome import DeviceOutcome
 
 
-def answer(outcome: DeviceOutcome, contrary: Sequence[Check]) -> str:
-    """What happens and what of the paper differs; ``contrary`` are the checks that contradict the scene."""
+def answer(outcome: DeviceOutcome, contrary: Sequence[Check], named: bool = True) -> str:
+    """What happens and what of the paper differs, ``named`` or counted only; ``contrary`` are the checks that
+    contradict the scene."""
     run, external = outcome.runs.base, outcome.device.external
     by = ", by the paper's scheme," if outcome.request.scheme == "paper" else ""
     if scope.steps(outcome.device):
         when = f"after the step from {external.initial_temperature:g} to {external.final_temperature:g} K outside"
     else:
         when = f"from cold, with {_outside(run):g} K outside,"
-    return f"{outcome.device.name}: {when}{by} {_happens(run)}. {_claims(outcome, contrary)}"
+    return f"{outcome.device.name}: {when}{by} {_happens(run)}. {_claims(outcome, contrary, named)}"
 
 
 def _happens(run: Run) -> str:
@@ -67,7 +68,7 @@ def _outside(run: Run) -> float:
     return external.final_temperature if late else external.initial_temperature
 
 
-def _claims(outcome: DeviceOutcome, contrary: Sequence[Check]) -> str:
+def _claims(outcome: DeviceOutcome, contrary: Sequence[Check], named: bool) -> str:
     """How many of the paper's claims fail, and whether the scene knows."""
     checks = outcome.checks
     if not checks:
@@ -78,5 +79,8 @@ def _claims(outcome: DeviceOutcome, contrary: Sequence[Check]) -> str:
         return f"{said}; not as expected: {', '.join(check.id for check in contrary)}."
     if outcome.device.expected_to_differ is not None and not names["unresolved"]:
         said += ", as the scene declares"
+    left = f", {len(names['unresolved'])} open" if names["unresolved"] else ""
+    if not named:
+        return f"{said}{left}."
     said += f": {', '.join(names['differs'])}" if names["differs"] else ""
     return said + (f"; open: {', '.join(names['unresolved'])}." if names["unresolved"] else ".")

@@ -77,9 +77,10 @@ class Run:
             return math.inf
         return float(self.result.time_s[-1] - self.device.external.step_time)
 
-    def settled(self, fraction: float = BAND, quantity: str = "sensor_power_W") -> tuple[float, float]:
-        """Seconds from the outer step until a quantity stays within a part of its step, and how far that is uncertain
-        because the quantity is (or how far the reference has another time); infinite where it doesn't settle."""
+    def settled(self, fraction: float = BAND) -> tuple[float, float]:
+        """Seconds from the outer step until the sensor's power stays within a part of its step, and how far that is
+        uncertain because the power is (or how far the reference has another time); infinite where it doesn't settle."""
+        quantity = "sensor_power_W"
         if self.stopped:
             return np.inf, np.inf
         found = settling(self.device, self.result, quantity, fraction)[-1]
@@ -89,7 +90,7 @@ class Run:
         if not np.isfinite(found.time):
             return found.time, found.time
         if self.reference is not None:
-            return found.time, abs(found.time - Run(self.device, self.reference).settled(fraction, quantity)[0])
+            return found.time, abs(found.time - Run(self.device, self.reference).settled(fraction)[0])
         return found.time, max(abs(time - found.time) for time in moved)
 
     def final(self, quantity: str) -> tuple[float, float]:
