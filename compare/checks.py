@@ -64,15 +64,15 @@ def judged(name: str, found: Comparison, scene: Declaring, always: bool = False)
     because = ""
     if verdict == "differs" or always:
         because = found.reason()
-    if verdict == "unresolved":
+    if verdict == "unresolved" and not always:
         doubt = (
             f"{difference_text(found.difference, found.u_num, 'give or take')} may be on either side of the "
             f"tolerance of {percent(tolerance)}"
         )
-        because = f"{because}; {doubt}" if always else f"{doubt}: ask for a smaller accuracy"
+        because = f"{doubt}: ask for a smaller accuracy"
     return Check(
         name, found.title, found.predicted, found.measured, found.unit, found.difference, tolerance, found.u_num,
-        verdict, expected(scene, name), because, found.time,
+        verdict, expected(scene, name), because, found.time, found.sense,
     )  # fmt: skip
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from compare.verdict import relative, spread
+from compare.verdict import Sense, relative, spread
 from scenes.result import Estimate, Result
 from scenes.sink import Sink
 
@@ -44,6 +44,7 @@ class Comparison:
     u_num: float
     reason: Callable[[], str]
     time: float | None = None
+    sense: Sense = "equal"
 
 
 def of_formula(

@@ -77,11 +77,10 @@ def _write(outcome: DeviceOutcome, folder: Path, clock: Clock) -> DeviceOutcome:
 
 def _write_report(outcome: DeviceOutcome, folder: Path, found: dict[str, Any]) -> None:
     from compare.checks import contradicts
-    from compare.device.table import headline
+    from compare.device.answer import answer
     from compare.report.page import write_report
-    from compare.table import Style
 
     device = outcome.device
     contrary = [check for check in outcome.checks if contradicts(check, device, False)]
-    said = " ".join(headline(outcome, contrary, Style()).split())
+    said = answer(outcome, contrary, named=False)
     write_report(folder / "report.html", f"{device.name}: the whole sensor in 1D", said, found)

@@ -52,6 +52,9 @@ def skipped_checks(device: Device, request: DeviceRequest) -> dict[str, str]:
     """The checks that a run can't make, each with the reason."""
     left = without(device, request)
     skipped = {check: left[figure_of(check)] for check in DEVICE_TOLERANCES if figure_of(check) in left}
+    if request.about:
+        meters = (check for check in DEVICE_TOLERANCES if check.startswith("meter"))
+        skipped |= dict.fromkeys(meters, f"only {', '.join(request.about)} asked for")
     if not steps(device):
         needing = ("fig9_settling", "fig9_balance", "fig10_steady", "fig11_slow")
         skipped |= dict.fromkeys(needing, "the run ends before the outer step, or there is none")

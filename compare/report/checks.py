@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from compare.report.parts import row, section
 from compare.report.values import PLUS_MINUS, Document, number
 from compare.report.words import shown, text
@@ -12,7 +15,9 @@ _MARKS = {"agrees": "\N{CHECK MARK}", "differs": "\N{MULTIPLICATION X}", "unreso
 
 def checks(document: Document) -> str:
     """Every check, with the reason where one is given."""
-    heads = ("check", "of", "predicted", "measured", "difference", "tolerance", "verdict")
+    device = "steady_before" in (document.get("reduced1d") or {})
+    sides = ("the paper", "1D") if device else ("predicted", "measured")
+    heads = ("check", "of", *sides, "difference", "tolerance", "verdict")
     numbers, rows = (2, 3, 4, 5), []
     for check in document.get("checks", ()):
         verdict, unit = check["verdict"], "" if check["unit"] == "1" else check["unit"]
@@ -20,8 +25,9 @@ def checks(document: Document) -> str:
         cells = [
             f"<code>{text(check['id'])}</code>",
             text(check["title"]),
-            *(shown(check[key], unit) for key in ("predicted", "measured")),
-            text(difference_text(number(check["difference"]), number(check["u_num"]), PLUS_MINUS)),
+            _side(check) + _value(check["predicted"], unit),
+            _value(check["measured"], unit),
+            text(_difference(check)),
             text(percent(number(check["tolerance"]), 1)),
             word,
         ]
@@ -42,3 +48,21 @@ def checks(document: Document) -> str:
     body = "\n".join(rows)
     listed = f'<table class="cards"><thead><tr>{top}</tr></thead><tbody>\n{body}\n</tbody></table>'
     return section("Checks", note, f'<div class="wide">{listed}</div>')
+
+
+def _value(value: float | None, unit: str) -> str:
+    return "never" if value is None and unit == "s" else shown(value, unit)
+
+
+def _side(check: Mapping[str, Any]) -> str:
+    """What stands before the value of a claim that is one-sided."""
+    sense = check.get("sense", "equal")
+    return "" if sense == "equal" or check["predicted"] is None else f"{sense} "
+
+
+def _difference(check: Mapping[str, Any]) -> str:
+    if check["u_num"] is None or check["difference"] is None:
+        return "open" if check["verdict"] == "unresolved" else "fails"
+    if not check["difference"] and check.get("sense", "equal") != "equal":
+        return "holds"
+    return difference_text(number(check["difference"]), number(check["u_num"]), PLUS_MINUS)

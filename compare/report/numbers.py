@@ -23,7 +23,7 @@ from compare.words import Column, percent, quantity
 def quantities(document: Document) -> str:
     """The steady state of each model, 3D with its error."""
     fem3d, reduced1d = (steady_of(document, model) for model in ("fem3d", "reduced1d"))
-    if not fem3d and not reduced1d:
+    if (not fem3d and not reduced1d) or "steady_before" in (document.get("reduced1d") or {}):
         return ""
     name = (document.get("reduced1d") or {}).get("name")
     heads = ["quantity", *(["3D"] if fem3d else []), *([f"1D ({name})" if name else "1D"] if reduced1d else [])]
@@ -98,7 +98,10 @@ def errors(document: Document) -> str:
         parts.append(table(heads, listed, (1, 2, 3)))
     found = (document.get("reduced1d") or {}).get("errors")
     if isinstance(found, Mapping) and found:
-        parts.append(values({"of the 1D model": found}))
+        listed = [
+            [text(name), error_text(number(error), unit)] for k, error in found.items() for name, unit in [named(k)]
+        ]
+        parts.append(table(("1D model, over time", "estimated error"), listed, (1,)))
     if not parts:
         return ""
     said = (

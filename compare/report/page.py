@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from compare.report import checks, numbers, sections
+from compare.report import device as device_section
 from compare.report import field as field_section
 from compare.report import why as why_section
 from compare.report.field import Field
@@ -33,6 +34,7 @@ def page(folder: Path, title: str, headline: str, document: Mapping[str, Any], f
     parts = [
         checks.checks(document),
         numbers.quantities(document),
+        device_section.device(document),
         numbers.over_time(document),
         shown,
         sections.figures(folder, document),

@@ -49,7 +49,7 @@ def device(*settings):
 
 def test_the_built_in_device_is_the_default_one():
     assert replace(device(), expected_to_differ=None) == Device()
-    assert device().expected_to_differ == ("fig9_settling", "fig12_same_time")
+    assert device().expected_to_differ == ("fig9_settling", "fig12_same_time", "meter_rate")
 
 
 def test_the_built_in_file_shows_every_key():
