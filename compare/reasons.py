@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from compare.comparison import Models
-from compare.scope import FIRST_TIME
+from compare.scope import FIRST_TIME, PAPERS
 from compare.words import percent, quantity, signed
 from reduced1d.sink import anchor_series_resistance
 
@@ -148,7 +148,7 @@ def over_time(models: Models, key: str, at: Largest, final: float) -> str:
 
 def _papers(models: Models) -> bool:
     """Whether the reduction is the paper's own."""
-    return models.reduction().model in ("paper", "reduced1d")
+    return models.reduction().model in PAPERS
 
 
 def _of_another(models: Models, name: str, unit: str) -> str:

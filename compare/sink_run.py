@@ -105,8 +105,12 @@ def _solve(sink: Sink, request: SinkRequest, say: Callable[[str], None], clock: 
         with clock.stage("why"):
             why = budget(sink, request.reduction, fem3d, levels, say)
     warnings = tuple(text for model in (fem3d, reduced1d) if model for text in model.details.get("warnings", ()))
+    from compare.answer import answered
+
     plan = assemble(sink, request, solver_steps)
-    return Outcome(sink, request, plan, fem3d, reduced1d, checks, warnings, why=why, exported=exported)
+    outcome = Outcome(sink, request, plan, fem3d, reduced1d, checks, warnings, why=why, exported=exported)
+    with clock.stage("answer"):
+        return answered(outcome, levels)
 
 
 def _levels(sink: Sink, request: SinkRequest) -> Levels | None:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from compare.scope import OF_THE_PAPER, OF_THE_REDUCTION, PAPERS
 from compare.verdict import Check, relative
 from compare.words import difference_text, percent, quantity, with_error
 
@@ -57,12 +58,13 @@ class Style:
 def outcome_text(
     outcome: Outcome, contrary: Sequence[Check], style: Style, planned: tuple[Step, ...] | None = None
 ) -> str:
-    """Everything about a run; ``contrary`` are the checks that contradict the scene, ``planned`` the plan if it has
-    been printed, so that only what turned out otherwise is added."""
+    """Everything about a run, its answer first; ``contrary`` are the checks that contradict the scene, ``planned`` the
+    plan if it has been printed, so that only what turned out otherwise is added."""
     parts = [headline(outcome, contrary, style), _quantities(outcome, style)]
     if outcome.checks:
         parts.append(checks_text(outcome.checks, style))
-    parts += [reasons_text(outcome.checks, contrary, style), _budget(outcome, style)]
+    own = [check for check in outcome.checks if check.own]
+    parts += [reasons_text(own, contrary, style), _budget(outcome, style)]
     parts += [_plan_changes(outcome, planned, style)]
     parts += [wrapped(f"Warning: {text.rstrip('.')}.") for text in outcome.warnings]
     if outcome.exported is not None:
@@ -80,17 +82,23 @@ def _budget(outcome: Outcome, style: Style) -> str:
 
 
 def headline(outcome: Outcome, contrary: Sequence[Check], style: Style) -> str:
-    """The verdict of the run, in one line where it fits."""
+    """The answer of the run, then how many checks differ, and whether that was known."""
+    said = [style.paint(wrapped(outcome.answer), "heading")]
     name = f"{outcome.sink.name} at {outcome.sink.voltage:g} V{_against(outcome)}"
-    declared = outcome.sink.expected_to_differ is not None
-    if not outcome.checks:
-        return style.paint(wrapped(f"{name}: solved in 1D only, so nothing was compared."), "heading")
-    return verdict_text(name, outcome.checks, contrary, declared, style)
+    own = [check for check in outcome.checks if check.own]
+    if own:
+        said.append(verdict_text(name, own, contrary, outcome.sink.expected_to_differ is not None, style))
+    rest = [check for check in outcome.checks if not check.own]
+    if rest:
+        off = sum(check.verdict == "differs" for check in rest)
+        off = f"{off} differs" if off == 1 else f"{off} differ"
+        said.append(wrapped(f"Of the paper's own {len(rest)} equations, which are not this model's, {off}."))
+    return "\n".join(said)
 
 
 def _against(outcome: Outcome) -> str:
     """The 1D model, where it is another than the paper's."""
-    if outcome.reduced1d is None or outcome.reduced1d.model in ("paper", "reduced1d"):
+    if outcome.reduced1d is None or outcome.reduced1d.model in PAPERS:
         return ""
     return f", {outcome.reduced1d.model}" + (" against 3D" if outcome.fem3d is not None else "")
 
@@ -98,17 +106,18 @@ def _against(outcome: Outcome) -> str:
 def verdict_text(
     name: str, checks: Sequence[Check], contrary: Sequence[Check], declared: bool, style: Style
 ) -> str:  # fmt: skip
-    """How many checks differ, and whether that is what the scene declares."""
+    """How many checks differ, and whether that was known of the scene."""
     count = {v: sum(check.verdict == v for check in checks) for v in ("agrees", "differs", "unresolved")}
-    said = f"{name}: {count['differs']} of {len(checks)} checks differ"
+    differ = f"{count['differs']} of {len(checks)} checks {'differs' if count['differs'] == 1 else 'differ'}"
+    said = f"{name}: {differ if count['agrees'] < len(checks) else f'all {len(checks)} checks agree'}"
     if count["unresolved"]:
         said += f", {count['unresolved']} unresolved"
     if contrary:
         said += f"; not as expected: {', '.join(check.id for check in contrary)}."
-    elif declared and not count["unresolved"]:
-        said += ", as the scene declares."
+    elif declared:
+        said += ", as was known of this scene (its file declares which)."
     else:
-        said += "."
+        said += "; nothing was declared of this scene beforehand."
     return style.paint(wrapped(said), "heading")
 
 
@@ -154,16 +163,35 @@ def _quantity_line(
 
 
 def checks_text(checks: Sequence[Check], style: Style) -> str:
-    """A line for every check."""
-    lines = [style.paint(f"  {'check':<16}{'':<26}{'difference':>18}{'tolerance':>10}  ", "heading").rstrip()]
+    """A line for every check, under what is compared in it."""
+    lines = [style.paint(f"  {'check':<40}{'difference':>17}{'tolerance':>10}", "heading")]
     room = max((len(check.id) + 1 for check in checks), default=0)
-    for check in checks:
-        difference = difference_text(check.difference, check.u_num, style.plus_minus)
-        word = style.paint(check.verdict, check.verdict)
-        mark = style.paint(style.mark(check.verdict), check.verdict)
-        name = f"{check.id:<{max(room, 14)}}{check.title}"
-        lines.append(f"{mark} {name:<37}{difference:>20}{percent(check.tolerance, 1):>9}  {word}")
+    for kind, found in by_kind(checks).items():
+        lines += [f"  {kind}"] if kind else []
+        for check in found:
+            difference = difference_text(check.difference, check.u_num, style.plus_minus)
+            word = style.paint(check.verdict, check.verdict)
+            mark = style.paint(style.mark(check.verdict), check.verdict)
+            name = f"{check.id:<{max(room, 14)}}{check.title}"
+            lines.append(f"{mark} {name:<40}{difference:>18}{percent(check.tolerance, 1):>8}  {word}")
     return "\n".join(lines)
+
+
+def by_kind(checks: Sequence[Check]) -> dict[str, list[Check]]:
+    """Checks by what is compared in them, in words: one model with the other first."""
+    found: dict[str, list[Check]] = {_kind(check.id, True): [] for check in checks if check.id in OF_THE_REDUCTION}
+    for check in checks:
+        found.setdefault(_kind(check.id, check.own), []).append(check)
+    return found
+
+
+def _kind(check: str, own: bool) -> str:
+    if check in OF_THE_REDUCTION:
+        return "one model against the other: 1D less 3D"
+    if check in OF_THE_PAPER:
+        whose = "the paper's equations" if own else "the paper's equations (not this model's)"
+        return f"{whose}: 3D numbers in, relative to 3D's result"
+    return {"energy": "3D alone"}.get(check, "your data less 3D" if check.startswith("against_") else "")
 
 
 def reasons_text(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -> str:
