@@ -75,7 +75,8 @@ def judged(name: str, found: Comparison, scene: Declaring, always: bool = False)
         because = f"{because}; {doubt}" if always else f"{doubt}: ask for a smaller accuracy"
     return Check(
         name, found.title, found.predicted, found.measured, found.unit, found.difference, tolerance, found.u_num,
-        verdict, expected(scene, name), because, found.time, found.relative_to,
+        verdict, expected(scene, name), because, found.time,
+        relative_to=found.relative_to,
     )  # fmt: skip
 
 

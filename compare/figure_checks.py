@@ -134,5 +134,5 @@ def _over_time(title: str, relative_to: str, models: Models, key: str, final: Es
     difference = at.distance / abs(final.value) if final.value else float("inf")
     return Comparison(
         title, at.predicted - room, at.measured - room, "A" if key == "current_A" else "K", difference, u_num,
-        lambda: reasons.over_time(models, key, at, final.value), at.time, relative_to,
+        lambda: reasons.over_time(models, key, at, final.value), at.time, relative_to=relative_to,
     )  # fmt: skip

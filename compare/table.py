@@ -60,16 +60,21 @@ def outcome_text(
 ) -> str:
     """Everything about a run, its answer first; ``contrary`` are the checks that contradict the scene, ``planned`` the
     plan if it has been printed, so that only what turned out otherwise is added."""
-    parts = [headline(outcome, contrary, style), _quantities(outcome, style)]
-    if outcome.checks:
-        parts.append(checks_text(outcome.checks, style))
-    own = [check for check in outcome.checks if check.own]
-    parts += [reasons_text(own, contrary, style), _budget(outcome, style)]
-    parts += [_plan_changes(outcome, planned, style)]
+    parts = [found_text(outcome, contrary, style), _plan_changes(outcome, planned, style)]
     parts += [wrapped(f"Warning: {text.rstrip('.')}.") for text in outcome.warnings]
     if outcome.exported is not None:
         parts.append(f"Exported to {_shown(outcome.exported)}/")
     parts.append(where_text(outcome.folder, outcome.files, outcome.timing))
+    return "\n\n".join(part for part in parts if part)
+
+
+def found_text(outcome: Outcome, contrary: Sequence[Check], style: Style) -> str:
+    """The answer, the quantities, the checks with their reasons and, where asked for, the parts of the differences."""
+    parts = [headline(outcome, contrary, style), quantities_text(outcome, style)]
+    if outcome.checks:
+        parts.append(checks_text(outcome.checks, style))
+    own = [check for check in outcome.checks if check.own]
+    parts += [reasons_text(own, contrary, style), _budget(outcome, style)]
     return "\n\n".join(part for part in parts if part)
 
 
@@ -115,7 +120,7 @@ def verdict_text(
     if contrary:
         said += f"; not as expected: {', '.join(check.id for check in contrary)}."
     elif declared:
-        said += ", as was known of this scene (its file declares which)."
+        said += ", as the scene declares: all of that was known."
     else:
         said += "; nothing was declared of this scene beforehand."
     return style.paint(wrapped(said), "heading")
@@ -130,7 +135,7 @@ def plan_text(steps: Sequence[Step], style: Style) -> str:
     return "\n".join(lines)
 
 
-def _quantities(outcome: Outcome, style: Style) -> str:
+def quantities_text(outcome: Outcome, style: Style) -> str:
     """Steady quantities: 3D with its error, 1D, and how far 1D is off."""
     name = outcome.reduced1d.model if _against(outcome) and outcome.reduced1d else "1D"
     heads = ("steady state", "3D" if outcome.fem3d else "", name if outcome.reduced1d else "")
@@ -226,7 +231,7 @@ def where_text(folder: Path, files: Sequence[str], timing: Mapping[str, float]) 
     """Where the results are, what is there, and how long it took."""
     kinds = (["report.html"] if "report.html" in files else []) + ["summary.json"]
     kinds += ["traces.csv"] if "traces.csv" in files else []
-    figures = sorted({Path(file).stem for file in files if file.startswith("figure")})
+    figures = {Path(file).stem for file in files if file.endswith(".svg")}
     kinds += [f"{len(figures)} figure{'s' * (len(figures) > 1)}"] if figures else []
     kinds += ["fem3d.pvd"] if "fem3d.pvd" in files else []
     parts = [f"{name} {timing[key]:.1f} s" for key, name in _STAGES.items() if key in timing]
