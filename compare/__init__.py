@@ -4,8 +4,8 @@
     found = compare.solve("bridge")              # any scene of boxes or on a mesh, in 3D
     sensor = compare.device("device")            # the whole sensor in 1D
 
-Each prints as its answer and has .traces (named columns), .report() and .outcome, which holds everything. Scenes are what
-``scenes.load`` returns, or what it takes. Nothing heavy is imported before it is used; ``compare.testing`` has assertions.
+Each prints as its answer and has .traces (named columns), .report() and .outcome, which holds everything. Scenes are
+what ``scenes.load`` returns, or what it takes. ``compare.testing`` has assertions for tests of your own.
 """
 
 from __future__ import annotations

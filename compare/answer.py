@@ -73,7 +73,9 @@ def answered(outcome: Outcome, levels: Levels | None = None) -> Outcome:
     elif over_time and all(claim.verdict == "agrees" for claim in (*steady, *over_time)):
         most = max(claim.most for claim in over_time if claim.of in _PLACES)
         farther = most > max(claim.most for claim in steady)
-        said += f", and within {_bound(most)} of the final rise on the way" if farther else ", and no farther on the way"
+        said += (
+            f", and within {_bound(most)} of the final rise on the way" if farther else ", and no farther on the way"
+        )
     plan = outcome.plan
     if reason:
         plan = tuple(Step(BLAME, "skipped", reason) if step.step == BLAME else step for step in plan)
@@ -121,7 +123,7 @@ def _told_apart(steady: Sequence[Claim], over_time: Iterable[Claim]) -> list[Cla
     """What over time is beyond its tolerance and not the steady difference over again. The current only where nothing
     is said of the rises, which it follows."""
     at_rest = {claim.of: claim for claim in steady}
-    found = []
+    found: list[Claim] = []
     for claim in over_time:
         rest = at_rest.get(claim.of)
         if claim.verdict == "agrees" or (rest is None and (found or any(c.verdict != "agrees" for c in steady))):

@@ -28,7 +28,9 @@ def eq12(models: Models) -> Comparison:
 
     inputs = models.estimates(current="current_A", **_RISES)
     measured = models.fem3d.steady["power_W"]
-    return of_formula("power from I, peak, end", "W", formula, inputs, measured, lambda value: reasons.eq12(models, value))
+    return of_formula(
+        "power from I, peak, end", "W", formula, inputs, measured, lambda value: reasons.eq12(models, value)
+    )
 
 
 def eq13(models: Models) -> Comparison:

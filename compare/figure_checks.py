@@ -60,12 +60,16 @@ def profile(models: Models) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def fig6_peak(models: Models) -> Comparison:
     """Largest distance of the peak's traces over the final 3D peak rise."""
-    return _over_time("peak trace, of final rise", "the final 3D rise", models, "peak_K", models.fem3d.steady["peak_rise_K"])
+    return _over_time(
+        "peak trace, of final rise", "the final 3D rise", models, "peak_K", models.fem3d.steady["peak_rise_K"]
+    )
 
 
 def fig6_end(models: Models) -> Comparison:
     """Largest distance of the ends' traces over the final 3D end rise."""
-    return _over_time("end trace, of final rise", "the final 3D rise", models, "end_K", models.fem3d.steady["end_rise_K"])
+    return _over_time(
+        "end trace, of final rise", "the final 3D rise", models, "end_K", models.fem3d.steady["end_rise_K"]
+    )
 
 
 def fig7_current(models: Models) -> Comparison:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -247,6 +247,9 @@ def run(
     request = SinkRequest(
         transient=not steady, figures=figures, fields=fields, reduction=canonical(reduction), why=why
     )  # fmt: skip
+    if request.reduction != "paper":
+        # What a scene declares is of the paper's model.
+        sink = replace(sink, expected_to_differ=None)
     data = None
     if against is not None:
         from compare.against.data import read
@@ -292,9 +295,10 @@ def device(
 ) -> DeviceRun:
     """Simulate the whole sensor in 1D, and check what the paper says of it.
 
-    ``scene`` is what ``scenes.load`` returns, or takes; ``accuracy`` and ``overrides`` change it. ``asked`` are ``scheme``
-    ("accurate" or "paper"), ``about`` (the figures it is about), ``meter``, ``largest_voltage``, ``largest_power``. Only
-    into the folder ``out`` is anything written. Raises SceneError for bad input, ArithmeticError for failing numerics.
+    ``scene`` is what ``scenes.load`` returns, or takes; ``accuracy`` and ``overrides`` change it. ``asked`` are
+    ``scheme`` ("accurate" or "paper"), ``about`` (the figures it is about), ``meter``, ``largest_voltage``,
+    ``largest_power``. Only into the folder ``out`` is anything written. Raises SceneError for bad input,
+    ArithmeticError where the numerics fail.
     """
     from dataclasses import fields as fields_of
 
@@ -318,9 +322,9 @@ def _scene(given: Any, kind: type | None, overrides: Overrides, more: Mapping[st
     listed = [f"{k}={v}" for k, v in overrides.items()] if isinstance(overrides, Mapping) else list(overrides)
     listed += [f"{key}={float(value)!r}" for key, value in more.items() if value is not None]
     found = load(given, listed) if isinstance(given, (str, Path)) else overridden(given, listed)
-    own = type(found) if isinstance(found, (Sink, Device)) else None
+    own: type | None = type(found) if isinstance(found, (Sink, Device)) else None
     if own is not kind:
-        use = {Sink: "compare.run", Device: "compare.device", None: "compare.solve"}
+        use: dict[type | None, str] = {Sink: "compare.run", Device: "compare.device", None: "compare.solve"}
         raise SceneError(f"{quoted(found.name)} is no scene for {use[kind]}: use {use[own]}")
     return found
 

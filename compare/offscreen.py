@@ -20,7 +20,7 @@ from compare.colours import table
 SIZE = [1400, 700]
 LIGHT = (0.45, -0.3, 0.84)
 """Where the light comes from, of length 1."""
-AMBIENT = 0.55
+AMBIENT = 0.65
 """The part of a face's colour that no light takes away."""
 
 
@@ -94,9 +94,9 @@ def _add_bars(plotter: Any, drawn: np.ndarray, factor: float) -> None:
         end[axis] += length * scale
         plotter.add_mesh(pv.Line(corner, end), color="#222222", line_width=3, lighting=False)
         ends.append(end)
-        texts.append(f"{'xyz'[axis]} {length:g} um")
+        texts.append(f"{'xyz'[axis]} {length:g} \N{MICRO SIGN}m")
     plotter.add_point_labels(
-        np.array(ends), texts, font_size=24, text_color="#222222", shape=None, show_points=False, always_visible=True,
+        np.array(ends), texts, font_size=17, text_color="#222222", shape=None, show_points=False, always_visible=True,
         justification_horizontal="left", justification_vertical="center",
     )  # fmt: skip
 

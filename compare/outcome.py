@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Outcome:
     """What a run found: the plan as carried out, each model's result (``None`` where not asked for), the checks, the
-    answer that they make in a sentence, the remarks on the run, how long each stage took (s), and the folder with its files. ``why`` is the budget of the 1D
-    model's differences and ``exported`` the few-state model's folder, where asked for; ``against`` a user's own traces
-    if there are any."""
+    answer that they make in a sentence, the remarks on the run, how long each stage took (s), and the folder with its
+    files. ``why`` is the budget of the differences of the 1D model and ``exported`` the few-state model's folder, where
+    asked for; ``against`` a user's own traces if there are any."""
 
     sink: Sink
     request: Request

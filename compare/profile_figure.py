@@ -23,8 +23,8 @@ def draw(outcome: Outcome) -> Figure:
     """The 3D profile with eq 9's parabola through its own end and peak, and the 1D model's; below, the distances, with
     the numerical error about them.
 
-    A discrete solution has kinks between its cells, far smaller than its error but visible on the scale of the distance;
-    the curve is smoothed by a twentieth of the error, and then nearer to a finer solution than before.
+    A discrete solution has kinks between its cells, far smaller than its error but visible on the scale of the
+    distance; the curve is smoothed by a twentieth of the error, and then nearer to a finer solution than before.
     """
     assert outcome.fem3d is not None
     sink = outcome.sink
@@ -62,8 +62,7 @@ def draw(outcome: Outcome) -> Figure:
 
 
 def _smooth(place: np.ndarray, values: np.ndarray, within: float) -> np.ndarray:
-    """The values as a curve with a continuous fourth derivative, off them by ``within`` (RMS); as they are where that is
-    too little to tell."""
+    """The values as a smooth curve, off them by ``within`` (RMS); as they are where that is too little to tell."""
     from scipy.interpolate import UnivariateSpline
 
     if within < 1e-4 * float(np.ptp(values)):

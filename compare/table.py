@@ -95,8 +95,8 @@ def headline(outcome: Outcome, contrary: Sequence[Check], style: Style) -> str:
         said.append(verdict_text(name, own, contrary, outcome.sink.expected_to_differ is not None, style))
     rest = [check for check in outcome.checks if not check.own]
     if rest:
-        off = sum(check.verdict == "differs" for check in rest)
-        off = f"{off} differs" if off == 1 else f"{off} differ"
+        count = sum(check.verdict == "differs" for check in rest)
+        off = f"{count} differs" if count == 1 else f"{count} differ"
         said.append(wrapped(f"Of the paper's own {len(rest)} equations, which are not this model's, {off}."))
     return "\n".join(said)
 
@@ -184,13 +184,14 @@ def checks_text(checks: Sequence[Check], style: Style) -> str:
 
 def by_kind(checks: Sequence[Check]) -> dict[str, list[Check]]:
     """Checks by what is compared in them, in words: one model with the other first."""
-    found: dict[str, list[Check]] = {_kind(check.id, True): [] for check in checks if check.id in OF_THE_REDUCTION}
-    for check in checks:
-        found.setdefault(_kind(check.id, check.own), []).append(check)
+    found: dict[str, list[Check]] = {}
+    for check in sorted(checks, key=lambda check: check.id not in OF_THE_REDUCTION):
+        found.setdefault(kind_of(check.id, check.own), []).append(check)
     return found
 
 
-def _kind(check: str, own: bool) -> str:
+def kind_of(check: str, own: bool) -> str:
+    """What is compared in a check, by its id, and whether it is of the model that was chosen."""
     if check in OF_THE_REDUCTION:
         return "one model against the other: 1D less 3D"
     if check in OF_THE_PAPER:

@@ -59,7 +59,7 @@ def draw(outcome: Outcome) -> Figure:
             first.set_ylabel("reduction less 3D (% of the final\nrise, or of the current's change)")
     seen = _seen(budget)
     names = [part.blame for part in budget.steady[0].parts]
-    handles = [Patch(color=_COLOURS[n % len(_COLOURS)], label=names[n]) for n in seen]
+    handles: list[Any] = [Patch(color=_COLOURS[n % len(_COLOURS)], label=names[n]) for n in seen]
     if over_time:
         handles.append(Line2D([], [], color=INK, lw=1.4, label="in all"))
     handles.append(

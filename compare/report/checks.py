@@ -5,6 +5,8 @@ from __future__ import annotations
 from compare.report.parts import row, section
 from compare.report.values import PLUS_MINUS, Document, number
 from compare.report.words import shown, text
+from compare.scope import OF_THE_REDUCTION
+from compare.table import kind_of
 from compare.words import difference_text, percent
 
 _MARKS = {"agrees": "\N{CHECK MARK}", "differs": "\N{MULTIPLICATION X}", "unresolved": "?"}
@@ -12,9 +14,13 @@ _MARKS = {"agrees": "\N{CHECK MARK}", "differs": "\N{MULTIPLICATION X}", "unreso
 
 def checks(document: Document) -> str:
     """Every check, with the reason where one is given."""
-    heads = ("check", "of", "predicted", "measured", "difference", "tolerance", "verdict")
-    numbers, rows = (2, 3, 4, 5), []
-    for check in document.get("checks", ()):
+    sides = ("1D", "3D") if document.get("fem3d") else ("predicted", "measured")
+    heads = ("check", "of", *sides, "difference", "relative to", "tolerance", "verdict")
+    numbers, rows, kind = (2, 3, 4, 6), [], ""
+    for check in sorted(document.get("checks", ()), key=lambda check: check["id"] not in OF_THE_REDUCTION):
+        if (now := kind_of(check["id"], check.get("own", True))) != kind:
+            kind = now
+            rows.append(f'<tr class="kind"><th colspan="{len(heads)}">{text(kind)}</th></tr>')
         verdict, unit = check["verdict"], "" if check["unit"] == "1" else check["unit"]
         word = f'<span class="word {verdict}">{_MARKS[verdict]} {verdict}</span>'
         cells = [
@@ -22,6 +28,7 @@ def checks(document: Document) -> str:
             text(check["title"]),
             *(shown(check[key], unit) for key in ("predicted", "measured")),
             text(difference_text(number(check["difference"]), number(check["u_num"]), PLUS_MINUS)),
+            text(check.get("relative_to") or ""),
             text(percent(number(check["tolerance"]), 1)),
             word,
         ]

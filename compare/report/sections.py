@@ -14,7 +14,7 @@ from compare.report.words import named, shown, text
 
 _TREATED = (
     "schema", "scene", "plan", "provenance", "fem3d", "reduced1d", "checks", "warnings", "files", "timing_s", "why",
-    "findings",
+    "findings", "answer",
 )  # fmt: skip
 _CAPTIONS = {
     "figure5": "The steady rise along the beam in both models.",
