@@ -196,7 +196,7 @@ def kind_of(check: str, own: bool) -> str:
         return "one model against the other: 1D less 3D"
     if check in OF_THE_PAPER:
         whose = "the paper's equations" if own else "the paper's equations (not this model's)"
-        return f"{whose}: 3D numbers in, relative to 3D's result"
+        return f"{whose}: 3D numbers in, relative to 3D's own"
     return {"energy": "3D alone"}.get(check, "your data less 3D" if check.startswith("against_") else "")
 
 
