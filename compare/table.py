@@ -119,8 +119,10 @@ def verdict_text(
         said += f", {count['unresolved']} unresolved"
     if contrary:
         said += f"; not as expected: {', '.join(check.id for check in contrary)}."
+    elif declared and count["unresolved"]:
+        said += "; the others are as the scene declares."
     elif declared:
-        said += ", as the scene declares: all of that was known."
+        said += ", as the scene declares: all were known."
     else:
         said += "; nothing was declared of this scene beforehand."
     return style.paint(wrapped(said), "heading")

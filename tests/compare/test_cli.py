@@ -81,7 +81,7 @@ def test_terminal_reads_at_80_columns(capsys: pytest.CaptureFixture[str]) -> Non
     sink()
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith("The paper's 1D model is 6.6 % low at the peak and 30 % low at the ends")
-    assert "sink at 1 V: 6 of 12 checks differ, as the scene declares: all of that was known." in lines
+    assert "sink at 1 V: 6 of 12 checks differ, as the scene declares: all were known." in lines
     assert any(re.match(r". eq14 +anchor resistance .*differs$", line) for line in lines)
     assert any("1862 K/W" in line and "2663 K/W" in line for line in lines)
 
