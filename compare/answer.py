@@ -128,9 +128,13 @@ def _told_apart(steady: Sequence[Claim], over_time: Iterable[Claim]) -> list[Cla
         rest = at_rest.get(claim.of)
         if claim.verdict == "agrees" or (rest is None and (found or any(c.verdict != "agrees" for c in steady))):
             continue
-        if rest is None or abs(claim.difference) > _MORE * abs(rest.difference) + claim.error + rest.error:
+        if rest is None or claim.difference * rest.difference < 0 or _exceeds(claim, rest):
             found.append(claim)
     return found
+
+
+def _exceeds(claim: Claim, rest: Claim) -> bool:
+    return abs(claim.difference) > _MORE * abs(rest.difference) + claim.error + rest.error
 
 
 def _ladder(outcome: Outcome, levels: Levels | None, transient: bool) -> tuple[Budget | None, str]:

@@ -93,7 +93,7 @@ def _add_bars(plotter: Any, drawn: np.ndarray, factor: float) -> None:
         end = corner.copy()
         end[axis] += length * scale
         plotter.add_mesh(pv.Line(corner, end), color="#222222", line_width=3, lighting=False)
-        ends.append(end + [0.0, 0.012 * longest, 0.0])
+        ends.append(end + np.array([0.0, 0.012 * longest, 0.0]))
         texts.append(f"{'xyz'[axis]} {length:g} \N{MICRO SIGN}m")
     plotter.add_point_labels(
         np.array(ends), texts, font_size=17, text_color="#222222", shape=None, show_points=False, always_visible=True,
