@@ -136,19 +136,11 @@ class Solution:
 
     def report(self) -> str:
         """The probes with their errors: steady, or at the end of the transient."""
-        from compare.solve.scope import UNITS
-        from compare.solve.table import headline
+        from compare.solve.table import headline, value_text
         from compare.table import Style
-        from compare.words import with_error
 
-        result, lines = self.outcome.result, []
-        for probe in self.scene.probes:
-            if result.traces is None:
-                value, error = self[probe.name].value, self[probe.name].error
-            else:
-                value, error = float(result.traces.values[probe.name][-1]), result.traces.errors[probe.name]
-            shown, bound, unit, _, _ = with_error(value, error, UNITS[probe.quantity])
-            lines.append(f"  {probe.name:<30} {shown} \N{PLUS-MINUS SIGN} {bound} {unit}")
+        result = self.outcome.result
+        lines = [f"  {probe.name:<30} {value_text(probe, result, Style())}" for probe in self.scene.probes]
         return "\n".join([headline(self.outcome, Style()), "", *lines])
 
     def __repr__(self) -> str:

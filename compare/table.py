@@ -251,6 +251,6 @@ def _shown(folder: Path) -> Path:
 
 def wrapped(text: str, first: str = "", then: str = "  ") -> str:
     """Lines of at most 80 columns in which no number loses its unit."""
-    kept = re.sub(r"(?<=\d) (?=[A-Za-z%])", "\N{NO-BREAK SPACE}", text)
+    kept = re.sub(r"(?<=\d) (?=[A-Za-z%±])|(?<=±) ", "\N{NO-BREAK SPACE}", text)
     filled = textwrap.fill(kept, WIDTH, initial_indent=first, subsequent_indent=then, break_on_hyphens=False)
     return filled.replace("\N{NO-BREAK SPACE}", " ")
