@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 from compare import scope
 from compare.folder import Folder
-from compare.plan import assemble, data_step
 from compare.render import Renderer
 from compare.summary import document, write_document
 from compare.words import sink_text
@@ -54,10 +53,8 @@ def write(outcome: Outcome, folder: Folder, renderer: Renderer, clock: Clock) ->
 
             files, notes = draw(outcome, drawn, folder.partial, renderer)
         names += files
-        if notes and outcome.fem3d is not None:
-            solver_steps = tuple(outcome.fem3d.details["plan"])
-            plan = assemble(outcome.sink, request, solver_steps, notes)
-            outcome = replace(outcome, plan=plan if outcome.against is None else (*plan, data_step(outcome.against)))
+        plan = tuple(replace(step, reason=notes.get(step.step, step.reason)) for step in outcome.plan)
+        outcome = replace(outcome, plan=plan)
     outcome = replace(outcome, files=(*names, "report.html", "summary.json"), timing=clock.all())
     found = document(outcome)
     with clock.stage("files"):

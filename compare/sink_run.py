@@ -121,8 +121,12 @@ def _solve(sink: Sink, request: SinkRequest, say: Callable[[str], None], clock: 
     warnings = tuple(text for model in (fem3d, reduced1d) if model for text in model.details.get("warnings", ()))
     with clock.stage("checks"):
         warnings += _too_hot(sink, fem3d, reduced1d)
+    from compare.answer import answered
+
     plan = assemble(sink, request, solver_steps)
-    return Outcome(sink, request, plan, fem3d, reduced1d, checks, warnings, why=why, exported=exported)
+    outcome = Outcome(sink, request, plan, fem3d, reduced1d, checks, warnings, why=why, exported=exported)
+    with clock.stage("answer"):
+        return answered(outcome, levels)
 
 
 def _too_hot(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tuple[str, ...]:

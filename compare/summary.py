@@ -39,6 +39,7 @@ def document(outcome: Outcome) -> dict[str, Any]:
             "provenance": provenance(),
             "fem3d": None if outcome.fem3d is None else _fem3d(outcome.fem3d),
             "reduced1d": None if outcome.reduced1d is None else _reduced1d(outcome.reduced1d),
+            "answer": outcome.answer,
             "checks": [check_document(check) | _model(check, outcome) for check in outcome.checks],
             **({} if outcome.why is None else {"why": _why(outcome.why)}),
             "warnings": list(outcome.warnings),

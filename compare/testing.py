@@ -108,7 +108,7 @@ def _quantity(found: Run, name: str, tolerance: float) -> tuple[Verdict, str]:
 def _check(check: Check, tolerance: float) -> tuple[Verdict, str]:
     """The same of a check."""
     unit = "" if check.unit == "1" else check.unit
-    values = f"predicted {quantity(check.predicted, unit, 5)}, 3D {quantity(check.measured, unit, 5)}"
+    values = f"1D {quantity(check.predicted, unit, 5)}, 3D {quantity(check.measured, unit, 5)}"
     verdict = judge(check.difference, tolerance, check.u_num)
     because = "" if verdict == "agrees" else check.because
     lines = _lines(check.id, check.title, values, check.difference, check.u_num, tolerance, verdict, because)

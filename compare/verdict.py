@@ -22,7 +22,9 @@ class Check:
     the bound of the difference's numerical error, are relative. ``expected`` is the verdict that the scene declares,
     ``None`` where it declares nothing. ``because`` says why in a sentence, where the verdict is not "agrees".
     ``time`` (s) is when the largest difference occurs, for the checks over time. Where ``sense`` is one-sided, the
-    difference is what the measured value lacks of the claim, none where it holds.
+    difference is what the measured value lacks of the claim, none where it holds. ``relative_to`` says in words what
+    the difference is relative to. ``own`` is False for an equation of the paper's where another 1D model was chosen,
+    which makes no use of it.
     """
 
     id: str
@@ -38,6 +40,8 @@ class Check:
     because: str = ""
     time: float | None = None
     sense: Sense = "equal"
+    relative_to: str = ""
+    own: bool = True
 
 
 def judge(difference: float, tolerance: float, u_num: float) -> Verdict:

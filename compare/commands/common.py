@@ -32,7 +32,7 @@ def options(parser: argparse.ArgumentParser, scene: str, example: str, accuracy:
     explain_options(add)
     add("--strict", action="store_true",
         help="exit with 1 for any check not as declared (undeclared: expected to agree), or unresolved")  # fmt: skip
-    add("--quiet", action="store_true", help="print the verdict only, one line")
+    add("--quiet", action="store_true", help="print the answer and the verdict only, in one line")
     add("--json", action="store_true", help="print summary.json in place of the tables")
 
 
@@ -95,7 +95,7 @@ def report(
     if arguments.json:
         show((outcome.folder / "summary.json").read_text(encoding="utf-8").rstrip("\n"))
     elif arguments.quiet:
-        show(table.headline(outcome, contrary, style()))
+        show(" ".join(table.headline(outcome, contrary, style()).split()))
     else:
         show(table.outcome_text(outcome, contrary, style(), planned))
     return DIFFERS if contrary else FINE

@@ -64,7 +64,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         show((outcome.folder / "summary.json").read_text(encoding="utf-8").rstrip("\n"))
     elif arguments.quiet:
-        show(table.headline(outcome, style()))
+        show(" ".join(table.headline(outcome, style()).split()))
     else:
         show(table.outcome_text(outcome, style(), planned))
     return FINE

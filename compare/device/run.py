@@ -33,6 +33,14 @@ def run(
     return replace(outcome, folder=folder.target, replaced=folder.replaced, timing=clock.all())
 
 
+def answer(
+    device: Device, request: DeviceRequest, progress: Callable[[str], None] | None = None
+) -> DeviceOutcome:  # fmt: skip
+    """The same without any file. Raises SceneError for what the model refuses, ArithmeticError where numerics fail."""
+    clock = Clock()
+    return replace(_solve(device, request, progress or (lambda _: None), clock), timing=clock.all())
+
+
 def _solve(device: Device, request: DeviceRequest, say: Callable[[str], None], clock: Clock) -> DeviceOutcome:
     with clock.stage("imports"):
         from compare.device import checks, design, runs

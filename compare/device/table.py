@@ -10,7 +10,7 @@ from compare.device.answer import answer
 from compare.device.runs import BAND
 from compare.device.summary import peaks
 from compare.device.words import QUANTITIES, amount, claimed, in_full, off_by
-from compare.table import WIDTH, Style, where_text, wrapped
+from compare.table import WIDTH, Style, warnings_text, where_text, wrapped
 from compare.verdict import Check
 from compare.words import percent, quantity
 from reduced1d.device.settling import settling
@@ -31,6 +31,11 @@ def outcome_text(
 ) -> str:
     """Everything about a run; ``contrary`` are the checks that contradict the scene. A plan never turns out otherwise
     here, so that one that has been printed (``planned``) needs no more."""
+    return f"{found_text(outcome, contrary, style)}\n\n{where_text(outcome)}"
+
+
+def found_text(outcome: DeviceOutcome, contrary: Sequence[Check], style: Style) -> str:
+    """The answer, the findings, the quantities, the claims with their reasons, the designer's answers, the warnings."""
     parts = [headline(outcome, contrary, style)]
     if outcome.runs.base.result.findings:
         parts.append(_listed("Findings", outcome.runs.base.result.findings, style))
@@ -39,9 +44,7 @@ def outcome_text(
         parts += [_checks(outcome.checks, style), _reasons(outcome.checks, contrary, style)]
     if outcome.design is not None:
         parts.append(_design(outcome.design, outcome, style))
-    parts += [wrapped(f"Warning: {text.rstrip('.')}.") for text in outcome.warnings]
-    parts.append(where_text(outcome))
-    return "\n\n".join(parts)
+    return "\n\n".join([*parts, *warnings_text(outcome)])
 
 
 def columns(rows: Sequence[Sequence[str]], left: int, style: Style) -> list[str]:

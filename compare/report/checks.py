@@ -8,6 +8,8 @@ from typing import Any
 from compare.report.parts import row, section
 from compare.report.values import PLUS_MINUS, Document, number
 from compare.report.words import shown, text
+from compare.scope import OF_THE_REDUCTION
+from compare.table import kind_of
 from compare.words import difference_text, percent
 
 _MARKS = {"agrees": "\N{CHECK MARK}", "differs": "\N{MULTIPLICATION X}", "unresolved": "?"}
@@ -16,10 +18,13 @@ _MARKS = {"agrees": "\N{CHECK MARK}", "differs": "\N{MULTIPLICATION X}", "unreso
 def checks(document: Document) -> str:
     """Every check, with the reason where one is given."""
     device = "steady_before" in (document.get("reduced1d") or {})
-    sides = ("the paper", "1D") if device else ("predicted", "measured")
-    heads = ("check", "of", *sides, "difference", "tolerance", "verdict")
-    numbers, rows = (2, 3, 4, 5), []
-    for check in document.get("checks", ()):
+    sides = ("the paper", "1D") if device else ("1D", "3D") if document.get("fem3d") else ("predicted", "measured")
+    heads = ("check", "of", *sides, "difference", *["relative to"] * (not device), "tolerance", "verdict")
+    numbers, rows, kind = (2, 3, 4, len(heads) - 2), [], ""
+    for check in sorted(document.get("checks", ()), key=lambda check: check["id"] not in OF_THE_REDUCTION):
+        if (now := kind_of(check["id"], check.get("own", True))) != kind:
+            kind = now
+            rows.append(f'<tr class="kind"><th colspan="{len(heads)}">{text(kind)}</th></tr>')
         verdict, unit = check["verdict"], "" if check["unit"] == "1" else check["unit"]
         word = f'<span class="word {verdict}">{_MARKS[verdict]} {verdict}</span>'
         cells = [
@@ -28,6 +33,7 @@ def checks(document: Document) -> str:
             _side(check) + _value(check["predicted"], unit),
             _value(check["measured"], unit),
             text(_difference(check)),
+            *[text(check.get("relative_to") or "")] * (not device),
             text(percent(number(check["tolerance"]), 1)),
             word,
         ]

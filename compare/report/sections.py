@@ -15,7 +15,7 @@ from compare.report.words import named, text
 
 _TREATED = (
     "schema", "command", "scene", "plan", "provenance", "fem3d", "reduced1d", "checks", "warnings", "files", "timing_s",
-    "why", "findings", "design",
+    "why", "findings", "design", "answer",
 )  # fmt: skip
 _CAPTIONS = {
     "figure5": "The steady rise along the beam in both models.",

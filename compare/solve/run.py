@@ -69,6 +69,18 @@ def _looked_at(outcome: SolveOutcome) -> SolveOutcome:
     return replace(outcome, warnings=warnings, shown=shown)
 
 
+def answer(scene: AnyScene, progress: Callable[[str], None] | None = None) -> SolveOutcome:
+    """The same without any file: solved. Raises NumericsError."""
+    clock = Clock()
+    # What fields are asked for to have: a scene without probes reports every part's mean temperature.
+    scene = scope.reported(scene, SolveRequest(fields=True))
+    with clock.stage("fem3d"):
+        result: Result = scope.solver(scene)(scene, progress or (lambda _: None))
+    request = SolveRequest(figures=False)
+    plan = scope.assemble(scene, request, tuple(result.details["plan"]))
+    return _looked_at(SolveOutcome(scene, request, plan, result, timing=clock.all()))
+
+
 def _write(outcome: SolveOutcome, folder: Path, renderer: Renderer, clock: Clock) -> SolveOutcome:
     """Writes the files; the outcome comes back with their names and the plan as carried out."""
     scene, request, result = outcome.scene, outcome.request, outcome.result

@@ -10,7 +10,7 @@ import numpy as np
 
 from compare.solve.scope import UNITS
 from compare.solve.traces import at
-from compare.table import Style, plan_text, where_text, wrapped
+from compare.table import Style, plan_text, warnings_text, where_text, wrapped
 from compare.words import Column, quantity, with_error
 from scenes.dimensions import TIME
 
@@ -24,16 +24,45 @@ if TYPE_CHECKING:
 _NAME = 30
 _PER_BLOCK = 4
 _MOST_TIMES = 20
+_TOLD = 3
+"""How many probes the first line has room for."""
 
 
 def headline(outcome: SolveOutcome, style: Style) -> str:
-    """What was solved, in one line where it fits."""
+    """What the first probes are, then how that was found."""
     scene, details = outcome.scene, outcome.result.details
     what = "steady state" if scene.steady else f"transient to {TIME.show(scene.end_time)}"
     balance = details["energy_imbalance"] if scene.steady else details.get("transient_imbalance")
     closed = f", heat balanced to {balance:.0e}" if balance is not None and np.isfinite(balance) else ""
-    text = f"{scene.name}: {what} in 3D, {details['unknowns']} unknowns{closed}."
-    return style.paint(wrapped(text), "heading")
+    how = f"{what[0].upper()}{what[1:]} in 3D, {details['unknowns']} unknowns{closed}."
+    shown = [_answer(probe, outcome.result, style) for probe in scene.probes[:_TOLD]]
+    more = f" ({len(scene.probes) - _TOLD} more below)" if len(scene.probes) > _TOLD else ""
+    when = "in the steady state" if scene.steady else f"after {TIME.show(scene.end_time)}"
+    said = wrapped(f"{scene.name}: {', '.join(shown)} {when}{more}.")
+    return f"{style.paint(said, 'heading')}\n{wrapped(how)}"
+
+
+def value_text(probe: Probe | GroupProbe, result: Result, style: Style) -> str:
+    """A probe's value with its error: the steady one, or that at the end."""
+    if result.traces is None:
+        found, error = result.steady[probe.name].value, result.steady[probe.name].error
+    else:
+        found, error = float(result.traces.values[probe.name][-1]), result.traces.errors[probe.name]
+    value, bound, unit, _, _ = with_error(found, error, UNITS[probe.quantity])
+    return f"{value} {style.plus_minus} {bound} {unit}"
+
+
+def _answer(probe: Probe | GroupProbe, result: Result, style: Style) -> str:
+    """A probe's name and value, and of a transient the largest size where that is not the end's."""
+    said = f"{probe.name} {value_text(probe, result, style)}"
+    if result.traces is None:
+        return said
+    values, error = result.traces.values[probe.name], result.traces.errors[probe.name]
+    i = int(np.argmax(np.abs(values)))
+    if abs(values[i]) <= abs(values[-1]) + 2 * error:
+        return said
+    unit = UNITS[probe.quantity]
+    return f"{said} (at most {quantity(float(values[i]), unit)}, at {quantity(float(result.traces.time[i]), 's', 3)})"
 
 
 def outcome_text(outcome: SolveOutcome, style: Style, planned: tuple[Step, ...] | None = None) -> str:
@@ -43,8 +72,7 @@ def outcome_text(outcome: SolveOutcome, style: Style, planned: tuple[Step, ...] 
     changed = [step for step in outcome.plan if planned is not None and step not in planned]
     if changed:
         parts.append(plan_text(changed, style).replace("Plan", "As it turned out", 1))
-    parts += [wrapped(f"Warning: {text.rstrip('.')}.") for text in outcome.warnings]
-    parts.append(where_text(outcome))
+    parts += [*warnings_text(outcome), where_text(outcome)]
     return "\n\n".join(parts)
 
 

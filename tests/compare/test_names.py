@@ -152,5 +152,5 @@ def test_a_dry_run_prints_the_plan_alone(command: str, capsys: pytest.CaptureFix
 def test_one_voltage_has_one_name(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["sink", "--voltage", "0.002", "--steady", "--no-figures"]) == 0
     out = capsys.readouterr().out
-    assert out.startswith("sink at 2 mV: ")
+    assert "\nsink at 2 mV: " in out
     assert "results/sink-2mV-steady/" in out

@@ -88,7 +88,12 @@ def test_terminal_reads_at_80_columns(capsys: pytest.CaptureFixture[str]) -> Non
     assert lines[0] == "Plan"
     solve("bridge")
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0] == "bridge: steady state in 3D, 8 unknowns, heat balanced to 1e-11."
+    said = " ".join(lines)
+    assert said.startswith("bridge: middle ")
+    assert "current 3.0000 ± 0.0030 A in the steady state (2 more below)." in " ".join(said.split())
+    assert "Steady state in 3D, 8 unknowns, heat balanced to 1e-11." in lines
+    solve("hotplate")
+    assert re.match(r"hotplate: heater \S+ ± \S+ K.* after 4 ms", " ".join(capsys.readouterr().out.split()))
     assert any(line.split() == ["current", "3.0000", "±", "0.0030", "A"] for line in lines)
 
 
