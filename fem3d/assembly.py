@@ -1,4 +1,4 @@
-"""The heat problem of a scene: matrices, loads and conditions, assembled from its domain; and those of lower degrees."""
+"""The heat problem of a scene: matrices, loads and conditions, made of its domain; and those of lower degrees."""
 
 from __future__ import annotations
 

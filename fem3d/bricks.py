@@ -25,8 +25,8 @@ class BrickSpace:
     """The functions on the cells of a grid that a box owns. It is a `fem3d.space.Space`.
 
     ``mesh`` and ``dofs`` (functions of a cell, cells) are scikit-fem's; ``ijk`` (3, cells) says where in the grid each
-    cell is, ``h`` (3, cells) its sides (m), ``degrees`` (3, cells) its degrees. ``nested``: which functions (functions,) are in the spaces of degrees lower
-    by two, by one, and in this one.
+    cell is, ``h`` (3, cells) its sides (m), ``degrees`` (3, cells) its degrees. ``nested``: which functions
+    (functions,) are in the spaces of degrees lower by two, by one, and in this one.
     """
 
     def __init__(self, grid: Grid) -> None:
@@ -138,7 +138,7 @@ class BrickSpace:
         return found.reshape(*u.shape[:-1], *found.shape[1:])
 
     def mean(self, lower: Point, upper: Point) -> np.ndarray:
-        """(functions,): what a function adds to the mean over a point, a line, a flat box or a box inside the solid, the
+        """(functions,): what each adds to the mean over a point, a line, a flat box or a box inside the solid, the
         last three with corners on breakpoints."""
         found = np.ones(self.size)
         for d in range(3):
@@ -188,8 +188,8 @@ class BrickSpace:
 @lru_cache(maxsize=32)
 def _rule(p: int, degrees: Degrees, more: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Gauss's rule of the unit cube for degrees along its axes, of one point more, or of more: which functions of the
-    element are there, their values (points, functions) and slopes (3, points, functions), the points (3, points) and the
-    weights (points,)."""
+    element are there, their values (points, functions) and slopes (3, points, functions), the points (3, points)
+    and the weights (points,)."""
     there = np.flatnonzero(active(p, degrees))
     rules = [gauss(d + 1 + more) for d in degrees]
     lines = [line(p, x) for x, _ in rules]

@@ -33,8 +33,8 @@ class Conductor:
     ``warm`` (cells, 1) the resistivity at the initial temperature (ohm m) and its change per kelvin, ``voltages``
     (channels, functions) the given ones.
 
-    ``matrix`` is that of the initial temperature. ``electrodes``: for each its part (functions,) of the currents that enter. ``sections``: the current probes inside.
-    A field is one array (3, cells, points). It is a `fem3d.conduction.Conduction`.
+    ``matrix`` is that of the initial temperature. ``electrodes``: for each its part (functions,) of the currents that
+    enter. ``sections``: the current probes inside. A field is one array (3, cells, points). It is a `fem3d.conduction.Conduction`.
     """
 
     heat: HeatProblem

@@ -65,7 +65,7 @@ class Domain:
         return self.space.faces(facets[kept], cells[side, np.arange(len(facets))][kept])
 
     def sides(self, facets: np.ndarray, inside: np.ndarray) -> Iterator[tuple[Faces, float, np.ndarray]]:
-        """Facets with a chosen cell on either side, as seen from both: (faces, half the sign of their normal, cells)."""
+        """Facets with a chosen cell on either side, as seen from both: (faces, half their normal's sign, cells)."""
         pairs = self.space.mesh.f2t[:, facets]
         both = (pairs >= 0).all(axis=0)
         both[both] = inside[pairs[:, both]].all(axis=0)
@@ -98,7 +98,7 @@ class Domain:
         raise NotImplementedError
 
     def mean(self, probe: Any, inside: np.ndarray | None = None) -> np.ndarray:
-        """(functions,): what a function adds to the mean over a probe; ``inside`` are the cells of those that matter."""
+        """(functions,): what each adds to the mean over a probe; ``inside`` are the cells of those that matter."""
         raise NotImplementedError
 
     def patches(self, probe: Any, inside: np.ndarray | None = None) -> list[Patch]:

@@ -3,12 +3,12 @@
 With the dual solution z of a reading and the residual r of the solution of degree p - 1, the difference of the two
 readings is the sum of z_i r_i over the functions that p - 1 lacks (Becker and Rannacher, Acta Numerica 10, 2001). Each
 function stands on known intervals of the axes, so that the same sum says where the difference comes from; what p - 1
-takes away from p - 2 is known alike. An error that falls like q^-a with the degree q loses (p - 1)^-a - p^-a of itself at
-degree p: the ratio of an interval's last two parts gives a, and what all further degrees would add is the last part
-times 1 / ((p / (p - 1))^a - 1). Theory caps a: next to an edge of exponent s it is 4 s (Gui and Babuska, Numer. Math. 49,
-1986), and at a distance from one the parts fall no faster than rho^-2 a degree, rho being the sum of the half axes, over
-the half length, of the ellipse around the interval that the edge lies on (Bernstein). As odd and even degrees take turns,
-the part of degree p - 1 gives a second value, and the larger counts.
+takes away from p - 2 is known alike. An error that falls like q^-a with the degree q loses (p - 1)^-a - p^-a of itself
+at degree p: the ratio of an interval's last two parts gives a, and what all further degrees would add is the last part
+times 1 / ((p / (p - 1))^a - 1). Theory caps a: next to an edge of exponent s it is 4 s (Gui and Babuska, Numer. Math.
+49, 1986), and at a distance from one the parts fall no faster than rho^-2 a degree, rho being the sum of the half axes,
+over the half length, of the ellipse around the interval that the edge lies on (Bernstein). As odd and even degrees take
+turns, the part of degree p - 1 gives a second value, and the larger counts.
 """
 
 from __future__ import annotations

@@ -13,9 +13,9 @@ LEAF = 40  # groups up to which a piece isn't dissected further
 
 class Factors:
     """LU factors of a symmetric positive definite matrix without pivoting, its unknowns eliminated by ``groups`` (n,):
-    all functions of one vertex, edge, facet or cell at once, for orderings of the matrix itself are slow and poor on the
-    cliques of high degrees. The groups go by minimum degree or, where that fills in less, as a large solid body's do, by
-    nested dissection of their ``places`` (groups of all unknowns, 3).
+    all functions of one vertex, edge, facet or cell at once, for orderings of the matrix itself are slow and poor on
+    the cliques of high degrees. The groups go by minimum degree or, where that fills in less, as a large solid body's
+    do, by nested dissection of their ``places`` (groups of all unknowns, 3).
     """
 
     def __init__(self, matrix: csc_array, groups: np.ndarray, places: np.ndarray) -> None:

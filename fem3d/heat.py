@@ -3,8 +3,8 @@
 The unknown is the rise above the scene's initial temperature, as coefficients of functions, here called nodes. They are
 numbered with the free ones first and the fixed ones (a given temperature) last, so that the reactions, the heat that
 enters at the fixed nodes, are the last rows of the same equations. A field that vanishes at the fixed nodes is a vector
-of the free ones, any other one of all. Sources and given rises come as channels (`fem3d.inputs`). `fem3d.assembly` makes
-it of a scene; what follows needs no mesh.
+of the free ones, any other one of all. Sources and given rises come as channels (`fem3d.inputs`). `fem3d.assembly`
+makes it of a scene; what follows needs no mesh.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ class HeatSystem:
     ``generated``, the heat of the sources in W. ``held``: for each boundary of given temperature its part (fixed
     nodes,) of the reaction of each; ``bent`` (fixed nodes,): where boundaries meet at an angle; ``anchored``: whether
     every part has an exit for heat, so that K is regular. ``unit`` (all nodes,) are the coefficients of the constant 1,
-    ``groups`` (all nodes,) numbers the vertex, edge, facet or cell that each belongs to, ``places`` (groups, 3) says where
-    these are.
+    ``groups`` (all nodes,) numbers the vertex, edge, facet or cell that each belongs to, ``places`` (groups, 3) says
+    where these are.
     """
 
     inputs: Inputs

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -186,18 +187,19 @@ def thermal_parts(
     ``time`` (s) from rest.
     """
     probes, found = {p.name: p for p in given.domain.scene.probes}, {}
-    solves = [
-        h.solve_steady if time is None else (lambda row, solve=h.solve_shifted(time): time * solve(row))
-        for h in given.heats[1:]
-    ]
+    solves = [h.solve_steady if time is None else h.solve_shifted(time) for h in given.heats[1:]]
+    scale = 1.0 if time is None else time
     for name, probe in goals.items():
         row = goal_row(given.heat, probes[probe], rise)
         if row is not None:
-            found[name] = _pair(given, row, solves, residuals, scales[name])
+            found[name] = _pair(given, scale * row, solves, residuals, scales[name])
     return found
 
 
-def _pair(given: Problems, row: np.ndarray, solves: list, residuals: tuple[np.ndarray, ...], scale: float) -> tuple[Spread, Spread]:  # type: ignore[type-arg]  # fmt: skip
+def _pair(
+    given: Problems, row: np.ndarray, solves: list[Any], residuals: tuple[np.ndarray, ...], scale: float
+) -> tuple[Spread, Spread]:
+    """The parts of one goal."""
     heat, space = given.heat, given.domain.space
     spreads, before = [], given.heats[0].free
     for lower, solve, residual in zip(given.heats[1:], solves, residuals, strict=True):

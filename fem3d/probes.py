@@ -19,8 +19,8 @@ from scenes.model import Schedule
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """value = row @ rise + entering @ g + the flows or currents of ``boundaries``, that of electrodes times ``sign``; or
-    its ``extreme``. Rows are over all nodes. ``gradient``: whether the row is one of the gradient."""
+    """value = row @ rise + entering @ g + the flows or currents of ``boundaries``, that of electrodes times ``sign``;
+    or its ``extreme``. Rows are over all nodes. ``gradient``: whether the row is one of the gradient."""
 
     row: np.ndarray
     entering: np.ndarray

@@ -59,8 +59,8 @@ class Faces(Protocol):
 
 class Space(Protocol):
     """A finite-element space. ``mesh`` is scikit-fem's, ``dofs`` (functions of a cell, cells) its numbering, ``entity``
-    (functions,) numbers the vertex, edge, facet or cell that each function belongs to, and ``places`` (entities, 3) says
-    where these are.
+    (functions,) numbers the vertex, edge, facet or cell that each function belongs to, and ``places`` (entities, 3)
+    says where these are.
 
     ``nested``: which functions (functions,) are in the lower spaces that this one holds, the lowest first, and last in
     itself. ``unit``: the coefficients of the constant 1.

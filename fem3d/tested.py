@@ -1,14 +1,14 @@
-"""The Joule heat of pairs of current fields, tested with temperature fields."""
+"""The Joule heat of pairs of current fields, tested with temperature fields, body by body."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from fem3d.conduction import Pattern
-from fem3d.joule import Split, Tested
+from fem3d.joule import Tested
 
 if TYPE_CHECKING:
     from fem3d.conductor import Conductor
@@ -17,71 +17,71 @@ if TYPE_CHECKING:
 def tested(conductor: Conductor, basis: np.ndarray, patterns: Sequence[Pattern]) -> Tested:
     """The sums of `Tested` for temperature fields (free nodes, r) and some current fields."""
     heat, on = conductor.heat, conductor.on
-    densities, m, r = [p.density[0] for p in patterns], len(patterns), basis.shape[1]
-    found = Tested.nothing(heat.inputs.count, m, r, heat.held)
-    # (r or channels, cells, points): the temperature fields and the lifts where the current flows.
+    densities, m, r, channels = [p.density[0] for p in patterns], len(patterns), basis.shape[1], heat.inputs.count
+    found = Tested.nothing(channels, m, r, heat.held)
+    # (r, cells, points), and by name or channel (cells, points): all that heat is tested with, where current flows.
     fields = np.array([on.value(u) for u in heat.field(basis.T)]).reshape(r, *on.weights.shape)
     lifts = {c: on.value(heat.field(lift)) for c, lift in enumerate(heat.lifts) if lift.any()}
     falls = {name: v for name, u in heat.held_fields.items() if (v := on.value(heat.field(u))).any()}
-    warm = conductor.warm * on.weights if conductor.warms else None
-    for i in range(m):
-        for j in range(i + 1):
-            both = (densities[i] * densities[j]).sum(axis=0)
-            start = _Source(both * conductor.cold * on.weights, None if warm is None else both * warm)
-            per_box = {name: start.split(conductor, fields, lifts, name) for name in _names(conductor)}
-            for p, q in {(i, j), (j, i)}:
-                for name, (cold, per_kelvin) in per_box.items():
-                    into = found.in_box.setdefault(name, _empty(heat.inputs.count, m, r))
-                    into[0][:, p, q], into[1][p, q] = cold, per_kelvin
-                found.cold[:, p, q] = sum(cold for cold, _ in per_box.values())
-                found.warm[p, q] = sum(per_kelvin for _, per_kelvin in per_box.values())
-                found.cold_load[0, p, q] = fields.reshape(r, -1) @ start.cold.ravel()
-                if start.warm is not None:
-                    weighted = (fields * start.warm).reshape(r, -1)
-                    found.warm_load[p, q] = weighted @ fields.reshape(r, -1).T
-                    for c, lift in lifts.items():
-                        found.cold_load[c, p, q] += weighted @ lift.ravel()
-                for name, v in falls.items():
-                    falling = _Source(start.cold * v, None if start.warm is None else start.warm * v)
-                    cold, per_kelvin = falling.split(conductor, fields, lifts)
-                    found.at_held[name][0][:, p, q], found.at_held[name][1][p, q] = cold, per_kelvin
-    for name, (shares, field) in conductor.influences.items():
-        drops = []
-        for density in densities:
-            both = (density * field[0]).sum(axis=0) * on.weights
-            taken = _Source(both * conductor.cold, both * conductor.warm if conductor.warms else None)
-            drops.append(taken.split(conductor, fields, lifts))
-        drop = np.array([cold for cold, _ in drops]).T.reshape(heat.inputs.count, m)
-        found.potentials[name] = shares, drop, np.array([per_kelvin for _, per_kelvin in drops]).reshape(m, r)
+    names = np.array(heat.domain.names)[heat.domain.body[conductor.cells]]
+    for name in dict.fromkeys(names.tolist()):
+        own = slice(None) if (names == name).all() else names == name
+        body = _Body(
+            fields[:, own].reshape(r, -1), {c: lift[own].ravel() for c, lift in lifts.items()}, channels,
+            (on.weights * conductor.cold)[own].ravel(), (on.weights * conductor.warm)[own].ravel(),
+        )  # fmt: skip
+        box_cold, box_warm = found.in_box.setdefault(name, (np.zeros((channels, m, m)), np.zeros((m, m, r))))
+        held = {at: v[own].ravel() for at, v in falls.items()}
+        for i in range(m):
+            for j in range(i + 1):
+                both = (densities[i] * densities[j]).sum(axis=0)[own].ravel()
+                cold, warm = body.split(both)
+                cold_load, warm_load = body.load(both)
+                parts = {at: body.split(both * v) for at, v in held.items()}
+                for p, q in {(i, j), (j, i)}:
+                    for into, by in ((found.cold, cold), (box_cold, cold), (found.cold_load, cold_load)):
+                        into[:, p, q] += by
+                    for into, by in ((found.warm, warm), (box_warm, warm), (found.warm_load, warm_load)):
+                        into[p, q] += by
+                    for at, (falling, per_kelvin) in parts.items():
+                        found.at_held[at][0][:, p, q] += falling
+                        found.at_held[at][1][p, q] += per_kelvin
+        for probe, (shares, density) in conductor.influences.items():
+            nothing = shares, np.zeros((channels, m)), np.zeros((m, r))
+            _, drop, warm_drop = found.potentials.setdefault(probe, nothing)
+            for i in range(m):
+                cold, warm = body.split((densities[i] * density[0]).sum(axis=0)[own].ravel())
+                drop[:, i] += cold
+                warm_drop[i] += warm
     return found
 
 
-def _empty(channels: int, m: int, r: int) -> Split:
-    return np.zeros((channels, m, m)), np.zeros((m, m, r))
+class _Body(NamedTuple):
+    """The cells of one conducting body, their points in a row: temperature fields (r, points), lifts (points,) by
+    channel, and the weights of the quadrature times the resistivity and its change per kelvin."""
 
+    fields: np.ndarray
+    lifts: dict[int, np.ndarray]
+    channels: int
+    cold: np.ndarray
+    warm: np.ndarray
 
-def _names(conductor: Conductor) -> list[str]:
-    domain = conductor.heat.domain
-    return list(dict.fromkeys(domain.names[n] for n in np.unique(domain.body[conductor.cells])))
+    def split(self, both: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(channels,) and (r,): the heat of a product of current densities (points,) per channel and per field."""
+        start = np.zeros(self.channels)
+        start[0] = both @ self.cold
+        warming = both * self.warm
+        for c, lift in self.lifts.items():
+            start[c] += warming @ lift
+        return start, self.fields @ warming
 
-
-class _Source:
-    """Heat (cells, points) in W at the initial temperature, and per kelvin where the resistivity warms."""
-
-    def __init__(self, cold: np.ndarray, warm: np.ndarray | None) -> None:
-        self.cold, self.warm = cold, warm
-
-    def split(
-        self, conductor: Conductor, fields: np.ndarray, lifts: dict[int, np.ndarray], name: str | None = None
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """(channels,) and (r,): its sum, over a body's cells or all, per channel and per temperature field."""
-        domain = conductor.heat.domain
-        names = np.array(domain.names)[domain.body[conductor.cells]]
-        own = slice(None) if name is None or (names == name).all() else names == name
-        cold = np.zeros(conductor.heat.inputs.count)
-        cold[0] = self.cold[own].sum()
-        if self.warm is None:
-            return cold, np.zeros(len(fields))
-        for c, lift in lifts.items():
-            cold[c] += float((self.warm[own] * lift[own]).sum())
-        return cold, fields[:, own].reshape(len(fields), -1) @ self.warm[own].ravel()
+    def load(self, both: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(channels, r) and (r, r): the same, tested with each field."""
+        start = np.zeros((self.channels, len(self.fields)))
+        start[0] = self.fields @ (both * self.cold)
+        if not self.warm.any():
+            return start, np.zeros((len(self.fields),) * 2)
+        weighted = self.fields * (both * self.warm)
+        for c, lift in self.lifts.items():
+            start[c] += weighted @ lift
+        return start, weighted @ self.fields.T

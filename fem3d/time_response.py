@@ -70,7 +70,7 @@ def respond(
         return study.traces(outputs.of_transient(response, study.part, checked))
 
     space = Krylov(fine, shift)
-    count = max(generations, FIELDS + int(max(0.0, -np.log10(accuracy) - 3) * 2))
+    count, states = max(generations, FIELDS + int(max(0.0, -np.log10(accuracy) - 3) * 2)), 0
     while True:
         reduced = fine.project(space.fields(count))
         answer = transient.march(fine, reduced, end, TIME_SHARE * accuracy)
@@ -84,9 +84,10 @@ def respond(
         fewer = transient.march(fine, reduced, end, 10 * TIME_SHARE * accuracy, dropped)
         lost = _distance(there, traces(fewer))
         enough = max(lost[name] / scales[name] for name in lost) <= SPACE_SHARE * accuracy
-        if enough or count >= MOST_FIELDS or not dropped:
+        # More generations that add no states are all but sums of those before.
+        if enough or count >= MOST_FIELDS or not dropped or reduced.states <= states:
             break
-        count += 4
+        count, states = count + 4, reduced.states
 
     def below(base: Base) -> Transient:
         own = base.project(Krylov(base, shift).fields(count))
