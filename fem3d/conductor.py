@@ -34,7 +34,8 @@ class Conductor:
     (channels, functions) the given ones.
 
     ``matrix`` is that of the initial temperature. ``electrodes``: for each its part (functions,) of the currents that
-    enter. ``sections``: the current probes inside. A field is one array (3, cells, points). It is a `fem3d.conduction.Conduction`.
+    enter. ``sections``: the current probes inside. A field is one array (3, cells, points). It is a
+    `fem3d.conduction.Conduction`.
     """
 
     heat: HeatProblem
