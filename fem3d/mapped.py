@@ -48,7 +48,7 @@ class MappedSpace:
         self.element = ElementNested(*((ElementTetP2(), ElementTetP1()) if simplex else (ElementHex2(), ElementHex1())))
         self.numbering = Dofs(mesh, self.element)
         self.dofs, self.size = self.numbering.element_dofs, int(self.numbering.N)
-        self.entity = entities(self.numbering)
+        self.entity, self.places = entities(mesh, self.numbering, mesh.doflocs[:, : mesh.nvertices])
 
     @cached_property
     def nested(self) -> tuple[np.ndarray, ...]:

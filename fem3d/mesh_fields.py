@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from fem3d.assembly import HeatProblem
+from fem3d.conductor import Conductor
+from fem3d.mapped import MappedSpace
+from fem3d.quadratic import Snapshot, State
 from fem3d.steady import SteadyState
+from fem3d.transient import Transient
 from meshes.grouped.place import Placed
 from meshes.grouped.read import own_order
 
@@ -33,16 +37,13 @@ _IN_TETRA = (
 
 
 class MeshFields:
-    """``cells`` (m, nodes) of meshio's type ``cell_type`` on ``own_points`` (n, 3) in m, as in the file; for pictures
-    ``points`` and ``hexes`` (m, 8), where ``steady`` and ``at`` are temperatures (K)."""
+    """For pictures ``points`` (n, 3) in m and ``hexes`` (m, 8), where ``steady`` and ``at`` are temperatures (K); for
+    files ``quadratic``."""
 
     def __init__(
-        self, placed: Placed, heat: HeatProblem, state: SteadyState | None,
-        rises: Callable[[np.ndarray], np.ndarray] | None,
-    ) -> None:  # fmt: skip
-        self._placed, self._heat, self._state, self._rises = placed, heat, state, rises
-        mesh = placed.mesh
-        self.cell_type, self.own_points, self.cells = mesh.file_type, mesh.points, mesh.cells
+        self, placed: Placed, heat: HeatProblem, state: SteadyState | None, transient: Transient | None
+    ) -> None:
+        self._placed, self._heat, self._state, self._transient = placed, heat, state, transient
 
     @property
     def material_names(self) -> list[str]:
@@ -50,36 +51,22 @@ class MeshFields:
         return [m.name for m in self._placed.materials]
 
     @property
-    def material(self) -> np.ndarray:
-        """(m,): the material of each cell."""
-        return self._placed.body
+    def has_steady(self) -> bool:
+        """Whether the run has a steady state."""
+        return self._state is not None
 
-    def own_values(self, functions: np.ndarray) -> np.ndarray:
-        """(..., n): fields (..., functions) at the file's points."""
-        space, mesh = self._heat.domain.space, self._placed.mesh
-        order = own_order(self.cell_type)
-        found = np.empty((*functions.shape[:-1], len(self.own_points)))
-        if space.mesh.t.shape[1] > mesh.count:
-            # The nodes of a cell of second order are corners of those that it is refined to, in scikit-fem's order.
-            from fem3d.mapped import MappedSpace
-
-            nodes = MappedSpace(mesh.mesh).dofs[order]
-            found[..., self.cells.T.ravel()] = functions[..., nodes.ravel()]
-            return found
-        at = space.at(np.asarray(space.element.doflocs).T)[order]  # type: ignore[attr-defined]
-        found[..., self.cells.T.ravel()] = (at @ functions[..., space.dofs]).reshape(*functions.shape[:-1], -1)
-        return found
-
-    def own_steady(self) -> dict[str, np.ndarray]:
-        """At the file's points: temperature (K) and, where there is one, potential (V)."""
-        found = {"temperature": self._initial + self.own_values(self._steady_rise)}
-        if self._state is not None and self._state.conductor is not None:
-            found["potential"] = self.own_values(self._state.hot_potential)
-        return found
-
-    def own_at(self, times: np.ndarray) -> np.ndarray:
-        """(times, n): temperatures (K) at the file's points; ValueError where the run has no transient."""
-        return self._initial + self.own_values(self._rises_at(times))
+    def quadratic(self, times: np.ndarray, accuracy: float) -> OwnCells:
+        """The file's own cells, whatever the ``accuracy``, with the steady state, if there is one, and some times (s),
+        in this order; ValueError for times where the run has no transient."""
+        inputs, transient, state = self._heat.inputs, self._transient, self._state
+        states = [] if state is None else [State(state.rise, inputs.at(np.zeros(1))[0])]
+        conductor = None if state is None else state.conductor
+        if len(times):
+            if transient is None:
+                raise ValueError("the run has no transient")
+            states += [State(*pair) for pair in zip(transient.rises(times), inputs.at(times), strict=True)]
+            conductor = transient.base.conductor
+        return OwnCells(self._placed, self._heat, conductor, states)
 
     @property
     def _initial(self) -> float:
@@ -92,9 +79,9 @@ class MeshFields:
         return self._heat.field(self._state.rise)
 
     def _rises_at(self, times: np.ndarray) -> np.ndarray:
-        if self._rises is None:
+        if self._transient is None:
             raise ValueError("the run has no transient")
-        return self._heat.field(self._rises(np.asarray(times, float)))
+        return self._heat.field(self._transient.rises(np.asarray(times, float)))
 
     @cached_property
     def _drawn(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -127,10 +114,67 @@ class MeshFields:
         """(times, n) in K; ValueError where the run has no transient."""
         return self._initial + self._sampled(self._rises_at(times))
 
+    @property
+    def material(self) -> np.ndarray:
+        """(m,): the material of each hexahedron."""
+        own = self._heat.domain.body
+        return np.repeat(own, len(self.hexes) // len(own))
+
     def _sampled(self, functions: np.ndarray) -> np.ndarray:
         own = functions[..., self._heat.domain.space.dofs]
         found: np.ndarray = np.swapaxes(self._drawn[0] @ own, -1, -2)
         return found.reshape(*functions.shape[:-1], -1)
+
+
+class OwnCells:
+    """``hexes`` (m, nodes) of meshio's type ``cell_type`` on ``points`` (n, 3) in m, as in the file, whatever their
+    shape; ``material`` (m,) the number of each cell's material; ``snapshot(k)`` the fields of the k-th of some states.
+    """
+
+    error = None  # of cells that are given, nothing is known to bound it
+
+    def __init__(self, placed: Placed, heat: HeatProblem, conductor: Conductor | None, states: Sequence[State]) -> None:
+        self._placed, self._heat, self._conductor, self._states = placed, heat, conductor, states
+        mesh = placed.mesh
+        self.cell_type, self.points, self.hexes = mesh.file_type, mesh.points, mesh.cells
+        self.material, self.material_names = placed.body, [m.name for m in placed.materials]
+
+    def snapshot(self, k: int) -> Snapshot:
+        """The fields of the k-th state; the potential is solved for at its temperature."""
+        heat, domain, conductor, state = self._heat, self._heat.domain, self._conductor, self._states[k]
+        weights = domain.space.on(np.arange(len(domain.body))).weights
+        temperature = domain.scene.initial_temperature + self._at_points(heat.field(state.rise))
+        heating, density = np.zeros(weights.shape), np.zeros((3, *weights.shape))
+        for value, cells in domain.sources:
+            heating[cells] += float(heat.inputs.split(value) @ state.inputs)
+        potential = np.full(len(self.points), np.nan)
+        if conductor is not None:
+            found = conductor.solve(state.rise, state.inputs @ conductor.voltages)
+            density[:, conductor.cells] = found.density[0]
+            heating[conductor.cells] += conductor.heating(found.density, found.density, state.rise)
+            live = np.unique(self.hexes[self._placed.conductors[0]])
+            potential[live] = self._at_points(found.potential)[live]
+        parents = domain.placed.mesh.parents  # type: ignore[attr-defined]
+        parents = np.arange(len(weights)) if parents is None else parents
+        volume = np.bincount(parents, weights.sum(axis=1))
+
+        def means(values: np.ndarray) -> np.ndarray:
+            return np.bincount(parents, (weights * values).sum(axis=1)) / volume
+
+        return Snapshot(temperature, potential, np.stack([means(d) for d in density], axis=1), means(heating))
+
+    def _at_points(self, function: np.ndarray) -> np.ndarray:
+        """(n,): a function (functions,) at the file's points."""
+        space, mesh = self._heat.domain.space, self._placed.mesh
+        order, found = own_order(self.cell_type), np.empty(len(self.points))
+        if space.mesh.t.shape[1] > mesh.count:
+            # The nodes of a cell of second order are corners of those that it is refined to, in scikit-fem's order.
+            nodes = MappedSpace(mesh.mesh).dofs[order]
+            found[self.hexes.T] = function[nodes]
+            return found
+        at = space.at(np.asarray(space.element.doflocs).T)[order]  # type: ignore[attr-defined]
+        found[self.hexes.T] = at @ function[space.dofs]
+        return found
 
 
 def _pieces(reference: Any) -> tuple[np.ndarray, np.ndarray]:

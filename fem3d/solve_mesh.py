@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from fem3d import level, probe_quantities, solve_scene, start, time_response, transient
+from fem3d import currents, level, probe_quantities, solve_scene, start, time_response, transient
 from fem3d.assembly import HeatProblem
 from fem3d.groups import groups
 from fem3d.level import Problems, Solution
@@ -46,6 +46,8 @@ def solve(scene: MeshScene, progress: Callable[[str], None] | None = None) -> Re
     scene, a warning says so. Raises SceneError where mesh and scene do not fit, RunawayError where no steady
     state exists, NumericsError where the numerics fail.
     """
+    if not scene.steady and not asks.heat(scene):
+        return currents.over_time(scene, lambda alone: solve(alone, progress), plan(scene))
     say = progress or (lambda _: None)
     placed = _placed(scene)
     study = probe_quantities.study(scene, symmetry.uncut(scene, [m.name for m in placed.materials]))  # type: ignore[arg-type]
@@ -182,7 +184,7 @@ def _transient(placed: Placed, study: Study, say: Callable[[str], None]) -> Resu
         "transient_imbalance": found.imbalance,
         "accurate_from_s": study.earliest,
         "jumps": len(space.heat.jumps(study.end)),
-        "fields": MeshFields(placed, space.heat, None, fine.answer.rises),
+        "fields": MeshFields(placed, space.heat, None, fine.answer),
     }
     return Result("fem3d", {}, Traces(found.times, found.traces, found.errors), details)
 
@@ -203,9 +205,10 @@ def _errors(study: Study, space: Space, fine: Marched, coarser: Space, low: Marc
 def _details(placed: Placed, space: Space, relative: dict[str, float], study: Study, levels: int) -> dict[str, Any]:
     conductor, mesh = space.problems.conductors[space.degree - 1], placed.mesh
     functions = space.problems.domain.space
+    electric = 0 if conductor is None else len(conductor.free)
     return {
-        "unknowns": space.heat.free,
-        "electric_unknowns": 0 if conductor is None else len(conductor.free),
+        "unknowns": space.heat.free if asks.heat(placed.scene) else electric,
+        "electric_unknowns": electric,
         "levels": levels,
         "symmetry": "whole",
         "warnings": _warnings(relative, study, space),
@@ -229,9 +232,12 @@ def _warnings(relative: dict[str, float], study: Study, space: Space) -> list[st
     if not over:
         return []
     worst = max(over, key=lambda name: over[name])
+    shown = f"{over[worst]:.1g}" if over[worst] > 2 * study.accuracy else f"{over[worst]:.3g}"
+    if float(shown) <= study.accuracy:
+        shown = f"just over {shown}"
     names = f"{len(over)} of {len(relative)} probes are" if len(over) > 1 else f'probe "{worst}" is'
     return [
-        f"{names} less accurate than the {study.accuracy:g} asked for, {worst} with an estimated {over[worst]:.1g}, on "
+        f"{names} less accurate than the {study.accuracy:g} asked for, {worst} with an estimated {shown}, on "
         f"this mesh with elements of {space.words}; give a finer mesh, above all at edges, corners and the rims of "
         "electrodes and fixed temperatures"
     ]
@@ -263,7 +269,9 @@ def _plan(placed: Placed, space: Space | None) -> tuple[Step, ...]:
     if scene.steady:
         steps.append(Step("steady state", "done", f"errors estimated, and compared with {scene.accuracy:g}"))
         steps.append(Step("transient", "skipped", "only the steady state was asked for"))
-    else:
+    elif asks.heat(scene):
         steps.append(Step("steady state", "skipped", "only the transient was asked for"))
         steps.append(Step("transient", "done", f"to {scene.end_time:g} s, projected on Krylov fields"))
+    else:
+        steps += currents.plan(scene)
     return tuple(steps)

@@ -132,10 +132,7 @@ def respond(
         errors[name] = space_error + judged.electric * scales[name] + lost[name] + doubt
     worst = max(errors[name] / scales[name] for name in errors)
     if worst > (1 - ROW_SHARE) * accuracy:
-        missing = [np.zeros(len(d)) for d in given.domain.space.grid.degrees]
-        for of_goal in goals.values():
-            estimate.add(missing, of_goal)
-        estimate.add(missing, judged.of_power, float(len(scales)))
+        missing = estimate.worst(goals.values(), judged.of_power)
         return Response(checked, there, errors, False, np.nan, answer, reduced, count, missing, worst)
     return with_rows(study, answer, reduced, errors, scales, count)
 

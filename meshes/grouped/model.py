@@ -14,11 +14,11 @@ from scipy.sparse.csgraph import connected_components
 @dataclass(frozen=True, eq=False)
 class GroupedMesh:
     """``mesh`` is scikit-fem's (MeshTet, MeshTet2, MeshHex or MeshHex2), in m; ``volumes`` are the cells of each volume
-    group, ``surfaces`` the facets of each surface group, and which (facets,) of their cells in `f2t` they point out of.
+    group, ``surfaces`` the facets of each surface group and which of their cells in `f2t` (facets,) they point out of.
 
     ``file_type`` is meshio's name of the file's cells, ``points`` (n, 3) and ``cells`` (m, nodes) are they, in its order
     of nodes; ``others``: the names of groups that are neither, and of surface groups with facets that are of no cell,
-    with what they are.
+    with what they are. ``parents`` (cells,): the cell of the file that each is a part of.
     """
 
     mesh: Any
@@ -28,6 +28,7 @@ class GroupedMesh:
     points: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
     cells: np.ndarray = field(default_factory=lambda: np.empty((0, 0), int))
     others: dict[str, str] = field(default_factory=dict)
+    parents: np.ndarray | None = None
 
     @property
     def count(self) -> int:

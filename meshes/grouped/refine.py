@@ -48,7 +48,7 @@ def refine(given: GroupedMesh) -> GroupedMesh:
         turned = parents[fine.f2t[0, own]] != mesh.f2t[0, facets[at]]
         surfaces[name] = own, np.where(turned, 1 - side[at], side[at])
     volumes = {name: np.flatnonzero(np.isin(parents, cells)) for name, cells in given.volumes.items()}
-    return replace(given, mesh=fine, volumes=volumes, surfaces=surfaces)
+    return replace(given, mesh=fine, volumes=volumes, surfaces=surfaces, parents=parents)
 
 
 def _within(flat: Any, fine: Any) -> np.ndarray:
