@@ -217,7 +217,7 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
         if probe.quantity == "current":
             sections[probe.name] = [
                 (own, sign, laws[at, :1], laws[at, 1:])
-                for own, sign, at in domain.sides(domain.facets(probe), domain.live)
+                for own, sign, at in domain.sides(probe, domain.live)
             ]
     cold, warm = laws[cells, :1], laws[cells, 1:]
     return Conductor(

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -41,6 +41,9 @@ class Domain:
     still: tuple[tuple[np.ndarray, Value], ...]
     anchored: bool
 
+    conditions_first: ClassVar[bool] = False
+    """Whether a flow is read off the conditions on a probe wherever there are any, inside the solid too."""
+
     def per_cell(self, key: str) -> np.ndarray:
         """(cells,): a property of the materials."""
         return np.array([float(getattr(m, key)) for m in self.materials])[self.body]
@@ -64,12 +67,14 @@ class Domain:
         kept = fine.any(axis=0)
         return self.space.faces(facets[kept], cells[side, np.arange(len(facets))][kept])
 
-    def sides(self, facets: np.ndarray, inside: np.ndarray) -> Iterator[tuple[Faces, float, np.ndarray]]:
-        """Facets with a chosen cell on either side, as seen from both: (faces, half their normal's sign, cells)."""
+    def sides(self, item: Any, inside: np.ndarray) -> Iterator[tuple[Faces, float, np.ndarray]]:
+        """The facets of a flat probe with a chosen cell on either side, as seen from both: (faces, half the sign of
+        their normal, cells)."""
+        facets = self.facets(item)
         pairs = self.space.mesh.f2t[:, facets]
         both = (pairs >= 0).all(axis=0)
         both[both] = inside[pairs[:, both]].all(axis=0)
-        signs = self.directions(facets[both])
+        signs = self.directions(item)[both]
         for side in (0, 1):
             for sign in np.unique(signs):
                 at = np.flatnonzero(signs == sign)
@@ -93,8 +98,9 @@ class Domain:
         """The facets of a condition or of a flat probe."""
         raise NotImplementedError
 
-    def directions(self, facets: np.ndarray) -> np.ndarray:
-        """(facets,): 1 where the direction in which flows count points out of a facet's first cell, else -1."""
+    def directions(self, item: Any) -> np.ndarray:
+        """(facets,): 1 where the direction in which flows through a flat probe count points out of a facet's first
+        cell, else -1."""
         raise NotImplementedError
 
     def mean(self, probe: Any, inside: np.ndarray | None = None) -> np.ndarray:
@@ -133,8 +139,9 @@ class Boxes(Domain):
         found: np.ndarray = mesh.p[:, mesh.facets].mean(axis=1)
         return found
 
-    def directions(self, facets: np.ndarray) -> np.ndarray:
+    def directions(self, item: Boundary | Probe) -> np.ndarray:
         """(facets,): 1 where the first cell is the lower one along the axis."""
+        facets = self.facets(item)
         middles = self.space.mesh.p[:, self.space.mesh.t[:, self.space.mesh.f2t[0, facets]]].mean(axis=1)
         found: np.ndarray = np.where((self._middles[:, facets] - middles).sum(axis=0) > 0, 1, -1)
         return found

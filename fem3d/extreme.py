@@ -15,6 +15,7 @@ from fem3d.space import Space
 
 CLOSER = 0.25  # of a lattice's extent: that of the next one around its best point
 TURNS = 3  # of closing in: the best point is then within 1/64 of a lattice's spacing
+TIED = 1e-9  # of the range of values: no more than rounding apart
 AT_ONCE = 4_000_000  # numbers that a block of times may take
 
 
@@ -23,6 +24,15 @@ class Place(NamedTuple):
 
     cell: int
     point: np.ndarray
+
+
+def _equals(values: np.ndarray, dofs: np.ndarray) -> list[tuple[int, int]]:
+    """The cell, and its point, of the largest of some values (cells, points), and its neighbours that have it too: of
+    the cells that share a point one may have more beside it. ``dofs`` are (functions of a cell, cells)."""
+    top = values.max(axis=1)
+    cells = np.flatnonzero(top >= top.max() - TIED * float(np.ptp(values)))
+    cells = cells[np.isin(dofs[:, cells], dofs[:, top.argmax()]).any(axis=0)]
+    return [(int(cell), int(values[cell].argmax())) for cell in cells]
 
 
 class Extreme:
@@ -46,12 +56,14 @@ class Extreme:
                 values = np.tensordot(weights[start : start + step], samples, (-1, 0))
                 best = values.reshape(len(values), -1).argmax(axis=1)
                 for winner in np.unique(best):
-                    when = start + np.flatnonzero(best == winner)
-                    cell, point = divmod(int(winner), points.shape[1])
-                    own = fields[:, dofs[:, cell]]
-                    value, doubt = self._close(own, weights[when], points[:, point], corner, sides)
-                    better = value > found[when]
-                    found[when], left[when] = np.where(better, value, found[when]), np.where(better, doubt, left[when])
+                    at_it = np.flatnonzero(best == winner)
+                    when = start + at_it
+                    for cell, point in _equals(values[at_it[0]], dofs):
+                        own = fields[:, dofs[:, cell]]
+                        value, doubt = self._close(own, weights[when], points[:, point], corner, sides)
+                        better = value > found[when]
+                        found[when] = np.where(better, value, found[when])
+                        left[when] = np.where(better, doubt, left[when])
         return self._sign * found, left
 
     def where(self, function: np.ndarray) -> Place:
@@ -59,16 +71,16 @@ class Extreme:
         best: tuple[float, Place] | None = None
         for (cells, corner, sides), points in zip(self._patches, self._lattices, strict=True):
             values = self._sign * (self._space.at(points) @ function[self._space.dofs[:, cells]])
-            point, cell = np.unravel_index(int(values.argmax()), values.shape)
-            own, at = function[self._space.dofs[:, cells[cell]]], points[:, point]
-            extent = sides
-            for _ in range(TURNS):
-                extent = CLOSER * extent
-                near = self._around(at, corner, sides, extent)
-                at = near[:, int((self._sign * (self._space.at(near) @ own)).argmax())]
-            value = float(self._sign * (self._space.at(at[:, None]) @ own)[0])
-            if best is None or value > best[0]:
-                best = value, Place(int(cells[cell]), at)
+            for cell, point in _equals(values.T, self._space.dofs[:, cells]):
+                own, at = function[self._space.dofs[:, cells[cell]]], points[:, point]
+                extent = sides
+                for _ in range(TURNS):
+                    extent = CLOSER * extent
+                    near = self._around(at, corner, sides, extent)
+                    at = near[:, int((self._sign * (self._space.at(near) @ own)).argmax())]
+                value = float(self._sign * (self._space.at(at[:, None]) @ own)[0])
+                if best is None or value > best[0]:
+                    best = value, Place(int(cells[cell]), at)
         assert best is not None
         return best[1]
 

@@ -16,7 +16,7 @@ from fem3d import conductor as conductors
 from fem3d import estimate, steady
 from fem3d.assembly import HeatProblem, assemble
 from fem3d.conductor import Conductor
-from fem3d.domain import Boxes
+from fem3d.domain import Domain
 from fem3d.errors import NumericsError
 from fem3d.estimate import Estimator, Spread
 from fem3d.outputs import Outputs, of_steady
@@ -35,7 +35,7 @@ ROUNDING = 1e-10  # of the scale: nothing is known better than the solves
 class Problems:
     """The heat problem and the conductor of a domain in its nested spaces, the lowest first."""
 
-    domain: Boxes
+    domain: Any
     heats: tuple[HeatProblem, ...]
     conductors: tuple[Conductor | None, ...]
 
@@ -54,11 +54,11 @@ class Problems:
         return self.heat.take(self.heats[level].field(rise))
 
 
-def problems(domain: Boxes, accuracy: float) -> Problems:
+def problems(domain: Domain, accuracy: float) -> Problems:
     """The problems of a domain, to be solved for an accuracy."""
     heat = assemble(domain)
     own = conductors.find(heat, SOLVED * accuracy)
-    lower = [heat.lower(k) for k in range(2)]
+    lower = [heat.lower(k) for k in range(len(domain.space.nested) - 1)]
     return Problems(domain, (*lower, heat), (*(own and own.lower(k, h) for k, h in enumerate(lower)), own))
 
 
@@ -285,7 +285,7 @@ def _potentials(study: Study, given: Problems, scales: Mapping[str, float]) -> d
     return found
 
 
-def _probe(domain: Boxes, name: str):  # type: ignore[no-untyped-def]
+def _probe(domain: Domain, name: str):  # type: ignore[no-untyped-def]
     return next(p for p in domain.scene.probes if p.name == name)
 
 

@@ -60,8 +60,9 @@ def _reading(heat: HeatProblem, probe: Any) -> Reading:
         if b.kind != "voltage" and len(shared := np.intersect1d(on := domain.on(b), facets))
     ]
     cut = any(b.kind == "temperature" and len(shared) < len(on) for b, on, shared in within)
-    if cut or not domain.exposed(facets).any():
-        return Reading(heat.take(_gradient(domain, facets)), still, gradient=True)
+    conditions = domain.conditions_first and within
+    if not conditions and (cut or not domain.exposed(facets).any()):
+        return Reading(heat.take(_gradient(domain, probe)), still, gradient=True)
     row, entering = nothing, still
     for b, on, shared in within:
         if b.kind != "temperature":
@@ -79,15 +80,16 @@ def extreme(domain: Domain, probe: Any, inside: np.ndarray | None = None) -> Ext
     return Extreme(domain.space, domain.patches(probe, inside), 1.0 if probe.reduce == "max" else -1.0)
 
 
-def _gradient(domain: Domain, facets: np.ndarray) -> np.ndarray:
-    """(functions,): the heat (W) that passes some facets, per rise: on the surface into the solid, inside the mean of
+def _gradient(domain: Domain, probe: Any) -> np.ndarray:
+    """(functions,): the heat (W) that passes a flat probe, per rise: on the surface into the solid, inside the mean of
     what both sides say."""
     conductivity = domain.per_cell("thermal_conductivity")[:, None]
+    facets = domain.facets(probe)
     outer = facets[domain.exposed(facets)]
     found = np.zeros(domain.space.size)
     if len(outer):
         found -= domain.seen(outer).flux(conductivity[domain.space.mesh.f2t[0, outer]])
-    for faces, sign, cells in domain.sides(np.setdiff1d(facets, outer), np.ones(len(domain.body), bool)):
+    for faces, sign, cells in domain.sides(probe, np.ones(len(domain.body), bool)):
         found += sign * faces.flux(conductivity[cells])
     return found
 
@@ -101,15 +103,18 @@ def _electrodes(domain: Domain, probe: Any) -> tuple[tuple[str, ...], float]:
         for b in domain.scene.boundaries
         if b.kind == "voltage" and len(on := domain.on(b)) and np.isin(on, facets).all()
     ]
+    if names and domain.conditions_first:
+        return tuple(names), 1.0
     pairs = domain.space.mesh.f2t[:, facets]
     alive = (pairs >= 0) & domain.live[pairs]
     if not names or alive.all(axis=0).any():
         return (), 1.0
-    facets, pairs, alive = (part[..., alive.any(axis=0)] for part in (facets, pairs, alive))
+    there = alive.any(axis=0)
+    facets, alive = facets[there], alive[:, there]
     if domain.exposed(facets).all():
         return tuple(names), 1.0
     # Inside the solid: along the direction that counts, out of the electrode into the cell that conducts.
-    out_of_first = domain.directions(facets)
+    out_of_first = domain.directions(probe)[there]
     into = np.where(alive[0], -out_of_first, out_of_first)
     return (tuple(names), float(into[0])) if (into == into[0]).all() else ((), 1.0)
 

@@ -50,6 +50,47 @@ class Response:
         return float(1 / max(self.transient.trajectory.rates.min(), 1e-300))
 
 
+@dataclass(frozen=True, eq=False)
+class Marched:
+    """A response in as many fields as the accuracy takes: the values of its traces at ``checked`` times (s), their
+    scales, and what the reduced space and the steps lose of each."""
+
+    answer: Transient
+    reduced: Reduced
+    generations: int
+    checked: np.ndarray
+    out: Outputs
+    there: Quantities
+    scales: dict[str, float]
+    lost: dict[str, float]
+
+
+def marched(study: Study, base: Base, shift: float, steady_out: Outputs | None, generations: int = 0) -> Marched:
+    """The response of a base; arguments as of `respond`."""
+    accuracy, end = study.accuracy, study.end
+    checked = instants(study, base.heat)
+    space = Krylov(base, shift)
+    count = max(generations, FIELDS + int(max(0.0, -np.log10(accuracy) - 3) * 2))
+    states = 0
+    while True:
+        reduced = base.project(space.fields(count))
+        answer = transient.march(base, reduced, end, TIME_SHARE * accuracy)
+        out = outputs.of_transient(answer, study.part, checked)
+        there, scales = study.traces(out), study.trace_scales(steady_out or out)
+        # One comparison for two errors: fewer fields and a looser step.
+        dropped = space.dropped(count, DROPPED)
+        if dropped >= reduced.states:
+            # In so short a time hardly anything diffuses: all generations are one, and dropping some tells nothing.
+            dropped = 0
+        fewer = transient.march(base, reduced, end, 10 * TIME_SHARE * accuracy, dropped)
+        lost = distance(there, study.traces(outputs.of_transient(fewer, study.part, checked)))
+        enough = max(lost[name] / scales[name] for name in lost) <= SPACE_SHARE * accuracy
+        # More generations that add no states are all but sums of those before.
+        if enough or count >= MOST_FIELDS or not dropped or reduced.states <= states:
+            return Marched(answer, reduced, count, checked, out, there, scales, lost)
+        count, states = count + 4, reduced.states
+
+
 def respond(
     study: Study,
     given: Problems,
@@ -64,38 +105,17 @@ def respond(
     where the relative ``steady_errors`` are known, and by two where they aren't. ``steady_out`` are the outputs that
     scales are taken from, or else those of the response itself; ``generations`` of fields is where to start."""
     accuracy, end, fine = study.accuracy, study.end, bases[0]
-    checked = instants(study, fine.heat)
-
-    def traces(response: Transient) -> Quantities:
-        return study.traces(outputs.of_transient(response, study.part, checked))
-
-    space = Krylov(fine, shift)
-    count, states = max(generations, FIELDS + int(max(0.0, -np.log10(accuracy) - 3) * 2)), 0
-    while True:
-        reduced = fine.project(space.fields(count))
-        answer = transient.march(fine, reduced, end, TIME_SHARE * accuracy)
-        out = outputs.of_transient(answer, study.part, checked)
-        there, scales = study.traces(out), study.trace_scales(steady_out or out)
-        # One comparison for two errors: fewer fields and a looser step.
-        dropped = space.dropped(count, DROPPED)
-        if dropped >= reduced.states:
-            # In so short a time hardly anything diffuses: all generations are one, and dropping some tells nothing.
-            dropped = 0
-        fewer = transient.march(fine, reduced, end, 10 * TIME_SHARE * accuracy, dropped)
-        lost = _distance(there, traces(fewer))
-        enough = max(lost[name] / scales[name] for name in lost) <= SPACE_SHARE * accuracy
-        # More generations that add no states are all but sums of those before.
-        if enough or count >= MOST_FIELDS or not dropped or reduced.states <= states:
-            break
-        count, states = count + 4, reduced.states
+    found = marched(study, fine, shift, steady_out, generations)
+    answer, reduced, count, checked = found.answer, found.reduced, found.generations, found.checked
+    out, there, scales, lost = found.out, found.there, found.scales, found.lost
 
     def below(base: Base) -> Transient:
         own = base.project(Krylov(base, shift).fields(count))
         return transient.march(base, own, end, TIME_SHARE * accuracy)
 
     lesser = [below(base) for base in bases[1:]]
-    low = traces(lesser[0])
-    apart = _distance(there, low)
+    low = study.traces(outputs.of_transient(lesser[0], study.part, checked))
+    apart = distance(there, low)
     at = [int(np.abs(there[n] - low[n]).argmax()) for n in study.trace_rises or there]
     judged = _Judged(study, given, marks, answer, lesser, scales, bool(steady_errors))
     goals = (
@@ -116,7 +136,7 @@ def respond(
     if worst > (1 - ROW_SHARE) * accuracy:
         missing = estimate.worst(goals.values(), judged.of_power)
         return Response(checked, there, errors, False, np.nan, answer, reduced, count, missing, worst)
-    return _with_rows(study, answer, reduced, errors, scales, count)
+    return with_rows(study, answer, reduced, errors, scales, count)
 
 
 class _Judged:
@@ -182,14 +202,15 @@ def repeat(study: Study, fine: Base, reduced: Reduced, steady_out: Outputs, befo
     scales = study.trace_scales(steady_out)
     answer = transient.march(fine, reduced, study.end, TIME_SHARE * study.accuracy)
     errors = {name: before.relative[name] * scale for name, scale in scales.items()}
-    return _with_rows(study, answer, reduced, errors, scales, before.generations)
+    return with_rows(study, answer, reduced, errors, scales, before.generations)
 
 
-def _distance(a: Quantities, b: Quantities) -> dict[str, float]:
+def distance(a: Quantities, b: Quantities) -> dict[str, float]:
+    """The largest difference of each quantity."""
     return {name: float(np.abs(a[name] - b[name]).max()) for name in a}
 
 
-def _with_rows(
+def with_rows(
     study: Study,
     answer: Transient,
     reduced: Reduced,

@@ -7,7 +7,9 @@ insulated) or onto electrodes whose voltages add to a constant (odd: the plane i
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -78,6 +80,12 @@ def reduce(scene: Scene) -> Symmetry:
     whole = {b.name: _volume(b) for b in scene.boxes}
     copies = {b.name: whole[b.name] / _volume(b) for b in part.boxes}
     return Symmetry(part, tuple(planes), 2 ** len(planes), flows, copies, probes)
+
+
+def uncut(scene: Any, bodies: Iterable[str]) -> Symmetry:
+    """A scene that is solved whole, with the names of its bodies."""
+    flows = {b.name: Flow(b.name, 1.0, 1.0) for b in scene.boundaries}
+    return Symmetry(scene, (), 1, flows, dict.fromkeys(bodies, 1.0), {p.name: (1.0, ()) for p in scene.probes})
 
 
 def _volume(box: Box) -> float:

@@ -90,7 +90,7 @@ def assemble(
 def solver(scene: AnyScene) -> Callable[..., Result]:
     """What solves a scene and tells how far it is: boxes have bricks, and a mesh is taken as it is."""
     if isinstance(scene, MeshScene):
-        from fem3d.unstructured.run import solve as solve_on_mesh
+        from fem3d.solve_mesh import solve as solve_on_mesh
 
         return solve_on_mesh
     from fem3d.solve_scene import solve
@@ -101,7 +101,7 @@ def solver(scene: AnyScene) -> Callable[..., Result]:
 def plan(scene: AnyScene, request: SolveRequest) -> tuple[Step, ...]:
     """What `compare.solve.run.run` will do, before it does it."""
     if isinstance(scene, MeshScene):
-        from fem3d.unstructured.run import plan as plan_on_mesh
+        from fem3d.solve_mesh import plan as plan_on_mesh
 
         return assemble(scene, request, plan_on_mesh(scene))
     from fem3d.solve_scene import plan

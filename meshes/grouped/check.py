@@ -28,8 +28,7 @@ def check(scene: MeshScene, mesh: GroupedMesh) -> Placed:
 
 def remarks(mesh: GroupedMesh) -> list[str]:
     """What is no fault of the scene, but may not be meant."""
-    corners = np.unique(mesh.corners)
-    points = mesh.points[corners]
+    points = mesh.mesh.doflocs[:, : mesh.mesh.nvertices].T
     size = float(np.ptp(points, axis=0).max())
     rounded = np.rint((points - points.min(axis=0)) / (1e-9 * size)).astype(np.int64)
     twice = len(points) - len(np.unique(rounded, axis=0))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from meshes.grouped.model import GroupedMesh
@@ -29,7 +31,7 @@ def named(scene: MeshScene, mesh: GroupedMesh) -> None:
 
 
 def _refuse(mesh: GroupedMesh, path: str, group: str, kinds: tuple[str, ...]) -> None:
-    has = {"volume": mesh.volumes, "surface": mesh.surfaces}
+    has: dict[str, dict[str, Any]] = {"volume": mesh.volumes, "surface": mesh.surfaces}
     if any(group in has[kind] for kind in kinds):
         return
     wanted = " or ".join(kinds)
@@ -52,7 +54,7 @@ def _known(mesh: GroupedMesh, kinds: tuple[str, ...]) -> str:
 def materials(placed: Placed) -> None:
     """Refuses cells without a material or with two, and resistivities that are not positive at the start."""
     mesh, scene = placed.mesh, placed.scene
-    owner = np.full(len(mesh.cells), -1)
+    owner = np.full(mesh.count, -1)
     for number, body in enumerate(scene.bodies):
         for group in body.groups:
             cells = mesh.volumes[group]
@@ -87,8 +89,8 @@ def boundaries(placed: Placed) -> None:
     """Refuses conditions that act on nothing, and such as contradict each other."""
     fixed: list[tuple[GroupBoundary, np.ndarray, np.ndarray]] = []
     for b in placed.scene.boundaries:
-        faces = placed.faces(b)
-        if not len(faces):
+        facets = placed.acting(b)
+        if not len(facets):
             why = (
                 "touches nothing that conducts: give its material a resistivity, or a group on a conductor"
                 if b.kind == "voltage"
@@ -96,9 +98,9 @@ def boundaries(placed: Placed) -> None:
             )
             raise SceneError(f"boundary {quoted(b.name)}.{b.kind} {why}")
         if b.kind in ("voltage", "temperature"):
-            fixed.append((b, placed.mesh.number(faces), corners_of(placed, b)))
-    for i, (a, faces_a, nodes_a) in enumerate(fixed):
-        for b, faces_b, nodes_b in fixed[:i]:
+            fixed.append((b, facets, np.unique(placed.mesh.mesh.facets[:, facets])))
+    for i, (a, facets_a, nodes_a) in enumerate(fixed):
+        for b, facets_b, nodes_b in fixed[:i]:
             if a.kind != b.kind or a.value == b.value:
                 continue
             if a.kind == "voltage" and np.isin(nodes_a, nodes_b).any():
@@ -106,26 +108,18 @@ def boundaries(placed: Placed) -> None:
                     f"boundaries {quoted(b.name)} and {quoted(a.name)} touch on a conductor with different voltages: "
                     "leave a gap between them"
                 )
-            if a.kind == "temperature" and np.isin(faces_a, faces_b).any():
+            if a.kind == "temperature" and np.isin(facets_a, facets_b).any():
                 raise SceneError(
                     f"boundaries {quoted(b.name)} and {quoted(a.name)} overlap with different temperatures: give "
                     "groups that do not overlap"
                 )
-    held = np.concatenate([faces for b, faces, _ in fixed if b.kind == "temperature"] or [np.empty(0, int)])
+    held = np.concatenate([facets for b, facets, _ in fixed if b.kind == "temperature"] or [np.empty(0, int)])
     for b in placed.scene.boundaries:
-        if b.kind in ("heat_flux", "convection") and np.isin(placed.mesh.number(placed.faces(b)), held).all():
+        if b.kind in ("heat_flux", "convection") and np.isin(placed.acting(b), held).all():
             raise SceneError(
                 f"boundary {quoted(b.name)}.{b.kind} lies where other boundaries fix the temperature, and changes "
                 "nothing: leave it out, or give a group that does not overlap theirs"
             )
-
-
-def corners_of(placed: Placed, boundary: GroupBoundary) -> np.ndarray:
-    """The corner points of a boundary's faces."""
-    from meshes.grouped import shapes
-
-    mesh, faces = placed.mesh, placed.faces(boundary)
-    return np.unique(mesh.corners[faces[:, :1], shapes.FACETS[mesh.kind][faces[:, 1]]])
 
 
 def probes(placed: Placed) -> None:
@@ -135,7 +129,7 @@ def probes(placed: Placed) -> None:
     for probe in placed.scene.probes:
         where = f"probe {quoted(probe.name)}"
         if probe.at is not None:
-            inside = placed.conducting if probe.quantity == "potential" else np.ones(len(placed.mesh.cells), bool)
+            inside = placed.conducting if probe.quantity == "potential" else np.ones(placed.mesh.count, bool)
             if locate(placed.mesh, np.array(probe.at), inside) is None:
                 if probe.quantity == "potential" and locate(placed.mesh, np.array(probe.at)) is not None:
                     raise SceneError(
@@ -154,17 +148,16 @@ def _conducts(placed: Placed, probe: GroupProbe) -> bool:
     mesh, group = placed.mesh, probe.group or ""
     if probe.quantity == "potential" and group in mesh.volumes:
         return bool(placed.conducting[mesh.volumes[group]].all())
-    faces = mesh.surfaces[group]
-    found = len(placed.beside(faces, placed.conducting))
-    return found == len(faces) if probe.quantity == "potential" else found > 0
+    found = len(mesh.borders(placed.facets(probe), placed.conducting))
+    return found == len(placed.facets(probe)) if probe.quantity == "potential" else found > 0
 
 
 def _refuse_mixed(placed: Placed, probe: GroupProbe) -> None:
     mesh = placed.mesh
-    faces = mesh.surfaces[probe.group or ""]
-    own, left = mesh.number(faces), ~mesh.exposed(faces)
+    own = placed.facets(probe)
+    left = ~mesh.exposed(own)
     for b in placed.covered(probe):
-        there = mesh.number(placed.faces(b))
+        there = placed.acting(b)
         if not np.isin(there, own).all():
             raise SceneError(
                 f"probe {quoted(probe.name)} covers boundary {quoted(b.name)} in part: give a surface group with all "

@@ -10,52 +10,31 @@ from scenes.free import asks
 from scenes.free.drives import heats
 from scenes.free.parts import FLOATING, KEPT, UNFIXED, is_exit
 from scenes.free.words import listed
-from scenes.meshed.model import GroupBoundary
 
 
 def check(placed: Placed) -> None:
     """Refuses conductors without a fixed voltage, floating parts, parts without an exit, and scenes at rest."""
     scene, mesh = placed.scene, placed.mesh
-    everywhere = np.ones(len(mesh.cells), bool)
-    parts = mesh.parts(everywhere)
+    parts = mesh.parts(np.ones(mesh.count, bool))
     if asks.electric(scene):
         conductors = mesh.parts(placed.conducting)
         electrodes = [b for b in scene.boundaries if b.kind == "voltage"]
-        _refuse(placed, conductors, touched(placed, conductors, electrodes), UNFIXED)
-    acted = touched(placed, parts, scene.boundaries)
+        _refuse(placed, conductors, placed.touched(conductors, electrodes), UNFIXED)
+    acted = placed.touched(parts, scene.boundaries)
     for source in scene.sources:
         if not asks.is_zero(source.heat_source):
             acted |= set(parts[mesh.volumes[source.group]].tolist())
     _refuse(placed, parts, acted, FLOATING)
     if scene.steady and asks.heat(scene):
-        _refuse(placed, parts, touched(placed, parts, [b for b in scene.boundaries if is_exit(b)]), KEPT)
+        _refuse(placed, parts, placed.touched(parts, [b for b in scene.boundaries if is_exit(b)]), KEPT)
     if any(heats(b, scene.initial_temperature) for b in scene.boundaries):
         return
-    if any(not asks.is_zero(s.heat_source) for s in scene.sources) or carries(placed).any():
+    if any(not asks.is_zero(s.heat_source) for s in scene.sources) or placed.conductors[0].any():
         return
     raise SceneError(
         "nothing happens in this scene: it has no voltage across a conductor, no heat source, no flux, and no "
         f"temperature other than scene.initial_temperature = {scene.initial_temperature:g} K: give at least one"
     )
-
-
-def carries(placed: Placed) -> np.ndarray:
-    """(cells,): which cells are joined, through conductors, to electrodes of two voltages."""
-    conductors = placed.mesh.parts(placed.conducting)
-    levels: dict[int, set[object]] = {}
-    for b in placed.scene.boundaries:
-        if b.kind == "voltage":
-            for part in touched(placed, conductors, [b]):
-                levels.setdefault(part, set()).add(b.value)
-    live = [part for part, found in levels.items() if len(found) > 1]
-    return np.isin(conductors, live)
-
-
-def touched(placed: Placed, parts: np.ndarray, boundaries: list[GroupBoundary] | tuple[GroupBoundary, ...]) -> set[int]:
-    found: set[int] = set()
-    for b in boundaries:
-        found |= set(parts[placed.mesh.both_sides(placed.faces(b))].tolist())
-    return found - {0}
 
 
 def _refuse(placed: Placed, parts: np.ndarray, fine: set[int], why: tuple[str, str]) -> None:

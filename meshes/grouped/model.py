@@ -4,80 +4,71 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
-
-from meshes.grouped import shapes
-
-Faces = np.ndarray
-"""(n, 2): faces as pairs of a cell and the number of the face in it, by which the face points out of the cell."""
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 
 @dataclass(frozen=True, eq=False)
 class GroupedMesh:
-    """``points`` (n, 3) in m; ``cells`` (m, nodes of a cell), in VTK's order, of one ``kind`` and ``order``.
+    """``mesh`` is scikit-fem's (MeshTet, MeshTet2, MeshHex or MeshHex2), in m; ``volumes`` are the cells of each volume
+    group, ``surfaces`` the facets of each surface group and which of their cells in `f2t` (facets,) they point out of.
 
-    ``volumes``: the cells of each volume group. ``surfaces``: the faces of each surface group. ``others``: the
-    names of groups that are neither, and of surface groups with faces that are of no cell, with what they are.
-    ``file_type`` is meshio's name of the cells; its first nodes are the file's, as many as the type has.
+    ``file_type`` is meshio's name of the file's cells, ``points`` (n, 3) and ``cells`` (m, nodes) are they, in its order
+    of nodes; ``others``: the names of groups that are neither, and of surface groups with facets that are of no cell,
+    with what they are. ``parents`` (cells,): the cell of the file that each is a part of.
     """
 
-    points: np.ndarray
-    cells: np.ndarray
-    kind: str
-    order: int
+    mesh: Any
     volumes: dict[str, np.ndarray]
-    surfaces: dict[str, Faces]
-    others: dict[str, str] = field(default_factory=dict)
+    surfaces: dict[str, tuple[np.ndarray, np.ndarray]]
     file_type: str = ""
+    points: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
+    cells: np.ndarray = field(default_factory=lambda: np.empty((0, 0), int))
+    others: dict[str, str] = field(default_factory=dict)
+    parents: np.ndarray | None = None
 
     @property
-    def corners(self) -> np.ndarray:
-        """(m, 4 or 8): the cells' corners."""
-        return self.cells[:, : 4 if self.kind == shapes.TETRA else 8]
+    def count(self) -> int:
+        """How many cells."""
+        return int(self.mesh.t.shape[1])
 
-    @cached_property
-    def facets(self) -> np.ndarray:
-        """(m, faces of a cell): a number for each face, the same in the two cells that share it."""
-        local = self.corners[:, shapes.FACETS[self.kind]]
-        keys = np.sort(local.reshape(-1, local.shape[-1]), axis=1)
-        found = np.unique(keys, axis=0, return_inverse=True)[1]
-        return found.reshape(local.shape[:2])
+    @property
+    def simplex(self) -> bool:
+        """Whether the cells are tetrahedra."""
+        return len(self.mesh.t) == 4
 
-    @cached_property
-    def shared(self) -> np.ndarray:
-        """(m, faces of a cell): whether there is a cell beyond a face."""
-        return (np.bincount(self.facets.ravel()) > 1)[self.facets]
-
-    def number(self, faces: Faces) -> np.ndarray:
-        """(n,): the numbers of faces."""
-        found: np.ndarray = self.facets[faces[:, 0], faces[:, 1]]
+    def exposed(self, facets: np.ndarray) -> np.ndarray:
+        """(n,): which facets are on the surface."""
+        found: np.ndarray = self.mesh.f2t[1, facets] < 0
         return found
 
-    def exposed(self, faces: Faces) -> np.ndarray:
-        """(n,): which faces are on the surface."""
-        found: np.ndarray = ~self.shared[faces[:, 0], faces[:, 1]]
-        return found
+    def beside(self, facets: np.ndarray) -> np.ndarray:
+        """(k,): the cells at either side of some facets."""
+        found = np.unique(self.mesh.f2t[:, facets])
+        return found[found >= 0]
 
-    def both_sides(self, faces: Faces) -> np.ndarray:
-        """(k,): the cells at either side of some faces."""
-        wanted = np.isin(self.facets, self.number(faces))
-        return np.flatnonzero(wanted.any(axis=1))
+    def borders(self, facets: np.ndarray, inside: np.ndarray) -> np.ndarray:
+        """Those of some facets that a chosen cell (cells,) is at."""
+        cells = self.mesh.f2t[:, facets]
+        return facets[((cells >= 0) & inside[cells]).any(axis=0)]
 
-    def parts(self, inside: np.ndarray) -> np.ndarray:
-        """(m,): a number from 1 on for each set of chosen cells (m,) that faces join, 0 elsewhere."""
-        from scipy.sparse import coo_array
-        from scipy.sparse.csgraph import connected_components
-
-        count, width = self.facets.shape
-        cells = np.repeat(np.arange(count), width)
-        chosen = np.repeat(inside, width)
-        number = self.facets.ravel()
-        joint = coo_array(
-            (np.ones(chosen.sum(), bool), (cells[chosen], count + number[chosen])),
-            shape=(count + number.max() + 1,) * 2,
-        )
-        labels = connected_components(joint, directed=False)[1][:count]
-        found = np.zeros(count, int)
+    def parts(self, inside: np.ndarray, cuts: np.ndarray | None = None) -> np.ndarray:
+        """(cells,): a number from 1 on for each set of chosen cells (cells,) that facets join, but for those of
+        ``cuts``; 0 elsewhere."""
+        joins = np.setdiff1d(np.arange(self.mesh.f2t.shape[1]), [] if cuts is None else cuts).astype(int)
+        a, b = self.mesh.f2t[:, joins]
+        both = (b >= 0) & inside[a] & inside[b]
+        graph = coo_array((np.ones(both.sum(), bool), (a[both], b[both])), shape=(self.count, self.count))
+        labels = connected_components(graph, directed=False)[1]
+        found = np.zeros(self.count, int)
         found[inside] = 1 + np.unique(labels[inside], return_inverse=True)[1]
         return found
+
+    @cached_property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """(3, cells) twice: the least and the largest coordinates of each cell's nodes."""
+        nodes = self.mesh.doflocs[:, self.mesh.dofs.element_dofs]
+        return nodes.min(axis=1), nodes.max(axis=1)

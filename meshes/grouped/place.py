@@ -1,15 +1,16 @@
-"""A scene laid on its mesh: which cells and faces its materials, sources, conditions and probes are on."""
+"""A scene laid on its mesh: which cells and facets its materials, sources, conditions and probes are on."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from meshes.grouped.model import Faces, GroupedMesh
+from meshes.grouped.model import GroupedMesh
 from scenes.meshed.model import GroupBoundary, GroupProbe, MeshScene
-from scenes.model import Material
+from scenes.model import Material, Value
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +23,7 @@ class Placed:
     @cached_property
     def body(self) -> np.ndarray:
         """(cells,): the number of the body that each cell is of, -1 for none."""
-        found = np.full(len(self.mesh.cells), -1)
+        found = np.full(self.mesh.count, -1)
         for number, body in enumerate(self.scene.bodies):
             for group in body.groups:
                 found[self.mesh.volumes[group]] = number
@@ -38,37 +39,42 @@ class Placed:
         """(cells,): which cells conduct electricity."""
         return np.array([m.resistivity is not None for m in self.materials])[self.body]
 
-    def per_cell(self, key: str) -> np.ndarray:
-        """(cells,): a property of the materials."""
-        return np.array([float(getattr(m, key)) for m in self.materials])[self.body]
+    def facets(self, item: GroupBoundary | GroupProbe) -> np.ndarray:
+        """The facets of the group of a condition or a flat probe."""
+        return self.mesh.surfaces[item.group or ""][0]
 
-    def faces(self, boundary: GroupBoundary) -> Faces:
-        """The faces on which a condition acts: those of conductors for a voltage, exposed ones for a flux."""
-        faces = self.mesh.surfaces[boundary.group]
+    def acting(self, boundary: GroupBoundary) -> np.ndarray:
+        """The facets on which a condition acts: those of conductors for a voltage, exposed ones for a flux."""
+        facets = self.facets(boundary)
         if boundary.kind == "voltage":
-            return self.beside(faces, self.conducting)
-        return faces if boundary.kind == "temperature" else faces[self.mesh.exposed(faces)]
-
-    def beside(self, faces: Faces, cells: np.ndarray) -> Faces:
-        """Those of some faces that a chosen cell (cells,) is at, each as the face of such a cell."""
-        if cells[faces[:, 0]].all():
-            return faces
-        numbers = self.mesh.number(faces)
-        cell, local = np.nonzero(np.isin(self.mesh.facets, numbers) & cells[:, None])
-        own = np.stack([cell, local], axis=1)
-        # Keep the side that the group has where it may be kept.
-        given = faces[cells[faces[:, 0]]]
-        rest = own[~np.isin(self.mesh.number(own), self.mesh.number(given))]
-        first = np.unique(self.mesh.number(rest), return_index=True)[1]
-        return np.concatenate([given, rest[first]])
+            return self.mesh.borders(facets, self.conducting)
+        return facets if boundary.kind == "temperature" else facets[self.mesh.exposed(facets)]
 
     def covered(self, probe: GroupProbe) -> list[GroupBoundary]:
-        """The boundaries of the probe's kind, thermal or electric, that have faces in its group."""
-        assert probe.group is not None
-        electric = probe.quantity == "current"
-        own = self.mesh.number(self.mesh.surfaces[probe.group])
+        """The boundaries of the probe's kind, thermal or electric, that have facets in its group."""
+        electric, own = probe.quantity == "current", self.facets(probe)
         return [
-            b
-            for b in self.scene.boundaries
-            if (b.kind == "voltage") == electric and np.isin(self.mesh.number(self.faces(b)), own).any()
-        ]
+            b for b in self.scene.boundaries
+            if (b.kind == "voltage") == electric and np.isin(self.acting(b), own).any()
+        ]  # fmt: skip
+
+    def touched(self, parts: np.ndarray, boundaries: Sequence[GroupBoundary]) -> set[int]:
+        """The numbers of the parts (`GroupedMesh.parts`) that some conditions act on."""
+        found: set[int] = set()
+        for b in boundaries:
+            found |= set(parts[self.mesh.beside(self.acting(b))].tolist())
+        return found - {0}
+
+    @cached_property
+    def conductors(self) -> tuple[np.ndarray, tuple[tuple[np.ndarray, Value], ...]]:
+        """The cells (cells,) of conductors that touch electrodes of two voltages, and those of each that touches one
+        only, with its voltage; a conductor ends at its electrodes."""
+        electrodes = [b for b in self.scene.boundaries if b.kind == "voltage"]
+        cuts = np.concatenate([np.empty(0, int), *(self.acting(b) for b in electrodes)])
+        parts = self.mesh.parts(self.conducting, cuts)
+        voltages: dict[int, set[Value]] = {}
+        for b in electrodes:
+            for part in self.touched(parts, [b]):
+                voltages.setdefault(part, set()).add(b.value)
+        live = np.isin(parts, [part for part, found in voltages.items() if len(found) > 1])
+        return live, tuple((parts == p, next(iter(found))) for p, found in voltages.items() if len(found) == 1)

@@ -8,20 +8,19 @@ from __future__ import annotations
 
 import contextlib
 import io
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from meshes.grouped import shapes
 from meshes.grouped.model import GroupedMesh
 from scenes.errors import SceneError, printable, quoted
 
 KINDS = {
-    "tetra": (shapes.TETRA, 1), "tetra10": (shapes.TETRA, 2), "hexahedron": (shapes.HEXAHEDRON, 1),
-    "hexahedron20": (shapes.HEXAHEDRON, 2), "hexahedron27": (shapes.HEXAHEDRON, 2),
+    "tetra": (4, 4), "tetra10": (4, 10), "hexahedron": (8, 8), "hexahedron20": (8, 20), "hexahedron27": (8, 27),
 }  # fmt: skip
-"""meshio's names of the cells that are solved on: kind and order."""
+"""meshio's names of the cells that are solved on: their corners and nodes."""
 
 _FORMATS = {".msh": "gmsh", ".bdf": "nastran", ".nas": "nastran", ".fem": "nastran", ".dat": "nastran"}
 _NUMBERED = ("gmsh:physical", "nastran:ref", "medit:ref")
@@ -32,18 +31,48 @@ def read(path: Path, unit: float) -> GroupedMesh:
     """The mesh of a file in units of ``unit`` (m). Raises SceneError where it can't be read, has no volume cells, cells
     of several kinds or of one that is not solved on, or cells that are inverted."""
     found = _load(path)
-    kind, order, name = _kind(found, path)
-    numbers, cells = _joined(found, [name])
+    name = _kind(found, path)
+    numbers, cells = _joined(found, name)
     # Gmsh's older format has a cell once for every group that it is in.
     first, same = np.unique(np.sort(cells, axis=1), axis=0, return_index=True, return_inverse=True)[1:]
     cells, points = cells[first], np.asarray(found.points, float) * unit
-    if name == "hexahedron20":
-        points, cells = _completed(points, cells)
-    mesh = GroupedMesh(points, cells, kind, order, {}, {}, {}, name)
+    mesh = made(points, cells, name)
     _refuse_inverted(mesh, path)
-    of_cell = np.full(max((n.max(initial=-1) for n in numbers.values()), default=-1) + 1, -1)
-    of_cell[numbers[name]] = same.ravel()
-    return _with_groups(mesh, found, of_cell)
+    of_cell = np.full(int(numbers.max()) + 1, -1)
+    of_cell[numbers] = same.ravel()
+    used, own = np.unique(cells, return_inverse=True)
+    grouped = GroupedMesh(mesh, {}, {}, name, points[used], own.reshape(cells.shape))
+    return _with_groups(grouped, found, of_cell, np.unique(cells[:, : KINDS[name][0]]))
+
+
+def own_order(name: str) -> np.ndarray:
+    """(nodes,): where scikit-fem has each node of a cell of meshio's."""
+    from skfem.io.meshio import HEX_MAPPING
+
+    corners, nodes = KINDS[name]
+    return np.arange(nodes) if corners == 4 else np.array(HEX_MAPPING[:nodes])
+
+
+def made(points: np.ndarray, cells: np.ndarray, name: str) -> Any:
+    """scikit-fem's mesh of cells (m, nodes) in meshio's order; its vertices are the corners, sorted. Hexahedra of 20
+    nodes get the 7 more that give them the same shape among those of 27."""
+    from skfem import ElementHex2, ElementHexS2, MeshHex, MeshHex2, MeshTet, MeshTet2
+
+    corners, nodes = KINDS[name]
+    ordered = cells[:, np.argsort(own_order(name))]
+    used, t = np.unique(ordered[:, :corners], return_inverse=True)
+    linear, curved = (MeshTet, MeshTet2) if corners == 4 else (MeshHex, MeshHex2)
+    mesh = linear(points[used].T, t.reshape(-1, corners).T)
+    if nodes == corners:
+        return mesh
+    at = points[ordered]
+    if nodes == 20:
+        serendipity = np.array([ElementHexS2().lbasis(ElementHex2().doflocs.T, i)[0] for i in range(20)])
+        at = np.einsum("nk,cnd->ckd", serendipity, at)
+    mesh = curved.from_mesh(mesh)
+    places = mesh.doflocs.copy()
+    places[:, mesh.dofs.element_dofs] = at.T
+    return replace(mesh, doflocs=places)
 
 
 def _load(path: Path) -> Any:
@@ -65,7 +94,7 @@ def _load(path: Path) -> Any:
         ) from None
 
 
-def _kind(found: Any, path: Path) -> tuple[str, int, str]:
+def _kind(found: Any, path: Path) -> str:
     names = list(dict.fromkeys(block.type for block in found.cells if block.dim == 3 and len(block.data)))
     if not names:
         has = " and ".join(dict.fromkeys(block.type for block in found.cells)) or "no cells"
@@ -77,43 +106,28 @@ def _kind(found: Any, path: Path) -> tuple[str, int, str]:
         shown = " and ".join(names)
         mixed = "mixes" if len(names) > 1 else "is made of"
         raise SceneError(f"mesh.file: {quoted(path)} {mixed} {shown} cells: give a mesh of {' or '.join(KINDS)} alone")
-    kind, order = KINDS[names[0]]
-    return kind, order, names[0]
+    return names[0]
 
 
-def _joined(found: Any, names: list[str]) -> tuple[dict[str, np.ndarray], np.ndarray]:
-    """The numbers that the cells of each name have among all of the file, and the nodes of all of them."""
-    numbers: dict[str, list[np.ndarray]] = {name: [] for name in names}
-    cells, start = [], 0
-    for block in found.cells:
-        if block.type in names:
-            numbers[block.type].append(start + np.arange(len(block.data)))
-            cells.append(np.asarray(block.data, int))
-        start += len(block.data)
-    return {name: np.concatenate(own) for name, own in numbers.items()}, np.concatenate(cells)
+def _joined(found: Any, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """The numbers that the cells of a kind have among all of the file, and their nodes."""
+    starts = np.cumsum([0, *(len(block.data) for block in found.cells)])
+    own = [(start, np.asarray(b.data, int)) for b, start in zip(found.cells, starts, strict=False) if b.type == name]
+    return np.concatenate([start + np.arange(len(cells)) for start, cells in own]), np.concatenate([c for _, c in own])
 
 
-def _completed(points: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Hexahedra of 20 nodes with the 7 more that give them the same shape among those of 27."""
-    facets = GroupedMesh(points, cells, shapes.HEXAHEDRON, 2, {}, {}).facets
-    inner = np.einsum("kn,cnd->ckd", shapes.serendipity(), points[cells])
-    start, count = len(points), int(facets.max()) + 1
-    more = np.concatenate([start + facets, (start + count + np.arange(len(cells)))[:, None]], axis=1)
-    joined = np.concatenate([points, np.empty((count + len(cells), 3))])
-    joined[more] = inner
-    return joined, np.concatenate([cells, more], axis=1)
-
-
-def _refuse_inverted(mesh: GroupedMesh, path: Path) -> None:
-    places = np.concatenate([shapes.nodes(mesh.kind, mesh.order), shapes.nodes(mesh.kind, 1).mean(axis=0)[None]])
-    found = shapes.jacobians(mesh.kind, mesh.order, mesh.points[mesh.cells], places)
+def _refuse_inverted(mesh: Any, path: Path) -> None:
+    reference = mesh.elem().doflocs.T
+    places = np.concatenate([reference, reference.mean(axis=1, keepdims=True)], axis=1)
+    # scikit-fem's reference hexahedron has its corners the other way round.
+    found = (1 if len(mesh.t) == 4 else -1) * mesh.mapping().detDF(places)
     size = np.abs(found).max(axis=1)
     wrong = np.flatnonzero(found.min(axis=1) <= 1e-9 * np.where(size > 0, size, 1.0))
     if len(wrong):
-        at = mesh.points[mesh.corners[wrong[0]]].mean(axis=0)
+        at = mesh.doflocs[:, mesh.t[:, wrong[0]]].mean(axis=1)
         near = ", ".join(f"{float(c):.4g} m" for c in at)
         raise SceneError(
-            f"mesh.file: {quoted(path)} has {len(wrong)} inverted or flat cells of {len(mesh.cells)}, the first at "
+            f"mesh.file: {quoted(path)} has {len(wrong)} inverted or flat cells of {mesh.t.shape[1]}, the first at "
             f"[{near}]: mesh again, with more or less curved cells there"
         )
 
@@ -144,53 +158,44 @@ def _groups(found: Any) -> dict[tuple[str, int], np.ndarray]:
     return {key: np.unique(np.concatenate(own)) for key, own in collected.items()}
 
 
-def _with_groups(mesh: GroupedMesh, found: Any, of_cell: np.ndarray) -> GroupedMesh:
-    corners = 3 if mesh.kind == shapes.TETRA else 4
-    faces = _Faces(mesh)
-    starts = np.cumsum([0, *(len(block.data) for block in found.cells)])
+def _with_groups(grouped: GroupedMesh, found: Any, of_cell: np.ndarray, vertices: np.ndarray) -> GroupedMesh:
+    """With the groups of a file; ``vertices`` are the file's numbers of the mesh's vertices."""
+    corners, start = len(grouped.mesh.facets), 0
+    facet, side = np.full((2, sum(len(block.data) for block in found.cells)), -1)
+    for block in found.cells:
+        if block.dim == 2 and len(block.data) and _CORNERS.get(block.type[:4]) == corners:
+            rows = np.asarray(block.data, int)[:, :corners]
+            here = slice(start, start + len(rows))
+            facet[here], side[here] = _facets(grouped.mesh, np.searchsorted(vertices, rows), np.isin(rows, vertices))
+        start += len(block.data)
     for (name, dim), cells in _groups(found).items():
         if dim == 3:
-            mesh.volumes[name] = np.unique(of_cell[cells])
+            grouped.volumes[name] = np.unique(of_cell[cells])
+        elif dim == 2 and (facet[cells] >= 0).all():
+            own, first = np.unique(facet[cells], return_index=True)
+            grouped.surfaces[name] = own, side[cells][first]
         elif dim == 2:
-            rows = []
-            for block, start in zip(found.cells, starts, strict=False):
-                own = cells[(cells >= start) & (cells < start + len(block.data))] - start
-                if len(own):
-                    rows.append(np.asarray(block.data, int)[own][:, :corners])
-            made = faces.of(np.concatenate(rows)) if all(r.shape[1] == corners for r in rows) else None
-            if made is None:
-                mesh.others.setdefault(name, "a surface with faces that are no faces of the volume cells")
-            else:
-                mesh.surfaces[name] = made
+            grouped.others.setdefault(name, "a surface with faces that are no faces of the volume cells")
         else:
-            mesh.others.setdefault(name, "a group of lines" if dim == 1 else "a group of points")
-    return mesh
+            grouped.others.setdefault(name, "a group of lines" if dim == 1 else "a group of points")
+    return grouped
 
 
-class _Faces:
-    """Finds the faces of a mesh by their corners."""
-
-    def __init__(self, mesh: GroupedMesh) -> None:
-        local = mesh.corners[:, shapes.FACETS[mesh.kind]]
-        self._corners = local.reshape(-1, local.shape[-1])
-        self._width = local.shape[1]
-        self._by_key: dict[bytes, list[int]] = {}
-        for number, key in enumerate(np.sort(self._corners, axis=1)):
-            self._by_key.setdefault(key.tobytes(), []).append(number)
-
-    def of(self, wanted: np.ndarray) -> np.ndarray | None:
-        """(n, 2): the faces with some corners (n, 3 or 4), each of the cell that it points out of as its corners are
-        given; ``None`` where there is none with them."""
-        found: dict[bytes, int] = {}
-        for corners, key in zip(wanted, np.sort(wanted, axis=1), strict=True):
-            there = self._by_key.get(key.tobytes())
-            if there is None:
-                return None
-            found[key.tobytes()] = next((n for n in there if _same_way(self._corners[n], corners)), there[0])
-        return np.stack(np.divmod(np.array(list(found.values())), self._width), axis=1)
+_CORNERS = {"tria": 3, "quad": 4}
 
 
-def _same_way(a: np.ndarray, b: np.ndarray) -> bool:
-    """Whether two rings of the same corners run the same way."""
-    turned = np.roll(b, -int(np.flatnonzero(b == a[0])[0]))
-    return bool((turned == a).all())
+def _facets(mesh: Any, corners: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) twice: the facets with some corners (n, 3 or 4), -1 where there is none, and from which of their two cells
+    they point outwards as their corners are given."""
+    wanted = np.where(known, corners, -1)
+    both = np.concatenate([np.sort(mesh.facets, axis=0).T, np.sort(wanted, axis=1)])
+    number = np.unique(both, axis=0, return_inverse=True)[1].ravel()
+    count = mesh.facets.shape[1]
+    at = np.full(number.max() + 1, -1)
+    at[number[:count]] = np.arange(count)
+    found = at[number[count:]]
+    p = mesh.doflocs[:, np.where(found[:, None] >= 0, corners, 0)]  # (3, n, corners)
+    normal = np.cross(p[..., 1] - p[..., 0], p[..., -1] - p[..., 0], axis=0)
+    first = mesh.doflocs[:, mesh.t[:, mesh.f2t[0, found]]].mean(axis=1)
+    inwards = (normal * (p.mean(axis=-1) - first)).sum(axis=0) < 0
+    return found, np.where(inwards & (mesh.f2t[1, found] >= 0), 1, 0)

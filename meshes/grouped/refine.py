@@ -1,122 +1,73 @@
 """Uniform refinement of a mesh with groups: each cell into eight, on the cell's own curved shape.
 
-The nodes of the new cells lie on a lattice in their old cell. A lattice point is known by its weights at the old
-corners, which neighbours agree on, so that cells stay joined exactly as they were, whatever lies at the same place.
+scikit-fem cuts the cells as if their edges were straight; the nodes then go where the maps of the old cells take them.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
+from typing import Any
 
 import numpy as np
+from scipy.sparse import csr_array
+from skfem import MeshHex, MeshTet
 
-from meshes.grouped import shapes
-from meshes.grouped.model import Faces, GroupedMesh
-
-_AT_CORNERS = ((0, 4, 6, 7), (4, 1, 5, 8), (6, 5, 2, 9), (7, 8, 9, 3))
-_OCTAHEDRA = (
-    ((4, 9, 5, 6), (4, 9, 6, 7), (4, 9, 7, 8), (4, 9, 8, 5)),
-    ((5, 7, 4, 6), (5, 7, 6, 9), (5, 7, 9, 8), (5, 7, 8, 4)),
-    ((6, 8, 4, 5), (6, 8, 5, 9), (6, 8, 9, 7), (6, 8, 7, 4)),
-)
-"""Four tetrahedra at the corners of one leave an octahedron, which one of its three diagonals cuts into four."""
+from meshes.grouped.model import GroupedMesh
 
 
-def refine(mesh: GroupedMesh) -> GroupedMesh:
-    """The mesh with eight cells in place of each: those of cell i are 8 i to 8 i + 7."""
-    places, children = _lattice(mesh.kind, mesh.order)
-    points, local = _numbered(mesh, places)
-    cut = _shortest(mesh)
-    cells = local[np.arange(len(local))[:, None, None], children[cut]].reshape(-1, children.shape[-1])
-    volumes = {name: (8 * own[:, None] + np.arange(8)).ravel() for name, own in mesh.volumes.items()}
-    surfaces = {name: _faces(mesh.kind, faces, cut) for name, faces in mesh.surfaces.items()}
-    return replace(mesh, points=points, cells=cells, volumes=volumes, surfaces=surfaces)
+def refine(given: GroupedMesh) -> GroupedMesh:
+    """The mesh with eight cells in place of each; the old cells' corners keep their numbers."""
+    mesh, linear = given.mesh, MeshTet if given.simplex else MeshHex
+    flat = linear(mesh.doflocs[:, : mesh.nvertices], mesh.t)
+    # The number of each cell travels as the binary digits that it has.
+    digits = range(int(given.count).bit_length())
+    numbers = np.arange(given.count)
+    cut = replace(flat, _subdomains={str(k): np.flatnonzero(numbers >> k & 1) for k in digits}).refined()
+    parents = np.zeros(8 * given.count, int)
+    for k in digits:
+        parents[cut.subdomains[str(k)]] += 1 << k
+    fine = replace(cut, _subdomains=None)
+    if type(mesh) is not linear:
+        fine = type(mesh).from_mesh(fine)
+        nodes = fine.dofs.element_dofs
+        if given.simplex:
+            at = flat.mapping().invF(np.swapaxes(fine.doflocs[:, nodes], 1, 2), tind=parents)
+        else:
+            # Its k-th eighth is at the k-th corner of a hexahedron.
+            at = (mesh.refdom.p[:, :, None] + np.asarray(mesh.elem().doflocs).T[:, None]) / 2
+            at = np.repeat(at, given.count, axis=1)
+        places = fine.doflocs.copy()
+        places[:, nodes] = np.swapaxes(mesh.mapping().F(at, tind=parents), 1, 2)
+        fine = replace(fine, doflocs=places)
+    within = _within(flat, fine)
+    surfaces = {}
+    for name, (facets, side) in given.surfaces.items():
+        order = np.argsort(facets)
+        own = np.flatnonzero(np.isin(within, facets))
+        at = order[np.searchsorted(facets[order], within[own])]
+        turned = parents[fine.f2t[0, own]] != mesh.f2t[0, facets[at]]
+        surfaces[name] = own, np.where(turned, 1 - side[at], side[at])
+    volumes = {name: np.flatnonzero(np.isin(parents, cells)) for name, cells in given.volumes.items()}
+    return replace(given, mesh=fine, volumes=volumes, surfaces=surfaces, parents=parents)
 
 
-def quadratic(mesh: GroupedMesh) -> GroupedMesh:
-    """The same mesh with cells of second order: with a node in the middle of every edge, and of hexahedra of every face
-    and cell too."""
-    if mesh.order == 2:
-        return mesh
-    points, cells = _numbered(mesh, shapes.nodes(mesh.kind, 2))
-    return replace(mesh, points=points, cells=cells, order=2)
+def _within(flat: Any, fine: Any) -> np.ndarray:
+    """(facets of the fine mesh,): the old facet that each lies in, -1 for those inside of old cells.
 
+    The new vertices are the old ones, the middles of edges and, of hexahedra, of facets and cells, in this order.
+    """
+    count, each = flat.nvertices, flat.facets.shape[1]
+    on = [flat.facets, count + flat.f2e]
+    if len(flat.facets) == 4:
+        on.append(count + flat.nedges + np.arange(each)[None])
+    old, new = np.concatenate(on), fine.facets
 
-def _numbered(mesh: GroupedMesh, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Points (n, 3) of a lattice with reference coordinates (places, 3) in all cells, and their numbers (m, places)."""
-    weights = np.rint(64 * shapes.values(mesh.kind, 1, places)).astype(np.int64)
-    corners = mesh.corners.astype(np.int64)
-    # A corner and its weight in one number; corners without weight are no part of the key.
-    keys = np.where(weights > 0, corners[:, None, :] * 65 + weights, -1)
-    keys = np.sort(keys, axis=-1).reshape(-1, corners.shape[1])
-    first, local = np.unique(keys, axis=0, return_index=True, return_inverse=True)[1:]
-    at = shapes.values(mesh.kind, mesh.order, places)
-    cell, place = np.divmod(first, len(places))
-    points = np.einsum("pn,pnd->pd", at[place], mesh.points[mesh.cells[cell]])
-    return points, local.reshape(len(corners), len(places))
+    def incidence(rows: np.ndarray) -> csr_array:
+        ones, columns = np.ones(rows.size, np.int8), np.repeat(np.arange(rows.shape[1]), len(rows))
+        return csr_array((ones, (columns, rows.T.ravel())), shape=(rows.shape[1], int(fine.t.max()) + 1))
 
-
-def _shortest(mesh: GroupedMesh) -> np.ndarray:
-    """(m,): which diagonal of the octahedron in each tetrahedron is the shortest; 0 for hexahedra."""
-    if mesh.kind == shapes.HEXAHEDRON:
-        return np.zeros(len(mesh.cells), int)
-    middles = shapes.values(mesh.kind, 1, shapes.nodes(mesh.kind, 2)) @ mesh.points[mesh.corners]
-    lengths = [np.linalg.norm(middles[:, own[0][0]] - middles[:, own[0][1]], axis=1) for own in _OCTAHEDRA]
-    return np.argmin(lengths, axis=0)
-
-
-def _faces(kind: str, faces: Faces, cut: np.ndarray) -> Faces:
-    """The four faces of new cells on each old one."""
-    own = _children_on_faces(kind)[cut[faces[:, 0]], faces[:, 1]]
-    own[..., 0] += 8 * faces[:, :1]
-    return own.reshape(-1, 2)
-
-
-@cache
-def _lattice(kind: str, order: int) -> tuple[np.ndarray, np.ndarray]:
-    """The lattice points (points, 3) in a cell and which are the nodes of each child (cuts, 8, nodes)."""
-    own = shapes.nodes(kind, order)
-    corners = _child_corners(kind)
-    there = np.einsum("nv,kcvd->kcnd", shapes.values(kind, 1, own), corners)
-    steps = np.rint(4 * there).astype(int).reshape(-1, 3)
-    places, local = np.unique(steps, axis=0, return_inverse=True)
-    return places / 4, local.reshape(there.shape[:-1])
-
-
-@cache
-def _child_corners(kind: str) -> np.ndarray:
-    """(cuts, 8, corners, 3): where the corners of the children are, with the children the right way round."""
-    if kind == shapes.HEXAHEDRON:
-        cube = shapes.nodes(kind, 1)
-        return np.array([[(cube + corner) / 2 for corner in cube]])
-    found = shapes.nodes(kind, 2)[np.array([_AT_CORNERS + own for own in _OCTAHEDRA])]
-    inverted = np.linalg.det(found[:, :, 1:] - found[:, :, :1]) < 0
-    found[inverted] = found[inverted][:, [0, 1, 3, 2]]
+    shared = (incidence(new) @ incidence(old).T).tocoo()
+    whole = shared.data == len(new)
+    found = np.full(new.shape[1], -1)
+    found[shared.row[whole]] = shared.col[whole]
     return found
-
-
-@cache
-def _children_on_faces(kind: str) -> np.ndarray:
-    """(cuts, faces, 4, 2): the children, and their faces, that make up each face of a cell."""
-    facets, corners = shapes.FACETS[kind], shapes.nodes(kind, 1)
-    found: list[list[list[tuple[int, int]]]] = []
-    for children in _child_corners(kind):
-        found.append([])
-        for face in facets:
-            a, b, c = corners[face[:3]]
-            on = np.abs((children - a) @ np.cross(b - a, c - a)) < 1e-9
-            found[-1].append([(i, k) for i in range(8) for k, own in enumerate(facets) if on[i, own].all()])
-    return np.array(found)
-
-
-@cache
-def inherited(kind: str, order: int) -> tuple[np.ndarray, np.ndarray]:
-    """(nodes,) twice: for each node of a cell a child that has it, and which of the child's nodes it is."""
-    own = shapes.nodes(kind, order)
-    # The nodes of a cell are nodes of the children at its corners, however the rest is cut.
-    corners = _child_corners(kind)[0]
-    there = np.einsum("nv,cvd->cnd", shapes.values(kind, 1, shapes.nodes(kind, 2)), corners)
-    distance = np.abs(there[None] - own[:, None, None]).max(axis=-1).reshape(len(own), -1)
-    child, node = np.divmod(distance.argmin(axis=1), there.shape[1])
-    return child, node

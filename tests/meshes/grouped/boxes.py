@@ -6,6 +6,7 @@ Every box, boundary and probe with an extent becomes a group of its name, so tha
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -13,9 +14,7 @@ from typing import Any
 import meshio
 import numpy as np
 
-from meshes.grouped import shapes
-from meshes.grouped.model import GroupedMesh
-from meshes.grouped.refine import quadratic
+from meshes.grouped.read import KINDS
 from scenes.free import from_dict
 from scenes.model import Scene
 
@@ -25,12 +24,19 @@ BLOCKS = {
     "tetra": ("tetra", "triangle"), "tetra10": ("tetra", "triangle6"), "hexahedron": ("hexahedron", "quad"),
     "hexahedron20": ("hexahedron", "quad8"), "hexahedron27": ("hexahedron", "quad9"),
 }  # fmt: skip
+CORNERS = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)])
+FACETS = {
+    "tetra": np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)]),
+    "hexahedron": np.array([(0, 4, 7, 3), (1, 2, 6, 5), (0, 1, 5, 4), (3, 7, 6, 2), (0, 3, 2, 1), (4, 5, 6, 7)]),
+}  # fmt: skip
+TETRA_EDGES = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]]
+HEXAHEDRON_EDGES = [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]]
 Map = Callable[[np.ndarray], np.ndarray]
 
 
-def grouped(scene: Scene, cell: str, pieces: int, bend: Map | None = None) -> GroupedMesh:
+def grouped(scene: Scene, cell: str, pieces: int, bend: Map | None = None) -> Built:
     """The boxes as cells of a kind, with so many pieces between neighbouring planes; ``bend`` moves the nodes."""
-    flat = [*scene.boxes, *scene.boundaries, *scene.probes]
+    flat: list[Any] = [*scene.boxes, *scene.boundaries, *scene.probes]
     axes = []
     for d in range(3):
         planes = np.unique(np.round([c[d] for item in flat for c in (item.lower, item.upper)], 15))
@@ -40,7 +46,7 @@ def grouped(scene: Scene, cell: str, pieces: int, bend: Map | None = None) -> Gr
         axes.append(np.concatenate([*steps, planes[-1:]]))
     counts = [len(a) - 1 for a in axes]
     i = np.stack(np.meshgrid(*(np.arange(n) for n in counts), indexing="ij"), axis=-1).reshape(-1, 1, 3)
-    corners = i + shapes.nodes("hexahedron", 1).astype(int)
+    corners = i + CORNERS
     cells = np.ravel_multi_index(tuple(np.moveaxis(corners, -1, 0)), tuple(n + 1 for n in counts))
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     owner = np.full(len(cells), -1)
@@ -52,45 +58,66 @@ def grouped(scene: Scene, cell: str, pieces: int, bend: Map | None = None) -> Gr
         cells = cells[:, np.array(KUHN)].reshape(-1, 4)
         owner = np.repeat(owner, len(KUHN))
     middles = points[cells].mean(axis=1)
-    faces = cells[:, shapes.FACETS[kind]]
+    faces = cells[:, FACETS[kind]]
     at = points[faces].mean(axis=2)
     volumes = {box.name: np.flatnonzero(owner == k) for k, box in enumerate(scene.boxes)}
     surfaces = {}
-    for item in (*scene.boundaries, *scene.probes):
+    for item in flat[len(scene.boxes) :]:
         extents = sum(u > v for u, v in zip(item.upper, item.lower, strict=True))
         if extents == 3:
             volumes[item.name] = np.flatnonzero(_within(middles, item))
         elif extents == 2:
-            pairs = np.argwhere(_within(at, item))
-            faces_seen = np.sort(faces[pairs[:, 0], pairs[:, 1]], axis=1)
-            surfaces[item.name] = pairs[np.unique(faces_seen, axis=0, return_index=True)[1]]
-    mesh = GroupedMesh(points, cells, kind, 1, volumes, surfaces, {}, cell)
-    mesh = mesh if cell in ("tetra", "hexahedron") else quadratic(mesh)
+            rows = faces[_within(at, item)]
+            surfaces[item.name] = rows[np.unique(np.sort(rows, axis=1), axis=0, return_index=True)[1]]
+    points, cells = _completed(points, cells, cell)
     if bend is not None:
-        mesh.points[:] = bend(mesh.points)
-    return mesh
+        points = bend(points)
+    return Built(points, cells, kind, cell, volumes, surfaces)
 
 
-def as_meshio(mesh: GroupedMesh, unit: float = 1.0, named: bool = True) -> meshio.Mesh:
+@dataclass
+class Built:
+    """``cells`` (m, nodes) in VTK's order, and the corners of the faces of each surface group."""
+
+    points: np.ndarray
+    cells: np.ndarray
+    kind: str
+    file_type: str
+    volumes: dict[str, np.ndarray]
+    surfaces: dict[str, np.ndarray]
+
+
+def _completed(points: np.ndarray, cells: np.ndarray, cell: str) -> tuple[np.ndarray, np.ndarray]:
+    """With the nodes of second order, if the kind has any."""
+    if cell in ("tetra", "hexahedron"):
+        return points, cells
+    edges = TETRA_EDGES if cell == "tetra10" else HEXAHEDRON_EDGES
+    groups = [*edges, *(FACETS["hexahedron"].tolist() if KINDS[cell][1] > 20 else [])]
+    groups += [list(range(8))] if KINDS[cell][1] == 27 else []
+    middles = np.array([points[cells[:, g]].mean(axis=1) for g in groups])
+    keys = np.rint(middles.reshape(-1, 3) / (1e-9 * np.ptp(points))).astype(np.int64)
+    first, number = np.unique(keys, axis=0, return_index=True, return_inverse=True)[1:]
+    more = len(points) + number.reshape(len(groups), -1).T
+    return np.concatenate([points, middles.reshape(-1, 3)[first]]), np.concatenate([cells, more], axis=1)
+
+
+def as_meshio(mesh: Built, unit: float = 1.0, named: bool = True) -> meshio.Mesh:
     """A mesh as meshio has it, a cell once for every group that it is in, as Gmsh writes it."""
-    count = {"tetra": 4, "tetra10": 10, "hexahedron": 8, "hexahedron20": 20, "hexahedron27": 27}[mesh.file_type]
-    used, local = np.unique(mesh.cells[:, :count], return_inverse=True)
-    cells = local.reshape(len(mesh.cells), count)
+    cells = mesh.cells
     blocks, tags, names = [], [], {}
     for tag, (name, own) in enumerate(mesh.volumes.items(), 1):
         blocks.append((mesh.file_type, cells[own]))
         tags.append(np.full(len(own), tag))
         names[name] = np.array([tag, 3])
     for tag, (name, faces) in enumerate(mesh.surfaces.items(), len(names) + 1):
-        rows = [cells[cell][_on_face(mesh.kind, mesh.order, face, count)] for cell, face in faces]
-        blocks.append((BLOCKS[mesh.file_type][1], np.array(rows)))
+        blocks.append((BLOCKS[mesh.file_type][1], _faces(mesh, faces)))
         tags.append(np.full(len(faces), tag))
         names[name] = np.array([tag, 2])
     data = {"gmsh:physical": tags, "gmsh:geometrical": tags} if named else {"nastran:ref": tags}
-    return meshio.Mesh(mesh.points[used] / unit, blocks, cell_data=data, field_data=names if named else {})
+    return meshio.Mesh(mesh.points / unit, blocks, cell_data=data, field_data=names if named else {})
 
 
-def write(mesh: GroupedMesh, path: Path, unit: float = 1.0) -> None:
+def write(mesh: Built, path: Path, unit: float = 1.0) -> None:
     """A Gmsh or, by the suffix, a Nastran file."""
     if path.suffix == ".msh":
         as_meshio(mesh, unit).write(path, file_format="gmsh22", binary=False)
@@ -100,7 +127,7 @@ def write(mesh: GroupedMesh, path: Path, unit: float = 1.0) -> None:
 
 def document(boxes: dict[str, Any], file: str, unit: float = 1.0) -> dict[str, Any]:
     """The scene on the mesh of a scene of boxes."""
-    found = {key: boxes[key] for key in ("scene", "run") if key in boxes}
+    found: dict[str, Any] = {key: boxes[key] for key in ("scene", "run") if key in boxes}
     found["mesh"] = {"file": file, "unit": unit}
     scene = from_dict(boxes)
     assert isinstance(scene, Scene)
@@ -126,11 +153,21 @@ def _within(at: np.ndarray, item: Any) -> np.ndarray:
     return found
 
 
-def _on_face(kind: str, order: int, face: int, count: int) -> list[int]:
-    """The nodes of a face: corners, then the middles between them, then its own."""
-    own, corners = shapes.nodes(kind, order)[:count], shapes.nodes(kind, 1)[shapes.FACETS[kind][face]]
-    wanted = [*corners]
-    if order == 2:
-        wanted += [(a + b) / 2 for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True)]
-        wanted += [corners.mean(axis=0)] if count == 27 else []
-    return [int(np.abs(own - w).max(axis=1).argmin()) for w in wanted]
+def _faces(mesh: Built, rows: np.ndarray) -> np.ndarray:
+    """The nodes of faces: corners, then the middles between them, then their own."""
+    kind = BLOCKS[mesh.file_type][1]
+    if kind in ("triangle", "quad"):
+        return rows
+    width = len(FACETS[mesh.kind][0])
+    local, cells = FACETS[mesh.kind], mesh.cells[:, : KINDS[mesh.file_type][0]]
+    edges = TETRA_EDGES if width == 3 else HEXAHEDRON_EDGES
+    found = []
+    for row in rows:
+        cell = int(np.flatnonzero(np.isin(cells, row).sum(axis=1) == width)[0])
+        at = [int(np.flatnonzero(cells[cell] == v)[0]) for v in row]
+        pairs = [{at[k], at[(k + 1) % width]} for k in range(width)]
+        own = [*at, *(len(cells[0]) + next(i for i, e in enumerate(edges) if set(e) == p) for p in pairs)]
+        if kind == "quad9":
+            own.append(20 + next(i for i, f in enumerate(local) if set(f) == set(at)))
+        found.append(mesh.cells[cell][own])
+    return np.array(found)

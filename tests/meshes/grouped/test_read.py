@@ -9,11 +9,12 @@ from typing import Any
 import meshio
 import numpy as np
 import pytest
+import skfem
 
-from meshes.grouped import shapes
 from meshes.grouped.check import check, remarks
+from meshes.grouped.model import GroupedMesh
 from meshes.grouped.read import read
-from meshes.grouped.refine import quadratic, refine
+from meshes.grouped.refine import refine
 from scenes.errors import SceneError
 from scenes.free import as_dict, from_dict, load
 from scenes.meshed.model import MeshScene
@@ -39,40 +40,60 @@ def test_groups_come_back(cell: str, suffix: str, tmp_path: Path) -> None:
     path = tmp_path / f"mesh{suffix}"
     boxes.write(mesh, path, 1e-6)
     found = read(path, 1e-6)
-    assert (found.kind, found.order, len(found.cells)) == (mesh.kind, mesh.order, len(mesh.cells))
+    assert (found.file_type, found.count) == (cell, len(mesh.cells))
     names = {name: name for name in (*mesh.volumes, *mesh.surfaces)}
     if suffix == ".bdf":
         names = {name: str(number) for number, name in enumerate(names, 1)}
-    at = shapes.nodes(mesh.kind, 1).mean(axis=0)[None]
-    for name, cells in mesh.volumes.items():
-        own = found.cells[found.volumes[names[name]]]
-        volume = shapes.jacobians(found.kind, found.order, found.points[own], at).sum()
-        assert volume == pytest.approx(
-            shapes.jacobians(mesh.kind, mesh.order, mesh.points[mesh.cells[cells]], at).sum()
-        )
-    for name, faces in mesh.surfaces.items():
-        assert len(found.surfaces[names[name]]) == len(faces)
+    for name, volume in {"beam": 2e-5 * 4e-6 * 2e-6, "foot": 5e-6 * 4e-6 * 2e-6}.items():
+        cells = found.volumes[names[name]]
+        assert skfem.Basis(found.mesh, ELEMENTS[found.simplex](), elements=cells).dx.sum() == pytest.approx(volume)
+    for name, rows in mesh.surfaces.items():
+        facets, side = found.surfaces[names[name]]
+        assert len(facets) == len(rows)
+        # They point out of the cell that they are seen from, which on the surface is the only one.
+        assert (found.mesh.f2t[side, facets] >= 0).all()
+
+
+ELEMENTS = {True: skfem.ElementTetP1, False: skfem.ElementHex1}
 
 
 @pytest.mark.parametrize("cell", CELLS)
-def test_refinement_keeps_a_curved_shape_and_its_groups(cell: str) -> None:
+def test_refinement_keeps_a_curved_shape_and_its_groups(cell: str, tmp_path: Path) -> None:
     def bend(x: np.ndarray) -> np.ndarray:
         return x + 2e-6 * np.sin(x[:, [1, 2, 0]] / 1e-5)
 
-    mesh = boxes.grouped(scene_of(bridge()), cell, 1, bend)
+    boxes.write(boxes.grouped(scene_of(bridge()), cell, 1, bend), tmp_path / "m.msh")
+    mesh = read(tmp_path / "m.msh", 1.0)
     fine = refine(mesh)
-    fully = quadratic(mesh)
-    assert len(fine.cells) == 8 * len(mesh.cells)
-    x = shapes.nodes(mesh.kind, 1).mean(axis=0)[None]
-    assert shapes.jacobians(fine.kind, fine.order, fine.points[fine.cells], x).min() > 0
-    if mesh.order == 2:
-        # The nodes of the curved cells are nodes of the finer ones.
-        used = fully.points[np.unique(fully.cells)]
-        assert np.abs(fine.points[:, None] - used[None]).max(axis=2).min(axis=0).max() < 1e-18
-    for name, faces in fine.surfaces.items():
-        assert len(faces) == 4 * len(mesh.surfaces[name])
-        assert len(np.unique(fine.number(faces))) == len(faces)
-        assert fine.exposed(faces).all() == mesh.exposed(mesh.surfaces[name]).all()
+    assert fine.count == 8 * mesh.count
+
+    def volumes(of: GroupedMesh, name: str) -> float:
+        return float(skfem.Basis(of.mesh, ELEMENTS[of.simplex](), elements=of.volumes[name], intorder=6).dx.sum())
+
+    for name in mesh.volumes:
+        assert volumes(fine, name) == pytest.approx(volumes(mesh, name), rel=1e-12)
+    # The nodes of curved cells are nodes of the finer ones.
+    apart = np.abs(fine.mesh.doflocs[:, :, None] - mesh.mesh.doflocs[:, None]).max(axis=0).min(axis=0)
+    assert apart.max() < 1e-18
+    for name, (facets, side) in fine.surfaces.items():
+        coarse, before = mesh.surfaces[name]
+        assert len(facets) == len(np.unique(facets)) == 4 * len(coarse)
+        assert fine.exposed(facets).all() == mesh.exposed(coarse).all()
+        for own, at, way in ((mesh, coarse, before), (fine, facets, side)):
+            assert np.abs(vector(own, at, way) - vector(mesh, coarse, before)).max() < 0.05 * area(mesh, coarse)
+
+
+def vector(of: GroupedMesh, facets: np.ndarray, side: np.ndarray) -> np.ndarray:
+    """(3,): the sum of the vectors of some facets' straight cuts, the way round that the group has."""
+    p = of.mesh.doflocs[:, of.mesh.facets[:, facets]]
+    across = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0], axis=0)
+    away = p.mean(axis=1) - of.mesh.doflocs[:, of.mesh.t[:, of.mesh.f2t[side, facets]]].mean(axis=1)
+    return (across * np.sign((across * away).sum(axis=0))).sum(axis=1) / 2
+
+
+def area(of: GroupedMesh, facets: np.ndarray) -> float:
+    p = of.mesh.doflocs[:, of.mesh.facets[:, facets]]
+    return float(np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0], axis=0), axis=0).sum()) / 2
 
 
 def test_the_scene_reads_back() -> None:
@@ -216,15 +237,15 @@ def test_what_is_no_mesh_is_refused(suffix: str, tmp_path: Path, capsys: pytest.
     assert capsys.readouterr() == ("", "")
 
 
-def test_parts_that_only_lie_side_by_side_are_told() -> None:
+def test_parts_that_only_lie_side_by_side_are_told(tmp_path: Path) -> None:
     mesh = boxes.grouped(scene_of(bridge()), "hexahedron", 1)
-    assert remarks(mesh) == []
+    boxes.write(mesh, tmp_path / "m.msh")
+    assert remarks(read(tmp_path / "m.msh", 1.0)) == []
     foot = mesh.volumes["foot"]
-    twins = np.unique(mesh.corners[foot])
-    cells = mesh.cells.copy()
-    moved = np.full(len(mesh.points), -1)
-    moved[twins] = len(mesh.points) + np.arange(len(twins))
-    cells[foot] = moved[cells[foot]]
-    apart = type(mesh)(np.concatenate([mesh.points, mesh.points[twins]]), cells, mesh.kind, 1, mesh.volumes, {})
-    touching = int(np.isin(twins, np.unique(mesh.corners[mesh.volumes["beam"]])).sum())
-    assert remarks(apart)[0].startswith(f"{touching} corners of the mesh")
+    twins = np.unique(mesh.cells[foot])
+    touching = int(np.isin(twins, np.unique(mesh.cells[mesh.volumes["beam"]])).sum())
+    mesh.cells[foot] = len(mesh.points) + np.searchsorted(twins, mesh.cells[foot])
+    mesh.points = np.concatenate([mesh.points, mesh.points[twins]])
+    mesh.surfaces = {}
+    boxes.write(mesh, tmp_path / "m.msh")
+    assert remarks(read(tmp_path / "m.msh", 1.0))[0].startswith(f"{touching} corners of the mesh")
