@@ -5,11 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem3d import outputs, steady
-from fem3d.operators import assemble
+from fem3d import outputs
 from meshes import symmetry
 from scenes.sink import Sink
-from tests.fem3d import krylov, march, off, plain_mesh, silicon, state_on, whole
+from tests.fem3d import krylov, march, off, plain_grid, silicon, state_on, steady_on, whole
 
 SINKS = [
     Sink(voltage=8.0, convection_coefficient=200.0),
@@ -25,9 +24,9 @@ def test_every_output_of_the_quarter_is_that_of_the_whole(sink):
     assert part.copies == 4
     middles = ((0, 0.0), (1, sink.length / 2))
     # Both halves of a mirrored interval, cut alike.
-    quarter = plain_mesh(part.scene)
-    both = plain_mesh(scene, also=middles)
-    assert both.solid.sum() > 3 * quarter.solid.sum()
+    quarter = plain_grid(part.scene)
+    both = plain_grid(scene, also=middles)
+    assert both.solid.sum() == 4 * quarter.solid.sum()
     few, ours = state_on(sink, quarter, part)
     all_of_it, theirs = state_on(sink, both, whole(scene))
     assert max(off(ours[q], theirs[q]) for q in ours) < 1e-9
@@ -42,8 +41,8 @@ def test_every_trace_of_the_quarter_is_that_of_the_whole():
     sink, times = SINKS[0], np.geomspace(1e-5, 0.02, 20)
     found = []
     for part in (symmetry.reduce(sink.scene()), whole(sink.scene())):
-        mesh = plain_mesh(part.scene, also=((0, 0.0), (1, sink.length / 2)) if part.copies == 1 else ())
-        state = steady.solve(assemble(part.scene, mesh), sink.voltage, 1e-13)
+        grid = plain_grid(part.scene, also=((0, 0.0), (1, sink.length / 2)) if part.copies == 1 else ())
+        state = steady_on(part.scene, grid, sink.voltage)
         space = krylov(state, 12, 2e-4)
         answer = march(state, space, 0.02, 1e-8)
         out = outputs.of_transient(answer, part, times)
@@ -59,8 +58,8 @@ def test_every_trace_of_the_quarter_is_that_of_the_whole():
 def test_a_wrong_count_of_copies_is_seen():
     sink = SINKS[0]
     part = symmetry.reduce(sink.scene())
-    _, right = state_on(sink, plain_mesh(part.scene), part)
-    _, wrong = state_on(sink, plain_mesh(part.scene), replace(part, copies=2))
+    _, right = state_on(sink, plain_grid(part.scene), part)
+    _, wrong = state_on(sink, plain_grid(part.scene), replace(part, copies=2))
     assert off(wrong["power_W"], right["power_W"]) > 0.4
 
 
@@ -72,7 +71,7 @@ def test_unequal_voltages_are_reduced_too_and_keep_their_current():
     currents = []
     for s in (scene, moved):
         part = symmetry.reduce(s)
-        state = steady.solve(assemble(part.scene, plain_mesh(part.scene)), 3.0, 1e-13)
+        state = steady_on(part.scene, plain_grid(part.scene), 3.0)
         currents.append(outputs.of_steady(state, part))
     assert off(currents[1]["current:electrode-0"], currents[0]["current:electrode-0"]) < 1e-10
     assert off(currents[1]["power"], currents[0]["power"]) < 1e-10
