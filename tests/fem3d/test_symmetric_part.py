@@ -43,14 +43,15 @@ def test_every_trace_of_the_quarter_is_that_of_the_whole():
     for part in (symmetry.reduce(sink.scene()), whole(sink.scene())):
         grid = plain_grid(part.scene, also=((0, 0.0), (1, sink.length / 2)) if part.copies == 1 else ())
         state = steady_on(part.scene, grid, sink.voltage)
-        space = krylov(state, 12, 2e-4)
+        # Enough fields for their space to be the same, although fields of the coupled iteration hardly differ.
+        space = krylov(state, 20, 2e-4)
         answer = march(state, space, 0.02, 1e-8)
         out = outputs.of_transient(answer, part, times)
         stored = outputs.stored_heat(answer, part, times)
         found.append({**out, "stored": stored})
     quarter, all_of_it = found
     assert set(quarter) == set(all_of_it)
-    assert max(off(quarter[name], all_of_it[name]) for name in quarter if name != "generated") < 1e-6
+    assert max(off(quarter[name], all_of_it[name]) for name in quarter if name != "generated") < 1e-7
     assert not quarter["generated"].any()
     assert not all_of_it["generated"].any()
 
