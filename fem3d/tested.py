@@ -35,12 +35,12 @@ def tested(conductor: Conductor, basis: np.ndarray, patterns: Sequence[Pattern])
                     into[0][:, p, q], into[1][p, q] = cold, per_kelvin
                 found.cold[:, p, q] = sum(cold for cold, _ in per_box.values())
                 found.warm[p, q] = sum(per_kelvin for _, per_kelvin in per_box.values())
-                found.cold_load[0, p, q] = fields.reshape(r, -1) @ start.cold.ravel()
+                found.cold_load[0, p, q] = np.tensordot(fields, start.cold, 2)
                 if start.warm is not None:
-                    weighted = (fields * start.warm).reshape(r, -1)
-                    found.warm_load[p, q] = weighted @ fields.reshape(r, -1).T
+                    weighted = fields * start.warm
+                    found.warm_load[p, q] = np.tensordot(weighted, fields, ((1, 2), (1, 2)))
                     for c, lift in lifts.items():
-                        found.cold_load[c, p, q] += weighted @ lift.ravel()
+                        found.cold_load[c, p, q] += np.tensordot(weighted, lift, 2)
                 for name, v in falls.items():
                     falling = _Source(start.cold * v, None if start.warm is None else start.warm * v)
                     cold, per_kelvin = falling.split(conductor, fields, lifts)
@@ -84,4 +84,4 @@ class _Source:
             return cold, np.zeros(len(fields))
         for c, lift in lifts.items():
             cold[c] += float((self.warm[own] * lift[own]).sum())
-        return cold, fields[:, own].reshape(len(fields), -1) @ self.warm[own].ravel()
+        return cold, np.tensordot(fields[:, own], self.warm[own], 2)
