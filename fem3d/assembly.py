@@ -119,15 +119,18 @@ def reactions(
     normals = [face.normals() for face in faces]
     lengths = np.sum([np.linalg.norm(n, axis=1) for n in normals], axis=0)
     bent = (count > 1) & (np.linalg.norm(np.sum(normals, axis=0), axis=1) < PLANE * lengths)
-    on = np.flatnonzero(count)
-    mass = csc_array(sum((face.mass() for face in faces), csc_array((len(unit),) * 2))[on][:, on])
-    scale = diags_array(1 / np.sqrt(mass.diagonal()))
     last = np.max([np.where(face.functions, i, -1) for i, face in enumerate(faces)], axis=0)
-    mine = [np.isin(last, [j for j, other in enumerate(values) if other == value]) for value in values]
-    for name, face, own in zip(names, faces, mine, strict=True):
-        part = np.zeros(len(unit))
-        part[on] = scale @ spsolve(csc_array(scale @ mass @ scale), scale @ face.load()[on])
-        found[name] = np.where(own, part, 0.0)
+    for value in dict.fromkeys(values):
+        group = [i for i, other in enumerate(values) if other == value]
+        # With those of other values the parts at what is left would not add up to one.
+        on = np.flatnonzero(np.any([faces[i].functions for i in group], axis=0))
+        mass = csc_array(sum((faces[i].mass() for i in group), csc_array((len(unit),) * 2))[on][:, on])
+        scale = diags_array(1 / np.sqrt(mass.diagonal()))
+        matrix, own = csc_array(scale @ mass @ scale), np.isin(last[on], group)
+        for i in group if len(group) > 1 else []:
+            found[names[i]][on] = scale @ spsolve(matrix, scale @ faces[i].load()[on])
+        for i in group:
+            found[names[i]][on[~own]] = 0.0
     return found, bent
 
 

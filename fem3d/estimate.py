@@ -64,8 +64,8 @@ class Estimator:
             fall = np.zeros(len(p))
             seen = np.isfinite(away)
             fall[seen] = (away[seen] + np.sqrt(away[seen] ** 2 - 1)) ** -2.0
-            self._least.append(np.where(np.isfinite(s), SLOWEST, REGULAR))
-            self._cap.append(np.where(np.isfinite(s), 4 * s, rate(p, fall)).clip(SLOWEST, FASTEST))
+            self._least.append(np.where(np.isfinite(s), np.minimum(4 * s, SLOWEST), REGULAR))
+            self._cap.append(np.where(np.isfinite(s), 4 * s, rate(p, fall)).clip(max=FASTEST))
 
     @property
     def most(self) -> float:

@@ -103,7 +103,7 @@ def coupled(
         point = operating_point.find(reduced)
         own = reduced.basis @ point.a
         while not conductor.conducts(lift + heat.whole(own)):
-            if not np.abs(own).max() > 0:
+            if not own.any():
                 raise NumericsError("the resistivity is not positive at the given temperatures")
             own = BACK * own  # few fields may put the state beyond the law's reach; the full step then brings it back
         rise = lift + heat.whole(own)
@@ -128,7 +128,7 @@ def coupled(
             load = joule_load(conductor, combined(patterns, point.c), rise)
         source = load + given
         answer = heat.solve_steady(source[:n])
-        moved = float(np.abs(answer - own).max() / (np.abs(answer).max() or 1.0))
+        moved = float(np.abs(answer - own).max(initial=0.0) / (np.abs(answer).max(initial=0.0) or 1.0))
         stalled = moved < max(SETTLED * accuracy, ROUNDED) and moved > before / 2
         before = moved
         if moved < CONVERGED * accuracy or stalled or (point.folded and moved < 1e-4):

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
+from fem3d import conductor as conductors
 from fem3d import outputs, sink_quantities, steady, transient
-from fem3d.operators import assemble
+from fem3d.assembly import HeatProblem, assemble
+from fem3d.domain import boxes
 from fem3d.steady import SteadyState
 from fem3d.study import Quantities
 from fem3d.transient import Base, Krylov, Transient
-from meshes import grading, symmetry
-from meshes.axis import Axis
-from meshes.bricks import BrickMesh
+from meshes import connected, symmetry
+from meshes.grid import Grid
 from meshes.symmetry import Flow, Symmetry
 from scenes.model import Boundary, Box, Material, Probe, Scene
 from scenes.sink import SILICON, Sink
@@ -28,20 +30,35 @@ def silicon(coefficient: float) -> Material:
     return replace(SILICON, temperature_coefficient=coefficient)
 
 
-def plain_mesh(scene: Scene, degree: int = 2, cuts: int = 1, also: tuple[tuple[int, float], ...] = ()) -> BrickMesh:
+def plain_grid(scene: Scene, degree: int = 2, cuts: int = 1, also: tuple[tuple[int, float], ...] = ()) -> Grid:
     """The planes of a scene and some more (axis, coordinate), each interval longer than 100 um in ``cuts`` pieces that
     differ in length, one degree everywhere."""
-    axes = []
+    found = []
     for d in range(3):
-        planes = np.union1d(grading.scene_planes(scene, d), [c for axis, c in also if axis == d])
+        planes = np.union1d(connected.scene_planes(scene, d), [c for axis, c in also if axis == d])
         pieces = [
             a + (b - a) * (1 - np.cos(np.linspace(0, np.pi, 2 * cuts + 1))[:-1]) / 2 if b - a > 1e-4 else [a]
             for a, b in pairwise(planes)
         ]
-        breaks = np.concatenate([*pieces, planes[-1:]])
-        axes.append(Axis(breaks, np.full(len(breaks) - 1, degree)))
-    x, y, z = axes
-    return BrickMesh((x, y, z), scene.boxes)
+        found.append(np.concatenate([*pieces, planes[-1:]]))
+    return grid_of(scene, found, degree)
+
+
+def grid_of(scene: Scene, breaks: Sequence[Any], degree: int) -> Grid:
+    """A scene's grid of some breakpoints (m) along each axis and one degree everywhere."""
+    axes = tuple(np.asarray(b, dtype=float) for b in breaks)
+    return Grid(axes, tuple(np.full(len(b) - 1, degree) for b in axes), scene.boxes)
+
+
+def problem(scene: Scene, grid: Grid) -> HeatProblem:
+    """The heat problem of a scene on a grid."""
+    return assemble(boxes(scene, grid))
+
+
+def steady_on(scene: Scene, grid: Grid, voltage: float, accuracy: float = 1e-13) -> SteadyState:
+    """The coupled steady state of a scene on a grid."""
+    heat = problem(scene, grid)
+    return steady.coupled(heat, conductors.find(heat), True, voltage, accuracy)
 
 
 def whole(scene: Scene) -> Symmetry:
@@ -50,10 +67,10 @@ def whole(scene: Scene) -> Symmetry:
     return Symmetry(scene, (), 1, flows, {b.name: 1.0 for b in scene.boxes}, {p.name: (1.0, ()) for p in scene.probes})
 
 
-def state_on(sink: Sink, mesh: BrickMesh, part: Symmetry | None = None) -> tuple[SteadyState, Quantities]:
-    """The steady state on a mesh, the current's pattern followed as far as it goes, and its quantities."""
+def state_on(sink: Sink, grid: Grid, part: Symmetry | None = None) -> tuple[SteadyState, Quantities]:
+    """The steady state on a grid, the current's pattern followed as far as it goes, and its quantities."""
     part = part or symmetry.reduce(sink.scene())
-    state = steady.solve(assemble(part.scene, mesh), sink.voltage, 1e-13)
+    state = steady_on(part.scene, grid, sink.voltage)
     return state, sink_quantities.steady(sink, outputs.of_steady(state, part))
 
 
@@ -83,14 +100,11 @@ def end(side: int, kind: Any, value: float, ambient: float = 293.0) -> Boundary:
     return Boundary(f"{kind}-{side}", kind, (0.0, y, 0.0), (BAR[0], y, BAR[2]), value, ambient)
 
 
-def bar_mesh(scene: Scene, intervals: int, degree: int) -> BrickMesh:
-    """A mesh of a bar with equal intervals along it (between the planes of the scene) and one across."""
-    planes = np.array(grading.scene_planes(scene, 1))
+def bar_grid(scene: Scene, intervals: int, degree: int) -> Grid:
+    """A grid of a bar with equal intervals along it (between the planes of the scene) and one across."""
+    planes = np.array(connected.scene_planes(scene, 1))
     y = np.concatenate([np.linspace(a, b, intervals + 1)[:-1] for a, b in pairwise(planes)])
-    y = np.append(y, planes[-1])
-    one = np.array([degree])
-    x, z = Axis(np.array([0.0, BAR[0]]), one), Axis(np.array([0.0, BAR[2]]), one)
-    return BrickMesh((x, Axis(y, np.full(len(y) - 1, degree)), z), scene.boxes)
+    return grid_of(scene, ([0.0, BAR[0]], np.append(y, planes[-1]), [0.0, BAR[2]]), degree)
 
 
 def off(found: Any, expected: Any) -> float:

@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from fem3d import outputs, steady
-from fem3d.operators import assemble
+from fem3d import outputs
 from reduced1d.fin import solve_fin
 from scenes.sink import Sink
-from tests.fem3d import BAR, bar_mesh, off, whole
+from tests.fem3d import BAR, bar_grid, off, steady_on, whole
 from tests.fem3d.test_exact import joule_bar
 
 SINK = Sink(width=BAR[0], voltage=9.0)
@@ -15,7 +14,7 @@ SINK = Sink(width=BAR[0], voltage=9.0)
 
 def errors(intervals, degree):
     scene = joule_bar(SINK)
-    state = steady.solve(assemble(scene, bar_mesh(scene, intervals, degree)), SINK.voltage, 1e-13)
+    state = steady_on(scene, bar_grid(scene, intervals, degree), SINK.voltage)
     out, exact = outputs.of_steady(state, whole(scene)), solve_fin(SINK, 0.0)
     return np.array([off(out["probe:mean"], exact.mean_rise), off(out["power"], exact.power)])
 

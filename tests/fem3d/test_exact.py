@@ -5,22 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem3d import adapt, outputs, sink_quantities, steady
-from fem3d.operators import assemble
+from fem3d import adapt, outputs, sink_quantities
 from meshes import symmetry
-from meshes.axis import Axis
-from meshes.bricks import BrickMesh
 from reduced1d.fin import solve_fin
 from scenes.model import Box, Material
 from scenes.sink import SILICON, Sink
-from tests.fem3d import BAR, bar, bar_mesh, end, krylov, march, off, silicon, whole
+from tests.fem3d import BAR, bar, bar_grid, end, grid_of, krylov, march, off, silicon, steady_on, whole
 
 K, LENGTH, AREA = 130.0, BAR[1], BAR[0] * BAR[2]
 OXIDE = Material("oxide", 1.38, 2200.0, 703.0)
 
 
 def solved(scene, intervals=4, degree=2, voltage=1.0):
-    state = steady.solve(assemble(scene, bar_mesh(scene, intervals, degree)), voltage, 1e-13)
+    state = steady_on(scene, bar_grid(scene, intervals, degree), voltage)
     return state, outputs.of_steady(state, whole(scene))
 
 
@@ -125,9 +122,7 @@ def test_a_slab_heats_up_as_its_series_says(driven):
     q = 9.0 / (6e-5 * LENGTH**2)
     scene = joule_bar(sink) if driven else bar(silicon(0.0), *faces, heat_source=q)
     breaks = LENGTH / 2 * (1 - np.cos(np.linspace(0, np.pi, 13)))
-    across = bar_mesh(scene, 1, 1)
-    mesh = BrickMesh((across.axes[0], Axis(breaks, np.full(12, 6)), across.axes[2]), scene.boxes)
-    state = steady.solve(assemble(scene, mesh), 3.0, 1e-13)
+    state = steady_on(scene, grid_of(scene, ([0.0, BAR[0]], breaks, [0.0, BAR[2]]), 6), 3.0)
     fields = krylov(state, 20)
     answer = march(state, fields, 0.02, 1e-9)
     time = np.geomspace(1e-5, 0.02, 30)

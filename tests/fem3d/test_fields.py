@@ -5,11 +5,11 @@ import pytest
 from scipy.sparse.linalg import splu
 
 from fem3d import run
-from fem3d.operators import assemble
-from fem3d.ordering import nested_dissection
+from fem3d.factorization import SYMMETRIC, Factors
 from meshes import grading, symmetry
 from scenes.plan import Request
 from scenes.sink import Sink
+from tests.fem3d import problem
 
 
 def volumes(points, hexes):
@@ -56,15 +56,13 @@ def test_a_steady_run_has_no_fields_over_time():
         fields.at(np.array([0.0]))
 
 
-def test_nested_dissection_is_a_permutation_with_less_fill_than_the_grid_s_order():
+def test_factors_solve_and_eliminate_entities_with_less_fill_than_minimum_degree_of_the_unknowns():
     part = symmetry.reduce(Sink().scene())
-    mesh = grading.first_mesh(part.scene, 1e-2)
-    rank = nested_dissection(mesh)
-    assert (np.sort(rank) == np.arange(rank.size)).all()
-    heat = assemble(part.scene, mesh)
+    heat = problem(part.scene, grading.first_grid(part.scene, 1e-3, grading.features(part.scene)))
     matrix = heat.inner_stiffness
-    unknowns = heat.number[(heat.number >= 0) & (heat.number < heat.free)]
-    in_grid_order = matrix[unknowns][:, unknowns].tocsc()
-    options = {"permc_spec": "NATURAL", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
-    dissected, plain = (splu(m, **options).L.nnz for m in (matrix.tocsc(), in_grid_order))
-    assert dissected < 0.8 * plain
+    u = np.random.default_rng(0).random(heat.free)
+    factors = Factors(matrix, heat.groups[: heat.free])
+    assert np.abs(factors.solve(matrix @ u) - u).max() < 1e-9
+    assert factors._lu.nnz < splu(matrix, permc_spec="MMD_AT_PLUS_A", **SYMMETRIC).nnz
+    alone = Factors(matrix, np.arange(heat.free))
+    assert np.abs(alone.solve(matrix @ u) - u).max() < 1e-9

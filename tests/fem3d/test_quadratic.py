@@ -23,7 +23,7 @@ def made():
 
 def interpolated(cells, values, xi):
     """Values at the same place (-1..1)^3 of every cell, from its 27 in VTK's order."""
-    from fem3d.hex27 import ORDER
+    from fem3d.quadratic import ORDER
 
     def shape(s):
         return np.array([s * (s - 1) / 2, 1 - s * s, s * (s + 1) / 2])
@@ -43,7 +43,7 @@ def furthest(made, cells):
         places = part.mirrored(np.stack([interpolated(cells, cells.points[:, d], xi) for d in range(3)], axis=1))
         found = interpolated(cells, snapshot.temperature, xi)[::7] - SINK.room_temperature
         exact = [
-            heat.sample(rise, x, y, z)[0, 0, 0]
+            heat.domain.space.sample(heat.field(rise), x, y, z)[0, 0, 0]
             for x, y, z in zip(*(places[::7, d : d + 1] for d in range(3)), strict=True)
         ]
         worst = max(worst, float(np.abs(found - exact).max()))

@@ -8,7 +8,7 @@ import pytest
 from fem3d import reference
 from meshes import symmetry
 from scenes.sink import SILICON, Sink
-from tests.fem3d import off, plain_mesh, silicon, state_on
+from tests.fem3d import off, plain_grid, silicon, state_on
 
 SINKS = {
     "paper": Sink(),
@@ -19,17 +19,18 @@ SINKS = {
 }
 
 
+@pytest.mark.parametrize("degree", [1, 2])
 @pytest.mark.parametrize("name", SINKS)
-def test_every_quantity_agrees_to_the_tolerance_of_the_solvers(name):
+def test_every_quantity_agrees_to_the_tolerance_of_the_solvers(name, degree):
     sink = SINKS[name]
     part = symmetry.reduce(sink.scene())
-    mesh = plain_mesh(part.scene)
-    _, ours = state_on(sink, mesh, part)
-    full = reference.assemble(part.scene, mesh)
+    grid = plain_grid(part.scene, degree)
+    _, ours = state_on(sink, grid, part)
+    full = reference.assemble(part.scene, grid)
     theirs = reference.quantities(sink, part, full, reference.steady(full))
     assert set(ours) == set(theirs)
     assert max(off(ours[q], theirs[q]) for q in ours) < 1e-9
     assert np.sign(theirs["current_A"]) == np.sign(sink.voltage)
     twin = replace(sink, silicon=replace(sink.silicon, thermal_conductivity=130.0 * (1 + 1e-6)))
-    _, others = state_on(twin, plain_mesh(symmetry.reduce(twin.scene()).scene))
+    _, others = state_on(twin, plain_grid(symmetry.reduce(twin.scene()).scene, degree))
     assert off(others["peak_rise_K"], theirs["peak_rise_K"]) > 1e-8

@@ -6,12 +6,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from fem3d import outputs, reference, steady, tensor
-from fem3d.operators import assemble
+from fem3d import outputs, reference
 from fem3d.reduced import orthonormal
 from meshes import grading, symmetry
 from scenes.sink import SILICON, Sink
-from tests.fem3d import krylov, march, plain_mesh, silicon, state_on
+from tests.fem3d import krylov, march, plain_grid, silicon, state_on, steady_on
 
 OCTAVES = 12
 QUANTITIES = ("peak", "end", "mean")
@@ -29,10 +28,10 @@ def times(pieces):
     return np.concatenate([[0.0], *(a + (b - a) * steps for a, b in pairwise(edges))])
 
 
-def stepped(sink, mesh, pieces):
+def stepped(sink, grid, pieces):
     """(12, 4): peak, end and mean rise and current at the ends of the intervals."""
     part = symmetry.reduce(sink.scene())
-    full = reference.assemble(part.scene, mesh)
+    full = reference.assemble(part.scene, grid)
     marched = reference.transient(full, times(pieces))[pieces::pieces]
     found = [reference.quantities(sink, part, full, *state) for state in marched]
     return np.array([[*(q[f"{name}_rise_K"] for name in QUANTITIES), q["current_A"]] for q in found], dtype=float)
@@ -43,10 +42,10 @@ def read(answer, part):
     return np.stack([*(out[f"probe:{name}"] for name in QUANTITIES), out["current:electrode-0"]], axis=1)
 
 
-def exponential(sink, mesh, fields=20):
+def exponential(sink, grid, fields=20):
     """(12, 4) the same in the reduced space, and (4,) the steady values."""
     part = symmetry.reduce(sink.scene())
-    state, values = state_on(sink, mesh, part)
+    state, values = state_on(sink, grid, part)
     space = krylov(state, fields)
     answer = march(state, space, times(1)[-1], 1e-9)
     scale = [*(values[f"{name}_rise_K"] for name in QUANTITIES), values["current_A"]]
@@ -55,19 +54,23 @@ def exponential(sink, mesh, fields=20):
 
 @pytest.mark.parametrize(("sink", "pieces"), list(zip(SINKS, (1, 2, 2), strict=True)))
 def test_agrees_within_the_error_of_the_stepping_which_falls_at_its_order(sink, pieces):
-    mesh = plain_mesh(symmetry.reduce(sink.scene()).scene, degree=1)
-    ours, scale = exponential(sink, mesh)
-    coarse, fine = (np.abs((stepped(sink, mesh, n) - ours) / scale).max() for n in (pieces, 2 * pieces))
+    grid = plain_grid(symmetry.reduce(sink.scene()).scene, degree=1)
+    ours, scale = exponential(sink, grid)
+    coarse, fine = (np.abs((stepped(sink, grid, n) - ours) / scale).max() for n in (pieces, 2 * pieces))
     assert fine < 2e-4 * (2 / pieces) ** 3
     assert 2.6 < np.log2(coarse / fine) < 3.4  # the method's order is 3
 
 
 def test_a_heat_capacity_off_by_a_part_in_a_hundred_is_seen():
     sink = SINKS[1]
-    mesh = plain_mesh(symmetry.reduce(sink.scene()).scene, degree=1)
+    grid = plain_grid(symmetry.reduce(sink.scene()).scene, degree=1)
     twin = replace(sink, silicon=replace(sink.silicon, specific_heat=1.01 * SILICON.specific_heat))
-    ours, scale = exponential(twin, plain_mesh(symmetry.reduce(twin.scene()).scene, degree=1))
-    assert np.abs((stepped(sink, mesh, 4) - ours) / scale).max() > 1e-3
+    ours, scale = exponential(twin, plain_grid(symmetry.reduce(twin.scene()).scene, degree=1))
+    assert np.abs((stepped(sink, grid, 4) - ours) / scale).max() > 1e-3
+
+
+def first_grid(scene, accuracy):
+    return grading.first_grid(scene, accuracy, grading.features(scene))
 
 
 def marched(state, fields):
@@ -78,15 +81,14 @@ def marched(state, fields):
 def test_two_current_patterns_are_enough_on_the_way_from_cold_to_hot(electrodes):
     sink = Sink(voltage=10.0, electrodes=electrodes)
     part = symmetry.reduce(sink.scene())
-    state = steady.solve(assemble(part.scene, grading.first_mesh(part.scene, 1e-3)), sink.voltage, 1e-12)
+    state = steady_on(part.scene, first_grid(part.scene, 1e-3), sink.voltage, 1e-12)
     fields = krylov(state, 12)
     two = marched(state, fields)
     conductor = state.conductor
     extra = conductor.pattern(conductor.solve(two.rises(np.array([2e-4]))[0], conductor.voltages[0]))
 
     def product(a, b):
-        pairs = zip(conductor.parts, a.density, b.density, strict=True)
-        return sum(float((tensor.weights(p) * (u * v).sum(axis=0)).sum()) for p, u, v in pairs)
+        return conductor.product(a.density, b.density)
 
     for _ in range(2):
         for known in state.patterns:
@@ -103,7 +105,7 @@ def test_two_current_patterns_are_enough_on_the_way_from_cold_to_hot(electrodes)
 def test_the_reduced_space_is_orthonormal_to_rounding_and_loses_no_field():
     sink = Sink(voltage=10.0)
     part = symmetry.reduce(sink.scene())
-    state = steady.solve(assemble(part.scene, grading.first_mesh(part.scene, 1e-2)), sink.voltage, 1e-12)
+    state = steady_on(part.scene, first_grid(part.scene, 1e-2), sink.voltage, 1e-12)
     fields = krylov(state, 24)
     basis = orthonormal(state.heat, fields)
     gram = basis.T @ (state.heat.inner_mass @ basis)

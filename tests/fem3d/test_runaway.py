@@ -5,13 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem3d import adapt, sink_quantities, steady
+from fem3d import adapt, sink_quantities
 from fem3d.errors import NumericsError, RunawayError
-from fem3d.operators import assemble
 from meshes import symmetry
 from reduced1d.fin import fin_runaway_voltage
 from scenes.sink import Sink
-from tests.fem3d import off, plain_mesh, silicon, state_on
+from tests.fem3d import off, plain_grid, silicon, state_on, steady_on
 
 
 def solved(sink):
@@ -25,10 +24,10 @@ def limit(sink):
     return caught.value.limit
 
 
-def limit_on(mesh, sink):
+def limit_on(grid, sink):
     part = symmetry.reduce(sink.scene())
     with pytest.raises(RunawayError) as caught:
-        steady.solve(assemble(part.scene, mesh), sink.voltage, 1e-6)
+        steady_on(part.scene, grid, sink.voltage, 1e-6)
     return caught.value.limit
 
 
@@ -52,28 +51,28 @@ def test_the_limit_is_near_that_of_the_fin_behind_the_anchor_resistance(coeffici
 def test_the_limit_is_where_bisection_over_the_voltage_finds_it(electrodes, voltage, within):
     sink = Sink(silicon=silicon(-2e-3), voltage=voltage, electrodes=electrodes, convection_coefficient=100.0)
     part = symmetry.reduce(sink.scene())
-    mesh = plain_mesh(part.scene)
-    found = limit_on(mesh, sink)
+    grid = plain_grid(part.scene)
+    found = limit_on(grid, sink)
     low, high = 0.95 * found, 1.05 * found
     for _ in range(7):
         middle = (low + high) / 2
         try:
-            state_on(replace(sink, voltage=middle), mesh)
+            state_on(replace(sink, voltage=middle), grid)
             low = middle
         except NumericsError:
             high = middle
     assert 0.95 * found < low
     assert high < 1.05 * found
     assert low * (1 - within) < found < high * (1 + within)
-    assert off(limit_on(mesh, replace(sink, voltage=-voltage)), found) < 1e-4
+    assert off(limit_on(grid, replace(sink, voltage=-voltage)), found) < 1e-4
 
 
 def test_it_converges_up_to_the_limit_and_the_rise_grows_without_a_gap():
     sink = Sink(silicon=silicon(-5e-4))
-    mesh = plain_mesh(symmetry.reduce(sink.scene()).scene)
-    found = limit_on(mesh, replace(sink, voltage=9.0))
+    grid = plain_grid(symmetry.reduce(sink.scene()).scene)
+    found = limit_on(grid, replace(sink, voltage=9.0))
     voltages = np.array([0.01, 0.3, 0.6, 0.9, 0.99, 0.9999]) * found
-    states = [state_on(replace(sink, voltage=v), mesh)[1] for v in voltages]
+    states = [state_on(replace(sink, voltage=v), grid)[1] for v in voltages]
     peaks = np.array([float(q["peak_rise_K"]) for q in states])
     conductance = np.array([float(q["current_A"]) for q in states]) / voltages
     assert (np.diff(peaks) > 0).all()

@@ -24,9 +24,11 @@ def slab(value=400.0, kind="temperature"):
 
 
 def shortest(scene):
-    mesh = diffusion.graded(grading.first_mesh(scene, 1e-3), scene, TIME)
-    assert len(mesh.axes[0].degrees) == len(grading.first_mesh(scene, 1e-3).axes[0].degrees)
-    return float(np.diff(mesh.axes[2].breaks)[0])
+    grid = grading.first_grid(scene, 1e-3, grading.features(scene))
+    finer = diffusion.graded(grid, scene, TIME)
+    assert (finer.breaks[0] == grid.breaks[0]).all()
+    assert len(finer.degrees[2]) == len(finer.breaks[2]) - 1
+    return float(np.diff(finer.breaks[2])[0])
 
 
 @pytest.mark.parametrize(
