@@ -66,12 +66,12 @@ def test_the_transient_on_a_given_mesh_is_that_of_another_method_in_another_prog
     cells = {**CELLS, "transient": True}
     stepped = here("skfem_sink", degree=1, method=4, tolerance=1e-8, **{**cells, "steps": 2})["values"]
     end = {q: stepped[q][-1:] for q in QUANTITIES}
-    ours = {"degree": 1, "layers": 1, "accuracy": 1e-6, **cells}
-    answer = here("given_sink", generations=8, **ours)
-    # The same space; the steps' own error is 4e-4 with one step an octave, an order of 4 less with two.
-    assert max(trace_errors(answer["values"], stepped, end).values()) < 1e-4
-    poor = here("given_sink", generations=1, **ours)
-    assert max(trace_errors(poor["values"], stepped, end).values()) > 1e-3
+    ours = {"accuracy": 1e-6, "generations": 8, **cells}
+    answer = here("given_sink", degree=1, layers=1, **ours)
+    # The same space; but its potential follows the resistivity, where the other's current is uniform: 1e-3 at degree 1.
+    assert max(trace_errors(answer["values"], stepped, end).values()) < 2e-3
+    other = here("given_sink", degree=2, layers=1, **ours)
+    assert max(trace_errors(other["values"], stepped, end).values()) > 5e-3
 
 
 def test_scikit_fem_with_a_uniform_current_finds_what_ngsolve_finds_with_one():
