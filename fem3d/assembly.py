@@ -104,7 +104,7 @@ def assemble(domain: Domain) -> HeatProblem:
         channels, free, stiffness, mass, loads[:, order],
         given[:, order[free:]], generated, {name: part[order[free:]] for name, part in parts.items()},
         bent[order[free:]], {name: Film(entering, row[order]) for name, (entering, row) in films.items()},
-        domain.anchored, scene.end_time, space.unit[order], space.entity[order], domain, order,
+        domain.anchored, scene.end_time, space.unit[order], space.entity[order], space.places, domain, order,
         torn[order],
     )  # fmt: skip
 

@@ -37,11 +37,13 @@ class BrickSpace:
         shape = tuple(n + 1 for n in grid.owner.shape)
         corners = self.ijk[:, None] + RefHex.p.astype(int)[:, :, None]
         vertices, t = np.unique(np.ravel_multi_index(tuple(corners), shape), return_inverse=True)
-        points = np.array([b[i] for b, i in zip(grid.breaks, np.unravel_index(vertices, shape), strict=True)])
+        at = np.array(np.unravel_index(vertices, shape))
+        points = np.array([b[i] for b, i in zip(grid.breaks, at, strict=True)])
         self.mesh = MeshHex(points, t.reshape(8, -1).astype(np.int32), validate=False)
         numbering = Dofs(self.mesh, ElementHexTrunk(p))
         self.dofs, self.size = numbering.element_dofs, int(numbering.N)
-        self.entity = entities(numbering)
+        # Counted in cells, however thin: what they join matters, not how long they are.
+        self.entity, self.places = entities(self.mesh, numbering, at)
         self.degrees = np.array([d[i] for d, i in zip(grid.degrees, self.ijk, strict=True)])
         kinds, kind = np.unique(self.degrees, axis=1, return_inverse=True)
         self._classes = [

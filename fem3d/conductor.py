@@ -78,7 +78,8 @@ class Conductor:
     @cached_property
     def _cold(self) -> Factors:
         inner = csc_array(csc_array(self.matrix[:, self.free])[self.free])
-        return Factors(inner, self.heat.domain.space.entity[self.free])
+        space = self.heat.domain.space
+        return Factors(inner, space.entity[self.free], space.places)
 
     def solve_cold(self, load: np.ndarray) -> np.ndarray:
         """(free,): the potential at the initial temperature for charges (free,) between earthed electrodes."""

@@ -13,7 +13,7 @@ the part of degree p - 1 gives a second value, and the larger counts.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from functools import lru_cache
 
 import numpy as np
@@ -98,7 +98,9 @@ def total(parts: Spread) -> float:
     return float(sum(p.sum() for p in parts))
 
 
-def add(into: Spread, parts: Sequence[np.ndarray], weight: float = 1.0) -> None:
-    """Adds one spread to another, in place."""
-    for a, b in zip(into, parts, strict=True):
-        a += weight * b
+def worst(goals: Iterable[Spread], power: Spread) -> Spread:
+    """What is missing on each interval for the goal that misses most there, and what all miss with the power."""
+    found = [np.zeros_like(p) for p in power]
+    for goal in goals:
+        found = [np.maximum(a, b) for a, b in zip(found, goal, strict=True)]
+    return [a + b for a, b in zip(found, power, strict=True)]

@@ -42,7 +42,8 @@ class HeatSystem:
     ``generated``, the heat of the sources in W. ``held``: for each boundary of given temperature its part (fixed
     nodes,) of the reaction of each; ``bent`` (fixed nodes,): where boundaries meet at an angle; ``anchored``: whether
     every part has an exit for heat, so that K is regular. ``unit`` (all nodes,) are the coefficients of the constant 1,
-    ``groups`` (all nodes,) numbers the vertex, edge, facet or cell that each belongs to.
+    ``groups`` (all nodes,) numbers the vertex, edge, facet or cell that each belongs to, ``places`` (groups, 3) says where
+    these are.
     """
 
     inputs: Inputs
@@ -59,6 +60,7 @@ class HeatSystem:
     end_time: float
     unit: np.ndarray
     groups: np.ndarray
+    places: np.ndarray
 
     @property
     def size(self) -> int:
@@ -89,7 +91,7 @@ class HeatSystem:
 
     def factors(self, matrix: csc_array) -> Factors:
         """The factors of a matrix of the free nodes."""
-        return Factors(matrix, self.groups[: self.free])
+        return Factors(matrix, self.groups[: self.free], self.places)
 
     def solve_steady(self, load: np.ndarray) -> np.ndarray:
         """The rise at the free nodes with K rise = load, from one factorization; without an exit for heat, the mean

@@ -83,7 +83,7 @@ def solution(study: Study, given: Problems, level: int = 2, follow: bool | None 
 @dataclass(frozen=True, eq=False)
 class Level:
     """What is known of a mesh: its problems, the fine and the low solution, the quantities' scales and errors, and what
-    each interval misses, for each goal and in all, relative to the scales."""
+    each interval misses, for each goal and for the worst of them, relative to the scales."""
 
     problems: Problems
     fine: Solution
@@ -114,10 +114,7 @@ def examined(study: Study, given: Problems, fine: Solution, marks: Features) -> 
     power = judge.remains(*electric_parts(given))
     unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
     errors = _errors(study, fine, low, scales, goals, estimate.total(power), unsettled, tail(goals, parts, judge.most))
-    missing = [np.zeros_like(p) for p in power]
-    for of_goal in goals.values():
-        estimate.add(missing, of_goal)
-    estimate.add(missing, power, float(len(scales)))
+    missing = estimate.worst(goals.values(), power)
     return Level(given, fine, low, scales, errors, goals, missing)
 
 

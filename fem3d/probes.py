@@ -66,7 +66,9 @@ def _reading(heat: HeatProblem, probe: Any) -> Reading:
     for b, on, shared in within:
         if b.kind != "temperature":
             area = domain.seen(shared).load()
-            entering = entering + float(area @ domain.space.unit / domain.seen(on).areas.sum()) * heat.films[b.name].entering
+            entering = (
+                entering + float(area @ domain.space.unit / domain.seen(on).areas.sum()) * heat.films[b.name].entering
+            )
             if b.kind == "convection" and not isinstance(b.value, Schedule):
                 row = row - b.value * heat.take(area)
     return Reading(row, entering, tuple(b.name for b, _, _ in within if b.kind == "temperature"))

@@ -72,9 +72,7 @@ class Quadratic:
         self._potentials: list[np.ndarray] = []
         if conductor is not None:
             voltages = [s.inputs @ conductor.voltages for s in states]
-            self._potentials = [
-                conductor.solve(s.rise, v).potential for s, v in zip(states, voltages, strict=True)
-            ]
+            self._potentials = [conductor.solve(s.rise, v).potential for s, v in zip(states, voltages, strict=True)]
             # Not a number outside: lines that leave the conductor are left out.
             live = self._inside(self._live)
             fields += [np.where(live, self._space.sample(phi, *self._samples), np.nan) for phi in self._potentials]

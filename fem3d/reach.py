@@ -29,7 +29,9 @@ def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
 def check_size(given: Problems, accuracy: float, marks: Features) -> None:
     """Raises NumericsError for a grid that takes too much memory."""
     if given.heat.stiffness.nnz > MOST_ENTRIES:
-        raise NumericsError(f"an accuracy of {accuracy:g} takes more memory in this scene than is sensible" + because(marks))
+        raise NumericsError(
+            f"an accuracy of {accuracy:g} takes more memory in this scene than is sensible" + because(marks)
+        )
 
 
 def check_edges(here: Level, accuracy: float, marks: Features) -> None:

@@ -59,7 +59,8 @@ class Faces(Protocol):
 
 class Space(Protocol):
     """A finite-element space. ``mesh`` is scikit-fem's, ``dofs`` (functions of a cell, cells) its numbering, ``entity``
-    (functions,) numbers the vertex, edge, facet or cell that each function belongs to.
+    (functions,) numbers the vertex, edge, facet or cell that each function belongs to, and ``places`` (entities, 3) says
+    where these are.
 
     ``nested``: which functions (functions,) are in the lower spaces that this one holds, the lowest first, and last in
     itself. ``unit``: the coefficients of the constant 1.
@@ -69,6 +70,7 @@ class Space(Protocol):
     dofs: np.ndarray
     size: int
     entity: np.ndarray
+    places: np.ndarray
 
     @property
     def nested(self) -> tuple[np.ndarray, ...]:
@@ -94,11 +96,16 @@ class Space(Protocol):
         """(points, functions of a cell): their values at reference points (3, points)."""
 
 
-def entities(dofs: Any) -> np.ndarray:
-    """(functions,): a number for each vertex, edge, facet and cell of scikit-fem's numbering."""
-    found, count = np.empty(int(dofs.N), int), 0
-    for part in (dofs.nodal_dofs, dofs.edge_dofs, dofs.facet_dofs, dofs.interior_dofs):
+def entities(mesh: Any, dofs: Any, vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(functions,): a number for each vertex, edge, facet and cell of scikit-fem's numbering that has functions; and
+    where each is (entities, 3), the mean of its ``vertices`` (3, vertices)."""
+    found, places = np.empty(int(dofs.N), int), [np.empty((0, 3))]
+    kinds = (
+        (dofs.nodal_dofs, lambda: np.arange(vertices.shape[1])[None]), (dofs.edge_dofs, lambda: mesh.edges),
+        (dofs.facet_dofs, lambda: mesh.facets), (dofs.interior_dofs, lambda: mesh.t),
+    )  # fmt: skip
+    for part, corners in kinds:
         if part is not None and part.size:
-            found[part] = count + np.arange(part.shape[1])
-            count += part.shape[1]
-    return found
+            found[part] = sum(map(len, places)) + np.arange(part.shape[1])
+            places.append(vertices[:, corners()].mean(axis=1).T)
+    return found, np.concatenate(places)

@@ -97,9 +97,11 @@ def respond(
     apart = _distance(there, low)
     at = [int(np.abs(there[n] - low[n]).argmax()) for n in study.trace_rises or there]
     judged = _Judged(study, given, marks, answer, lesser, scales, bool(steady_errors))
-    goals = judged.at(checked[sorted({len(checked) - 1, *at})]) if lesser[1:] or max(
-        (apart[n] / scales[n] for n in apart), default=0.0
-    ) > (1 - ROW_SHARE) * accuracy else {}
+    goals = (
+        judged.at(checked[sorted({len(checked) - 1, *at})])
+        if lesser[1:] or max((apart[n] / scales[n] for n in apart), default=0.0) > (1 - ROW_SHARE) * accuracy
+        else {}
+    )
     errors = {}
     for name in scales:
         known = max(
@@ -111,10 +113,7 @@ def respond(
         errors[name] = space_error + judged.electric * scales[name] + lost[name] + doubt
     worst = max(errors[name] / scales[name] for name in errors)
     if worst > (1 - ROW_SHARE) * accuracy:
-        missing = [np.zeros(len(d)) for d in given.domain.space.grid.degrees]
-        for of_goal in goals.values():
-            estimate.add(missing, of_goal)
-        estimate.add(missing, judged.of_power, float(len(scales)))
+        missing = estimate.worst(goals.values(), judged.of_power)
         return Response(checked, there, errors, False, np.nan, answer, reduced, count, missing, worst)
     return _with_rows(study, answer, reduced, errors, scales, count)
 
@@ -150,9 +149,7 @@ class _Judged:
             # Without the lowest space, as if each degree took away as much as the last.
             lowest = rises[2][i] if len(rises) > 2 else 2 * low - fine
             apart = [heat.stiffness @ u + heat.mass @ u / time for u in (low - lowest, fine - low)]
-            parts = level.thermal_parts(
-                self._study.trace_goals, given, fine, tuple(apart), self._scales, float(time)
-            )
+            parts = level.thermal_parts(self._study.trace_goals, given, fine, tuple(apart), self._scales, float(time))
             all_remains = {name: self._estimator.remains(*pair) for name, pair in parts.items()}
             goals = self._study.trace_goals
             level.add_torn(all_remains, goals, given, fine, self._scales, float(time), self._marks)
@@ -262,8 +259,11 @@ def _imbalance(study: Study, answer: Transient) -> float:
     gap = np.abs(stored - until(entered) - np.cumsum(jumped * _jumps(answer, edges[:-1])))
     late = edges[1:] >= min(study.earliest, edges[-1])
     heat = answer.base.heat
-    none = NOTHING * study.part.copies * float(heat.unit @ (heat.mass @ heat.unit)) * max(
-        heat.domain.scene.initial_temperature, 1.0
+    none = (
+        NOTHING
+        * study.part.copies
+        * float(heat.unit @ (heat.mass @ heat.unit))
+        * max(heat.domain.scene.initial_temperature, 1.0)
     )
     return float((gap / np.maximum(passed + np.cumsum(np.abs(jumped)), none))[late].max())
 

@@ -51,9 +51,7 @@ def _touch(b: Boundary, box: Box) -> bool:
     return all(b.lower[d] <= box.upper[d] and b.upper[d] >= box.lower[d] for d in range(3))
 
 
-def _graded(
-    at: np.ndarray, of: np.ndarray, lengths: dict[float, float]
-) -> tuple[np.ndarray, np.ndarray]:
+def _graded(at: np.ndarray, of: np.ndarray, lengths: dict[float, float]) -> tuple[np.ndarray, np.ndarray]:
     breaks, degrees = at.tolist(), of.tolist()
     for plane, length in lengths.items():
         i = int(np.abs(np.array(breaks) - plane).argmin())

@@ -1,4 +1,4 @@
-"""Where the intervals of a grid of bricks lie: the first grid of a scene, and its refinement by what each interval misses.
+"""Where the intervals of a grid of bricks lie: the first grid of a scene, and its refinement by what each one misses.
 
 Solutions are smooth but near some planes of each axis, the *features*, where a box begins or ends inside the solid.
 Towards these, intervals shrink geometrically; where an edge in the plane is singular they go on shrinking, elsewhere

@@ -11,7 +11,6 @@ from compare.bench.entries import Entry
 ACCURACY = 1e-3
 SOLVER = {
     "symmetry": "symmetry: a quarter is solved in place of the whole",
-    "iteration": "electric iteration, where the resistivity does not depend on temperature",
     "transient": "transient (`--steady`)",
     "second voltage": "mesh, factorization and fields of a second voltage (those of the first serve)",
 }

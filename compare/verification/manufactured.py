@@ -83,10 +83,10 @@ def joule() -> Manufactured:
     p, q = np.pi / SIZE[1], np.pi / SIZE[2]
 
     def psi(x: Any, y: Any, z: Any) -> Any:
-        return (1 + x + np.exp(p * (x - 1)) * np.cos(p * y) / 8 + np.exp(-q * x) * np.cos(q * z) / 16) / 2
+        return (1 + x + np.exp(p * (x - 1)) * np.cos(p * y) / 8 + np.exp(-q * x) * np.cos(q * z) / 64) / 2
 
     def slopes(x: Any, y: Any, z: Any) -> Any:
-        e, f = p * np.exp(p * (x - 1)) / 8, q * np.exp(-q * x) / 16
+        e, f = p * np.exp(p * (x - 1)) / 8, q * np.exp(-q * x) / 64
         return np.stack([
             1 + e * np.cos(p * y) - f * np.cos(q * z) + 0 * x, -e * np.sin(p * y) + 0 * z, -f * np.sin(q * z) + 0 * y,
         ]) / 2  # fmt: skip

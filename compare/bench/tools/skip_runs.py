@@ -17,7 +17,6 @@ from scenes.loading import load
 from scenes.plan import Request
 from scenes.sink import Sink
 
-NEARLY_ZERO = 1e-12  # 1/K: changes nothing, but is not zero
 Job = Callable[[], object]
 
 
@@ -38,11 +37,6 @@ def _whole(sink: Sink) -> Symmetry:
     return Symmetry(scene, (), 1, flows, {b.name: 1.0 for b in scene.boxes}, {p.name: (1.0, ()) for p in scene.probes})
 
 
-def _iteration(sink: Sink, off: bool) -> Job:
-    silicon = replace(sink.silicon, temperature_coefficient=NEARLY_ZERO if off else 0.0)
-    return lambda: run.solve(replace(sink, silicon=silicon), Request())
-
-
 def _transient(sink: Sink, off: bool) -> Job:
     return lambda: run.solve(sink, Request(transient=off))
 
@@ -54,7 +48,6 @@ def _second_voltage(sink: Sink, off: bool) -> Job:
 
 SKIPS: dict[str, Callable[[Sink, bool], Job]] = {
     "symmetry": _symmetry,
-    "iteration": _iteration,
     "transient": _transient,
     "second voltage": _second_voltage,
 }
