@@ -66,7 +66,7 @@ def _solution(study: Study, before: SteadyState, reduced: Reduced, factor: float
     probes = {p.name: p for p in heat.domain.scene.probes}
     goals = [level.goal_row(heat, probes[name], rise) for name in study.goals.values()]
     rows = [row for row in goals if row is not None]
-    moved = max(abs(float(row @ (answer - rise)[:n]) / float(row @ answer[:n])) for row in rows)
+    moved = max(abs(float(row[:n] @ (answer - rise)[:n]) / float(row[:n] @ answer[:n])) for row in rows)
     if moved > LEFT_OUT * study.accuracy:
         return None
     potential = before.potential

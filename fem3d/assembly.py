@@ -12,16 +12,20 @@ from scipy.sparse.linalg import spsolve
 
 from fem3d.domain import Domain
 from fem3d.heat import Film, HeatSystem, above, coefficient
+from fem3d.space import Faces
+from scenes.model import Schedule, Value
 
 PLANE = 0.95  # of normals' lengths that their sum keeps: faces that bend by less pass for one plane
 
 
 @dataclass(frozen=True, eq=False)
 class HeatProblem(HeatSystem):
-    """The system of a domain; ``order`` (all nodes,) is the function of the space that each unknown is of."""
+    """The system of a domain; ``order`` (all nodes,) is the function of the space that each unknown is of, ``torn``
+    (all nodes,) by how much temperatures given there contradict each other (K)."""
 
     domain: Domain
     order: np.ndarray
+    torn: np.ndarray
 
     def field(self, u: np.ndarray) -> np.ndarray:
         """(..., functions): a field (free or all nodes) as coefficients of the space's functions."""
@@ -47,6 +51,7 @@ class HeatProblem(HeatSystem):
             held={name: part[fixed] for name, part in self.held.items()}, bent=self.bent[fixed],
             films={name: replace(f, per_kelvin=f.per_kelvin[kept]) for name, f in self.films.items()},
             unit=self.unit[kept], groups=self.groups[kept], order=self.order[kept],
+            torn=self.torn[kept],
         )  # fmt: skip
 
     @staticmethod
@@ -65,6 +70,7 @@ def assemble(domain: Domain) -> HeatProblem:
         own = face.functions
         given[:, own] = np.outer(above(channels, b.value, initial), space.unit[own])
         fixed |= own
+    torn = _torn([b.value for b in held], faces, space.unit)
     parts, bent = reactions([b.name for b in held], [b.value for b in held], faces, space.unit)
     stiffness, mass = space.matrices(
         domain.per_cell("thermal_conductivity"), domain.per_cell("density") * domain.per_cell("specific_heat")
@@ -99,7 +105,18 @@ def assemble(domain: Domain) -> HeatProblem:
         given[:, order[free:]], generated, {name: part[order[free:]] for name, part in parts.items()},
         bent[order[free:]], {name: Film(entering, row[order]) for name, (entering, row) in films.items()},
         domain.anchored, scene.end_time, space.unit[order], space.entity[order], space.places, domain, order,
+        torn[order],
     )  # fmt: skip
+
+
+def _torn(values: Sequence[Value], faces: Sequence[Faces], unit: np.ndarray) -> np.ndarray:
+    """(functions,): the largest difference of the temperatures (K) that boundaries give a vertex."""
+    highest, lowest = np.full(len(unit), -np.inf), np.full(len(unit), np.inf)
+    for value, face in zip(values, faces, strict=True):
+        given, own = value.values if isinstance(value, Schedule) else (value,), face.functions & (unit == 1.0)
+        highest[own], lowest[own] = np.maximum(highest[own], max(given)), np.minimum(lowest[own], min(given))
+    count = np.sum([face.functions for face in faces], axis=0) if len(set(values)) > 1 else np.zeros(len(unit))
+    return np.where((count > 1) & (unit == 1.0), np.maximum(highest, lowest) - np.minimum(highest, lowest), 0.0)
 
 
 def reactions(

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from skfem.refdom import RefHex
 
 from fem3d import conductor as conductors
 from fem3d import estimate, steady
@@ -110,6 +111,7 @@ def examined(study: Study, given: Problems, fine: Solution, marks: Features) -> 
     scales = study.steady_scales(fine.out)
     parts = steady_parts(study, given, fine, low, scales)
     goals = {name: judge.remains(*pair) for name, pair in parts.items()}
+    add_torn(goals, study.goals, given, fine.state.rise, scales, None, marks)
     power = judge.remains(*electric_parts(given))
     unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
     errors = _errors(study, fine, low, scales, goals, estimate.total(power), unsettled, tail(goals, parts, judge.most))
@@ -196,6 +198,44 @@ def thermal_parts(
     return found
 
 
+def add_torn(
+    spreads: Mapping[str, Spread],
+    goals: Mapping[str, str],
+    given: Problems,
+    rise: np.ndarray,
+    scales: Mapping[str, float],
+    time: float | None,
+    marks: Features,
+) -> None:
+    """Adds to what each thermal goal misses, over its scale, what edges take where given temperatures contradict each
+    other; ``time`` as of `thermal_parts`.
+
+    On a grid the jump is spread over the first interval beside the edge, and no degree changes that. What is wrong
+    there enters with the heat of the dual solution, of which the functions of the edge have that of both sides.
+    """
+    heat, space = given.heat, given.domain.space
+    nodes = np.flatnonzero(heat.torn)
+    if not len(nodes):
+        return
+    probes, near = {p.name: p for p in given.domain.scene.probes}, marks.near(space.grid)
+    corner, cell = np.nonzero(np.isin(space.dofs[:8], heat.order[nodes]))
+    at = [space.ijk[d, cell] for d in range(3)]
+    beside = np.array([np.isfinite(near[d][at[d] + RefHex.p[d].astype(int)[corner]]) for d in range(3)])
+    for name, into in spreads.items():
+        row = goal_row(heat, probes[goals[name]], rise)
+        if row is None:
+            continue
+        dual, parts = np.zeros(heat.size), np.zeros(space.size)
+        load = row[: heat.free]
+        dual[: heat.free] = heat.solve_steady(load) if time is None else time * heat.solve_shifted(time)(load)
+        left = row - heat.stiffness @ dual - (0.0 if time is None else heat.mass @ dual / time)
+        parts[heat.order[nodes]] = np.abs(heat.torn * left)[nodes] / scales[name]
+        shares = np.bincount(space.dofs[corner, cell], beside.sum(axis=0), space.size)
+        part = (parts / np.maximum(shares, 1.0))[space.dofs[corner, cell]]
+        for d in range(3):
+            np.add.at(into[d], at[d][beside[d]], part[beside[d]])
+
+
 def _pair(
     given: Problems, row: np.ndarray, solves: list[Any], residuals: tuple[np.ndarray, ...], scale: float
 ) -> tuple[Spread, Spread]:
@@ -212,18 +252,17 @@ def _pair(
 
 
 def goal_row(heat: HeatProblem, probe: object, rise: np.ndarray) -> np.ndarray | None:
-    """(free nodes,): how a thermal probe follows the rise, at the point of an extreme; None for an electric one."""
+    """(all nodes,): how a thermal probe follows the rise, at the point of an extreme; None for an electric one."""
     if probe.quantity not in ("temperature", "heat_flow"):  # type: ignore[attr-defined]
         return None
     how = reading(heat, probe)
     if how.extreme is None:
         # Tested with the dual solution minus its values at fixed nodes, whose heat is the reaction itself.
-        row: np.ndarray = how.whole_row(heat)[: heat.free]
-        return row
+        return how.whole_row(heat)
     place = how.extreme.where(heat.field(rise))
     found = np.zeros(heat.domain.space.size)
     found[heat.domain.space.dofs[:, place.cell]] = heat.domain.space.at(place.point[:, None])[0]
-    return heat.take(found)[: heat.free]
+    return heat.take(found)
 
 
 def electric_parts(given: Problems) -> tuple[Spread, Spread]:

@@ -153,7 +153,7 @@ class _Judged:
         steady: bool,
     ) -> None:
         self._study, self._given, self._scales = study, given, scales
-        self._estimator = Estimator(given.domain.space.grid, marks)
+        self._marks, self._estimator = marks, Estimator(given.domain.space.grid, marks)
         self._fine, self._lesser = answer, lesser
         self.of_power = self._estimator.remains(*level.electric_parts(given))
         # Steady errors have it in them.
@@ -171,8 +171,10 @@ class _Judged:
             lowest = rises[2][i] if len(rises) > 2 else 2 * low - fine
             apart = [heat.stiffness @ u + heat.mass @ u / time for u in (low - lowest, fine - low)]
             parts = level.thermal_parts(self._study.trace_goals, given, fine, tuple(apart), self._scales, float(time))
-            for name, pair in parts.items():
-                remains = self._estimator.remains(*pair)
+            all_remains = {name: self._estimator.remains(*pair) for name, pair in parts.items()}
+            goals = self._study.trace_goals
+            level.add_torn(all_remains, goals, given, fine, self._scales, float(time), self._marks)
+            for name, remains in all_remains.items():
                 if name not in found or estimate.total(remains) > estimate.total(found[name]):
                     found[name] = remains
         return found

@@ -5,7 +5,9 @@ Near an edge along z (or x, y) the solution behaves as r^s; the smallest exponen
 rays along which its value is given. A flat surface or a convex corner has s of 1 or more, a re-entrant corner 2/3, the
 rim of an electrode on a flat face 1/2; a jump of conductivity shifts it. Where a given temperature meets, at a right
 angle, a face that heat passes, s is 1 and the two conditions contradict each other at the edge, which leaves r log r:
-too rough for the degree alone, unless what passes hardly matters. Sources: Grisvard, Elliptic Problems in Nonsmooth
+too rough for the degree alone, unless what passes hardly matters. Where two given values differ the solution itself
+jumps (s = 0), and what a reading sees of it falls with the length of the first interval to the power of the exponent of
+the dual solution, as if both had half of that. Sources: Grisvard, Elliptic Problems in Nonsmooth
 Domains, section 4.4; Kellogg, Applicable Analysis 4, 1975.
 """
 
@@ -18,7 +20,7 @@ from numpy.polynomial import legendre
 
 from meshes import connected
 from meshes.grid import VOID, Grid
-from scenes.model import Boundary, Box, Scene
+from scenes.model import Boundary, Box, Scene, Value
 
 REGULAR = 0.95  # edges of this exponent or more are left to the degree, but for contradictions up to the next one
 RESONANT = 1.05
@@ -57,8 +59,8 @@ def _collect(
     lengths: list[dict[float, float]],
     passing: list[np.ndarray] | None = None,
 ) -> None:
-    """Add the planes of singular edges and the lengths over which they spread. Per axis, ``held`` says which faces
-    across it have a given value, ``passing`` through which of them so much passes otherwise that it contradicts one."""
+    """Add the planes of singular edges and the lengths over which they spread. Per axis, ``held`` numbers the value
+    given on each face across it (0: none), ``passing`` says where so much passes that it contradicts one."""
     k = np.pad(conductivity, 1)
     for along in range(3):
         first, second = (d for d in range(3) if d != along)
@@ -71,8 +73,9 @@ def _collect(
         for i, j, layer in np.argwhere(uneven & (quadrants.max(axis=-1) > 0)):
             a, b, c, d = quadrants[i, j, layer].tolist()
             p, q, r, s = rays[i, j, layer].tolist()
-            exponent_here = exponent((a, b, c, d), (p, q, r, s))
-            if exponent_here < (RESONANT if contradicted[i, j, layer] else REGULAR):
+            torn = len({n for n in (p, q, r, s) if n}) > 1
+            exponent_here = exponent((a, b, c, d), (p > 0, q > 0, r > 0, s > 0)) * (0.5 if torn else 1.0)
+            if exponent_here < (RESONANT if torn or contradicted[i, j, layer] else REGULAR):
                 around = [
                     float(np.diff(grid.breaks[axis])[c])
                     for axis, at in ((first, i), (second, j))
@@ -116,27 +119,27 @@ def _across(box: Box, boundary: Boundary) -> float:
 
 
 def _held(grid: Grid, scene: Scene, kind: str) -> list[np.ndarray]:
-    """Per axis, which faces across it have a given value of a kind."""
-    found = _none(grid)
+    """Per axis, the number of the value of a kind that each face across it is given; 0 for none."""
+    found, numbers = _none(grid), dict[Value, int]()
     for b in scene.boundaries:
         if b.kind == kind:
-            _mark(found, grid, b)
+            _mark(found, grid, b, numbers.setdefault(b.value, len(numbers) + 1))
     return found
 
 
 def _none(grid: Grid) -> list[np.ndarray]:
-    """Per axis, none of the faces across it: one plane more than cells along it, and a margin of one cell across, as
+    """Per axis, zeros for the faces across it: one plane more than cells along it, and a margin of one cell across, as
     `_collect` pads."""
     shape = grid.owner.shape
-    return [np.zeros([n + 1 if e == d else n + 2 for e, n in enumerate(shape)], dtype=bool) for d in range(3)]
+    return [np.zeros([n + 1 if e == d else n + 2 for e, n in enumerate(shape)], dtype=int) for d in range(3)]
 
 
-def _mark(faces: list[np.ndarray], grid: Grid, boundary: Boundary) -> None:
-    """Choose the faces of a boundary."""
+def _mark(faces: list[np.ndarray], grid: Grid, boundary: Boundary, number: int = 1) -> None:
+    """Give the faces of a boundary a number."""
     d, window = grid.flat(boundary.lower, boundary.upper), grid.window(boundary.lower, boundary.upper)
     at = [slice(s.start + 1, s.stop + 1) for s in window]
     at[d] = slice(window[d].start, window[d].start + 1)
-    faces[d][tuple(at)] = True
+    faces[d][tuple(at)] = number
 
 
 @lru_cache(maxsize=512)

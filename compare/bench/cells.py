@@ -9,28 +9,19 @@ from __future__ import annotations
 import numpy as np
 
 from meshes import grading
-from meshes.axis import Axis
-from meshes.bricks import BrickMesh
+from meshes.grid import Grid
 from scenes.model import Scene
 
 
-def graded(
-    scene: Scene, accuracy: float, cuts: int, degree: int, across: int = 1, depth: int | None = None
-) -> BrickMesh:
-    """The first mesh for an accuracy, each interval in x and y in ``cuts`` equal pieces and in z in ``across``, with
-    one degree everywhere, or another one (``depth``) in z."""
-    axes = []
-    for d, axis in enumerate(grading.first_mesh(scene, accuracy).axes):
-        n = across if d == 2 else cuts
-        at = np.arange(n * (len(axis.breaks) - 1) + 1) / n
-        breaks = np.interp(at, np.arange(len(axis.breaks)), axis.breaks)
-        p = depth if d == 2 and depth is not None else degree
-        axes.append(Axis(breaks, np.full(len(breaks) - 1, p)))
-    x, y, z = axes
-    return BrickMesh((x, y, z), scene.boxes)
-
-
-def anew(mesh: BrickMesh) -> BrickMesh:
-    """The same mesh without anything that has been worked out on it, as a solver first gets it."""
-    x, y, z = (Axis(axis.breaks, axis.degrees) for axis in mesh.axes)
-    return BrickMesh((x, y, z), mesh.boxes)
+def graded(scene: Scene, accuracy: float, cuts: int, degree: int, layers: int | None = None) -> Grid:
+    """The first grid for an accuracy, each interval in ``cuts`` equal pieces but for those across thin layers, which
+    stay whole; of one degree everywhere, or of another one (``layers``) across those."""
+    breaks, degrees = [], []
+    first = grading.first_grid(scene, accuracy, grading.features(scene))
+    for old, own in zip(first.breaks, first.degrees, strict=True):
+        thin = own < grading.LEAST_AT_EDGE
+        count = np.where(thin, 1, cuts)
+        inner = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(old, old[1:], count, strict=False)]
+        breaks.append(np.append(np.concatenate(inner), old[-1]))
+        degrees.append(np.repeat(np.where(thin, degree if layers is None else layers, degree), count))
+    return first.with_axes(breaks, degrees)

@@ -57,59 +57,56 @@ def _reduction(wanted: dict[str, bool], name: str) -> Entry:
 
 
 def _given(
-    wanted: dict[str, bool], degree: int, depth: int, grading: float, accuracy: float, generations: int
+    wanted: dict[str, bool], degree: int, layers: int, grading: float, accuracy: float, generations: int
 ) -> Entry:
     options = {
-        **wanted, "degree": degree, "depth": depth, "grading": grading, "cuts": 1, "across": 1, "accuracy": accuracy,
+        **wanted, "degree": degree, "layers": layers, "grading": grading, "accuracy": accuracy,
         "generations": generations,
     }  # fmt: skip
     fields = f", {generations} Krylov fields" if generations else ""
-    label = f"degree {_in_plane(degree, depth)}, {_cells(grading, 1)}, {_current(FULL)}{fields}"
+    label = f"degree {_degree(degree, layers)}, {_cells(grading, 1)}, {_current(FULL)}{fields}"
     return Entry(GIVEN, label, "given_sink", options)
 
 
 def _scikit_fem(
-    wanted: dict[str, bool], degree: int, grading: float, cuts: int, across: int, steps: int, method: int,
-    tolerance: float,
+    wanted: dict[str, bool], degree: int, grading: float, cuts: int, steps: int, method: int, tolerance: float,
 ) -> Entry:  # fmt: skip
     options = {
-        **wanted, "degree": degree, "grading": grading, "cuts": cuts, "across": across, "steps": steps,
+        **wanted, "degree": degree, "grading": grading, "cuts": cuts, "steps": steps,
         "method": method, "tolerance": tolerance,
     }  # fmt: skip
     label = f"degree {degree}, {_cells(grading, cuts)}, {_current(UNIFORM)}{_steps(steps, method)}"
     return Entry(SCIKIT_FEM, label, "skfem_sink", options)
 
 
-def _full_order(wanted: dict[str, bool], degree: int, grading: float, cuts: int, across: int, steps: int) -> Entry:
-    options = {**wanted, "degree": degree, "grading": grading, "cuts": cuts, "across": across, "steps": steps}
+def _full_order(wanted: dict[str, bool], degree: int, grading: float, cuts: int, steps: int) -> Entry:
+    options = {**wanted, "degree": degree, "grading": grading, "cuts": cuts, "steps": steps}
     label = f"degree {degree}, {_cells(grading, cuts)}, {_current(FULL)}{_steps(steps, 3)}, as this toolkit's check"
     return Entry(SCIKIT_FEM, label, "plain_sink", options)
 
 
 def _ngsolve(
-    wanted: dict[str, bool], order: int, depth: int, grading: float, electric: str, steps: int, method: int,
+    wanted: dict[str, bool], order: int, layers: int, grading: float, electric: str, steps: int, method: int,
     tolerance: float,
 ) -> Entry:  # fmt: skip
     options = {
-        **wanted, "order": order, "depth": depth, "grading": grading, "cuts": 1, "across": 1, "electric": electric,
+        **wanted, "order": order, "layers": layers, "grading": grading, "electric": electric,
         "steps": steps, "method": method, "tolerance": tolerance,
     }  # fmt: skip
-    label = f"order {_in_plane(order, depth)}, {_cells(grading, 1)}, {_current(electric)}{_steps(steps, method)}"
+    label = f"order {_degree(order, layers)}, {_cells(grading, 1)}, {_current(electric)}{_steps(steps, method)}"
     return Entry(NGSOLVE, label, "ngsolve_sink", options)
 
 
-def _freefem(
-    wanted: dict[str, bool], order: int, grading: float, cuts: int, across: int, steps: int, method: int
-) -> Entry:
+def _freefem(wanted: dict[str, bool], order: int, grading: float, cuts: int, steps: int, method: int) -> Entry:
     options = {
-        **wanted, "order": order, "grading": grading, "cuts": cuts, "across": across, "steps": steps, "method": method,
+        **wanted, "order": order, "grading": grading, "cuts": cuts, "steps": steps, "method": method,
     }  # fmt: skip
     label = f"P{order}, {_cells(grading, cuts)}, {_current(UNIFORM)}{_steps(steps, method)}"
     return Entry(FREEFEM, label, "freefem_sink", options)
 
 
-def _in_plane(degree: int, depth: int) -> str:
-    return f"{degree}" if degree == depth else f"{degree} (z: {depth})"
+def _degree(degree: int, layers: int) -> str:
+    return f"{degree}" if degree == layers else f"{degree} ({layers} across thin layers)"
 
 
 def _current(electric: str) -> str:

@@ -2,33 +2,13 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterator
-from typing import Any
+from meshes import connected, singular
 
-PACKAGES = ("fem3d", "meshes", "scenes")
-# Tables of reference elements and rules of integration: they serve every scene, and other programs keep theirs too.
-TABLES = (
-    "meshes.axis.reference", "meshes.singular._angular", "fem3d.exponential", "fem3d.section", "fem3d.solve_mesh",
-    "meshes.grouped",
-)  # fmt: skip
+# What is kept of scenes. Tables of reference elements serve every scene, and other programs keep theirs too.
+KEPT = (connected.coarsest, connected.anchored, connected._electrified, singular.exponent)
 
 
 def forget() -> None:
-    """Empty every cache of this toolkit's solver but those of TABLES."""
-    for cache in kept():
+    """Empty the caches of what belongs to a scene."""
+    for cache in KEPT:
         cache.cache_clear()
-
-
-def kept() -> Iterator[Any]:
-    """The caches, of modules imported so far, that hold something of a scene or a mesh."""
-    seen = set()
-    for name, module in list(sys.modules.items()):
-        if name.partition(".")[0] not in PACKAGES:
-            continue
-        for value in list(vars(module).values()):
-            if not callable(getattr(value, "cache_clear", None)) or id(value) in seen:
-                continue
-            seen.add(id(value))
-            if not f"{value.__module__}.{value.__qualname__}".startswith(TABLES):
-                yield value

@@ -12,8 +12,8 @@ from compare.bench.entries import NGSOLVE, Entry
 
 CUTS = (1, 2, 4, 7, 12, 18)
 PATHS = (
-    ("this toolkit, degree 2", "growth_tensor", 2),
-    ("this toolkit, degree 4", "growth_tensor", 4),
+    ("this toolkit, degree 2", "growth_own", 2),
+    ("this toolkit, degree 4", "growth_own", 4),
     ("scikit-fem and scipy, degree 2", "growth_scikit_fem", 2),
     ("NGSolve, order 2", "growth_ngsolve", 2),
 )

@@ -11,9 +11,6 @@ from compare.bench.entries import Entry
 ACCURACY = 1e-3
 SOLVER = {
     "symmetry": "symmetry: a quarter is solved in place of the whole",
-    "pattern": "current pattern when hot, where following it would not matter",
-    "dead parts": "electric unknowns in the pads, which carry no current",
-    "depth": "errors across the layers over time, where they are known to be small",
     "transient": "transient (`--steady`)",
     "second voltage": "mesh, factorization and fields of a second voltage (those of the first serve)",
 }

@@ -93,3 +93,15 @@ def test_an_edge_of_a_thin_layer_spreads_over_its_thickness():
     assert set(z) == {3.0}
     assert lengths[1] == pytest.approx({5.0: 0.1})
     assert lengths[2] == pytest.approx({3.0: 0.1})
+
+
+@pytest.mark.parametrize(("side", "expected"), [(300.0, {}), (320.0, {0.0: 1.0})])
+def test_where_given_temperatures_differ_the_solution_jumps(side, expected):
+    # Half the exponent 2 of the dual solution in the corner.
+    box = Box("a", Material("m", 1.0, 1.0, 1.0), (0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
+    boundaries = (
+        Boundary("side", "temperature", (0.0, 0.0, 0.0), (0.0, 1.0, 1.0), side),
+        Boundary("front", "temperature", (0.0, 0.0, 0.0), (1.0, 0.0, 1.0), 300.0),
+    )
+    exponents, _ = edges(Scene("corner", (box,), boundaries, (), 300.0))
+    assert [{at: round(s, 3) for at, s in found.items()} for found in exponents[:2]] == [expected, expected]

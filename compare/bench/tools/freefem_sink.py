@@ -1,6 +1,6 @@
 """The sink in FreeFEM (sink.edp): tetrahedra of order 1, 2 or 3, the bricks of the graded quarter cut in six.
 
-``options``: ``order``, ``grading``, ``cuts``, ``across`` (the cells), ``transient``, ``steps`` in each interval of
+``options``: ``order``, ``grading``, ``cuts`` (the cells), ``transient``, ``steps`` in each interval of
 time, ``method`` (its order, 2 to 4).
 The script takes the time itself, from where it has read the mesh; making the mesh file is not counted.
 """
@@ -42,9 +42,7 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], Answer], Callable[[An
     scene = symmetry.reduce(sink.scene()).scene
     times = step_times(options["steps"]) if options["transient"] else np.empty(0)
     folder = Path(tempfile.mkdtemp())
-    tetrahedra.write(
-        cells.graded(scene, options["grading"], options["cuts"], 1, options["across"]), folder / "quarter.mesh"
-    )
+    tetrahedra.write(cells.graded(scene, options["grading"], options["cuts"], 1), folder / "quarter.mesh")
     (folder / "input.txt").write_text(
         " ".join(map(repr, _inputs(sink, times, METHODS[options["method"]]))) + "\n", encoding="utf-8"
     )

@@ -1,8 +1,8 @@
-"""This toolkit's 3D solver on a given mesh, as the other programs get it: no mesh is sought, no error estimated.
+"""This toolkit's 3D solver on a given grid, as the other programs get it: no grid is sought, no error estimated.
 
-``options``: ``degree`` of the elements in x and y, ``depth`` in z, ``grading``, ``cuts``, ``across`` (the cells),
-``transient``, ``accuracy`` of the coupled iteration and of the steps, ``generations`` of Krylov fields. The electric
-problem is solved in full; the current's pattern is followed where the iteration finds that it matters.
+``options``: ``degree`` of the elements, ``layers`` that across thin layers, ``grading`` (the cells), ``transient``,
+``accuracy`` of the coupled iteration and of the steps, ``generations`` of Krylov fields. The electric problem is solved
+in full; the current's pattern is followed where the iteration finds that it matters.
 """
 
 from __future__ import annotations
@@ -14,8 +14,9 @@ import numpy as np
 
 from compare.bench import cells
 from compare.bench.sample import QUANTITIES, TIMES
-from fem3d import operators, outputs, sink_quantities, transient
-from fem3d import steady as coupled
+from fem3d import conductor, level, outputs, sink_quantities, steady, transient
+from fem3d.assembly import assemble
+from fem3d.domain import boxes
 from fem3d.study import Quantities
 from meshes import symmetry
 from scenes.loading import load
@@ -24,23 +25,22 @@ Answer = tuple[int, int, Quantities]
 
 
 def prepare(options: dict[str, Any]) -> tuple[Callable[[], Answer], Callable[[Answer], dict[str, Any]]]:
-    """Assemble and solve the quarter on its mesh; read the numbers."""
+    """Assemble and solve the quarter on its grid; read the numbers."""
     sink = load("sink", [])
     part = symmetry.reduce(sink.scene())
     study = sink_quantities.study(sink, part)
-    given = cells.graded(
-        part.scene, options["grading"], options["cuts"], options["degree"], options["across"], options["depth"]
-    )
+    grid = cells.graded(part.scene, options["grading"], 1, options["degree"], options["layers"])
+    accuracy = options["accuracy"]
 
     def solve() -> Answer:
-        heat = operators.assemble(part.scene, cells.anew(given), balanced=False)
-        state = coupled.solve(heat, sink.voltage, options["accuracy"])
+        heat = assemble(boxes(part.scene, grid))
+        state = steady.coupled(heat, conductor.find(heat, level.SOLVED * accuracy), True, study.voltage, accuracy)
         if not options["transient"]:
             return heat.free, 0, study.steady(outputs.of_steady(state, part))
         base = transient.Base.of_steady(state)
         shift = transient.shift(transient.time_constant(state), study.earliest)
         reduced = base.project(transient.Krylov(base, shift).fields(options["generations"]))
-        answer = transient.march(base, reduced, study.end, options["accuracy"])
+        answer = transient.march(base, reduced, study.end, accuracy)
         traces = study.traces(outputs.of_transient(answer, part, np.array(TIMES)))
         return heat.free, len(answer.trajectory.steps), traces
 

@@ -16,8 +16,8 @@ from scenes.loading import load
 
 def prepare(options: dict[str, Any]) -> tuple[Callable[[], Phases], Callable[[Phases], dict[str, Any]]]:
     """Assembly (of both matrices, as the others), factorization and solves, each timed."""
-    brick = cells.graded(symmetry.reduce(load("sink", []).scene()).scene, 1e-2, options["cuts"], 1)
-    mesh = hexahedra.of(brick, (options["degree"],) * 3)
+    brick = cells.graded(symmetry.reduce(load("sink", []).scene()).scene, 1e-2, options["cuts"], options["degree"])
+    mesh = hexahedra.of(brick)
 
     def solve() -> Phases:
         phases = Phases()

@@ -1,4 +1,4 @@
-"""A brick mesh as NGSolve's mesh of hexahedra, in micrometres, with the named faces that the sink needs."""
+"""A grid of bricks as NGSolve's mesh of hexahedra, in micrometres, with the named faces that the sink needs."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import netgen.meshing as netgen
 import ngsolve
 import numpy as np
 
-from meshes.bricks import VOID, BrickMesh
+from meshes.grid import Grid
 
 MICRO = 1e6
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
@@ -16,42 +16,43 @@ FACES = np.array([[0, 3, 7, 4], [1, 2, 6, 5], [0, 1, 5, 4], [3, 2, 6, 7], [0, 1,
 NAMES = ("rest", "substrate", "end", "middle")
 
 
-def of(mesh: BrickMesh, degrees: tuple[int, int, int]) -> ngsolve.Mesh:
+def of(grid: Grid) -> ngsolve.Mesh:
     """The mesh of a quarter of a sink: boxes are its materials; "substrate" is the oxide's underside, "end" the beam's
-    (inside the solid), "middle" the plane that cuts the beam in half. ``degrees`` in x, y, z are for `orders`."""
+    (inside the solid), "middle" the plane that cuts the beam in half. The grid's degrees are for `orders`."""
     found = netgen.Mesh(dim=3)
-    cells = np.argwhere(mesh.owner != VOID)
-    shape = tuple(len(axis.breaks) for axis in mesh.axes)
+    cells = np.argwhere(grid.solid)
+    shape = tuple(len(b) for b in grid.breaks)
     indices = np.ravel_multi_index(tuple(np.moveaxis(cells[:, None] + CORNERS, -1, 0)), shape)
     used, local = np.unique(indices, return_inverse=True)
     local = local.reshape(-1, 8)
-    at = np.array([axis.breaks[i] * MICRO for axis, i in zip(mesh.axes, np.unravel_index(used, shape), strict=True)]).T
+    at = np.array([b[i] * MICRO for b, i in zip(grid.breaks, np.unravel_index(used, shape), strict=True)]).T
     points = [found.Add(netgen.MeshPoint(netgen.Pnt(*map(float, point)))) for point in at]
-    for number, box in enumerate(mesh.boxes):
+    for number, box in enumerate(grid.boxes):
         found.SetMaterial(number + 1, box.name)
-    owner = mesh.owner[tuple(cells.T)]
+    owner = grid.owner[tuple(cells.T)]
     for cell, box_number in zip(local, owner, strict=True):
         found.Add(netgen.Element3D(int(box_number) + 1, [points[i] for i in cell]))
     for number, name in enumerate(NAMES):
         found.Add(netgen.FaceDescriptor(surfnr=number + 1, domin=1, domout=0, bc=number + 1))
         found.SetBCName(number, name)
     for face, boxes in _faces(local, owner):
-        known = _name(at[face].mean(axis=0), at, [mesh.boxes[b].name for b in boxes])
+        known = _name(at[face].mean(axis=0), at, [grid.boxes[b].name for b in boxes])
         if known:
             found.Add(netgen.Element2D(NAMES.index(known) + 1, [points[i] for i in face]))
     made = ngsolve.Mesh(found)
-    for element in made.Elements():
-        made.SetElementOrders(ngsolve.ElementId(element), degrees)
+    for element, cell in zip(made.Elements(), cells, strict=True):
+        orders_here = tuple(int(d[i]) for d, i in zip(grid.degrees, cell, strict=True))
+        made.SetElementOrders(ngsolve.ElementId(element), orders_here)
     return made
 
 
-def orders(degree: int, depth: int) -> dict[str, Any]:
-    """What a space on the mesh takes for its orders: one everywhere, or those of the mesh, another one in z.
+def orders(degree: int, layers: int) -> dict[str, Any]:
+    """What a space on the mesh takes for its orders: one everywhere, or those of the mesh, another across thin layers.
 
     With ``relorder`` alone (as many more than the mesh has) NGSolve takes each edge's and face's order from the
     elements at it; the flag is none of those it documents.
     """
-    return {"order": degree} if degree == depth else {"relorder": 0}
+    return {"order": degree} if degree == layers else {"relorder": 0}
 
 
 def _faces(local: np.ndarray, owner: np.ndarray) -> list[tuple[np.ndarray, list[int]]]:

@@ -1,7 +1,7 @@
 """The sink in NGSolve, as one who knows it would write it: H1 hexahedra of any order on a graded quarter, sparse
 Cholesky factors that serve again, and an L-stable Runge-Kutta method with steps that grow.
 
-``options``: ``order`` of the elements in x and y, ``depth`` in z, ``grading``, ``cuts``, ``across`` (the cells),
+``options``: ``order`` of the elements, ``layers`` that across thin layers, ``grading`` (the cells),
 ``electric`` "uniform" or "full", ``transient``, ``steps`` in each interval of time, ``method`` (its order, 2 to 4),
 ``tolerance`` of the iterations.
 
@@ -38,7 +38,7 @@ class Problem:
 
     def __init__(self, sink: Sink, mesh: ng.Mesh, boxes: tuple[Box, ...], options: dict[str, Any]) -> None:
         self.sink, self.options, self.mesh = sink, options, mesh
-        self.space = ng.H1(mesh, dirichlet="substrate", **hexahedra.orders(options["order"], options["depth"]))
+        self.space = ng.H1(mesh, dirichlet="substrate", **hexahedra.orders(options["order"], options["layers"]))
         self.free = self.space.FreeDofs()
         u, v = self.space.TnT()
         materials = {box.name: box.material for box in boxes}
@@ -70,7 +70,7 @@ class Problem:
 
     def _electric(self) -> None:
         self.rise = ng.GridFunction(self.space)
-        orders = hexahedra.orders(self.options["order"], self.options["depth"])
+        orders = hexahedra.orders(self.options["order"], self.options["layers"])
         space = ng.H1(self.mesh, definedon="beam", dirichlet="end|middle", **orders)
         u, v = space.TnT()
         sigma = MICRO / (self.rho[0] + self.rho[1] * self.rise)
@@ -167,8 +167,10 @@ def transient(problem: Problem) -> list[Row]:
 def prepare(options: dict[str, Any]) -> tuple[Callable[[], Any], Callable[[Any], dict[str, Any]]]:
     """Assemble and solve the quarter on its mesh; read the numbers."""
     sink = load("sink", [])
-    brick = cells.graded(symmetry.reduce(sink.scene()).scene, options["grading"], options["cuts"], 1, options["across"])
-    mesh = hexahedra.of(brick, (options["order"], options["order"], options["depth"]))
+    brick = cells.graded(
+        symmetry.reduce(sink.scene()).scene, options["grading"], 1, options["order"], options["layers"]
+    )
+    mesh = hexahedra.of(brick)
 
     def solve() -> tuple[int, list[Row]]:
         problem = Problem(sink, mesh, brick.boxes, options)

@@ -1,7 +1,7 @@
 """The full-order path of this toolkit: scikit-fem's hexahedra, Picard's iteration, SDIRK of order 3, scipy's splu.
 
-``options``: ``degree`` 1 or 2, ``grading`` (the accuracy the cells are graded for), ``cuts``, ``across``, ``transient``
-and ``steps`` in each interval of time.
+``options``: ``degree`` 1 or 2, ``grading`` (the accuracy the cells are graded for), ``cuts``, ``transient`` and
+``steps`` in each interval of time.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], Answer], Callable[[An
     """Assemble and solve the quarter on its mesh; read the numbers."""
     sink = load("sink", [])
     part = symmetry.reduce(sink.scene())
-    mesh = cells.graded(part.scene, options["grading"], options["cuts"], options["degree"], options["across"])
+    mesh = cells.graded(part.scene, options["grading"], options["cuts"], options["degree"])
 
     def solve() -> Answer:
         full = reference.assemble(part.scene, mesh)

@@ -1,7 +1,7 @@
 """The sink in scikit-fem, as one who knows it would write it: hexahedra of degree 1 or 2 on the graded quarter, every
 matrix assembled once, scipy's splu with an ordering for symmetric matrices, an L-stable Runge-Kutta method.
 
-``options``: ``degree``, ``grading``, ``cuts``, ``across`` (the cells), ``transient``, ``steps`` in each interval of
+``options``: ``degree``, ``grading``, ``cuts`` (the cells), ``transient``, ``steps`` in each interval of
 time, ``method`` (its order, 2 to 4), ``tolerance`` of the iterations. With ideal electrodes at the beam's ends the
 current density is uniform (to 4e-7 at 1 V), so the Joule heat is affine in the rise: no electric problem.
 """
@@ -142,7 +142,7 @@ def prepare(
 ) -> tuple[Callable[[], tuple[int, list[Row]]], Callable[[tuple[int, list[Row]]], dict[str, Any]]]:
     """Assemble and solve the quarter on its mesh; read the numbers."""
     sink = load("sink", [])
-    brick = cells.graded(symmetry.reduce(sink.scene()).scene, options["grading"], options["cuts"], 1, options["across"])
+    brick = cells.graded(symmetry.reduce(sink.scene()).scene, options["grading"], options["cuts"], 1)
     mesh, owner = reference.hexahedra(brick)
 
     def solve() -> tuple[int, list[Row]]:

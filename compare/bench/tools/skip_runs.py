@@ -1,7 +1,7 @@
 """The default sink with one skip of the plan on or off: ``options`` are its name and whether it is ``off``.
 
-What is switched is the input of the solver (the part that is solved, the request, the scene) or the threshold from
-which a step counts as needed, never a flag made for this.
+What is switched is the input of the solver (the part that is solved, the request, the scene), never a flag made for
+this.
 """
 
 from __future__ import annotations
@@ -10,13 +10,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
-from fem3d import adapt, level, run, sink_quantities, steady, time_response
-from meshes import connected, symmetry
+from fem3d import adapt, run, sink_quantities
+from meshes import symmetry
 from meshes.symmetry import Flow, Symmetry
 from scenes.loading import load
-from scenes.model import Scene
 from scenes.plan import Request
 from scenes.sink import Sink
 
@@ -40,29 +37,6 @@ def _whole(sink: Sink) -> Symmetry:
     return Symmetry(scene, (), 1, flows, {b.name: 1.0 for b in scene.boxes}, {p.name: (1.0, ()) for p in scene.probes})
 
 
-def _pattern(sink: Sink, off: bool) -> Job:
-    if off:
-        steady.UNIFORM = 0.0
-    return lambda: run.solve(sink, Request())
-
-
-def _dead_parts(sink: Sink, off: bool) -> Job:
-    if off:
-        connected.live = _conducting  # type: ignore[assignment]
-    return lambda: run.solve(sink, Request())
-
-
-def _conducting(scene: Scene) -> np.ndarray:
-    """All cells that conduct, as `connected.live` gives those that carry current."""
-    return np.isin(connected.coarsest(scene).owner, sorted(connected.conducting(scene)))
-
-
-def _depth(sink: Sink, off: bool) -> Job:
-    if off:
-        level.NEGLIGIBLE = time_response.NEGLIGIBLE = 0.0
-    return lambda: run.solve(sink, Request())
-
-
 def _transient(sink: Sink, off: bool) -> Job:
     return lambda: run.solve(sink, Request(transient=off))
 
@@ -74,9 +48,6 @@ def _second_voltage(sink: Sink, off: bool) -> Job:
 
 SKIPS: dict[str, Callable[[Sink, bool], Job]] = {
     "symmetry": _symmetry,
-    "pattern": _pattern,
-    "dead parts": _dead_parts,
-    "depth": _depth,
     "transient": _transient,
     "second voltage": _second_voltage,
 }

@@ -1,5 +1,5 @@
-"""A brick mesh as a file of tetrahedra in Medit's format, in micrometres: each brick in six, after Kuhn, along the same
-diagonal everywhere, so that neighbours fit."""
+"""A grid of bricks as a file of tetrahedra in Medit's format, in micrometres: each brick in six, after Kuhn, along the
+same diagonal everywhere, so that neighbours fit."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ from pathlib import Path
 
 import numpy as np
 
-from meshes.bricks import VOID, BrickMesh
+from meshes.grid import Grid
 
 MICRO = 1e6
 SUBSTRATE, END = 2, 3
 
 
-def write(mesh: BrickMesh, path: Path) -> None:
+def write(grid: Grid, path: Path) -> None:
     """The file, the boxes' numbers from 1 its regions, with triangles on the oxide's underside and the beam's end."""
-    shape = tuple(len(axis.breaks) for axis in mesh.axes)
-    cells = np.argwhere(mesh.owner != VOID)
+    shape = tuple(len(b) for b in grid.breaks)
+    cells = np.argwhere(grid.solid)
     paths = np.array([_path(order) for order in permutations(range(3))])
-    grid = (cells[:, None, None] + paths).reshape(-1, 4, 3)
-    used, local = np.unique(np.ravel_multi_index(tuple(np.moveaxis(grid, -1, 0)), shape), return_inverse=True)
+    corners = (cells[:, None, None] + paths).reshape(-1, 4, 3)
+    used, local = np.unique(np.ravel_multi_index(tuple(np.moveaxis(corners, -1, 0)), shape), return_inverse=True)
     local = local.reshape(-1, 4)
-    at = np.array([axis.breaks[i] * MICRO for axis, i in zip(mesh.axes, np.unravel_index(used, shape), strict=True)]).T
-    regions = np.repeat(mesh.owner[tuple(cells.T)] + 1, 6)
+    at = np.array([b[i] * MICRO for b, i in zip(grid.breaks, np.unravel_index(used, shape), strict=True)]).T
+    regions = np.repeat(grid.owner[tuple(cells.T)] + 1, 6)
     edges = at[local[:, 1:]] - at[local[:, :1]]
     flipped = np.linalg.det(edges) < 0
     local[flipped] = local[flipped][:, [0, 2, 1, 3]]

@@ -6,7 +6,8 @@ import pytest
 from compare.bench import fresh, frontier, growth, plots, sample
 from compare.bench.entries import FREEFEM, GIVEN, NGSOLVE, OURS, REDUCTION, SCIKIT_FEM, WHOLE
 from compare.bench.runge_kutta import METHODS
-from meshes import axis, connected
+from fem3d import element
+from meshes import connected
 from scenes.sink import Sink
 
 
@@ -94,11 +95,10 @@ def test_names_near_each_other_make_room():
 
 def test_a_solve_finds_nothing_of_the_scene_that_an_earlier_one_worked_out():
     connected.anchored(Sink().scene())
-    table = axis.reference(3)
-    assert connected.anchored in set(fresh.kept())
+    table = element.factors(3)
     fresh.forget()
     assert connected.anchored.cache_info().currsize == connected.coarsest.cache_info().currsize == 0
-    assert axis.reference(3) is table
+    assert element.factors(3) is table
 
 
 def test_exponents_of_power_laws_are_found_above_the_small_sizes():
