@@ -181,7 +181,7 @@ class Conductor:
 
     def by_body(self, per_cell: np.ndarray) -> dict[str, float]:
         """The sums over the cells of each body that carries current, by name, of (cells, ...)."""
-        domain, found = self.heat.domain, {}
+        domain, found = self.heat.domain, dict[str, float]()
         own = domain.body[self.cells]
         for number in np.unique(own):
             name, value = domain.names[number], per_cell[own == number].sum(axis=0)
@@ -216,8 +216,7 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
     for probe in scene.probes:
         if probe.quantity == "current":
             sections[probe.name] = [
-                (own, sign, laws[at, :1], laws[at, 1:])
-                for own, sign, at in domain.sides(probe, domain.live)
+                (own, sign, laws[at, :1], laws[at, 1:]) for own, sign, at in domain.sides(probe, domain.live)
             ]
     cold, warm = laws[cells, :1], laws[cells, 1:]
     return Conductor(

@@ -74,7 +74,7 @@ def modes(p: int) -> np.ndarray:
 def active(p: int, degrees: Degrees) -> np.ndarray:
     """(functions,): which are there for degrees along x, y, z: a rule of each entity's own intervals alone."""
     k, bubble, d = modes(p), modes(p) > 1, np.array(degrees)
-    found: np.ndarray = ((k <= d) | ~bubble).all(axis=1)
+    found: np.ndarray = np.all((k <= d) | ~bubble, axis=1)
     return found & ((k * bubble).sum(axis=1) <= (bubble * d).max(axis=1, initial=0))
 
 

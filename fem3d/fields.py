@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from skfem.refdom import RefHex
@@ -11,13 +11,20 @@ from skfem.refdom import RefHex
 from fem3d.assembly import HeatProblem
 from fem3d.steady import SteadyState
 from fem3d.transient import Transient
-from meshes.grid import VOID
+from meshes.grid import VOID, Grid
 from meshes.symmetry import Symmetry
 
 if TYPE_CHECKING:
     from fem3d.quadratic import Quadratic
 
 VTK = [7, 4, 1, 5, 6, 2, 0, 3]  # VTK's order of a brick's corners in scikit-fem's
+
+
+def grid_of(heat: HeatProblem) -> Grid:
+    """The grid of a problem on bricks."""
+    space: Any = heat.domain.space
+    found: Grid = space.grid
+    return found
 
 
 class Fields:
@@ -30,11 +37,12 @@ class Fields:
         self, heat: HeatProblem, state: SteadyState | None, symmetry: Symmetry, transient: Transient | None
     ) -> None:
         self._heat, self._state, self._symmetry, self._transient = heat, state, symmetry, transient
+        self._space: Any = heat.domain.space
 
     @cached_property
     def _axes(self) -> list[np.ndarray]:
         """Coordinates (m) along each axis: every interval in as many equal parts as its degree."""
-        grid, found = self._heat.domain.space.grid, []
+        grid, found = self._space.grid, []
         for breaks, degrees in zip(grid.breaks, grid.degrees, strict=True):
             parts = [np.linspace(a, b, p + 1)[:-1] for a, b, p in zip(breaks[:-1], breaks[1:], degrees, strict=True)]
             found.append(np.append(np.concatenate(parts), breaks[-1]))
@@ -43,7 +51,7 @@ class Fields:
     @cached_property
     def _part(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Of the solved part the used points' numbers in the grid of coordinates, hexahedra and the box of each."""
-        grid = self._heat.domain.space.grid
+        grid = self._space.grid
         owner = grid.owner[np.ix_(*(np.repeat(np.arange(len(d)), d) for d in grid.degrees))]
         cells = np.argwhere(owner != VOID)
         corners = cells[:, None] + RefHex.p.T.astype(int)[VTK]
@@ -127,5 +135,5 @@ class Fields:
 
     def _whole(self, rises: np.ndarray) -> np.ndarray:
         heat = self._heat
-        sampled = heat.domain.space.sample(heat.field(rises), *self._axes).reshape(len(rises), -1)[:, self._part[0]]
+        sampled = self._space.sample(heat.field(rises), *self._axes).reshape(len(rises), -1)[:, self._part[0]]
         return heat.domain.scene.initial_temperature + np.tile(sampled, (1, self._symmetry.copies))

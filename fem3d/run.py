@@ -10,7 +10,7 @@ import numpy as np
 
 from fem3d import adapt, another_voltage, sink_quantities
 from fem3d.adapt import Answer
-from fem3d.fields import Fields
+from fem3d.fields import Fields, grid_of
 from fem3d.steady import SteadyState
 from meshes import connected, statistics, symmetry
 from meshes.symmetry import Symmetry
@@ -47,7 +47,7 @@ def solve(
         "levels": answer.levels,
         "energy_imbalance": _imbalance(sink, state, part),
         "transient_imbalance": None if response is None else response.imbalance,
-        "mesh": statistics.of(state.heat.domain.space.grid),
+        "mesh": statistics.of(grid_of(state.heat)),
         "symmetry": part.part,
         "plan": _plan(sink, part, request, answer),
         "warnings": _warnings(sink, float(values["peak_rise_K"])),

@@ -27,7 +27,8 @@ def tested(conductor: Conductor, basis: np.ndarray, patterns: Sequence[Pattern])
     for name in dict.fromkeys(names.tolist()):
         own = slice(None) if (names == name).all() else names == name
         body = _Body(
-            fields[:, own].reshape(r, on.weights[own].size), {c: lift[own].ravel() for c, lift in lifts.items()}, channels,
+            fields[:, own].reshape(r, on.weights[own].size),
+            {c: lift[own].ravel() for c, lift in lifts.items()}, channels,
             (on.weights * conductor.cold)[own].ravel(), (on.weights * conductor.warm)[own].ravel(),
         )  # fmt: skip
         box_cold, box_warm = found.in_box.setdefault(name, (np.zeros((channels, m, m)), np.zeros((m, m, r))))

@@ -121,7 +121,7 @@ def refined(grid: Grid, missing: Sequence[np.ndarray], target: float, marks: Fea
     near, shortest = marks.near(grid), shortest_of(grid)
     breaks, degrees = [], []
     for d, old in enumerate(grid.breaks):
-        found, of = [float(old[0])], []
+        found, of = [float(old[0])], list[int]()
         for i, p in enumerate(grid.degrees[d].tolist()):
             a, b, ends = float(old[i]), float(old[i + 1]), near[d][i : i + 2]
             inner: list[float] = []

@@ -53,7 +53,8 @@ def transient_errors(heating: Heating, degree: int, cuts: int, times: np.ndarray
     final = heating.at(np.inf)
     heat = _problem(heating.scene, degree, cuts)
     heat = replace(heat, loads=manufactured_load(heat, final)[None])
-    base = Base.of_steady(steady.coupled(heat, None, True, 0.0, 1e-13))
+    state: steady.SteadyState[HeatProblem, Conductor] = steady.coupled(heat, None, True, 0.0, 1e-13)
+    base = Base.of_steady(state)
     fields = Krylov(base, transient.shift(1 / heating.modes[0][0], float(times[0]))).fields(12)
     answer = transient.march(base, base.project(fields), float(times[-1]), 1e-12)
     worst: dict[str, float] = {}

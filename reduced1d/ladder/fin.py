@@ -12,8 +12,8 @@ one shape, so that the fin is the plate projected on rises that are uniform acro
 from __future__ import annotations
 
 import numpy as np
-
 from meshes.axis import Axis
+
 from reduced1d.equations import anchor_flow, end_rise_from_equivalent, peak_above_end, resistance, room_resistivity
 from reduced1d.ladder.anchor import Anchor
 from reduced1d.ladder.few_states import FewStates, Matrices, in_modes
