@@ -9,15 +9,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from fem3d.assembly import HeatProblem
+from fem3d.bricks import BrickSpace
 from fem3d.conductor import Conductor
 from fem3d.pieces import GAUSS, Pieces, cut, samples
 from fem3d.resistivity import law
-from meshes.grid import VOID, Grid
+from meshes.grid import VOID
 from meshes.symmetry import Symmetry
 
 # VTK's order of the 27 points of a triquadratic hexahedron: corners, edges, faces, middle; as steps of half a cell.
@@ -66,8 +66,8 @@ class Quadratic:
         accuracy: float,
     ) -> None:
         self._heat, self._conductor, self._symmetry, self._states = heat, conductor, symmetry, states
-        self._space: Any = heat.domain.space
-        self._grid: Grid = self._space.grid
+        assert isinstance(heat.domain.space, BrickSpace)
+        self._space, self._grid = heat.domain.space, heat.domain.space.grid
         tolerance = SHARE * accuracy * max((float(np.ptp(self._sampled(s.rise))) for s in states), default=0.0)
         fields = [np.where(self._inside(self._grid.solid), self._sampled(s.rise), np.nan) for s in states]
         tolerances = [tolerance] * len(fields)
