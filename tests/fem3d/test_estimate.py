@@ -118,9 +118,7 @@ def test_nested_problems_are_those_assembled_at_the_lower_degrees(name):
         states = [coupled(p.heats[n], p.conductors[n], True, 1.0, 1e-12) for p, n in ((given, k), (alone, 2))]
         assert given.heats[k].size == alone.heat.size < given.heat.size
         assert len(given.conductors[k].free) == len(alone.conductor.free)
-        means = [
-            float(s.heat.take(s.heat.domain.mean(probe)) @ s.rise) for s in states
-        ]
+        means = [float(s.heat.take(s.heat.domain.mean(probe)) @ s.rise) for s in states]
         assert means[0] == pytest.approx(means[1], rel=1e-9)
         assert states[0].power == pytest.approx(states[1].power, rel=1e-9)
     top = coupled(given.heat, given.conductor, True, 1.0, 1e-12)
@@ -142,13 +140,23 @@ def middle(voltage, intervals, degree):
     return abs(float(fine.quantities["middle"] - best)), level.examined(study, given, fine, marks).errors["middle"]
 
 
-ODD = pytest.mark.xfail(strict=False, reason="an odd degree adds nothing to an even solution, and is taken for the last")
+ODD = pytest.mark.xfail(
+    strict=False, reason="an odd degree adds nothing to an even solution, and is taken for the last"
+)
 
 
 @pytest.mark.parametrize("voltage", [2.0, 9.0])
 @pytest.mark.parametrize(
     ("intervals", "degree"),
-    [(1, 2), (1, 4), (1, 6), (3, 4), (3, 6), *(pytest.param(1, p, marks=ODD) for p in (3, 5, 7)), pytest.param(3, 5, marks=ODD)],
+    [
+        (1, 2),
+        (1, 4),
+        (1, 6),
+        (3, 4),
+        (3, 6),
+        *(pytest.param(1, p, marks=ODD) for p in (3, 5, 7)),
+        pytest.param(3, 5, marks=ODD),
+    ],
 )
 def test_the_error_at_the_top_of_a_symmetric_rise_is_bounded(voltage, intervals, degree):
     true, estimated = middle(voltage, intervals, degree)
