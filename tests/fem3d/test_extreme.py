@@ -1,5 +1,7 @@
 """Largest and smallest values found on the cells' polynomials, against a dense sampling of the same functions."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.sparse.linalg import spsolve
@@ -33,7 +35,7 @@ def dense(space, probe, u, count=41):
     for d, (a, b) in enumerate(zip(probe.lower, probe.upper, strict=True)):
         inner = [x for x in space.grid.breaks[d] if a < x < b]
         ends = [a, *inner, b]
-        pieces = [np.linspace(x, y, count) for x, y in zip(ends[:-1], ends[1:], strict=True)]
+        pieces = [np.linspace(x, y, count) for x, y in pairwise(ends)]
         at.append(np.unique(np.concatenate(pieces)))
     return space.sample(u, *at)
 

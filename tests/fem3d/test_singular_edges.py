@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem3d import adapt, estimate, level, probe_quantities
+from fem3d import adapt, level, probe_quantities
 from fem3d.domain import boxes as domain_of
 from fem3d.errors import NumericsError
 from fem3d.solve_scene import clipped, solve
