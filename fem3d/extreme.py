@@ -5,7 +5,8 @@ A lattice in every cell tells which cells may hold it; in these finer lattices a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -13,9 +14,10 @@ import numpy as np
 from fem3d.domain import Patch
 from fem3d.space import Space
 
-CLOSER = 0.25  # of a lattice's extent: that of the next one around its best point
-TURNS = 3  # of closing in: the best point is then within 1/64 of a lattice's spacing
-TIED = 1e-9  # of the range of values: no more than rounding apart
+CLOSER = 0.5  # of a lattice's extent: that of the next one, two spacings around its best point, for tops lie askew
+TURNS = 6  # of closing in: the best point is then within 1/128 of a side
+MISSED = 0.1  # of what a function spans on a lattice: by what its top may be higher
+CANDIDATES = 24  # cells that are closed in on, at most: as many as share a vertex
 AT_ONCE = 4_000_000  # numbers that a block of times may take
 
 
@@ -24,15 +26,6 @@ class Place(NamedTuple):
 
     cell: int
     point: np.ndarray
-
-
-def _equals(values: np.ndarray, dofs: np.ndarray) -> list[tuple[int, int]]:
-    """The cell, and its point, of the largest of some values (cells, points), and its neighbours that have it too: of
-    the cells that share a point one may have more beside it. ``dofs`` are (functions of a cell, cells)."""
-    top = values.max(axis=1)
-    cells = np.flatnonzero(top >= top.max() - TIED * float(np.ptp(values)))
-    cells = cells[np.isin(dofs[:, cells], dofs[:, top.argmax()]).any(axis=0)]
-    return [(int(cell), int(values[cell].argmax())) for cell in cells]
 
 
 class Extreme:
@@ -54,51 +47,64 @@ class Extreme:
             samples = self._sign * np.einsum("pn,rnc->rcp", at, fields[:, dofs])
             for start in range(0, len(weights), step):
                 values = np.tensordot(weights[start : start + step], samples, (-1, 0))
-                best = values.reshape(len(values), -1).argmax(axis=1)
-                for winner in np.unique(best):
-                    at_it = np.flatnonzero(best == winner)
-                    when = start + at_it
-                    for cell, point in _equals(values[at_it[0]], dofs):
-                        own = fields[:, dofs[:, cell]]
-                        value, doubt = self._close(own, weights[when], points[:, point], corner, sides)
-                        better = value > found[when]
-                        found[when] = np.where(better, value, found[when])
-                        left[when] = np.where(better, doubt, left[when])
+                for cell, point, at_times in self._candidates(values):
+                    when = start + at_times
+                    own = fields[:, dofs[:, cell]]
+                    value, doubt = self._close(own, weights[when], points[:, point], corner, sides)
+                    better = value > found[when]
+                    found[when], left[when] = np.where(better, value, found[when]), np.where(better, doubt, left[when])
         return self._sign * found, left
+
+    @staticmethod
+    def _candidates(values: np.ndarray) -> Iterator[tuple[int, int, np.ndarray]]:
+        """Cells with their best point of a lattice (times, cells, points), and the times at which each may hold the
+        extreme: a lattice may miss that much of each cell's top."""
+        top, point = values.max(axis=2), values.argmax(axis=2)
+        possible = top + MISSED * (top - values.min(axis=2)) >= top.max(axis=1, keepdims=True)
+        ranked = np.argsort(-top, axis=1)[:, :CANDIDATES]
+        cell = np.where(np.take_along_axis(possible, ranked, axis=1), ranked, -1)
+        for c in np.unique(cell[cell >= 0]).tolist():
+            times = np.flatnonzero((cell == c).any(axis=1))
+            for p in np.unique(point[times, c]).tolist():
+                yield c, p, times[point[times, c] == p]
 
     def where(self, function: np.ndarray) -> Place:
         """Where that of a function (functions,) is."""
         best: tuple[float, Place] | None = None
         for (cells, corner, sides), points in zip(self._patches, self._lattices, strict=True):
             values = self._sign * (self._space.at(points) @ function[self._space.dofs[:, cells]])
-            for cell, point in _equals(values.T, self._space.dofs[:, cells]):
-                own, at = function[self._space.dofs[:, cells[cell]]], points[:, point]
-                extent = sides
-                for _ in range(TURNS):
-                    extent = CLOSER * extent
-                    near = self._around(at, corner, sides, extent)
-                    at = near[:, int((self._sign * (self._space.at(near) @ own)).argmax())]
-                value = float(self._sign * (self._space.at(at[:, None]) @ own)[0])
-                if best is None or value > best[0]:
-                    best = value, Place(int(cells[cell]), at)
+            point, cell = np.unravel_index(int(values.argmax()), values.shape)
+            own, at = function[self._space.dofs[:, cells[cell]]], points[:, point]
+            extent = sides
+            for _ in range(TURNS):
+                extent = CLOSER * extent
+                near = self._around(at, corner, sides, extent)
+                at = near[:, int((self._sign * (self._space.at(near) @ own)).argmax())]
+            value = float(self._sign * (self._space.at(at[:, None]) @ own)[0])
+            if best is None or value > best[0]:
+                best = value, Place(int(cells[cell]), at)
         assert best is not None
         return best[1]
 
     def _close(
         self, own: np.ndarray, weights: np.ndarray, at: np.ndarray, corner: np.ndarray, sides: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """(times,) twice: the largest values in one cell near a point that is about the best of all these times."""
+        """(times,) twice: the largest values in one cell near a point that is the best of a lattice at all these times,
+        each closed in on by itself."""
         functions = weights @ (self._sign * own)
         value = functions @ self._space.at(at[:, None])[0]
         extent, doubt = sides, np.zeros(len(weights))
+        groups = [(np.arange(len(weights)), at)]
         for _ in range(TURNS):
-            extent = CLOSER * extent
-            near = self._around(at, corner, sides, extent)
-            values = functions @ self._space.at(near).T
-            top = values.max(axis=1)
-            doubt = np.maximum(top - value, 0.0)
-            value = np.maximum(value, top)
-            at = near[:, int(np.bincount(values.argmax(axis=1)).argmax())]
+            extent, closer = CLOSER * extent, []
+            for times, middle in groups:
+                near = self._around(middle, corner, sides, extent)
+                values = functions[times] @ self._space.at(near).T
+                best = values.argmax(axis=1)
+                doubt[times] = np.maximum(values.max(axis=1) - value[times], 0.0)
+                value[times] += doubt[times]
+                closer += [(times[best == b], near[:, b]) for b in np.unique(best)]
+            groups = closer
         return value, doubt
 
     def _lattice(self, corner: np.ndarray, sides: np.ndarray) -> np.ndarray:
@@ -109,7 +115,7 @@ class Extreme:
     @staticmethod
     def _steps(n: int, count: int) -> np.ndarray:
         """(points, n): a lattice of the unit cube of n dimensions."""
-        return np.stack(np.meshgrid(*n * [np.linspace(0, 1, count)], indexing="ij"), axis=-1).reshape(-1, n)
+        return np.array(list(product(np.linspace(0, 1, count), repeat=n)))
 
     def _around(self, at: np.ndarray, corner: np.ndarray, sides: np.ndarray, extent: np.ndarray) -> np.ndarray:
         """(3, points): a lattice of some extent around a point, inside its part of the cell."""

@@ -113,7 +113,7 @@ def test_functions_that_two_bricks_share_are_there_in_both_or_in_none(degrees):
     p, others = 7, range(1, 8)
     for d in range(3):
         shared = modes(p)[:, d] < 2
-        found = [active(p, tuple((*degrees[:d], q, *degrees[d + 1 :])))[shared] for q in others]
+        found = [active(p, (*degrees[:d], q, *degrees[d + 1 :]))[shared] for q in others]
         assert (np.array(found) == found[0]).all()
 
 

@@ -1,4 +1,4 @@
-"""Errors from three nested degrees: rates found, what is left of known decays, and true errors of real solutions."""
+"""Errors from three nested degrees: rates recovered, what is left of known decays, true errors of solutions."""
 
 import numpy as np
 import pytest

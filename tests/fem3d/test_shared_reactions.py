@@ -89,11 +89,10 @@ def test_parts_add_up_to_the_whole_and_the_later_of_two_values_takes_all():
     heat = problem(scene, grid_of(scene, BREAKS, 4))
     # Of any reaction, not of a uniform one alone.
     rise = np.random.default_rng(0).random(heat.size)
-    found, _reaction = flows(heat, rise)
+    found, _ = flows(heat, rise)
     cold = np.flatnonzero(heat.held["left"] + heat.held["right"] > 1e-12)
-    larger = replace(scene.boundaries[0], upper=(1.0, 1.0, 0.0))
-    alone = problem(replace(scene, boundaries=(larger, scene.boundaries[2])),
-                    grid_of(scene, BREAKS, 4))  # fmt: skip
+    face = replace(scene.boundaries[0], upper=(1.0, 1.0, 0.0))
+    alone = problem(replace(scene, boundaries=(face, scene.boundaries[2])), grid_of(scene, BREAKS, 4))
     whole, _ = flows(alone, rise)
     assert found["left"] + found["right"] == pytest.approx(whole["left"], rel=1e-9)
     assert found["hot"] == pytest.approx(whole["hot"], rel=1e-12)

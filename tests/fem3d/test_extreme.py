@@ -1,0 +1,126 @@
+"""Largest and smallest values found on the cells' polynomials, against a dense sampling of the same functions."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.sparse.linalg import spsolve
+
+from fem3d import extreme
+from fem3d.domain import boxes
+from fem3d.element import modes
+from fem3d.extreme import Extreme
+from scenes.model import Box, Probe, Scene
+from scenes.sink import SILICON
+from tests.fem3d import grid_of
+
+BOX = Box("box", SILICON, (0.0, 0.0, 0.0), (2.0, 1.0, 1.0))
+SCENE = Scene("box", (BOX,), (), ())
+PROBES = [
+    Probe("volume", BOX.lower, BOX.upper),
+    Probe("half", (1.0, 0.0, 0.0), (2.0, 1.0, 1.0)),
+    Probe("face", (0.0, 0.0, 1.0), (2.0, 1.0, 1.0)),
+    Probe("line", (0.0, 1.0, 1.0), (2.0, 1.0, 1.0)),
+    Probe("point", (0.37, 0.21, 0.8), (0.37, 0.21, 0.8)),
+]
+
+
+def domain(degree):
+    return boxes(SCENE, grid_of(SCENE, ([0.0, 1.0, 2.0], [0.0, 1.0], [0.0, 0.4, 1.0]), degree))
+
+
+def dense(space, probe, u, count=41):
+    """Values on a lattice of a probe, dense in each cell and with its faces."""
+    at = []
+    for d, (a, b) in enumerate(zip(probe.lower, probe.upper, strict=True)):
+        inner = [x for x in space.grid.breaks[d] if a < x < b]
+        ends = [a, *inner, b]
+        pieces = [np.linspace(x, y, count) for x, y in pairwise(ends)]
+        at.append(np.unique(np.concatenate(pieces)))
+    return space.sample(u, *at)
+
+
+def functions(space, count, seed, fall=0.25):
+    """Random functions whose modes beyond the second fall with their degree, as those of solutions do."""
+    found = np.random.default_rng(seed).normal(size=(count, space.size))
+    of_mode = np.where(modes(space.p) > 1, modes(space.p), 0).sum(axis=1)
+    scale = np.empty(space.size)
+    scale[space.dofs] = fall ** np.maximum(of_mode - 2, 0)[:, None]
+    return found * scale
+
+
+@pytest.mark.parametrize("degree", [1, 2, 4, 6])
+@pytest.mark.parametrize("probe", PROBES, ids=lambda p: p.name)
+def test_extremes_are_those_of_a_dense_sampling_within_their_doubt(degree, probe):
+    own = domain(degree)
+    fields = functions(own.space, 6, degree)
+    for sign in (1.0, -1.0):
+        values, left = Extreme(own.space, own.patches(probe), sign)(fields, np.eye(6))
+        sampled = np.array([sign * (sign * dense(own.space, probe, u)).max() for u in fields])
+        size = np.abs(sampled).max()
+        # Of two tops of nearly one height within one cell the search takes that of the better point of its lattice.
+        assert (sign * (values - sampled) >= -left - 1e-3 * size).all()
+        assert (sign * (values - sampled) <= 2e-3 * size).all()
+        assert (left <= 2e-3 * size).all()
+        assert (left >= 0).all()
+
+
+def test_of_rough_functions_with_many_peaks_the_largest_is_found():
+    own, probe = domain(4), PROBES[0]
+    fields = functions(own.space, 6, 4, fall=1.0)
+    values, left = Extreme(own.space, own.patches(probe), 1.0)(fields, np.eye(6))
+    sampled = np.array([dense(own.space, probe, u).max() for u in fields])
+    assert (values >= sampled - left - 1e-5 * np.abs(sampled).max()).all()
+
+
+def test_a_search_that_stops_at_its_lattice_misses_more_than_it_says(monkeypatch):
+    own, probe = domain(4), PROBES[0]
+    fields = functions(own.space, 12, 5)
+    true = np.array([dense(own.space, probe, u).max() for u in fields])
+
+    def missed():
+        values, left = Extreme(own.space, own.patches(probe), 1.0)(fields, np.eye(12))
+        return (true - values - left) / np.abs(true)
+
+    assert missed().max() <= 1e-5
+    monkeypatch.setattr(extreme, "TURNS", 0)
+    assert missed().max() > 1e-4
+
+
+def test_the_place_holds_the_value_and_the_point_is_in_its_cell():
+    own = domain(5)
+    (u,) = functions(own.space, 1, 2)
+    for probe in PROBES:
+        search = Extreme(own.space, own.patches(probe), 1.0)
+        place = search.where(u)
+        value = float((own.space.at(place.point[:, None]) @ u[own.space.dofs[:, place.cell]])[0])
+        assert value == pytest.approx(search(u[None], np.ones((1, 1)))[0][0], rel=1e-3)
+        corner, h = own.space.corners[:, place.cell], own.space.h[:, place.cell]
+        where = corner + h * place.point
+        assert (where >= np.array(probe.lower) - 1e-12).all()
+        assert (where <= np.array(probe.upper) + 1e-12).all()
+        assert own.space.sample(u, *where[:, None]).item() == pytest.approx(value, rel=1e-9)
+
+
+def test_of_sums_over_time_each_has_its_own_place():
+    """A bump that moves: weights of two fields go from one to the other."""
+    own, probe = domain(6), PROBES[0]
+    fields = functions(own.space, 2, 8)
+    shares = np.linspace(0.0, 1.0, 11)
+    weights = np.stack([1 - shares, shares], axis=1)
+    values, left = Extreme(own.space, own.patches(probe), 1.0)(fields, weights)
+    for w, value, doubt in zip(weights, values, left, strict=True):
+        sampled = dense(own.space, probe, w @ fields).max()
+        assert value >= sampled - doubt - 1e-4 * abs(sampled)
+        assert value <= sampled * (1 + 2e-3)
+
+
+def test_a_parabola_s_top_inside_a_cell_is_found():
+    """x (2 - x) on one cell has its top in the middle, on no corner of a lattice of even count."""
+    box = Box("box", SILICON, (0.0, 0.0, 0.0), (2.0, 1.0, 1.0))
+    own = boxes(SCENE, grid_of(SCENE, ([0.0, 2.0], [0.0, 1.0], [0.0, 1.0]), 2))
+    cells = own.space.on(np.arange(1), more=1)
+    x = cells.points[0]
+    u = spsolve(own.space.matrices(np.ones(1), np.ones(1))[1], cells.load(x * (2.1 - x)))
+    values, left = Extreme(own.space, own.patches(Probe("all", box.lower, box.upper)), 1.0)(u[None], np.ones((1, 1)))
+    assert 0 <= 1.05**2 - values[0] <= max(left[0], 1e-4)
