@@ -125,7 +125,7 @@ class BrickSpace:
         found: np.ndarray = (f[a] * g[b] * h[c]).T
         return found
 
-    def sample(self, u: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray, slope: int = 3) -> np.ndarray:
+    def sample(self, u: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray, *, slope: int = 3) -> np.ndarray:
         """(..., x, y, z): fields (..., functions), or their derivative along an axis, on a grid of coordinates (m).
         What is outside of the solid means nothing."""
         tables = [self._table(d, at, d == slope) for d, at in enumerate((x, y, z))]
