@@ -9,7 +9,7 @@ from typing import Any
 PACKAGES = ("fem3d", "meshes", "scenes")
 # Tables of reference elements and rules of integration: they serve every scene, and other programs keep theirs too.
 TABLES = (
-    "meshes.axis.reference", "meshes.singular._angular", "fem3d.exponential", "fem3d.section", "fem3d.solve_mesh",
+    "meshes.axis.reference", "meshes.singular._angular", "fem3d.exponential", "fem3d.section",
     "meshes.grouped",
 )  # fmt: skip
 
