@@ -25,13 +25,9 @@ class Factors:
         graph = csc_array((np.full(matrix.nnz, -1.0), (group[matrix.indices], columns)), shape=(n, n))
         # Made definite, for what is known of an ordering comes with factors of it.
         graph = csc_array(graph - graph.sum() * eye_array(n))
-        by_degree = splu(graph, permc_spec="MMD_AT_PLUS_A", **SYMMETRIC)
-        rank = by_degree.perm_c
-        if n > MANY:
-            order = dissection(places[own], graph)
-            dissected = splu(csc_array(graph[order][:, order]), permc_spec="NATURAL", **SYMMETRIC)
-            if dissected.L.nnz < by_degree.L.nnz:
-                rank = np.argsort(order)
+        # Of groups of one function each its factors take as long as the matrix's: none are made to choose by.
+        single = MANY < n == len(group)
+        rank = np.argsort(dissection(places[own], graph)) if single else _better(graph, places[own])
         self._order = np.argsort(rank[group], kind="stable")
         ordered = csc_array(csc_array(matrix[self._order])[:, self._order])
         self._lu = splu(ordered, permc_spec="NATURAL", **SYMMETRIC)
@@ -41,6 +37,17 @@ class Factors:
         x = np.empty_like(b)
         x[self._order] = self._lu.solve(b[self._order])
         return x
+
+
+def _better(graph: csc_array, places: np.ndarray) -> np.ndarray:
+    """(n,): when each node of a graph is eliminated, in that of two orders which fills in less."""
+    by_degree = splu(graph, permc_spec="MMD_AT_PLUS_A", **SYMMETRIC)
+    if len(places) > MANY:
+        order = dissection(places, graph)
+        if splu(csc_array(graph[order][:, order]), permc_spec="NATURAL", **SYMMETRIC).L.nnz < by_degree.L.nnz:
+            return np.argsort(order)
+    found: np.ndarray = by_degree.perm_c
+    return found
 
 
 def dissection(places: np.ndarray, graph: csc_array) -> np.ndarray:

@@ -14,7 +14,7 @@ from scipy.sparse.csgraph import connected_components
 @dataclass(frozen=True, eq=False)
 class GroupedMesh:
     """``mesh`` is scikit-fem's (MeshTet, MeshTet2, MeshHex or MeshHex2), in m; ``volumes`` are the cells of each volume
-    group, ``surfaces`` the facets of each surface group and which of their cells in `f2t` (facets,) they point out of.
+    group, ``surfaces`` the facets of each surface group, and of each which of its two cells in `f2t` it points out of.
 
     ``file_type`` is meshio's name of the file's cells, ``points`` (n, 3) and ``cells`` (m, nodes) are they, in order
     of nodes; ``others``: the names of groups that are neither, and of surface groups with facets that are of no cell,
