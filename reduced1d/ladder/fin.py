@@ -12,7 +12,7 @@ one shape, so that the fin is the plate projected on rises that are uniform acro
 from __future__ import annotations
 
 import numpy as np
-from meshes.axis import Axis
+from numpy.polynomial import legendre
 
 from reduced1d.equations import anchor_flow, end_rise_from_equivalent, peak_above_end, resistance, room_resistivity
 from reduced1d.ladder.anchor import Anchor
@@ -32,29 +32,45 @@ def fin(
 
     Raises ValueError where the silicon does not conduct.
     """
-    axis = Axis(np.array(_BREAKS) * sink.length / 2, np.array(_DEGREES) + finer)
-    line = axis.part(0, len(_DEGREES))
-    mass, stiffness = np.zeros((2, axis.size, axis.size))
-    mass[line.rows, line.columns], stiffness[line.rows, line.columns] = line.mass, line.stiffness
+    integral, mass, stiffness = _line(np.array(_BREAKS) * sink.length / 2, np.array(_DEGREES) + finer)
     k, A_c = sink.silicon.thermal_conductivity, sink.cross_section
     resistivity, a = room_resistivity(sink.silicon, sink.room_temperature)
     per_length = resistivity / A_c
     film = sink.convection_coefficient * sink.width
-    end, peak = np.eye(axis.size)[[0, -1]]
+    end, peak = np.eye(len(integral))[[0, len(_BREAKS) - 1]]
     node = np.outer(end, end)
     capacity = pad_capacity * anchor.pad + oxide_capacity * anchor.oxide
-    beam = _HALVES * per_length * line.integral
+    beam = _HALVES * per_length * integral
     matrices = Matrices(
         _HALVES * (sink.silicon.heat_capacity * A_c * mass + capacity * node),
         _HALVES * (k * A_c * stiffness + film * mass + node / anchor.resistance),
         beam + anchor.source * end, _HALVES * per_length * mass + anchor.feedback * node,
         per_length * sink.length + anchor.circuit, beam, per_length * sink.length,
         {
-            "peak": peak, "end": end, "mean": line.integral / (sink.length / 2),
-            "air": _HALVES * (film * line.integral + anchor.air * end), "air_beam": _HALVES * film * line.integral,
+            "peak": peak, "end": end, "mean": integral / (sink.length / 2),
+            "air": _HALVES * (film * integral + anchor.air * end), "air_beam": _HALVES * film * integral,
         },
     )  # fmt: skip
     return in_modes(matrices, a, sink.voltage)
+
+
+def _line(breaks: np.ndarray, degrees: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(n,), (n, n) twice: the integrals of functions on a line, of their products and of those of their slopes. The
+    functions of the breakpoints (m) come first, then the integrals of Legendre's polynomials on each interval."""
+    n = len(breaks) + int(np.sum(degrees - 1))
+    integral, mass, stiffness = np.zeros(n), np.zeros((n, n)), np.zeros((n, n))
+    first = len(breaks)
+    for i, (h, p) in enumerate(zip(np.diff(breaks), degrees.tolist(), strict=True)):
+        x, w = legendre.leggauss(p + 1)
+        v, one = legendre.legvander(x, p).T, np.ones(p + 1)
+        f = np.array([(1 - x) / 2, (1 + x) / 2, *((v[k] - v[k - 2]) / (2 * k - 1) for k in range(2, p + 1))])
+        slopes = np.array([-one / 2, one / 2, *(v[k - 1] for k in range(2, p + 1))])
+        own = np.array([i, i + 1, *range(first, first + p - 1)])
+        first += p - 1
+        integral[own] += h / 2 * f @ w
+        mass[np.ix_(own, own)] += h / 2 * (f * w) @ f.T
+        stiffness[np.ix_(own, own)] += 2 / h * (slopes * w) @ slopes.T
+    return integral, mass, stiffness
 
 
 def lump(sink: Sink, anchor_resistance: float) -> FewStates:
