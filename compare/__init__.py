@@ -8,13 +8,19 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    import compare.sweep as sweep
     from compare.interface import Run as Run
     from compare.interface import run as run
 
-__all__ = ["Run", "run"]
+__all__ = ["Run", "run", "sweep"]
 
 
 def __getattr__(name: str) -> Any:
+    if name == "sweep":
+        from importlib import import_module
+
+        # A package that can be called: compare.sweep(scene, vary={...}).
+        return import_module("compare.sweep")
     if name in __all__:
         from compare import interface
 

@@ -55,11 +55,16 @@ def run(
 
 
 def answer(
-    sink: Sink, request: Request, progress: Callable[[str], None] | None = None, against: Data | None = None
+    sink: Sink,
+    request: Request,
+    progress: Callable[[str], None] | None = None,
+    against: Data | None = None,
+    earlier: Result | None = None,
 ) -> Outcome:
-    """The same without any file: solved and compared. Raises RunawayError and NumericsError."""
+    """The same without any file: solved and compared. ``earlier`` is the 3D result of the same sink at another voltage,
+    whose meshes and fields may serve again. Raises RunawayError and NumericsError."""
     clock = Clock()
-    solved = _solve(sink, whole(request), progress or (lambda _: None), clock)
+    solved = _solve(sink, whole(request), progress or (lambda _: None), clock, earlier)
     return replace(_with_data(solved, against), timing=clock.all())
 
 
@@ -73,7 +78,9 @@ def _with_data(outcome: Outcome, against: Data | None) -> Outcome:
     return replace(outcome, checks=checks, plan=(*outcome.plan, data_step(against)), against=against)
 
 
-def _solve(sink: Sink, request: SinkRequest, say: Callable[[str], None], clock: Clock) -> Outcome:
+def _solve(
+    sink: Sink, request: SinkRequest, say: Callable[[str], None], clock: Clock, earlier: Result | None = None
+) -> Outcome:
     """Both models and the checks, without any file."""
     fem3d = reduced1d = why = exported = None
     levels = _levels(sink, request)
@@ -89,7 +96,7 @@ def _solve(sink: Sink, request: SinkRequest, say: Callable[[str], None], clock: 
             from fem3d.run import solve as solve_3d
         say("solving in 3D")
         with clock.stage("fem3d"):
-            fem3d = solve_3d(sink, request, say)
+            fem3d = solve_3d(sink, request, say, earlier)
         solver_steps = tuple(fem3d.details["plan"])
     if "reduced1d" in request.models:
         with clock.stage("reduced1d"):
