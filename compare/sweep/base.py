@@ -13,7 +13,7 @@ from scenes.free.loading import values
 from scenes.loading import as_dict, builtin_text, check, file_name, file_text, toml
 from scenes.overrides import override
 from scenes.sink import Sink
-from scenes.types import SINK
+from scenes.types import SINK, TYPES
 from scenes.units import UnitError, parse_quantity
 
 if TYPE_CHECKING:
@@ -100,10 +100,10 @@ def base(source: str | Path | Sink | AnyScene, settings: Sequence[str] = ()) -> 
     if not isinstance(source, str | Path):
         return Base("free", source.name, free.as_dict(source), str(Path.cwd()), tuple(settings))
     name = str(source)
-    known = name == SINK.name or name in examples.names()
+    known = name in (*TYPES, *examples.names())
     text = builtin_text(name) if known else file_text(source, (SINK.name, *examples.names()))
     document = toml(text, source)
-    if name == "device" or _DEVICE & document.keys():
+    if _DEVICE & document.keys():
         raise SceneError(f"{quoted(name)} is a device, which has no 3D model to sweep: give a sink or a scene of boxes")
     kind: Literal["sink", "free"] = "free" if _is_free(document) else "sink"
     folder = "" if known else str(Path(source).resolve().parent)

@@ -48,15 +48,14 @@ class Table:
 
 
 def read(job: Job, store: Store) -> Table:
-    """The columns of all rows that are stored; of a large sweep only those that something is made of."""
+    """The columns of all rows that are stored, in the order in which points.csv has them."""
     numbers: list[int] = []
-    found: dict[str, list[Any]] = {name: [] for name in ("status", "blame", "blame_share", "seconds")}
+    found: dict[str, list[Any]] = {}
     for n, row in enumerate(store.rows()):
         numbers.append(row.point)
-        values = {"status": row.status, "seconds": row.seconds, **row.values}
-        for name in values.keys() - found.keys():
-            if not name.startswith(("fem3d_", "reduced1d_")) or job.base.kind == "free":
-                found[name] = [None] * n
+        values = {**{name: getattr(row, name) for name in _STATUS}, "blame": "", **row.values}
+        for name in values:
+            found.setdefault(name, [None] * n)
         for name, column in found.items():
             value = values.get(name)
             column.append(sys.intern(value) if isinstance(value, str) else value)
@@ -182,14 +181,14 @@ def _lost(counts: Counter[str]) -> str:
 
 def _first(table: Table, size: np.ndarray) -> str:
     """The key that the difference grows with most, and to which side; "" where none stands out."""
-    from scipy.stats import spearmanr
-
     known = np.isfinite(size)
     best, said = 0.3, ""
     for key, values in table.keys.items():
         if values.dtype == object or len(set(values[known])) < 2 or np.ptp(size[known]) == 0:
             continue
-        rank = float(spearmanr(np.abs(values[known]), size[known])[0])
+        # Spearman's correlation, but for ties.
+        ranks = [np.argsort(np.argsort(given, kind="stable")) for given in (np.abs(values[known]), size[known])]
+        rank = float(np.corrcoef(*ranks)[0, 1])
         if abs(rank) > best:
             best = abs(rank)
             words = ("high", "low") if key == VOLTAGE else ("large", "small")
