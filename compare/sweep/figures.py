@@ -11,8 +11,8 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import FuncFormatter, MaxNLocator
-from matplotlib.tri import Triangulation
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator
+from matplotlib.tri import LinearTriInterpolator, Triangulation
 
 from compare.colours import INK
 from compare.drawing import new_figure
@@ -39,7 +39,14 @@ def draw(job: Job, table: Table, tolerances: Mapping[str, float], found: Map | N
     if len(table.keys) == 1 or not numeric:
         return {"figure_lines": _lines(job, table, tolerances)}
     if len(table.keys) == 2 and job.base.kind == "sink":
-        return {"figure_map": _map(job, table, tolerances[job.asked.check], None)}
+        own = job.asked.reductions[0]
+        known = [name for name in job.asked.reductions if _column(job, name) in table.columns]
+        return {
+            f"figure_map{'' if name == own else '_' + name.replace(':', '')}": _map(
+                job, table, tolerances[job.asked.check], None, name
+            )
+            for name in known
+        }
     return {"figure_pairs": _pairs(job, table, tolerances)} | _shares(job, table)
 
 
@@ -64,7 +71,8 @@ def _lines(job: Job, table: Table, tolerances: Mapping[str, float]) -> Figure:
     across = min(len(panels), 3)
     down = math.ceil(len(panels) / across)
     width, height = 3.7 * across + 0.6, 2.5 * down + 0.9
-    figure = new_figure(width, height, job.base.name, [], bottom=0.85, left=0.75)
+    said = "differences from 3D, by check" if job.base.kind == "sink" else "probes"
+    figure = new_figure(width, height, f"{job.base.name}: {said}", [], bottom=0.85, left=0.75)
     x, label = _axis(job, table, key)
     others = {name: values for name, values in table.keys.items() if name != key}
     groups: dict[tuple[str, ...], list[int]] = {}
@@ -114,13 +122,19 @@ def _line(
     ax.fill_between(x[at], y - band, y + band, color=colour, alpha=0.3, lw=0)
 
 
-def _map(job: Job, table: Table, tolerance: float, found: Map | None) -> Figure:
+def _column(job: Job, reduction: str) -> str:
+    """The differences of a reduction in the check that the sweep is of."""
+    return f"{'' if reduction == job.asked.reductions[0] else reduction + '_'}{job.asked.check}_difference"
+
+
+def _map(job: Job, table: Table, tolerance: float, found: Map | None, reduction: str = "") -> Figure:
     """|1D/3D - 1| over two keys, the tolerance as a bold line, the points that were solved as dots and those without an
     answer as crosses; beside it the assumption to blame where the tolerance is exceeded."""
-    check, model, ok = job.asked.check, job.asked.reductions[0], table.ok
+    check, model, ok = job.asked.check, reduction or job.asked.reductions[0], table.ok
     (x, label_x), (y, label_y) = (_axis(job, table, key) for key in job.design.keys)
     if found is None:
-        across, up, size, words = x, y, np.abs(table.columns[f"{check}_difference"]), table.columns["blame"]
+        across, up, size = x, y, np.abs(table.columns[_column(job, model)])
+        words = table.columns["blame"] if model == job.asked.reductions[0] else np.full(len(table), "", object)
     else:
         grid = np.array([job.design.point(n) for n in range(job.design.count)], float)
         across, up = (grid[:, i] * _factor(table, key) for i, key in enumerate(job.design.keys))
@@ -158,15 +172,16 @@ def _map(job: Job, table: Table, tolerance: float, found: Map | None) -> Figure:
 
 
 def _blamed(ax: Axes, net: Triangulation, percents: np.ndarray, words: list[int], tolerance: float) -> None:
-    """The word of the nearest point as a colour, white where the tolerance is kept."""
+    """The word of the nearest point as a colour where the tolerance is exceeded."""
     from scipy.interpolate import NearestNDInterpolator
 
     sides = [np.linspace(side.min(), side.max(), 300) for side in (net.x, net.y)]
     places = np.stack(np.meshgrid(*sides), axis=-1)
     spans = np.array([np.ptp(net.x) or 1.0, np.ptp(net.y) or 1.0])
     nearest = NearestNDInterpolator(np.column_stack([net.x, net.y]) / spans, words)(places / spans)
-    ax.pcolormesh(*sides, nearest, cmap=ListedColormap(COLOURS), vmin=-0.5, vmax=len(COLOURS) - 0.5, rasterized=True)
-    ax.tricontourf(net, percents, levels=[-1.0, tolerance], colors=["white"])
+    size = LinearTriInterpolator(net, percents)(places[..., 0], places[..., 1]).filled(0.0)
+    shown = np.where(size > tolerance, nearest, np.nan)
+    ax.pcolormesh(*sides, shown, cmap=ListedColormap(COLOURS), vmin=-0.5, vmax=len(COLOURS) - 0.5, rasterized=True)
 
 
 def _pairs(job: Job, table: Table, tolerances: Mapping[str, float]) -> Figure:
@@ -177,7 +192,9 @@ def _pairs(job: Job, table: Table, tolerances: Mapping[str, float]) -> Figure:
     order = [n for n in np.argsort(np.where(np.isfinite(size), size, -1.0)) if ok[n]]
     n = len(keys) - 1
     side = 2.6
-    figure = new_figure(side * n + 1.6, side * n + 0.9, job.base.name, [], bottom=0.6, left=0.8)
+    figure = new_figure(
+        side * n + 1.6, side * n + 0.9, f"{job.base.name}: every pair of keys", [], bottom=0.6, left=0.8
+    )
     figure.subplots_adjust(right=1 - 1.25 / (side * n + 1.6))
     shades: Any = None
     for i in range(n):
@@ -249,6 +266,7 @@ def _scale(ax: Axes, job: Job, key: str, side: str) -> None:
     own = ax.xaxis if side == "x" else ax.yaxis
     if axis.log:
         (ax.set_xscale if side == "x" else ax.set_yscale)("log")
+        own.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         own.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         own.set_minor_formatter(FuncFormatter(lambda value, _: ""))
     elif not axis.numeric:

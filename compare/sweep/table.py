@@ -188,7 +188,7 @@ def _first(table: Table, size: np.ndarray) -> str:
             continue
         # Spearman's correlation, but for ties.
         ranks = [np.argsort(np.argsort(given, kind="stable")) for given in (np.abs(values[known]), size[known])]
-        rank = float(np.corrcoef(*ranks)[0, 1])
+        rank = float(np.corrcoef(ranks[0], ranks[1])[0, 1])
         if abs(rank) > best:
             best = abs(rank)
             words = ("high", "low") if key == VOLTAGE else ("large", "small")
