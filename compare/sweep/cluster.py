@@ -69,8 +69,9 @@ class Cluster:
         import dask
         from distributed import Client, LocalCluster
 
-        for name in ("distributed", "bokeh", "tornado"):  # after the import, which sets levels of its own
-            logging.getLogger(name).setLevel(logging.CRITICAL)
+        for name in list(logging.root.manager.loggerDict):  # what goes wrong is said in a sentence here
+            if name.startswith(("distributed", "bokeh", "tornado")):
+                logging.getLogger(name).setLevel(logging.CRITICAL + 1)
         dask.config.set({"distributed.scheduler.allowed-failures": solver.ATTEMPTS})
         if self._scheduler is None:
             self._local = LocalCluster(
@@ -116,7 +117,7 @@ class Cluster:
         done = as_completed()
 
         def hand_out() -> None:
-            for work in islice(left, 2 * max(self.threads, 1) - len(running)):
+            for work in islice(left, max(2 * self.threads - len(running), not running)):
                 future = self._client.submit(task, work, self._seconds, pure=False)
                 running[future] = work
                 done.add(future)
@@ -173,7 +174,8 @@ def _killed(work: Work) -> list[Row]:
 
 def _said(error: Exception) -> str:
     """What Dask says, to the end of its first sentence."""
-    return printable(str(error).strip().split("\n")[0] or type(error).__name__, 120)
+    said = str(error).strip().split("\n")[0].rpartition("reason: ")[2].rstrip(".")
+    return printable(said or type(error).__name__, 120)
 
 
 def _draws() -> bool:

@@ -1,5 +1,5 @@
-"""Overrides of a free scene: "run.accuracy=1e-4", "boundary.left.voltage=2" for an item by its name, "box.arm.upper.x=9um"
-for one coordinate of a point."""
+"""Overrides of a free scene: "run.accuracy=1e-4", "boundary.left.voltage=2" for an item by its name, and for one
+coordinate of a point "box.arm.upper.x=9um"."""
 
 from __future__ import annotations
 
