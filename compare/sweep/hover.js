@@ -1,7 +1,7 @@
 "use strict";
 // Points (or the cells of a map) over two of their columns, coloured by a third; the one under the pointer is read out.
 (function () {
-  const given = JSON.parse(document.getElementById("points").textContent);
+  const given = JSON.parse(document.getElementById("rows").textContent);
   const box = document.querySelector(".hover"), canvas = box.querySelector("canvas"), said = box.querySelector(".said");
   const keys = Object.keys(given.keys), values = Object.keys(given.values), words = Object.keys(given.words);
   const count = given.keys[keys[0]].length, pen = canvas.getContext("2d");

@@ -42,7 +42,8 @@ def page(
     style = (Path(report.__file__).parent / "style.css").read_text(encoding="utf-8")
     script = Path(__file__).with_name("hover.js").read_text(encoding="utf-8")
     data = json.dumps(_data(job, found, cells, tolerances), separators=(",", ":")).replace("</", "<\\/")
-    counts = document["counts"]
+    counts, sentence = document["counts"], document["sentence"]
+    said = f"{sentence[0].upper()}{sentence[1:]}."
     rows = [
         [
             text(check),
@@ -72,14 +73,15 @@ def page(
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n<link rel="icon" href="data:,">\n'
         f"<title>{text(job.base.name)}</title>\n<style>\n{style}{_STYLE}</style>\n</head>\n<body>\n<header>\n"
-        f'<h1>{text(job.base.name)}</h1>\n<p class="verdict">{text(document["sentence"])}</p>\n</header>\n<main>\n'
+        f'<h1>{text(job.base.name)}</h1>\n<p class="verdict">{text(said)}</p>\n</header>\n<main>\n'
         + "\n".join(parts)
-        + f'\n</main>\n<script type="application/json" id="points">{data}</script>\n'
+        + f'\n</main>\n<script type="application/json" id="rows">{data}</script>\n'
         f"<script>\n{script}</script>\n</body>\n</html>\n"
     )
 
 
 _STYLE = """
+.verdict { font-size: 1.35rem; }
 .hover canvas { width: 100%; height: 30rem; max-width: 60rem; border: 1px solid var(--line); cursor: crosshair; }
 .hover .choose { display: flex; flex-wrap: wrap; gap: 0.3rem 1.2rem; }
 .hover .said { min-height: 3rem; white-space: pre-wrap; font-variant-numeric: tabular-nums; }

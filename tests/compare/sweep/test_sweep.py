@@ -15,10 +15,12 @@ from pathlib import Path
 import pytest
 
 from compare.cli import main
+from compare.sweep import cluster as cluster_of
 from compare.sweep import solver
 from compare.sweep.base import base
 from compare.sweep.design import Design
 from compare.sweep.point import Asked, Work
+from tests import browser
 
 SWEEP = [
     "sweep", "sink", "--steady", "--no-blame", "--no-figures", "--workers", "2",
@@ -139,8 +141,29 @@ def test_a_finished_sweep_solves_nothing_and_another_is_refused(
     assert "holds another sweep (its vary differs)" in capsys.readouterr().err
 
 
+def test_the_page_reads_out_the_point_under_the_pointer(undisturbed: Path) -> None:
+    if browser.find() is None:
+        pytest.skip("no browser")
+    drawn = [word for word in SWEEP if word != "--no-figures"]
+    assert main([*drawn, "--quiet", "--out", str(undisturbed)]) == 0
+    assert (undisturbed / "figure_map.png").stat().st_size > 10_000
+    with browser.Browser() as page:
+        page.open(undisturbed / "report.html", 1000)
+        point = """(() => { const c = document.querySelector(".hover canvas"), r = c.getBoundingClientRect();
+            c.dispatchEvent(new PointerEvent("pointermove", {clientX: r.left + r.width - 50, clientY: r.top + 50}));
+            return document.querySelector(".said").textContent; })()"""
+        said = page.run(point)
+        assert page.errors == []
+        assert page.run("document.documentElement.scrollWidth") == 1000
+    # The upper right corner is the last point of the table.
+    row = table(undisturbed)[-1]
+    assert said.startswith("sink.width 140 um, anchor.oxide_thickness 2 um\nfig4 ")
+    assert float(said.split()[7]) == pytest.approx(100 * float(row["fig4_difference"]), rel=0.01)
+    assert f"verdict: {row['fig4_verdict']}" in said
+
+
 def test_a_cluster_that_is_there_gives_the_same_table(
-    undisturbed: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    undisturbed: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from distributed import LocalCluster
 
@@ -150,6 +173,7 @@ def test_a_cluster_that_is_there_gives_the_same_table(
         assert main([*alone, "--quiet", "--scheduler", address, "--out", str(tmp_path / "there")]) == 0
     assert_same(table(tmp_path / "there"), table(undisturbed))
     solver.close()
+    monkeypatch.setattr(cluster_of, "ANSWERS_WITHIN", 0.5)
     assert main([*alone, "--scheduler", "tcp://127.0.0.1:9", "--out", str(tmp_path / "gone")]) == 2
     assert 'no scheduler answers at "tcp://127.0.0.1:9"' in capsys.readouterr().err
 
