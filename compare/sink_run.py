@@ -96,7 +96,7 @@ def _solve(
             from fem3d.run import solve as solve_3d
         say("solving in 3D")
         with clock.stage("fem3d"):
-            fem3d = solve_3d(sink, request, say, earlier)
+            fem3d = solve_3d(sink, request, say) if earlier is None else solve_3d(sink, request, say, earlier)
         solver_steps = tuple(fem3d.details["plan"])
     if "reduced1d" in request.models:
         with clock.stage("reduced1d"):
