@@ -40,7 +40,7 @@ def run(arguments: argparse.Namespace) -> int:
     from compare.sweep.design import Design
 
     cells = _cells(arguments.cells)
-    solves = whole("--solves", arguments.solves or str(SOLVES), 1, 1_000_000)
+    solves = whole("--solves", arguments.solves or str(SOLVES), 16, 1_000_000)
     base = sweep.scene(arguments, [])
     if base.kind != "sink":
         raise SceneError(

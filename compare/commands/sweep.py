@@ -47,7 +47,7 @@ def describe(parser: argparse.ArgumentParser) -> None:
 
 _VALUES = {
     "voltage": ("V", "the voltage at every point; for --set drive.voltage=V"),
-    "reduction": ("R,R...", "the 1D models: paper (default), anchored, fin ...; figures are of the first"),
+    "reduction": ("R,R...", "the 1D models: paper (default), anchored, fin ...; blame is of the first"),
     "accuracy": (
         "A",
         f"relative, of each 3D solution (default {ACCURACY}); open verdicts are solved again more accurately",

@@ -3,6 +3,7 @@ before it have shown, so that a map goes on as it would have after any interrupt
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -64,7 +65,7 @@ def refine(job: Job, store: Store, cluster: Cluster, pace: Pace) -> Map:
     shape = (job.design.shape[0], job.design.shape[1])
     tolerance = job.base.at(()).tolerance(job.asked.check)  # type: ignore[union-attr]
     limit = job.solves or 0
-    first = [np.unique(np.linspace(0, n - 1, min(FIRST, n)).round().astype(int)) for n in shape]
+    first = [np.unique(np.linspace(0, n - 1, min(FIRST, n, math.isqrt(limit))).round().astype(int)) for n in shape]
     wanted = np.array([(i, j) for i in first[0] for j in first[1]])
     record, rounds = Record(), 0
     solved: dict[int, Row] = {}
