@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from itertools import chain, islice
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
@@ -55,10 +56,12 @@ class Cluster:
     def __exit__(
         self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self._client is not None:
-            self._client.close(timeout=2)
-        if self._local is not None:
-            self._local.close(timeout=2)
+        # All rows are stored by now: a machine too busy to say goodbye in time is no reason to fail.
+        for part in (self._client, self._local):
+            with suppress(Exception):
+                if part is not None:
+                    part.close(timeout=5)
+        if self._scheduler is None:
             solver.close()
 
     def _start(self) -> None:

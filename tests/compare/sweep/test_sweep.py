@@ -255,3 +255,12 @@ def test_from_python(tmp_path: Path) -> None:
     assert found["sink.width"].attrs["units"] == "m"
     assert float(found["fig4_difference"].sel({"sink.width": 100e-6})) == pytest.approx(-0.0656, abs=1e-3)
     assert list(found["status"].values) == ["ok", "ok"]
+
+
+def test_a_cluster_that_is_slow_to_end_is_no_failure() -> None:
+    class Slow:
+        def close(self, timeout: float) -> None:
+            raise TimeoutError(f"timed out after {timeout} s")
+
+    with cluster_of.Cluster(1, None, None) as cluster:
+        cluster._client = cluster._local = Slow()
