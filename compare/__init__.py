@@ -1,6 +1,11 @@
-"""The comparison of a reduction with the 3D model: checks, figures, reports; the `validate` command.
+"""How far a 1D model is from 3D: the comparison, and what belongs to it.
 
-From Python: ``run = compare.run(scenes.load("sink"), voltage=1)``, then ``run.check("eq13")``. Imported when used.
+    run = compare.run("sink", voltage=1)         # both models of a sink, and the checks; reduction="plate", why=True
+    found = compare.solve("bridge")              # any scene of boxes or on a mesh, in 3D
+    sensor = compare.device("device")            # the whole sensor in 1D
+
+Each prints as its answer and has .traces (named columns), .report() and .outcome, which holds everything. Scenes are
+what ``scenes.load`` returns, or what it takes. ``compare.testing`` has assertions for tests of your own.
 """
 
 from __future__ import annotations
@@ -9,20 +14,25 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import compare.sweep as sweep
+    from compare.interface import DeviceRun as DeviceRun
     from compare.interface import Run as Run
+    from compare.interface import Solution as Solution
+    from compare.interface import device as device
     from compare.interface import run as run
+    from compare.interface import solve as solve
 
-__all__ = ["Run", "run", "sweep"]
+__all__ = ["DeviceRun", "Run", "Solution", "device", "run", "solve", "sweep", "testing"]
 
 
 def __getattr__(name: str) -> Any:
-    if name == "sweep":
-        from importlib import import_module
+    from importlib import import_module
 
-        # A package that can be called: compare.sweep(scene, vary={...}).
-        return import_module("compare.sweep")
+    if name in ("device", "solve", "sweep", "testing"):
+        return import_module(f"compare.{name}")
     if name in __all__:
-        from compare import interface
-
-        return getattr(interface, name)
+        return getattr(import_module("compare.interface"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return list(__all__)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
+import shlex
 from collections.abc import Mapping, Sequence
 from importlib import import_module
 from typing import NoReturn
@@ -33,6 +34,7 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     found, unknown = parser.parse_known_args(joined)
     if unknown:
         _refuse(commands[found.command], unknown[0])
+    found.command_line = shlex.join(["validate", *argv])
     return found
 
 
@@ -67,7 +69,7 @@ def _parsers(chosen: str | None) -> tuple[argparse.ArgumentParser, Mapping[str, 
     """The parser, and those of the commands; only the chosen one gets its options."""
     parser = _Parser(
         prog="validate", allow_abbrev=False, formatter_class=argparse.RawDescriptionHelpFormatter,
-        description="How far to trust a 1D model of a heated microstructure: the same scene in 3D, with error bounds.",
+        description="How far to trust a 1D model of a heated microstructure: the same scene in 3D, with errors.",
         epilog="example:\n  validate sink --voltage 1   the paper's active sink at 1 V, equation by equation\n"
         "  validate device             the whole sensor in 1D, what the paper says of it\n"
         "  validate solve mine.toml    any structure of boxes in 3D (validate scene bridge > mine.toml)\n\n"

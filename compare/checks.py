@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Protocol
 
 from compare import equation_checks, figure_checks
 from compare.comparison import Comparison, Models
-from compare.scope import made_checks
+from compare.scope import OF_THE_PAPER, PAPERS, made_checks
 from compare.verdict import Check, Verdict, judge
 from compare.words import difference_text, percent
 from scenes.plan import Request
@@ -37,7 +38,9 @@ def evaluate(sink: Sink, request: Request, fem3d: Result, reduced1d: Result | No
     it was not asked for, has its traces at the same times.
     """
     models = Models(sink, fem3d, reduced1d)
-    return tuple(judged(name, DEFINITIONS[name](models), sink) for name in made_checks(sink, request))
+    found = [judged(name, DEFINITIONS[name](models), sink) for name in made_checks(sink, request)]
+    another = reduced1d is not None and reduced1d.model not in PAPERS
+    return tuple(replace(check, own=not (another and check.id in OF_THE_PAPER)) for check in found)
 
 
 class Declaring(Protocol):
@@ -64,15 +67,15 @@ def judged(name: str, found: Comparison, scene: Declaring, always: bool = False)
     because = ""
     if verdict == "differs" or always:
         because = found.reason()
-    if verdict == "unresolved":
+    if verdict == "unresolved" and not always:
         doubt = (
             f"{difference_text(found.difference, found.u_num, 'give or take')} may be on either side of the "
             f"tolerance of {percent(tolerance)}"
         )
-        because = f"{because}; {doubt}" if always else f"{doubt}: ask for a smaller accuracy"
+        because = f"{doubt}: ask for a smaller accuracy"
     return Check(
         name, found.title, found.predicted, found.measured, found.unit, found.difference, tolerance, found.u_num,
-        verdict, expected(scene, name), because, found.time,
+        verdict, expected(scene, name), because, found.time, found.sense, found.relative_to,
     )  # fmt: skip
 
 
@@ -81,8 +84,11 @@ def contradicts(check: Check, scene: Declaring, strict: bool) -> bool:
 
     Only what is declared can be contradicted: a verdict that is the opposite of the declared one, or a difference
     beyond a tolerance that the scene itself sets. ``strict`` takes every check without a declaration as expected to
-    agree, and takes "unresolved" for a contradiction of either.
+    agree, and takes "unresolved" for a contradiction of either. An equation that is not the chosen model's
+    contradicts nothing.
     """
+    if not check.own:
+        return False
     if strict:
         return check.verdict != (check.expected or "agrees")
     if check.verdict == "unresolved":

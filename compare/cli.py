@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from collections.abc import Sequence
 from importlib import import_module
 
@@ -13,6 +14,9 @@ from scenes.errors import SceneError
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs one command and returns its exit status: 0 fine, 1 a check came out other than declared, 2 bad input, 3 the
     numerics failed, 130 interrupted. What goes wrong is one sentence on standard error."""
+    if not sys.flags.dev_mode:
+        # What overflows ends in a sentence; numpy's own words about it would stand above that.
+        warnings.filterwarnings("ignore", category=RuntimeWarning)
     try:
         from compare.arguments import parse
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from compare.verdict import relative, spread
+from compare.verdict import Sense, relative, spread
 from scenes.result import Estimate, Result
 from scenes.sink import Sink
 
@@ -33,7 +33,8 @@ class Models:
 class Comparison:
     """A difference with its numerical error, both relative, and the two values (in ``unit``) that it is of.
 
-    ``reason`` writes the sentence that says why they differ; it is asked for only where they do.
+    ``reason`` writes the sentence that says why they differ; it is asked for only where they do. ``relative_to`` says
+    what the difference is relative to.
     """
 
     title: str
@@ -44,6 +45,8 @@ class Comparison:
     u_num: float
     reason: Callable[[], str]
     time: float | None = None
+    sense: Sense = "equal"
+    relative_to: str = ""
 
 
 def of_formula(
@@ -66,5 +69,6 @@ def of_formula(
 
     u_num = spread(difference, {**inputs, "measured_": measured})
     return Comparison(
-        title, predicted, measured.value, unit, relative(predicted, measured.value), u_num, lambda: reason(predicted)
-    )
+        title, predicted, measured.value, unit, relative(predicted, measured.value), u_num, lambda: reason(predicted),
+        relative_to="the 3D value",
+    )  # fmt: skip

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from importlib import import_module
 
 from compare.commands import COMMANDS
+from reduced1d.ladder import REDUCTIONS
 from scenes.loading import known_names
 from scenes.types import TYPES
 
@@ -52,9 +53,9 @@ def _commands() -> tuple[Command, ...]:
             if not action.option_strings:
                 words += choices or (_scenes(name) if "SCENE" in str(action.metavar) or name == "scene" else ())
                 continue
-            keys = _keys(name) if "--set" in action.option_strings else ()
+            known = {"--set": _keys(name), "--reduction": tuple(REDUCTIONS)}.get(action.option_strings[-1], ())
             options += [
-                Option(o, action.help or "", choices or keys, action.nargs != 0)
+                Option(o, action.help or "", choices or known, action.nargs != 0)
                 for o in action.option_strings
                 if o.startswith("--")
             ]

@@ -44,13 +44,14 @@ def style() -> Any:
 
 
 def new_figure(
-    width: float, height: float, text: str, checks: Sequence[Check], bottom: float = 0.55, left: float = 0.75
+    width: float, height: float, text: str, checks: Sequence[Check | str], bottom: float = 0.55, left: float = 0.75
 ) -> Figure:
-    """A figure (inches) with its title and, below that, a line for each check with its verdict; the space under them
-    is for the axes, within margins (inches) that leave room for their labels."""
+    """A figure (inches) with its title and, below that, a line for each check with its verdict (or for each text); the
+    space under them is for the axes, within margins (inches) that leave room for their labels."""
     figure = Figure(figsize=(width, height))
     room = int(width * 12.5)
-    lines = [line for check in checks for line in textwrap.wrap(_kept(verdict_line(check)), room)]
+    said = [check if isinstance(check, str) else verdict_line(check) for check in checks]
+    lines = [line for each in said for line in textwrap.wrap(_kept(each), room)]
     for i, line in enumerate([text, *lines]):
         y = 1 - (0.1 + i * _LINE) / height
         figure.text(
@@ -62,10 +63,7 @@ def new_figure(
 
 
 def verdict_line(check: Check) -> str:
-    """A check in one sentence: "fig4 DIFFERS: the 1D steady peak rise is off by -6.56 ± 0.01 % (tolerance 5 %)".
-
-    A check that is no difference between models, as those of the device, is told by its own reason.
-    """
+    """A check in one sentence: "fig4 DIFFERS: the 1D steady peak rise is off by -6.56 ± 0.01 % (tolerance 5 %)"."""
     mark = {"agrees": "\N{CHECK MARK}", "differs": "\N{MULTIPLICATION X}", "unresolved": "?"}[check.verdict]
     word = check.verdict.upper() if check.verdict == "differs" else check.verdict
     if check.id.startswith("against_"):
@@ -73,8 +71,6 @@ def verdict_line(check: Check) -> str:
         return (
             f"{mark} {check.id} {word}: {check.title} is off by up to {most} (tolerance {percent(check.tolerance, 1)})"
         )
-    if check.id not in _MEANS:
-        return f"{mark} {check.id} {word}: {check.because}"
     said = _MEANS[check.id].format(difference_text(check.difference, check.u_num, "±"))
     if check.id == "fig5":
         said = said.replace("+", "")

@@ -28,7 +28,9 @@ def eq12(models: Models) -> Comparison:
 
     inputs = models.estimates(current="current_A", **_RISES)
     measured = models.fem3d.steady["power_W"]
-    return of_formula("power", "W", formula, inputs, measured, lambda value: reasons.eq12(models, value))
+    return of_formula(
+        "power from I, peak, end", "W", formula, inputs, measured, lambda value: reasons.eq12(models, value)
+    )
 
 
 def eq13(models: Models) -> Comparison:
@@ -36,7 +38,7 @@ def eq13(models: Models) -> Comparison:
     measured = models.fem3d.steady["mean_rise_K"]
     inputs = models.estimates(**_RISES)
     return of_formula(
-        "mean rise", "K", lambda peak, end: equations.equivalent_rise(peak - end, end), inputs, measured,
+        "mean rise from peak, end", "K", lambda peak, end: equations.equivalent_rise(peak - end, end), inputs, measured,
         lambda value: reasons.eq13(models, value),
     )  # fmt: skip
 
@@ -46,7 +48,7 @@ def eq14(models: Models) -> Comparison:
     printed = anchor_series_resistance(models.sink)
     measured = models.fem3d.steady["anchor_resistance_K_per_W"]
     return of_formula(
-        "anchor resistance", "K/W", lambda: printed, {}, measured, lambda value: reasons.eq14(models, value)
+        "anchor resistance by size", "K/W", lambda: printed, {}, measured, lambda value: reasons.eq14(models, value)
     )
 
 
@@ -58,18 +60,20 @@ def eq16(models: Models) -> Comparison:
         return equations.end_flow(peak - end, sink.silicon.thermal_conductivity, sink.cross_section, sink.length)
 
     inputs, measured = models.estimates(**_RISES), models.fem3d.steady["end_flow_W"]
-    return of_formula("heat through an end", "W", formula, inputs, measured, lambda value: reasons.eq16(models, value))
+    return of_formula(
+        "end's heat from peak, end", "W", formula, inputs, measured, lambda value: reasons.eq16(models, value)
+    )
 
 
 def eq18(models: Models) -> Comparison:
     """End rise from the 3D mean rise with eq 14's printed resistance, against the 3D end rise."""
     printed = Estimate(anchor_series_resistance(models.sink), 0.0)
-    return _eq18("end rise, printed R", models, printed)
+    return _eq18("end from mean, eq 14's R", models, printed)
 
 
 def eq18_measured(models: Models) -> Comparison:
     """End rise from the 3D mean rise with the 3D anchor resistance, against the 3D end rise."""
-    return _eq18("end rise, 3D R", models, models.fem3d.steady["anchor_resistance_K_per_W"])
+    return _eq18("end from mean, 3D's R", models, models.fem3d.steady["anchor_resistance_K_per_W"])
 
 
 def _eq18(title: str, models: Models, resistance: Estimate) -> Comparison:
@@ -83,7 +87,7 @@ def _eq18(title: str, models: Models, resistance: Estimate) -> Comparison:
     measured = models.fem3d.steady["end_rise_K"]
 
     def reason(value: float) -> str:
-        if title.endswith("3D R"):
+        if title.endswith("3D's R"):
             return reasons.eq18_measured(models, value)
         mean, R = models.fem3d.steady["mean_rise_K"], models.fem3d.steady["anchor_resistance_K_per_W"]
         return reasons.eq18(models, value, formula(mean.value, R.value))
@@ -95,5 +99,6 @@ def energy(models: Models) -> Comparison:
     """The steady 3D energy imbalance over the power, against none. It is a residual, which has no error of its own."""
     imbalance = float(models.fem3d.details["energy_imbalance"])
     return Comparison(
-        "energy balance", 0.0, imbalance, "1", imbalance, 0.0, lambda: reasons.energy(imbalance)
+        "imbalance, of the power", 0.0, imbalance, "1", imbalance, 0.0, lambda: reasons.energy(imbalance),
+        relative_to="the 3D power",
     )  # fmt: skip

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from compare.colours import INK, table
 from compare.drawing import new_figure
+from compare.words import sink_text
 
 if TYPE_CHECKING:
     from compare.outcome import Outcome
@@ -24,7 +25,7 @@ def draw(outcome: Outcome, image: np.ndarray | None, factor: float) -> Figure:
     colours = ScalarMappable(Normalize(0.0, float(rise.max())), ListedColormap(table() / 255))
     drawn = "seen from above" if image is None else f"thickness drawn x{factor:g}" if factor > 1 else "true proportions"
     size = " x ".join(f"{side * 1e6:.4g}" for side in (sink.length, sink.width, sink.thickness))
-    text = f"Figure 4: steady 3D temperature, {sink.name} at {sink.voltage:g} V (beam {size} µm, {drawn})"
+    text = f"Figure 4: steady 3D temperature, {sink_text(sink)} (beam {size} µm, {drawn})"
     checks = [check for check in outcome.checks if check.id == "fig4"]
     figure = new_figure(
         8.5, 3.6, text, checks, bottom=1.2 if image is None else 0.8, left=0.75 if image is None else 0.25

@@ -24,7 +24,7 @@ def fig4(models: Models) -> Comparison:
     predicted = models.reduction().steady["peak_rise_K"]
     measured = models.fem3d.steady["peak_rise_K"]
     return of_formula(
-        "steady peak rise", "K", lambda peak: peak, {"peak": predicted}, measured, lambda _: reasons.fig4(models)
+        "steady peak, of 3D's", "K", lambda peak: peak, {"peak": predicted}, measured, lambda _: reasons.fig4(models)
     )
 
 
@@ -44,8 +44,8 @@ def fig5(models: Models) -> Comparison:
         {"distance": Estimate(distance, 2 * error), "dT0": Estimate(dT0, 2 * error)},
     )
     return Comparison(
-        "shape of the profile", 0.0, distance, "K", distance / dT0, u_num,
-        lambda: reasons.fig5(models, y, rise - fitted),
+        "parabola's misfit, of dT0", 0.0, distance, "K", distance / dT0, u_num,
+        lambda: reasons.fig5(models, y, rise - fitted), relative_to="dT0, the 3D peak less the end rise",
     )  # fmt: skip
 
 
@@ -60,12 +60,16 @@ def profile(models: Models) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def fig6_peak(models: Models) -> Comparison:
     """Largest distance of the peak's traces over the final 3D peak rise."""
-    return _over_time("peak rise over time", models, "peak_K", models.fem3d.steady["peak_rise_K"])
+    return _over_time(
+        "peak trace, of final rise", "the final 3D rise", models, "peak_K", models.fem3d.steady["peak_rise_K"]
+    )
 
 
 def fig6_end(models: Models) -> Comparison:
     """Largest distance of the ends' traces over the final 3D end rise."""
-    return _over_time("end rise over time", models, "end_K", models.fem3d.steady["end_rise_K"])
+    return _over_time(
+        "end trace, of final rise", "the final 3D rise", models, "end_K", models.fem3d.steady["end_rise_K"]
+    )
 
 
 def fig7_current(models: Models) -> Comparison:
@@ -75,11 +79,11 @@ def fig7_current(models: Models) -> Comparison:
     """
     steady = models.fem3d.steady["current_A"]
     if models.sink.silicon.temperature_coefficient == 0:
-        return _over_time("current, of itself", models, "current_A", steady)
+        return _over_time("current trace, of itself", "the 3D current", models, "current_A", steady)
     traces = models.fem3d.traces
     assert traces is not None
     change = Estimate(steady.value - float(traces.values["current_A"][0]), 2 * steady.error)
-    return _over_time("current over time", models, "current_A", change)
+    return _over_time("current trace, of change", "the change of the 3D current", models, "current_A", change)
 
 
 @dataclass(frozen=True)
@@ -120,7 +124,7 @@ def _beyond(time: np.ndarray, off: np.ndarray, i: int) -> float:
     return float(-(slope**2) / (4 * curvature)) if curvature < 0 else 0.0
 
 
-def _over_time(title: str, models: Models, key: str, final: Estimate) -> Comparison:
+def _over_time(title: str, relative_to: str, models: Models, key: str, final: Estimate) -> Comparison:
     reduction, solution = models.reduction().traces, models.fem3d.traces
     assert reduction is not None
     assert solution is not None
@@ -134,5 +138,5 @@ def _over_time(title: str, models: Models, key: str, final: Estimate) -> Compari
     difference = at.distance / abs(final.value) if final.value else float("inf")
     return Comparison(
         title, at.predicted - room, at.measured - room, "A" if key == "current_A" else "K", difference, u_num,
-        lambda: reasons.over_time(models, key, at, final.value), at.time,
+        lambda: reasons.over_time(models, key, at, final.value), at.time, relative_to=relative_to,
     )  # fmt: skip

@@ -9,11 +9,9 @@ import shutil
 import uuid
 from pathlib import Path
 from types import TracebackType
+from typing import Any
 
-from scenes.device import Device
 from scenes.errors import SceneError, quoted, reason
-from scenes.loading import distinguishes
-from scenes.sink import Sink
 
 SCHEMA = 1
 """The version of summary.json."""
@@ -23,17 +21,12 @@ _OURS = re.compile(
 )
 
 
-def results_folder(scene: Sink | Device, variant: str = "") -> Path:
-    """The default folder of a scene's run, under the current directory: "results/sink-1V", "results/device-273K"."""
-    return Path("results") / "-".join(filter(None, (scene.name, distinguishes(scene), variant)))
-
-
 class Folder:
     """A context in which ``partial`` is a new folder to write into; on leaving, it takes the place of ``target``.
 
-    An earlier run there is replaced; what else a user has put into it is kept. On an exception ``target`` stays as it
-    was and ``partial`` is removed. Entering raises SceneError where ``target`` can't be written or is not ours to
-    replace: a file, or a folder with content that is not a run.
+    An earlier run there is replaced, and ``replaced`` says which; what else a user has put into it is kept. On an
+    exception ``target`` stays as it was and ``partial`` is removed. Entering raises SceneError where ``target`` can't
+    be written or is not ours to replace: a file, or a folder with content that is not a run.
     """
 
     def __init__(self, target: Path) -> None:
@@ -42,6 +35,7 @@ class Folder:
         self.target = Path(os.path.realpath(target))
         self.partial = self.target.with_name(f".{self.target.name}.{uuid.uuid4().hex[:8]}")
         self._parents: list[Path] = []
+        self.replaced = ""
 
     def __enter__(self) -> Folder:
         try:
@@ -63,6 +57,14 @@ class Folder:
         self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
     ) -> None:
         try:
+            if isinstance(value, OSError) and value.filename is None:
+                # Where a disk is full the system names no file: it is the one that was being written last.
+                written = sorted(self.partial.iterdir(), key=lambda entry: entry.stat().st_mtime_ns)
+                name = written[-1].name if written else ""
+                raise SceneError(
+                    f"{quoted(self._given / name)} cannot be written ({reason(value)}): make room, or give a folder "
+                    "elsewhere with --out"
+                ) from None
             if kind is None:
                 self._swap()
         except OSError as error:
@@ -103,6 +105,7 @@ class Folder:
                 old.rename(self.target)
                 raise
             old.rename(self.partial)
+        self.replaced = _replaced(self.partial, self.target)
         for entry in list(self.partial.iterdir()):
             if not _OURS.fullmatch(entry.name):
                 entry.rename(self.target / entry.name)
@@ -119,11 +122,41 @@ class Folder:
 
 def is_run(folder: Path) -> bool:
     """Whether a folder has the summary of a run."""
+    summary = _summary(folder)
+    return isinstance(summary.get("schema"), int) and "plan" in summary
+
+
+def _summary(folder: Path) -> dict[str, Any]:
+    """The summary in a folder; empty where there is none."""
     try:
-        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+        found = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
-        return False
-    return isinstance(summary, dict) and isinstance(summary.get("schema"), int) and "plan" in summary
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def _replaced(old: Path, new: Path) -> str:
+    """Which run has been replaced, and what of it the new one does not have; empty where there was none."""
+    if not is_run(old):
+        return ""
+    command = _summary(old).get("command")
+    which = (
+        "of the same command"
+        if command == _summary(new).get("command")
+        else f"there ({command})"
+        if command
+        else "there"
+    )
+    gone = {_kind(entry.name) for entry in old.iterdir() if _OURS.fullmatch(entry.name)}
+    gone -= {_kind(entry.name) for entry in new.iterdir()}
+    return f"the earlier run {which}" + (f", gone with it: {', '.join(sorted(gone))}" if gone else "")
+
+
+def _kind(name: str) -> str:
+    """What a file is one of several of: a figure in two formats, the fields."""
+    if name.startswith("fem3d"):
+        return "fields"
+    return name.partition(".")[0] if name.endswith((".png", ".svg")) else name
 
 
 def _exchange(a: Path, b: Path) -> bool:

@@ -122,7 +122,7 @@ def scene(title: str, settings: list[str], accuracy: str) -> Iterator[str]:
         R = percent(found.steady[key].value / fem3d.steady[key].value - 1, sign=True)
         build, evaluate = times_of(sink, name)
         built = f"{1e3 * build:.0f} ms | {build / steady:.2f}" if build else "- | -"
-        states = f"{found.details['states']}" if name != "plate" else f"{found.details['unknowns']}"
+        states = f"{found.details['states']}" + (f" (of {found.details['unknowns']})" if name == "plate" else "")
         yield f"| `{name}` | {states} | {off} | {R} | {built} | {1e3 * evaluate:.1f} ms |\n"
 
 

@@ -18,6 +18,10 @@ import pyvista as pv
 from compare.colours import table
 
 SIZE = [1400, 700]
+LIGHT = (0.45, -0.3, 0.84)
+"""Where the light comes from, of length 1."""
+AMBIENT = 0.65
+"""The part of a face's colour that no light takes away."""
 
 
 def main() -> None:
@@ -43,7 +47,11 @@ def warm_up() -> None:
 
 
 def render(points: np.ndarray, hexes: np.ndarray, rise: np.ndarray, factor: float) -> np.ndarray:
-    """The image: seen from above one side, the beam's length across it, parallel lines parallel, outlines drawn."""
+    """The image: seen from above one side, the beam's length across it, parallel lines parallel, outlines drawn.
+
+    Faces to the top have the scale's own colours, others are darker by where they face; bars along the three axes say
+    what is how long.
+    """
     drawn = points * [1e6, 1e6, 1e6 * factor]
     cells = np.column_stack([np.full(len(hexes), 8), hexes]).ravel()
     grid = pv.UnstructuredGrid(cells, np.full(len(hexes), pv.CellType.HEXAHEDRON), drawn)
@@ -58,8 +66,12 @@ def render(points: np.ndarray, hexes: np.ndarray, rise: np.ndarray, factor: floa
     plotter: Any = pv.Plotter(off_screen=True, window_size=SIZE)
     plotter.set_background("white")
     plotter.add_mesh(
-        surface, scalars="rise", cmap=lookup, lighting=False, show_scalar_bar=False, interpolate_before_map=True
-    )
+        surface, scalars="rise", cmap=lookup, show_scalar_bar=False, interpolate_before_map=True,
+        ambient=AMBIENT, diffuse=(1 - AMBIENT) / LIGHT[2], specular=0.0,
+    )  # fmt: skip
+    plotter.remove_all_lights()
+    plotter.add_light(pv.Light(position=LIGHT, light_type="scene light"))
+    _add_bars(plotter, drawn, factor)
     edges = surface.extract_feature_edges(30, boundary_edges=False, manifold_edges=False)
     plotter.add_mesh(edges, color="#404040", line_width=1.5, lighting=False)
     plotter.enable_parallel_projection()
@@ -68,6 +80,31 @@ def render(points: np.ndarray, hexes: np.ndarray, rise: np.ndarray, factor: floa
     image = np.asarray(plotter.screenshot(return_img=True))[..., :3]
     plotter.close()
     return _without_margins(image)
+
+
+def _add_bars(plotter: Any, drawn: np.ndarray, factor: float) -> None:
+    """A corner in front of the solid with a bar of a round length (um) along each axis, and what it stands for."""
+    lower, upper = drawn.min(axis=0), drawn.max(axis=0)
+    longest = float((upper - lower).max())
+    corner = np.array([upper[0] + 0.1 * longest, lower[1] + 0.55 * (upper[1] - lower[1]), lower[2]])
+    ends, texts = [], []
+    for axis, (extent, scale) in enumerate(zip(upper - lower, (1.0, 1.0, factor), strict=True)):
+        length = round_length(max(0.3 * extent, 0.04 * longest) / scale)
+        end = corner.copy()
+        end[axis] += length * scale
+        plotter.add_mesh(pv.Line(corner, end), color="#222222", line_width=3, lighting=False)
+        ends.append(end + np.array([0.0, 0.012 * longest, 0.0]))
+        texts.append(f"{'xyz'[axis]} {length:g} \N{MICRO SIGN}m")
+    plotter.add_point_labels(
+        np.array(ends), texts, font_size=17, text_color="#222222", shape=None, show_points=False, always_visible=True,
+        justification_horizontal="left", justification_vertical="center",
+    )  # fmt: skip
+
+
+def round_length(wanted: float) -> float:
+    """The largest of 1, 2 and 5 times a power of ten that is not beyond a length."""
+    power = 10.0 ** np.floor(np.log10(wanted) + 1e-9)
+    return float(max(step * power for step in (1, 2, 5) if step * power <= wanted * (1 + 1e-9)))
 
 
 def _without_margins(image: np.ndarray) -> np.ndarray:

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Outcome:
     """What a run found: the plan as carried out, each model's result (``None`` where not asked for), the checks, the
-    remarks on the run, how long each stage took (s), and the folder with its files. ``why`` is the budget of the 1D
-    model's differences and ``exported`` the few-state model's folder, where asked for; ``against`` a user's own traces
-    if there are any."""
+    answer that they make in a sentence, the remarks on the run, how long each stage took (s), the folder with its
+    files, and which earlier run it replaced. ``why`` is the budget of the differences of the 1D model and ``exported``
+    the few-state model's folder, where asked for; ``against`` a user's own traces if there are any."""
 
     sink: Sink
     request: Request
@@ -29,8 +29,10 @@ class Outcome:
     reduced1d: Result | None
     checks: tuple[Check, ...]
     warnings: tuple[str, ...] = ()
+    answer: str = ""
     timing: dict[str, float] = field(default_factory=dict)
     folder: Path = Path()
+    replaced: str = ""
     files: tuple[str, ...] = ()
     why: Budget | None = None
     exported: Path | None = None

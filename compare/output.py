@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from compare import scope
 from compare.folder import Folder
-from compare.plan import assemble, data_step
 from compare.render import Renderer
 from compare.summary import document, write_document
+from compare.words import sink_text
 
 if TYPE_CHECKING:
     from compare.clock import Clock
@@ -39,25 +39,27 @@ def write(outcome: Outcome, folder: Folder, renderer: Renderer, clock: Clock) ->
             names.append(write_traces(folder.partial / "traces.csv", outcome.fem3d, outcome.reduced1d))
         if not scope.fields_reason(request) and outcome.fem3d is not None:
             from compare.fields import stored_times, write_fields
+            from compare.viewer.reduction import of_result
 
-            times = stored_times(outcome.sink.end_time, request.field_times)
+            sink, one = outcome.sink, outcome.reduced1d
+            times = stored_times(sink.end_time, request.field_times)
             names += write_fields(
-                folder.partial, outcome.sink, outcome.fem3d, times if request.transient else times[:0]
-            )
+                folder.partial, outcome.fem3d, times if request.transient else times[:0], sink.room_temperature,
+                sink.accuracy, None if one is None else of_result(sink, one),
+            )  # fmt: skip
     if drawn:
         with clock.stage("figures"):
             from compare.figures import draw
 
             files, notes = draw(outcome, drawn, folder.partial, renderer)
         names += files
-        if notes and outcome.fem3d is not None:
-            solver_steps = tuple(outcome.fem3d.details["plan"])
-            plan = assemble(outcome.sink, request, solver_steps, notes)
-            outcome = replace(outcome, plan=plan if outcome.against is None else (*plan, data_step(outcome.against)))
+        plan = tuple(replace(step, reason=notes.get(step.step, step.reason)) for step in outcome.plan)
+        outcome = replace(outcome, plan=plan)
     outcome = replace(outcome, files=(*names, "report.html", "summary.json"), timing=clock.all())
     found = document(outcome)
-    _write_report(outcome, folder, found, drawn)
-    write_document(folder.partial / "summary.json", found)
+    with clock.stage("files"):
+        _write_report(outcome, folder, found, drawn)
+        write_document(folder.partial / "summary.json", found)
     return outcome
 
 
@@ -74,4 +76,4 @@ def _write_report(outcome: Outcome, folder: Folder, found: dict[str, Any], drawn
         field = of_result(outcome.fem3d.details["fields"], sink.room_temperature)
     contrary = [check for check in outcome.checks if contradicts(check, sink, False)]
     said = " ".join(headline(outcome, contrary, Style()).split())
-    write_report(folder.partial / "report.html", f"{sink.name} at {sink.voltage:g} V", said, found, field)
+    write_report(folder.partial / "report.html", sink_text(sink), said, found, field)

@@ -23,10 +23,8 @@ def plan(sink: Sink, request: Request) -> tuple[Step, ...]:
     return assemble(sink, request, plan_3d(sink, request))
 
 
-def assemble(
-    sink: Sink, request: Request, solver_steps: tuple[Step, ...], notes: Mapping[str, str] | None = None
-) -> tuple[Step, ...]:
-    """The whole plan around the 3D model's lines; ``notes`` says of a figure how it came to be drawn otherwise."""
+def assemble(sink: Sink, request: Request, solver_steps: tuple[Step, ...]) -> tuple[Step, ...]:
+    """The whole plan around the 3D model's lines."""
     steps = [*solver_steps, _reduction(request)]
     made = scope.made_checks(sink, request)
     if made:
@@ -35,7 +33,7 @@ def assemble(
     skipped = scope.skipped_figures(request)
     for name, what in scope.FIGURES.items():
         if name not in skipped:
-            steps.append(Step(name, "done", (notes or {}).get(name, what)))
+            steps.append(Step(name, "done", what))
     steps += _grouped("figure", skipped)
     if request.transient:
         steps.append(Step("traces.csv", "done", "every quantity against time"))
@@ -52,10 +50,8 @@ def assemble(
 
 def data_step(data: Data) -> Step:
     """The line of a user's own traces."""
-    names = ", ".join(data.values)
-    span = f"{len(data.time)} rows to {data.time[-1] * 1e3:g} ms"
-    notes = "".join(f"; {note}" for note in data.notes)
-    return Step(f"against {data.name}", "done", f"{names} from a {data.kind}, {span}, interpolated in time{notes}")
+    said = data.said().partition(": ")[2].rstrip(".")
+    return Step(f"against {data.name}", "done", f"{said}; interpolated in time")
 
 
 def _reduction(request: Request) -> Step:
@@ -74,6 +70,8 @@ def _asked(request: Request) -> list[Step]:
     asked, steps = whole(request), []
     if asked.why:
         steps.append(Step("why", "done", f"the ladder of models between {asked.reduction} and 3D, one assumption each"))
+    elif request.models == Request().models:
+        steps.append(Step(scope.BLAME, "done", "by the ladder between the models, where the 1D model differs"))
     if asked.export is not None:
         from reduced1d.ladder import few_states_of
 

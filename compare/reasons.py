@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from compare.comparison import Models
-from compare.scope import FIRST_TIME
+from compare.scope import FIRST_TIME, PAPERS
 from compare.words import percent, quantity, signed
 from reduced1d.sink import anchor_series_resistance
 
@@ -137,7 +137,7 @@ def over_time(models: Models, key: str, at: Largest, final: float) -> str:
     if at.distance * steady > 0 and abs(steady) >= SETTLED * abs(at.distance):
         cause = {
             "peak_K": "the steady state's gap (see fig4)",
-            "end_K": "the steady state's gap, from eq 14's resistance (see eq14)",
+            "end_K": f"the steady state's gap; {_resistances(models)}",
             "current_A": "the steady state's gap, from the mean rise that sets the resistance",
         }[key]
         if key == "current_A" and models.sink.electrodes == "pad-edge":
@@ -148,7 +148,7 @@ def over_time(models: Models, key: str, at: Largest, final: float) -> str:
 
 def _papers(models: Models) -> bool:
     """Whether the reduction is the paper's own."""
-    return models.reduction().model in ("paper", "reduced1d")
+    return models.reduction().model in PAPERS
 
 
 def _of_another(models: Models, name: str, unit: str) -> str:
@@ -196,7 +196,7 @@ def _while_heating(models: Models, key: str, at: Largest) -> str:
     pads = 2 * sink.pad_length * sink.pad_width * sink.thickness / (sink.length * sink.cross_section)
     if key == "end_K" and at.distance < 0:
         heated = ", and the current heats the pads too" if sink.electrodes == "pad-edge" else ""
-        return f"the 3D ends are hotter, as eq 14's resistance is too small (see eq14){heated}"
+        return f"the 3D ends are hotter then; {_resistances(models)}{heated}"
     if key == "end_K":
         return (
             f"the 1D ends follow the mean at once; in 3D the heat must first reach them and warm the pads, which hold "
@@ -207,6 +207,11 @@ def _while_heating(models: Models, key: str, at: Largest) -> str:
         f"{quantity(rise['3D', 'mean_K'], 'K')} in 3D then; the pads' heat capacity, {percent(pads)} of the beam's, is "
         "left out in 1D"
     )
+
+
+def _resistances(models: Models) -> str:
+    printed, found = anchor_series_resistance(models.sink), _steady(models, "anchor_resistance_K_per_W")
+    return f"eq 14's anchor has {quantity(printed, 'K/W')}, 3D's {quantity(found, 'K/W')}"
 
 
 def _not_parabolic(models: Models) -> str:

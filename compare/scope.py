@@ -19,7 +19,13 @@ FIGURES = {
 OVER_TIME = ("fig6_peak", "fig6_end", "fig7_current")
 """The checks that need the transient."""
 OF_THE_REDUCTION = ("fig4", *OVER_TIME)
-"""The checks of the 1D model that was chosen; the rest are of the paper's equations, with 3D numbers put in."""
+"""The checks of the 1D model that was chosen."""
+OF_THE_PAPER = ("eq12", "eq13", "eq14", "eq16", "eq18", "eq18_measured", "fig5")
+"""The checks of the paper's equations, with 3D numbers put in, whichever 1D model was chosen."""
+PAPERS = ("paper", "reduced1d")
+"""What the paper's own model is called as a result."""
+BLAME = "blame"
+"""The plan's line of what is to blame."""
 
 
 def skipped_checks(sink: Sink, request: Request) -> dict[str, str]:

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 from compare import output
 from compare.asked import SinkRequest, whole
 from compare.clock import Clock
-from compare.folder import Folder, results_folder
+from compare.folder import Folder
+from compare.names import of_sink
 from compare.outcome import Outcome
 from compare.plan import assemble, data_step
 from scenes.plan import Request, Step
@@ -24,6 +25,9 @@ if TYPE_CHECKING:
     from reduced1d.ladder.levels import Levels
     from scenes.result import Result
     from scenes.sink import Sink
+
+FEW = 16
+"""Instants at which a sink's temperatures are looked at: they grow evenly."""
 
 
 def run(
@@ -42,8 +46,7 @@ def run(
     say = progress or (lambda _: None)
     clock = Clock()
     asked = whole(request)
-    variant = "" if asked.reduction == "paper" else asked.reduction.replace(":", "")
-    with Folder(out or results_folder(sink, variant)) as folder:
+    with Folder(out or of_sink(sink, asked)) as folder:
         drawing = output.prepare(request)
         try:
             outcome = _with_data(_solve(sink, asked, say, clock), against)
@@ -51,7 +54,7 @@ def run(
             outcome = output.write(outcome, folder, drawing, clock)
         finally:
             drawing.close()
-    return replace(outcome, folder=folder.target, timing=clock.all())
+    return replace(outcome, folder=folder.target, replaced=folder.replaced, timing=clock.all())
 
 
 def answer(
@@ -59,13 +62,18 @@ def answer(
     request: Request,
     progress: Callable[[str], None] | None = None,
     against: Data | None = None,
-    earlier: Result | None = None,
 ) -> Outcome:
-    """The same without any file: solved and compared. ``earlier`` is the 3D result of the same sink at another voltage,
-    whose meshes and fields may serve again. Raises RunawayError and NumericsError."""
+    """The same without any file: solved and compared. Raises RunawayError and NumericsError."""
     clock = Clock()
-    solved = _solve(sink, whole(request), progress or (lambda _: None), clock, earlier)
+    solved = _solve(sink, whole(request), progress or (lambda _: None), clock)
     return replace(_with_data(solved, against), timing=clock.all())
+
+
+def compared(sink: Sink, request: Request, earlier: Result | None = None) -> Outcome:
+    """Both models and the checks alone: no answer in words, no warnings of what gets too hot. ``earlier`` is the 3D
+    result of the same sink at another voltage, whose meshes and fields may serve again. Raises as `answer` does."""
+    asked = whole(request)
+    return _compared(sink, asked, _levels(sink, asked), lambda _: None, Clock(), earlier)
 
 
 def _with_data(outcome: Outcome, against: Data | None) -> Outcome:
@@ -75,15 +83,32 @@ def _with_data(outcome: Outcome, against: Data | None) -> Outcome:
     from compare.against.checks import evaluate
 
     checks = (*outcome.checks, *evaluate(outcome.sink, against, outcome.fem3d))
-    return replace(outcome, checks=checks, plan=(*outcome.plan, data_step(against)), against=against)
+    warnings = (*outcome.warnings, *(f"{against.name}: {text}" for text in against.warnings))
+    plan = (*outcome.plan, data_step(against))
+    return replace(outcome, checks=checks, plan=plan, warnings=warnings, against=against)
 
 
-def _solve(
-    sink: Sink, request: SinkRequest, say: Callable[[str], None], clock: Clock, earlier: Result | None = None
-) -> Outcome:
-    """Both models and the checks, without any file."""
-    fem3d = reduced1d = why = exported = None
+def _solve(sink: Sink, request: SinkRequest, say: Callable[[str], None], clock: Clock) -> Outcome:
+    """Both models, the checks and the answer, without any file."""
+    from compare.answer import answered
+
     levels = _levels(sink, request)
+    outcome = _compared(sink, request, levels, say, clock)
+    with clock.stage("checks"):
+        warnings = (*outcome.warnings, *_too_hot(sink, outcome.fem3d, outcome.reduced1d))
+    with clock.stage("answer"):
+        return answered(replace(outcome, warnings=warnings), levels)
+
+
+def _compared(
+    sink: Sink,
+    request: SinkRequest,
+    levels: Levels | None,
+    say: Callable[[str], None],
+    clock: Clock,
+    earlier: Result | None = None,
+) -> Outcome:
+    fem3d = reduced1d = why = exported = None
     if request.export is not None and levels is not None:
         from reduced1d.export import export
 
@@ -93,10 +118,19 @@ def _solve(
     solver_steps: tuple[Step, ...] = (Step("3D model", "skipped", "only the 1D model was asked for"),)
     if "fem3d" in request.models:
         with clock.stage("imports"):
+            from compare.extremes import cause
+            from fem3d.errors import NumericsError, RunawayError
             from fem3d.run import solve as solve_3d
         say("solving in 3D")
         with clock.stage("fem3d"):
-            fem3d = solve_3d(sink, request, say) if earlier is None else solve_3d(sink, request, say, earlier)
+            try:
+                fem3d = solve_3d(sink, request, say) if earlier is None else solve_3d(sink, request, say, earlier)
+            except NumericsError as error:
+                if isinstance(error, RunawayError):
+                    raise
+                raise NumericsError(
+                    f"{error}{cause(sink, ', ask for less with --accuracy 1e-2, or see --only 1d')}"
+                ) from None
         solver_steps = tuple(fem3d.details["plan"])
     if "reduced1d" in request.models:
         with clock.stage("reduced1d"):
@@ -114,6 +148,21 @@ def _solve(
     warnings = tuple(text for model in (fem3d, reduced1d) if model for text in model.details.get("warnings", ()))
     plan = assemble(sink, request, solver_steps)
     return Outcome(sink, request, plan, fem3d, reduced1d, checks, warnings, why=why, exported=exported)
+
+
+def _too_hot(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tuple[str, ...]:
+    """The materials that get hotter than they are valid to, in 3D where that is solved."""
+    from compare import hottest
+
+    if fem3d is not None:
+        reached = hottest.by_material(fem3d.details["fields"], hottest.moments(fem3d.traces, FEW))
+    elif reduced1d is not None:
+        from compare.viewer.reduction import of_result
+
+        reached = of_result(sink, reduced1d).hottest()
+    else:
+        return ()
+    return tuple(hottest.warnings((sink.silicon, sink.oxide), reached))
 
 
 def _levels(sink: Sink, request: SinkRequest) -> Levels | None:

@@ -33,11 +33,13 @@ def document(outcome: Outcome) -> dict[str, Any]:
     found = plain(
         {
             "schema": SCHEMA,
+            "command": outcome.request.command or None,
             "scene": as_dict(outcome.sink),
             "plan": [asdict(step) for step in outcome.plan],
             "provenance": provenance(),
             "fem3d": None if outcome.fem3d is None else _fem3d(outcome.fem3d),
             "reduced1d": None if outcome.reduced1d is None else _reduced1d(outcome.reduced1d),
+            "answer": outcome.answer,
             "checks": [check_document(check) | _model(check, outcome) for check in outcome.checks],
             **({} if outcome.why is None else {"why": _why(outcome.why)}),
             "warnings": list(outcome.warnings),

@@ -7,10 +7,12 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from compare.asked import whole
+from compare.scope import OF_THE_PAPER, OF_THE_REDUCTION, PAPERS
 from compare.verdict import Check, relative
-from compare.words import difference_text, percent, quantity, with_error
+from compare.words import difference_text, percent, quantity, sink_text, with_error
 
 if TYPE_CHECKING:
     from compare.outcome import Outcome
@@ -28,7 +30,7 @@ QUANTITIES = {
     "heat_out_W": ("heat to the substrate", "W"),
     "anchor_resistance_K_per_W": ("anchor resistance", "K/W"),
 }
-_STAGES = {"fem3d": "3D", "device": "runs", "design": "designer's questions", "figures": "figures"}
+_STAGES = {"fem3d": "3D", "device": "runs", "design": "designer's questions", "files": "files", "figures": "figures"}
 _COLOURS = {"agrees": "32", "differs": "31", "unresolved": "33", "heading": "1"}
 _MARKS = {"agrees": ("\N{CHECK MARK}", "+"), "differs": ("\N{BALLOT X}", "x"), "unresolved": ("?", "?")}
 
@@ -57,18 +59,33 @@ class Style:
 def outcome_text(
     outcome: Outcome, contrary: Sequence[Check], style: Style, planned: tuple[Step, ...] | None = None
 ) -> str:
-    """Everything about a run; ``contrary`` are the checks that contradict the scene, ``planned`` the plan if it has
-    been printed, so that only what turned out otherwise is added."""
-    parts = [headline(outcome, contrary, style), _quantities(outcome, style)]
+    """Everything about a run, its answer first; ``contrary`` are the checks that contradict the scene, ``planned`` the
+    plan if it has been printed, so that only what turned out otherwise is added."""
+    parts = [found_text(outcome, contrary, style), _plan_changes(outcome, planned, style)]
+    if outcome.exported is not None:
+        from reduced1d.ladder import few_states_of
+
+        parts.append(f"Exported {few_states_of(whole(outcome.request).reduction)} to {_shown(outcome.exported)}/")
+    parts.append(where_text(outcome))
+    return "\n\n".join(part for part in parts if part)
+
+
+def found_text(outcome: Outcome, contrary: Sequence[Check], style: Style) -> str:
+    """The answer, the quantities, the checks with their reasons and, where asked for, the parts of the differences;
+    last the warnings."""
+    parts = [headline(outcome, contrary, style), quantities_text(outcome, style)]
+    if outcome.against is not None:
+        parts.append(wrapped(outcome.against.said()))
     if outcome.checks:
         parts.append(checks_text(outcome.checks, style))
-    parts += [reasons_text(outcome.checks, contrary, style), _budget(outcome, style)]
-    parts += [_plan_changes(outcome, planned, style)]
-    parts += [wrapped(f"Warning: {text.rstrip('.')}.") for text in outcome.warnings]
-    if outcome.exported is not None:
-        parts.append(f"Exported to {_shown(outcome.exported)}/")
-    parts.append(where_text(outcome.folder, outcome.files, outcome.timing))
+    own = [check for check in outcome.checks if check.own]
+    parts += [reasons_text(own, contrary, style), _budget(outcome, style), *warnings_text(outcome)]
     return "\n\n".join(part for part in parts if part)
+
+
+def warnings_text(outcome: Any) -> list[str]:
+    """Any kind of run's remarks, each a paragraph."""
+    return [wrapped(f"Warning: {text.rstrip('.')}.") for text in outcome.warnings]
 
 
 def _budget(outcome: Outcome, style: Style) -> str:
@@ -80,17 +97,23 @@ def _budget(outcome: Outcome, style: Style) -> str:
 
 
 def headline(outcome: Outcome, contrary: Sequence[Check], style: Style) -> str:
-    """The verdict of the run, in one line where it fits."""
-    name = f"{outcome.sink.name} at {outcome.sink.voltage:g} V{_against(outcome)}"
-    declared = outcome.sink.expected_to_differ is not None
-    if not outcome.checks:
-        return style.paint(wrapped(f"{name}: solved in 1D only, so nothing was compared."), "heading")
-    return verdict_text(name, outcome.checks, contrary, declared, style)
+    """The answer of the run, then how many checks differ, and whether that was known."""
+    said = [style.paint(wrapped(outcome.answer), "heading")]
+    name = f"{sink_text(outcome.sink)}{_against(outcome)}"
+    own = [check for check in outcome.checks if check.own]
+    if own:
+        said.append(verdict_text(name, own, contrary, outcome.sink.expected_to_differ is not None, style))
+    rest = [check for check in outcome.checks if not check.own]
+    if rest:
+        count = sum(check.verdict == "differs" for check in rest)
+        off = f"{count} differs" if count == 1 else f"{count} differ"
+        said.append(wrapped(f"Of the paper's own {len(rest)} equations, which are not this model's, {off}."))
+    return "\n".join(said)
 
 
 def _against(outcome: Outcome) -> str:
     """The 1D model, where it is another than the paper's."""
-    if outcome.reduced1d is None or outcome.reduced1d.model in ("paper", "reduced1d"):
+    if outcome.reduced1d is None or outcome.reduced1d.model in PAPERS:
         return ""
     return f", {outcome.reduced1d.model}" + (" against 3D" if outcome.fem3d is not None else "")
 
@@ -98,17 +121,20 @@ def _against(outcome: Outcome) -> str:
 def verdict_text(
     name: str, checks: Sequence[Check], contrary: Sequence[Check], declared: bool, style: Style
 ) -> str:  # fmt: skip
-    """How many checks differ, and whether that is what the scene declares."""
+    """How many checks differ, and whether that was known of the scene."""
     count = {v: sum(check.verdict == v for check in checks) for v in ("agrees", "differs", "unresolved")}
-    said = f"{name}: {count['differs']} of {len(checks)} checks differ"
+    differ = f"{count['differs']} of {len(checks)} checks {'differs' if count['differs'] == 1 else 'differ'}"
+    said = f"{name}: {differ if count['agrees'] < len(checks) else f'all {len(checks)} checks agree'}"
     if count["unresolved"]:
         said += f", {count['unresolved']} unresolved"
     if contrary:
         said += f"; not as expected: {', '.join(check.id for check in contrary)}."
-    elif declared and not count["unresolved"]:
-        said += ", as the scene declares."
+    elif declared and count["unresolved"]:
+        said += "; the others are as the scene declares."
+    elif declared:
+        said += ", as the scene declares: all were known."
     else:
-        said += "."
+        said += "; nothing was declared of this scene beforehand."
     return style.paint(wrapped(said), "heading")
 
 
@@ -121,7 +147,7 @@ def plan_text(steps: Sequence[Step], style: Style) -> str:
     return "\n".join(lines)
 
 
-def _quantities(outcome: Outcome, style: Style) -> str:
+def quantities_text(outcome: Outcome, style: Style) -> str:
     """Steady quantities: 3D with its error, 1D, and how far 1D is off."""
     name = outcome.reduced1d.model if _against(outcome) and outcome.reduced1d else "1D"
     heads = ("steady state", "3D" if outcome.fem3d else "", name if outcome.reduced1d else "")
@@ -154,16 +180,36 @@ def _quantity_line(
 
 
 def checks_text(checks: Sequence[Check], style: Style) -> str:
-    """A line for every check."""
-    lines = [style.paint(f"  {'check':<16}{'':<26}{'difference':>18}{'tolerance':>10}  ", "heading").rstrip()]
+    """A line for every check, under what is compared in it."""
+    lines = [style.paint(f"  {'check':<40}{'difference':>17}{'tolerance':>10}", "heading")]
     room = max((len(check.id) + 1 for check in checks), default=0)
-    for check in checks:
-        difference = difference_text(check.difference, check.u_num, style.plus_minus)
-        word = style.paint(check.verdict, check.verdict)
-        mark = style.paint(style.mark(check.verdict), check.verdict)
-        name = f"{check.id:<{max(room, 14)}}{check.title}"
-        lines.append(f"{mark} {name:<37}{difference:>20}{percent(check.tolerance, 1):>9}  {word}")
+    for kind, found in by_kind(checks).items():
+        lines += [f"  {kind}"] if kind else []
+        for check in found:
+            difference = difference_text(check.difference, check.u_num, style.plus_minus)
+            word = style.paint(check.verdict, check.verdict)
+            mark = style.paint(style.mark(check.verdict), check.verdict)
+            name = f"{check.id:<{max(room, 14)}}{check.title}"
+            lines.append(f"{mark} {name:<40}{difference:>18}{percent(check.tolerance, 1):>8}  {word}")
     return "\n".join(lines)
+
+
+def by_kind(checks: Sequence[Check]) -> dict[str, list[Check]]:
+    """Checks by what is compared in them, in words: one model with the other first."""
+    found: dict[str, list[Check]] = {}
+    for check in sorted(checks, key=lambda check: check.id not in OF_THE_REDUCTION):
+        found.setdefault(kind_of(check.id, check.own), []).append(check)
+    return found
+
+
+def kind_of(check: str, own: bool) -> str:
+    """What is compared in a check, by its id, and whether it is of the model that was chosen."""
+    if check in OF_THE_REDUCTION:
+        return "one model against the other: 1D less 3D"
+    if check in OF_THE_PAPER:
+        whose = "the paper's equations" if own else "the paper's equations (not this model's)"
+        return f"{whose}: 3D numbers in, relative to 3D's own"
+    return {"energy": "3D alone"}.get(check, "your data less 3D" if check.startswith("against_") else "")
 
 
 def reasons_text(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -> str:
@@ -194,17 +240,20 @@ def _plan_changes(outcome: Outcome, planned: tuple[Step, ...] | None, style: Sty
     return plan_text(changed, style).replace("Plan", "As it turned out", 1)
 
 
-def where_text(folder: Path, files: Sequence[str], timing: Mapping[str, float]) -> str:
-    """Where the results are, what is there, and how long it took."""
+def where_text(outcome: Any) -> str:
+    """Where any kind of run's results are, what is there, how long it took, and which earlier run they replace."""
+    files: Sequence[str] = outcome.files
+    timing: Mapping[str, float] = outcome.timing
     kinds = (["report.html"] if "report.html" in files else []) + ["summary.json"]
     kinds += ["traces.csv"] if "traces.csv" in files else []
-    figures = sorted({Path(file).stem for file in files if file.startswith("figure")})
+    figures = {Path(file).stem for file in files if file.endswith(".svg")}
     kinds += [f"{len(figures)} figure{'s' * (len(figures) > 1)}"] if figures else []
     kinds += ["fem3d.pvd"] if "fem3d.pvd" in files else []
     parts = [f"{name} {timing[key]:.1f} s" for key, name in _STAGES.items() if key in timing]
     spent = f"Took {timing['total']:.1f} s" + (f" ({', '.join(parts)})" if parts else "")
     # A path is not broken over lines, so that it can be copied.
-    return f"Results in {_shown(folder)}/\n" + wrapped(f"{', '.join(kinds)}. {spent}.", "  ", "  ")
+    said = f"{', '.join(kinds)}. {spent}." + (f" Replaces {outcome.replaced}." if outcome.replaced else "")
+    return f"Results in {_shown(outcome.folder)}/\n" + wrapped(said, "  ", "  ")
 
 
 def _shown(folder: Path) -> Path:
@@ -215,6 +264,6 @@ def _shown(folder: Path) -> Path:
 
 def wrapped(text: str, first: str = "", then: str = "  ") -> str:
     """Lines of at most 80 columns in which no number loses its unit."""
-    kept = re.sub(r"(?<=\d) (?=[A-Za-z%])", "\N{NO-BREAK SPACE}", text)
+    kept = re.sub(r"(?<=\d) (?=[A-Za-z%±])|(?<=±) ", "\N{NO-BREAK SPACE}", text)
     filled = textwrap.fill(kept, WIDTH, initial_indent=first, subsequent_indent=then, break_on_hyphens=False)
     return filled.replace("\N{NO-BREAK SPACE}", " ")

@@ -8,13 +8,14 @@ A failure shows both values, their difference, the tolerance, and the numerical 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from compare.interface import Run, run
 from compare.scope import OVER_TIME
 from compare.verdict import Verdict, judge, relative, spread
-from compare.words import difference_text, percent, quantity, with_error
+from compare.words import difference_text, percent, quantity, sink_text, with_error
 from scenes.checks import AGAINST_TOLERANCES, DEFAULT_TOLERANCES
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.sink import Sink
@@ -54,7 +55,7 @@ def assert_reduction_agrees(
         _quantity(found, name, tolerance) if name in QUANTITIES else _check(found.check(name), tolerance)
         for name, tolerance in tolerances.items()
     ]
-    _fail(f"the 1D model of {found.scene.name} at {found.scene.voltage:g} V", told)
+    _fail(f"the 1D model of {sink_text(found.scene)}", told)
     return found
 
 
@@ -64,18 +65,20 @@ def assert_traces_agree(
     *,
     voltage: float | None = None,
     accuracy: float | None = None,
+    columns: Mapping[str, str] | None = None,
     **tolerances: float,
 ) -> Run:
     """Assert that traces in a file (COMSOL table, CSV, ngspice) are within tolerances of the 3D model's over time.
 
+    ``columns`` say what some of the file's columns are: {"peak": "T (K), Point 1"}.
     ``tolerances``: ``peak``, ``end``, ``mean`` relative to the final 3D rise, ``current`` to its final change,
     ``power`` to itself. Raises as ``assert_reduction_agrees``, and SceneError for a quantity that the file has not.
     """
     __tracebackhide__ = True
     _known(tolerances, tuple(name.removeprefix("against_") for name in AGAINST_TOLERANCES), "peak=0.05")
-    found = run(scene, voltage=voltage, accuracy=accuracy, against=file)
+    found = run(scene, voltage=voltage, accuracy=accuracy, against=file, columns=columns)
     told = [_check(found.check(f"against_{name}"), tolerance) for name, tolerance in tolerances.items()]
-    _fail(f"{Path(file).name} for {found.scene.name} at {found.scene.voltage:g} V", told)
+    _fail(f"{Path(file).name} for {sink_text(found.scene)}", told)
     return found
 
 
@@ -105,7 +108,7 @@ def _quantity(found: Run, name: str, tolerance: float) -> tuple[Verdict, str]:
 def _check(check: Check, tolerance: float) -> tuple[Verdict, str]:
     """The same of a check."""
     unit = "" if check.unit == "1" else check.unit
-    values = f"predicted {quantity(check.predicted, unit, 5)}, 3D {quantity(check.measured, unit, 5)}"
+    values = f"1D {quantity(check.predicted, unit, 5)}, 3D {quantity(check.measured, unit, 5)}"
     verdict = judge(check.difference, tolerance, check.u_num)
     because = "" if verdict == "agrees" else check.because
     lines = _lines(check.id, check.title, values, check.difference, check.u_num, tolerance, verdict, because)

@@ -12,7 +12,8 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator, NullLocator
 from compare.colours import LINES
 from compare.drawing import new_figure
 from compare.interpolation import smooth
-from compare.words import quantity, scale
+from compare.scope import PAPERS
+from compare.words import quantity, scale, sink_text
 from scenes.result import Result
 
 if TYPE_CHECKING:
@@ -43,15 +44,15 @@ class _Axis:
 
 
 def rises(outcome: Outcome) -> Figure:
-    """Figure 6: the rises of peak, mean (the 1D model's equivalent temperature) and end."""
-    text = f"Figure 6: rise against time, {outcome.sink.name} at {outcome.sink.voltage:g} V"
+    """Figure 6: the rises of peak, mean (what the paper's model calls the equivalent temperature) and end."""
+    text = f"Figure 6: rise against time, {sink_text(outcome.sink)}"
     axis = _Axis("rise above room (K)", "K", 1.0, outcome.sink.room_temperature)
     return _draw(outcome, "fig6", text, ("peak_K", "mean_K", "end_K"), axis)
 
 
 def current(outcome: Outcome) -> Figure:
     """Figure 7: the current."""
-    text = f"Figure 7: current against time, {outcome.sink.name} at {outcome.sink.voltage:g} V"
+    text = f"Figure 7: current against time, {sink_text(outcome.sink)}"
     model = outcome.fem3d or outcome.reduced1d
     assert model is not None
     factor, unit = scale(model.steady["current_A"].value, "A")
@@ -106,10 +107,7 @@ def _limit(ax: Any, axis: _Axis) -> None:
 def _curve(ax: Any, result: Result, key: str, times: np.ndarray, axis: _Axis) -> None:
     solid = result.model == "fem3d"
     style: dict[str, Any] = {"ls": "-", "lw": 2.0} if solid else {"ls": (0, (5, 2.5)), "lw": 1.6}
-    paper = result.model in ("paper", "reduced1d")
-    name = f"{_NAMES[key]}, {'3D' if solid else '1D' if paper else result.model}"
-    if key == "mean_K" and paper:
-        name = "equivalent, 1D"
+    name = f"{_NAMES[key]}, {'3D' if solid else '1D' if result.model in PAPERS else result.model}"
     ax.plot(times * 1e3, axis.show(result, key, times), color=LINES[key], label=name, **style)
 
 

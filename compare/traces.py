@@ -10,9 +10,15 @@ from scenes.result import Result
 
 
 def write_traces(path: Path, *results: Result | None) -> str:
-    """Writes the traces of the models that have any, which share their times; returns the file's name.
+    """Writes the traces of the models that have any, which share their times; returns the file's name. ValueError where
+    the times differ."""
+    return write_columns(path, columns_of(*results))
 
-    Columns: time_s, then <model>_<quantity>_<unit> with temperatures in kelvin, where every 1D model is "reduced1d": a
+
+def columns_of(*results: Result | None) -> dict[str, np.ndarray]:
+    """The columns of the traces of the models that have any.
+
+    time_s, then <model>_<quantity>_<unit> with temperatures in kelvin, where every 1D model is "reduced1d": a
     reader of the columns need not know which it was. ValueError where the times differ.
     """
     models = [r for r in results if r is not None and r.traces is not None]
@@ -25,7 +31,7 @@ def write_traces(path: Path, *results: Result | None) -> str:
             raise ValueError("the models' traces must be at the same times")
         model = "fem3d" if result.model == "fem3d" else "reduced1d"
         columns |= {f"{model}_{key}": value for key, value in traces.values.items()}
-    return write_columns(path, columns)
+    return columns
 
 
 def write_columns(path: Path, columns: dict[str, np.ndarray]) -> str:

@@ -10,6 +10,8 @@ if TYPE_CHECKING:
     from scenes.result import Estimate
 
 Verdict = Literal["agrees", "differs", "unresolved"]
+Sense = Literal["equal", "at least", "at most"]
+"""What is claimed of the measured value: that it equals the predicted one, or one side only."""
 
 
 @dataclass(frozen=True)
@@ -19,7 +21,10 @@ class Check:
     ``predicted`` (the reduction) and ``measured`` (3D) are in ``unit``; ``difference``, ``tolerance`` and ``u_num``,
     the bound of the difference's numerical error, are relative. ``expected`` is the verdict that the scene declares,
     ``None`` where it declares nothing. ``because`` says why in a sentence, where the verdict is not "agrees".
-    ``time`` (s) is when the largest difference occurs, for the checks over time.
+    ``time`` (s) is when the largest difference occurs, for the checks over time. Where ``sense`` is one-sided, the
+    difference is what the measured value lacks of the claim, none where it holds. ``relative_to`` says in words what
+    the difference is relative to. ``own`` is False for an equation of the paper's where another 1D model was chosen,
+    which makes no use of it.
     """
 
     id: str
@@ -34,6 +39,9 @@ class Check:
     expected: Verdict | None = None
     because: str = ""
     time: float | None = None
+    sense: Sense = "equal"
+    relative_to: str = ""
+    own: bool = True
 
 
 def judge(difference: float, tolerance: float, u_num: float) -> Verdict:

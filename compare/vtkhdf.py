@@ -10,11 +10,15 @@ import numpy as np
 
 State = tuple[dict[str, np.ndarray], dict[str, np.ndarray]]  # point data and cell data by name
 
-_TRIQUADRATIC = 29
+_TYPES = {"tetra": 10, "hexahedron": 12, "tetra10": 24, "hexahedron20": 25, "hexahedron27": 29}
+"""VTK's numbers of meshio's types."""
 
 
-def write(path: Path, points: np.ndarray, hexes: np.ndarray, times: Sequence[float], states: Sequence[State]) -> bool:
-    """Writes points (n, 3), hexahedra (m, 27) and a state for each time (s); False where VTK here cannot."""
+def write(
+    path: Path, points: np.ndarray, cells: np.ndarray, kind: str, times: Sequence[float], states: Sequence[State]
+) -> bool:
+    """Writes points (n, 3), cells (m, nodes) of meshio's ``kind`` and a state for each time (s); False where VTK here
+    cannot."""
     try:
         from vtkmodules.vtkIOHDF import vtkHDFWriter
     except ImportError:
@@ -22,7 +26,7 @@ def write(path: Path, points: np.ndarray, hexes: np.ndarray, times: Sequence[flo
     if not hasattr(vtkHDFWriter, "SetWriteAllTimeSteps"):
         return False
     writer = vtkHDFWriter()
-    source = _source(_grid(points, hexes), list(times), states)
+    source = _source(_grid(points, cells, _TYPES[kind]), list(times), states)
     writer.SetInputConnection(source.GetOutputPort())
     writer.SetFileName(str(path))
     writer.SetWriteAllTimeSteps(True)
@@ -32,20 +36,20 @@ def write(path: Path, points: np.ndarray, hexes: np.ndarray, times: Sequence[flo
     return bool(writer.Write())
 
 
-def _grid(points: np.ndarray, hexes: np.ndarray) -> Any:
+def _grid(points: np.ndarray, cells: np.ndarray, kind: int) -> Any:
     from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
     from vtkmodules.vtkCommonCore import vtkPoints
     from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkUnstructuredGrid
 
-    grid, place, cells = vtkUnstructuredGrid(), vtkPoints(), vtkCellArray()
+    grid, place, rows = vtkUnstructuredGrid(), vtkPoints(), vtkCellArray()
     place.SetData(numpy_to_vtk(points, deep=True))
-    offsets = np.arange(0, hexes.size + 1, hexes.shape[1], dtype=np.int64)
-    cells.SetData(
+    offsets = np.arange(0, cells.size + 1, cells.shape[1], dtype=np.int64)
+    rows.SetData(
         numpy_to_vtkIdTypeArray(offsets, deep=True),
-        numpy_to_vtkIdTypeArray(np.ascontiguousarray(hexes, dtype=np.int64).ravel(), deep=True),
+        numpy_to_vtkIdTypeArray(np.ascontiguousarray(cells, dtype=np.int64).ravel(), deep=True),
     )
     grid.SetPoints(place)
-    grid.SetCells(_TRIQUADRATIC, cells)
+    grid.SetCells(kind, rows)
     return grid
 
 

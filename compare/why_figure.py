@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, NullLocator
 
 from compare.colours import INK
 from compare.drawing import new_figure
+from compare.words import sink_text
 
 if TYPE_CHECKING:
     from compare.outcome import Outcome
@@ -19,6 +22,8 @@ if TYPE_CHECKING:
 # Okabe and Ito's colours, which stay apart for colour-blind readers, in an order of alternating lightness.
 _COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#999999")
 _WIDTH, _HEIGHT = 11.0, 4.9
+_VISIBLE = 0.005
+"""The share of an axis's height from which on a part can be seen."""
 
 
 def draw(outcome: Outcome) -> Figure:
@@ -30,7 +35,7 @@ def draw(outcome: Outcome) -> Figure:
     budget: Budget = outcome.why  # type: ignore[assignment]
     sink = outcome.sink
     figure = new_figure(
-        _WIDTH, _HEIGHT, f"Why {named(budget.start)} differs from 3D, {sink.name} at {sink.voltage:g} V", [],
+        _WIDTH, _HEIGHT, f"Why {named(budget.start)} differs from 3D, {sink_text(sink)}", [],
         bottom=1.2, left=1.1,
     )  # fmt: skip
     wrapped = textwrap.wrap(f"{budget.sentence[0].upper()}{budget.sentence[1:]}.", 150)
@@ -53,15 +58,31 @@ def draw(outcome: Outcome) -> Figure:
         first.set_title(f"{split.quantity}", fontsize=10)
         if i == 0:
             first.set_ylabel("reduction less 3D (% of the final\nrise, or of the current's change)")
-    handles = [_patch(part.blame, n) for n, part in enumerate(budget.steady[0].parts)]
-    figure.legend(handles=handles, loc="lower center", ncols=4, fontsize=9)
+    seen = _seen(budget)
+    names = [part.blame for part in budget.steady[0].parts]
+    handles: list[Any] = [Patch(color=_COLOURS[n % len(_COLOURS)], label=names[n]) for n in seen]
+    if over_time:
+        handles.append(Line2D([], [], color=INK, lw=1.4, label="in all"))
+    handles.append(
+        Line2D([], [], color=INK, marker="D", ms=4, ls="none", label="in all, steady, with its numerical error")
+    )
+    figure.legend(handles=handles, loc="lower center", ncols=4, fontsize=9, bbox_to_anchor=(0.5, 0.2 / _HEIGHT))
+    small = ", ".join(name for n, name in enumerate(names) if n not in seen)
+    if small:
+        figure.text(0.5, 0.1 / _HEIGHT, f"too small to be seen: {small}", ha="center", fontsize=9, color=INK)
     return figure
 
 
-def _patch(name: str, n: int) -> Any:
-    from matplotlib.patches import Patch
-
-    return Patch(color=_COLOURS[n % len(_COLOURS)], label=name)
+def _seen(budget: Budget) -> list[int]:
+    """The parts that are somewhere wider than a hair, by their place."""
+    found = set()
+    for split in budget.steady:
+        parts = np.array([[part.value] for part in split.parts])
+        if budget.times is not None:
+            parts = np.hstack([parts, budget.over_time[split.quantity]])
+        height = np.maximum(parts, 0).sum(axis=0).max() - np.minimum(parts, 0).sum(axis=0).min()
+        found |= {n for n, part in enumerate(parts) if np.abs(part).max() > _VISIBLE * height}
+    return sorted(found)
 
 
 def _bar(ax: Any, split: Split) -> None:

@@ -3,6 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from scenes.dimensions import VOLTAGE
+
+if TYPE_CHECKING:
+    from scenes.sink import Sink
 
 _PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 # Units that carry no prefix: a rise of 2e-7 K reads better than 200 nK, and K/W is quoted in full in the paper.
@@ -34,6 +41,29 @@ def with_error(value: float, error: float, unit: str) -> tuple[str, str, str, in
     places = min(decimals(error * factor), max(most, 0))
     bound = max(error * factor, 10.0**-places) if error > 0 else 0.0
     return f"{value * factor:.{places}f}", f"{bound:.{places}f}", shown, places, factor
+
+
+@dataclass(frozen=True)
+class Column:
+    """How the values of one trace are written, all alike: times a factor, to the decimals that its error leaves."""
+
+    factor: float
+    places: int
+    unit: str
+
+    @staticmethod
+    def of(largest: float, error: float, unit: str) -> Column:
+        """The column of values up to ``largest``, all with one error."""
+        _, _, shown, places, factor = with_error(largest, error, unit)
+        return Column(factor, min(places, 6), shown)
+
+    def show(self, value: float) -> str:
+        """A value without its unit; zero is added so that what rounds to zero has no sign."""
+        return f"{round(value * self.factor, self.places) + 0.0:.{self.places}f}"
+
+    def show_error(self, error: float) -> str:
+        """An error, rounded up to the last decimal, so that it stays a bound."""
+        return self.show(max(error, 10.0**-self.places / self.factor) if error > 0 else 0.0)
 
 
 def quantity(value: float, unit: str, digits: int = 4) -> str:
@@ -73,3 +103,8 @@ def _significant(value: float, digits: int) -> str:
     if abs(value) < 1e-4 or abs(value) >= 1e7:
         return f"{value:.{digits - 1}e}"
     return f"{value:.{max(places, 0)}f}"
+
+
+def sink_text(sink: Sink) -> str:
+    """A sink with its voltage, as its folder is called: "sink at 2 mV"."""
+    return f"{sink.name} at {VOLTAGE.show(sink.voltage)}"

@@ -10,7 +10,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 project = "heated-microstructure-validation"
 author = "its contributors"
 release = version = metadata.version(project)
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.mathjax", "command"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "command", "mathml"]
 myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence", "deflist"]
 myst_heading_anchors = 3
 source_suffix = {".md": "markdown"}
@@ -22,6 +22,8 @@ autodoc_typehints = "description"
 autodoc_typehints_format = "short"
 html_theme = "furo"
 html_title = "How far to trust a 1D model"
-html_static_path: list[str] = []
+html_math_renderer = "mathml"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
 html_copy_source = False
 html_show_copyright = False

@@ -101,8 +101,8 @@ def _electric_steps(sink: Sink, part: Symmetry, answer: Answer | None) -> list[S
         steps.append(Step(f"electric unknowns in {', '.join(sorted(dead))}", "skipped", "no current flows there"))
     what = "current pattern when hot"
     if not sink.silicon.temperature_coefficient:
-        steps.append(Step("electric iteration", "skipped", "the resistivity doesn't depend on temperature"))
-    elif answer is None:
+        return steps
+    if answer is None:
         steps.append(Step("electric iteration", "done", "the resistance follows the temperature"))
         steps.append(
             Step(what, "done", "checked once at the hot state; followed only if that matters at this accuracy")

@@ -6,12 +6,12 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from fem3d import adapt, outputs, probe_quantities, whole_field
+from fem3d import adapt, currents, outputs, probe_quantities, whole_field
 from fem3d.fields import Fields
-from fem3d.steady import is_thermal
 from fem3d.study import Study
 from meshes import connected, statistics, symmetry
 from meshes.symmetry import Symmetry
+from scenes.free import asks
 from scenes.model import Point, Scene
 from scenes.plan import Step
 from scenes.result import Estimate, Result, Traces
@@ -23,6 +23,8 @@ def solve(scene: Scene, progress: Callable[[str], None] | None = None) -> Result
     Steady keys and trace names are the probes' names; temperatures in K, potentials in V, flows in W, currents in A.
     Raises fem3d.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
     """
+    if not scene.steady and not asks.heat(scene):
+        return currents.over_time(scene, lambda alone: solve(alone, progress), plan(scene))
     say = progress or (lambda _: None)
     part = symmetry.reduce(clipped(scene))
     study = probe_quantities.study(scene, part)
@@ -48,8 +50,9 @@ def _steady(study: Study, scene: Scene, say: Callable[[str], None]) -> Result:
     off = answer.field
     state = answer.fine.state
     found = {name: Estimate(float(v), answer.errors[name]) for name, v in answer.fine.quantities.items()}
-    details: dict[str, Any] = _details(study, state.heat.free, answer.levels) | {
-        "electric_unknowns": 0 if state.conductor is None else state.conductor.free,
+    electric = 0 if state.conductor is None else state.conductor.free
+    details: dict[str, Any] = _details(study, state.heat.free if asks.heat(scene) else electric, answer.levels) | {
+        "electric_unknowns": electric,
         "steps": 0,
         "energy_imbalance": imbalance(answer.fine.out),
         "transient_imbalance": None,
@@ -103,29 +106,25 @@ def plan(scene: Scene) -> tuple[Step, ...]:
     """What `solve` will do, before it does it."""
     part: Symmetry = symmetry.reduce(clipped(scene))
     steps = [_symmetry(part)]
-    carries = bool(connected.live(part.scene).any())
-    thermal = is_thermal(part.scene)
-    warm = {b.name for b in part.scene.boxes if b.material.resistivity and b.material.temperature_coefficient}
-    if thermal:
-        reason = "one factorization per mesh: the conductivity doesn't depend on temperature"
-        steps.append(Step("heat", "done", reason))
+    warm = any(b.material.resistivity and b.material.temperature_coefficient for b in part.scene.boxes)
+    if asks.heat(scene):
+        steps.append(Step("heat", "done", "one factorization per mesh: the conductivity doesn't depend on temperature"))
     else:
         steps.append(Step("heat", "skipped", "nothing thermal is asked for: the currents at the initial temperature"))
-    if carries:
-        steps.append(Step("electric problem", "done", "in the parts that touch electrodes of two voltages"))
-        what = ("done", "the resistance follows the temperature") if warm and thermal else (
-            "skipped", "the resistivity doesn't depend on temperature" if not warm else "no temperatures are solved"
-        )  # fmt: skip
-        steps.append(Step("electric iteration", what[0], what[1]))  # type: ignore[arg-type]
+    if connected.live(part.scene).any():
+        follows = ", whose resistance follows the temperature" if warm and asks.heat(scene) else ""
+        steps.append(Step("electric problem", "done", f"in the parts that touch electrodes of two voltages{follows}"))
     else:
         steps.append(Step("electric problem", "skipped", "no part touches electrodes of two voltages"))
     if scene.steady:
         steps.append(Step("steady state", "done", f"refined until every estimated error is below {scene.accuracy:g}"))
         steps.append(Step("transient", "skipped", "only the steady state was asked for"))
-    else:
+    elif asks.heat(scene):
         steps.append(Step("steady state", "skipped", "only the transient was asked for"))
         reason = f"to {scene.end_time:g} s, projected on Krylov fields, errors below {scene.accuracy:g}"
         steps.append(Step("transient", "done", reason))
+    else:
+        steps += currents.plan(scene)
     return tuple(steps)
 
 

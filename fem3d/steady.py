@@ -20,11 +20,11 @@ from fem3d.errors import ConvergenceError, NumericsError, RunawayError
 from fem3d.heat import H
 from fem3d.operators import HeatProblem
 from fem3d.reduced import project
-from scenes.model import Scene
+from scenes.free import asks
 
 CONVERGED = 1e-3  # part of the accuracy that the last step may change the rise by
 ROUNDED = 1e-7  # what rounding may do to the rise on the worst meshes, relative
-SETTLED = 1e-2  # part of the accuracy below which the iteration also ends where rounding keeps it from getting better
+SETTLED = 1e-1  # part of the accuracy below which the iteration also ends where rounding keeps it from getting better
 SLOW = 15  # steps after which the reduced problem gets a second current pattern
 BACK = 0.8  # of a rise at which the resistivity is not positive
 UNIFORM = 5e-2  # part of the accuracy below which a change of the current's pattern isn't followed
@@ -66,21 +66,12 @@ class SteadyState(Generic[H, C]):
         return c.solve(self.rise, self.drive * c.voltages[0], self.potential).potential
 
 
-def is_thermal(scene: Scene) -> bool:
-    """Whether a scene asks for temperatures: a thermal condition, a heat source or a thermal probe."""
-    return (
-        any(b.kind != "voltage" for b in scene.boundaries)
-        or any(b.heat_source for b in scene.boxes)
-        or any(p.quantity in ("temperature", "heat_flow") for p in scene.probes)
-    )
-
-
 def solve(
     heat: HeatProblem, voltage: float, accuracy: float, follow: bool | None = None
 ) -> SteadyState[HeatProblem, Conductor]:
     """The steady state of bricks at the scene's constant inputs; ``voltage`` (V) names the drive in messages. Raises as
     `coupled` does."""
-    return coupled(heat, find_conductor(heat), is_thermal(heat.scene), voltage, accuracy, follow)
+    return coupled(heat, find_conductor(heat), asks.heat(heat.scene), voltage, accuracy, follow)
 
 
 def _electric(heat: H, conductor: C) -> SteadyState[H, C]:
@@ -116,9 +107,8 @@ def coupled(
         return SteadyState(heat, None, rise, given, {}, {}, 0.0, None, (rise - lift)[:n, None], [], 0.0, False, 1)
     cold = conductor.solve(lift, conductor.voltages[0])
     potentials, patterns = [cold], [conductor.pattern(cold)]
-    warms = conductor.warms
     fields = heat.solve_steady((joule_load(conductor, cold.density, lift) + given)[:n])[:, None]
-    follows, change, before = warms and follow is not False, 0.0, np.inf
+    follows, change, before = conductor.warms and follow is not False, 0.0, np.inf
     for step in range(1, 61):
         reduced = project(heat, conductor, fields, patterns)
         point = operating_point.find(reduced)
@@ -152,7 +142,7 @@ def coupled(
         moved = float(np.abs(answer - own).max() / (np.abs(answer).max() or 1.0))
         stalled = moved < max(SETTLED * accuracy, ROUNDED) and moved > before / 2
         before = moved
-        if moved < CONVERGED * accuracy or stalled or (point.folded and moved < 1e-4) or not warms:
+        if moved < CONVERGED * accuracy or stalled or (point.folded and moved < 1e-4):
             break
         fields = np.column_stack([fields, answer - own])
     else:
@@ -169,7 +159,7 @@ def coupled(
         {name: scale * current for name, current in last.currents.items()},
         float(sum(joule.values())), final.potential, np.column_stack([fields, answer]),
         independent(conductor, [cold, final]) if follows else [last], change, follows, step,
-        unsettled=(moved if warms else 0.0) + (0.0 if follows else 2 * change), density=density,
+        unsettled=moved + (0.0 if follows else 2 * change), density=density,
     )  # fmt: skip
 
 

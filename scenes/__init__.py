@@ -1,3 +1,5 @@
 """What is to be solved: materials, boxes, boundaries, drive, probes. No numerics."""
 
-from scenes.loading import load as load
+from scenes.any import load as load
+
+__all__ = ["load"]

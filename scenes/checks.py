@@ -36,8 +36,12 @@ DEVICE_TOLERANCES: dict[str, float] = {
     "fig12_same_time": 0.05,
     "fig13_slope": 1e-6,
     "fig13_limit": 1e-6,
+    "meter_resistance": 0.1,
+    "meter_power": 0.05,
+    "meter_rate": 0.05,
 }
-"""The same of the device. The paper's "about" is taken as a quarter; what it states as exact, as 1e-6."""
+"""The same of the device. The paper's "about" is taken as a quarter, its "ca." as a tenth, a number of two digits as a
+twentieth; what it states as exact, as 1e-6."""
 
 _TOLERANCE = Quantity(NUMBER, 1e-15, 100.0)
 

@@ -8,8 +8,8 @@ from scenes.checks import DEVICE_TOLERANCES
 from scenes.model import Material
 from scenes.sink import Sink
 
-GOLD = Material("gold", 318.0, 19320.0, 129.0, 2.23e-8, 3.768e-3, 293.0)
-PDMS = Material("pdms", 0.15, 970.0, 1460.0)
+GOLD = Material("gold", 318.0, 19320.0, 129.0, 2.23e-8, 3.768e-3, 293.0, valid_to=1337.0)
+PDMS = Material("pdms", 0.15, 970.0, 1460.0, valid_to=473.0)
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from scenes.schema import Key, Schema
 
 SIZE = Quantity(d.LENGTH, 1e-9, 1.0)
 TEMPERATURE = Quantity(d.TEMPERATURE, 1.0, 5000.0)
+VALID_TO = Quantity(d.TEMPERATURE, 1.0, 1e4, word="unknown")
 DURATION = Quantity(d.TIME, 1e-9, 1e6)
 ACCURACY = Quantity(d.NUMBER, 1e-6, 0.1)
 CONVECTION = Quantity(d.CONVECTION_COEFFICIENT, 0.0, 1e6)
@@ -42,8 +43,11 @@ def material(name: str, resistivity: Kind) -> tuple[Key, ...]:
         "resistivity": resistivity,
         "temperature_coefficient": Quantity(d.TEMPERATURE_COEFFICIENT, -1.0, 1.0),
         "reference_temperature": TEMPERATURE,
+        "valid_to": VALID_TO,
     }
-    return tuple(Key(f"materials.{name}.{key}", f"{name}.{key}", kind) for key, kind in kinds.items())
+    return tuple(
+        Key(f"materials.{name}.{key}", f"{name}.{key}", kind, key != "valid_to") for key, kind in kinds.items()
+    )
 
 
 SINK = Schema((
@@ -77,7 +81,7 @@ def _of_the_sink() -> tuple[Key, ...]:
     """
     own = ("scene.", "run.", "checks.")
     return tuple(
-        replace(key, attribute=f"sink.{key.attribute}", physical=not key.path.startswith("drive."))
+        replace(key, attribute=f"sink.{key.attribute}", physical=key.physical and not key.path.startswith("drive."))
         for key in SINK.keys
         if not key.path.startswith(own)
     )

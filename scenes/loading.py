@@ -36,13 +36,23 @@ def load(source: str | Path, overrides: Sequence[str] = (), *, of: SceneType[Any
     a statement about that scene: an override of anything physical withdraws it (``expected_to_differ`` is then
     ``None``), unless an override says what is expected now. Raises SceneError.
     """
-    schema = of.schema
     name = source if isinstance(source, str) and source == of.name else file_name(Path(source))
-    flat = schema.flatten(_document(source, of))
+    return _built({"scene.name": name} | of.schema.flatten(_document(source, of)), overrides, of)
+
+
+def overridden(scene: T, overrides: Sequence[str]) -> T:
+    """A scene with "KEY=VALUE" overrides put over it as ``load`` puts them, checked; raises SceneError."""
+    of = type_of(scene)
+    made: T = _built(of.schema.write(scene), overrides, of)
+    return made
+
+
+def _built(flat: Mapping[str, Any], overrides: Sequence[str], of: SceneType[Any]) -> Any:
+    schema = of.schema
     before, values = schema.read(flat), schema.read(override(flat, overrides, schema))
     if _physical(before, of) != _physical(values, of) and _EXPECTED not in override({}, overrides, schema):
         values[_EXPECTED] = None
-    return check(schema.apply({"scene.name": name} | values, of.default))
+    return check(schema.apply(values, of.default))
 
 
 @overload

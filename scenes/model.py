@@ -32,7 +32,8 @@ class Material:
     """A material: conductivity in W/(m K), density in kg/m3, specific heat in J/(kg K), resistivity in ohm m.
 
     The resistivity is ``resistivity * (1 + temperature_coefficient * (T - reference_temperature))`` (the paper's
-    eq 7); ``None`` is an electrical insulator.
+    eq 7); ``None`` is an electrical insulator. Above ``valid_to`` (K) the material softens, melts or decomposes;
+    ``None`` where nobody says.
     """
 
     name: str
@@ -42,6 +43,7 @@ class Material:
     resistivity: float | None = None
     temperature_coefficient: float = 0.0
     reference_temperature: float = 293.0
+    valid_to: float | None = None
 
     @property
     def heat_capacity(self) -> float:

@@ -16,6 +16,8 @@ class Request:
     fields: bool = False
     field_times: tuple[float, ...] = ()
     """Times (s) whose fields are wanted beside those that are stored anyway."""
+    command: str = ""
+    """The command line that asked, for the record; empty where it was none."""
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from typing import Literal
 from scenes.checks import AGAINST_TOLERANCES, DEFAULT_TOLERANCES
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene
 
-SILICON = Material("silicon", 130.0, 2330.0, 712.0, 6e-5, 5e-4, 293.0)
-OXIDE = Material("oxide", 1.38, 2200.0, 703.0)
+SILICON = Material("silicon", 130.0, 2330.0, 712.0, 6e-5, 5e-4, 293.0, valid_to=1687.0)
+OXIDE = Material("oxide", 1.38, 2200.0, 703.0, valid_to=1858.0)
 
 
 @dataclass(frozen=True)

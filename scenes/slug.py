@@ -32,10 +32,14 @@ def distinguishes(scene: object) -> str:
             owner = section.removeprefix("materials.") + "_" if section.startswith("materials.") else ""
             label = "" if isinstance(key.kind, Choice) else f"{owner}{name}"
             words.append(label + _safe(key.kind.show(value)))
-    slug = "-".join(words)
-    if len(slug) > _LONGEST:
-        slug = f"{slug[: _LONGEST - 9].rstrip('-.')}-{zlib.crc32(slug.encode()):08x}"
-    return slug
+    return shortened("-".join(words))
+
+
+def shortened(text: str) -> str:
+    """A text of at most 80 characters: a longer one ends in a checksum of the whole."""
+    if len(text) <= _LONGEST:
+        return text
+    return f"{text[: _LONGEST - 9].rstrip('-.')}-{zlib.crc32(text.encode()):08x}"
 
 
 def _safe(shown: str) -> str:

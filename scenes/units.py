@@ -46,6 +46,8 @@ _SPELLINGS = str.maketrans({
     "\N{MINUS SIGN}": "-", "\N{SUPERSCRIPT MINUS}": "-",
     "\N{SUPERSCRIPT ONE}": "1", "\N{SUPERSCRIPT TWO}": "2", "\N{SUPERSCRIPT THREE}": "3",
 })  # fmt: skip
+_MEANT = {"c": "degC", "celsius": "degC", "kelvin": "K", "micron": "um", "sec": "s", "volt": "V"}
+"""What is meant by words that are spelled like another unit, or like none."""
 _LONGEST = 100
 
 
@@ -147,7 +149,9 @@ def _named(name: str) -> tuple[Powers, int]:
         prefix = name.removesuffix(symbol)
         if name.endswith(symbol) and prefix in _PREFIXES:
             return powers, exponent + _PREFIXES[prefix]
-    raise UnitError(f'has an unknown unit "{printable(name)}"' + did_you_mean(name, _FAMILIAR).rstrip("?"))
+    meant = _MEANT.get(name.lower())
+    hint = f', did you mean "{meant}"' if meant else did_you_mean(name, _FAMILIAR).rstrip("?")
+    raise UnitError(f'has an unknown unit "{printable(name)}"{hint}')
 
 
 def _combine(a: Powers, b: Powers, times: int) -> Powers:

@@ -56,8 +56,37 @@ def test_the_scene_to_add_is_one(tmp_path: Path) -> None:
     assert [probe.name for probe in load(str(tmp_path / "beam.toml"), []).probes] == ["tip"]
 
 
+def test_the_places_to_add_to_are_the_true_ones() -> None:
+    """The check that is shown is the code's, and each name in backquotes is in the file named after it."""
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    shown = re.search(r"```python\n(def eq13.*?)```", text, re.DOTALL)
+    assert shown is not None
+    assert shown.group(1) in (ROOT / "compare" / "equation_checks.py").read_text(encoding="utf-8")
+    named = re.findall(r"`(\w+)`(?: or `(\w+)`)?(?: there)?,? (?:in|of)\s+`([\w/]+\.py)`", text)
+    assert len(named) >= 5
+    for *names, file in named:
+        code = (ROOT / file).read_text(encoding="utf-8")
+        assert [name for name in names if name and not re.search(rf"^(def |class )?{name}\b", code, re.MULTILINE)] == []
+
+
 def test_every_command_is_on_its_page() -> None:
     from compare.commands import COMMANDS
 
     page = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
     assert [name for name in COMMANDS if f"validate {name} --help" not in page] == []
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/index.md", "docs/theory/fem3d.md"])
+def test_how_often_the_stated_errors_hold_is_what_the_stress_page_says(page: str) -> None:
+    row = next(line for line in (ROOT / "docs" / "stress.md").read_text().splitlines() if "errors honoured" in line)
+    worst, (broken, of) = float(row.split("|")[4]), map(int, re.findall(r"violated by (\d+) of (\d+)", row)[0])
+    said = " ".join((ROOT / page).read_text(encoding="utf-8").split())
+    numbers = [(of - int(held), int(count)) for held, count in re.findall(r"held in (\d+) of (\d+)", said)]
+    numbers += [(int(count), int(n)) for count, n in re.findall(r"(\d+) of (\d+) random scenes were off", said)]
+    numbers += [
+        (int(count), int(n)) for n, count in re.findall(r"of (\d+) random scenes that .{,40} (\d+) were off", said)
+    ]
+    assert numbers
+    assert set(numbers) == {(broken, of)}
+    assert all(int(n) == round(worst) for n in re.findall(r"(\d+) times(?: as much at worst|\))", said))
+    assert "stress.md" in said

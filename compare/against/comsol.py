@@ -1,17 +1,21 @@
-"""COMSOL's table export: header rows that start with a percent sign, the last of which names the columns.
+"""COMSOL's exports: header rows that start with a percent sign, the last of which names the columns.
 
-Written as text (columns apart by spaces) or as CSV. Names hold their unit in brackets, and a point's place after a
-comma: "Temperature (K), Point: (0, 5E-4, 1E-6)".
+Written as text (columns apart by spaces) or as CSV. Names hold their unit in brackets, a point's place after a comma,
+and what a column was solved for after an "@": "Temperature (K), Point: (0, 5E-4, 1E-6)", "T (K) @ t=1E-3, V0=0.5".
+A table has a row for every time; a data export has one for every point, and a column for every time.
 """
 
 from __future__ import annotations
 
-import csv
 import re
 from pathlib import Path
 
-from compare.against.columns import Table, column, numbers
+import numpy as np
+
+from compare.against.columns import Column, Table, column, names, numbers, split, unit_of
 from scenes.errors import SceneError, printable, quoted
+
+_MOST_POINTS = 200
 
 
 def is_one(text: str) -> bool:
@@ -21,42 +25,71 @@ def is_one(text: str) -> bool:
 
 def read(path: Path, text: str) -> Table:
     """The columns; SceneError where header and rows don't fit."""
-    lines = [line for line in text.splitlines() if line.strip()]
-    head = [line for line in lines if line.lstrip('" \t').startswith("%")]
-    body = [line for line in lines if not line.lstrip('" \t').startswith("%")]
-    rows = [_cells(line) for line in body]
-    found = numbers(path, rows, len(head) + 1)
-    names = _names(head[-1], found.shape[1], "," in body[0])
-    if names is None:
+    head, body, lines = [], [], []
+    for number, line in enumerate(text.splitlines(), 1):
+        if line.lstrip('" \t').startswith("%"):
+            head.append(line.strip())
+        elif line.strip():
+            body.append([cell.strip().strip('"') for cell in (line.split(",") if "," in line else line.split())])
+            lines.append(number)
+            commas = "," in line
+    found = numbers(path, body, lines)
+    # The percent sign may stand inside the first name's quotes or before them.
+    last = ('"' if head[-1].startswith('"') else "") + head[-1].lstrip('"').removeprefix("%").strip()
+    named = names(last, found.shape[1], "," if commas else None)
+    if named is None:
         raise SceneError(
             f"--against {quoted(path)}: its last header row names another number of columns than the {found.shape[1]} "
             f'below it: "{printable(head[-1], 120)}"'
         )
-    return Table("COMSOL table", tuple(column(name, found[:, i]) for i, name in enumerate(names)))
+    columns = tuple(column(name, found[:, i]) for i, name in enumerate(named))
+    if any("t" in dict(c.at) for c in columns):
+        return _by_point(path, columns, _length_unit(head))
+    return Table("COMSOL table", columns)
 
 
-def _cells(line: str) -> list[str]:
-    cells = line.split(",") if "," in line else line.split()
-    return [cell.strip().strip('"') for cell in cells]
+def _by_point(path: Path, columns: tuple[Column, ...], length: float) -> Table:
+    """A data export turned round: for every point (a row) and expression a column over the times behind the "@"."""
+    places = {split(c.name)[0].lower(): c.values * length for c in columns if split(c.name)[0].lower() in "xyz"}
+    points = len(columns[0].values)
+    if points > _MOST_POINTS:
+        raise SceneError(
+            f"--against {quoted(path)} is a field of {points} points: export a table of point evaluations instead"
+        )
+    groups: dict[tuple[tuple[str, str], ...], dict[str, dict[float, np.ndarray]]] = {}
+    for c in columns:
+        at = dict(c.at)
+        if "t" not in at:
+            continue
+        others = tuple(pair for pair in c.at if pair[0] != "t")
+        try:
+            time = float(at["t"])
+        except ValueError:
+            raise SceneError(f"--against {quoted(path)}: t={quoted(at['t'])} in a header is not a number") from None
+        expression = groups.setdefault(others, {}).setdefault(c.name, {})
+        if time in expression:
+            raise SceneError(f"--against {quoted(path)}: {quoted(c.name)} stands twice at t={at['t']}: export one run")
+        expression[time] = c.values
+    made: list[Column] = []
+    for others, expressions in groups.items():
+        times = list(next(iter(expressions.values())))
+        made.append(Column("Time (s)", "s", np.array(times), others))
+        for name, values in expressions.items():
+            if list(values) != times:
+                raise SceneError(f"--against {quoted(path)}: {quoted(name)} stands at other times than the rest")
+            table = np.array([values[time] for time in times])
+            for row in range(points):
+                place = ", ".join(f"{places[axis][row]:.9g}" for axis in "xyz" if axis in places)
+                header = f"{name}, Point: ({place})" if place else name
+                made.append(Column(header, split(name)[1], table[:, row], others))
+    return Table("COMSOL data export", tuple(made), notes=("times behind t= are taken in s",))
 
 
-def _names(line: str, count: int, commas: bool) -> list[str] | None:
-    """The header's columns by whichever way of separating them, of those for rows apart by commas or by spaces, gives
-    as many as there are."""
-    plain = line.strip()
-    bare = plain.lstrip('"').removeprefix("%").strip()
-    if commas:
-        # The percent sign may stand inside the first name's quotes or before them.
-        inside = ('"' if plain.startswith('"') else "") + bare
-        ways = [
-            [name.strip() for name in next(csv.reader([inside], skipinitialspace=True))],
-            # Inside a name a comma is followed by a space.
-            [name.strip('"') for name in re.split(r",(?! )", bare)],
-        ]
-    else:
-        ways = [
-            re.split(r"\t+|\s{2,}", bare),
-            # Each name but the first starts after what closes the one before, a unit or a place.
-            re.split(r"(?<=\))\s+(?=[A-Za-z])", bare),
-        ]
-    return next((names for names in ways if len(names) == count), None)
+def _length_unit(head: list[str]) -> float:
+    """The unit of coordinates in m, from the header row that tells it."""
+    for line in head:
+        found = re.search(r"Length unit[:,\s\"]+([^\s\",]+)", line)
+        unit = unit_of(found.group(1)) if found else None
+        if unit is not None:
+            return float(10.0**unit.exponent)
+    return 1.0

@@ -1,24 +1,33 @@
-"""A user's traces, ready to be compared: read from whichever file it is, sorted by what the columns mean."""
+"""A user's own traces, ready to be compared: read from whichever file it is, sorted by what the columns mean."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from compare.against import comsol, ngspice, plain, quantities
-from compare.against.columns import Table, read_bytes, read_text, unit_of
-from scenes.errors import SceneError, quoted
+from compare.against import chosen, comsol, ngspice, plain, quantities, runs
+from compare.against.columns import Table, read_bytes, text_of
+from compare.scope import FIRST_TIME
+from compare.words import quantity
+from scenes.errors import SceneError, printable, quoted
 from scenes.sink import Sink
+
+_NOTICED, _REFUSED = 0.005, 0.05
+"""How far from room temperature a trace may start, of its own change: what is said, and what the checks' own tolerance
+would be spent on."""
 
 
 @dataclass(frozen=True)
 class Data:
     """Traces from a file: ``time`` (s, ascending) and ``values`` by the keys of traces.csv, in SI units.
 
-    ``headers`` are the columns' own names, ``notes`` how a column was read where that is not plain.
+    ``headers`` are the columns' own names, the time's among them, and ``how`` they were read where that is not plain,
+    ``left_out`` says why the others are none, ``run`` which of several runs it is, ``notes`` what else was done,
+    ``warnings`` what may be another scene's.
     """
 
     name: str
@@ -26,62 +35,77 @@ class Data:
     time: np.ndarray
     values: dict[str, np.ndarray]
     headers: dict[str, str]
+    how: Mapping[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    left_out: Mapping[str, str] = field(default_factory=dict)
+    run: str = ""
+    warnings: tuple[str, ...] = ()
 
     def document(self) -> dict[str, Any]:
         """What the summary says of it."""
         return {
             "file": self.name, "kind": self.kind, "rows": len(self.time),
-            "from_s": float(self.time[0]), "to_s": float(self.time[-1]),
-            "columns": self.headers, "notes": list(self.notes),
+            "from_s": float(self.time[0]), "to_s": float(self.time[-1]), "run": self.run or None,
+            "columns": self.headers, "read_as": dict(self.how), "left_out": dict(self.left_out),
+            "notes": list(self.notes),
         }  # fmt: skip
 
+    def said(self) -> str:
+        """One sentence: which column is which quantity, of which run, and which are left out, and why."""
+        names = {"time_s": "time", **{key: name for name, key in chosen.QUANTITIES.items()}}
+        how = {key: f" ({text})" for key, text in self.how.items()}
+        parts = [", ".join(f"{names[k]} is {quoted(header)}{how.get(k, '')}" for k, header in self.headers.items())]
+        parts += [self.run] if self.run else []
+        parts += list(self.notes)
+        left = [f"{quoted(name)}, it {why}" for name, why in list(self.left_out.items())[:6]]
+        left += [f"{len(self.left_out) - 6} more"] if len(self.left_out) > 6 else []
+        parts += [f"left out: {'; '.join(left)}"] if left else []
+        first, last = (quantity(float(t), "s", 3) for t in (self.time[0], self.time[-1]))
+        span = f"{len(self.time)} rows, {first} to {last}"
+        return f"{self.name} ({self.kind}, {span}): {'; '.join(parts)}."
 
-def read(path: Path, sink: Sink) -> Data:
-    """The traces in a file; SceneError where there are none that the sink has, saying what was found."""
-    table = _table(path)
-    shown = quoted(path)
-    times = [column for column in table.columns if quantities.is_time(column)]
-    if len(times) != 1:
-        names = ", ".join(quoted(c.name) for c in table.columns[:8])
-        found = "no column is the time" if not times else "several columns are the time"
-        raise SceneError(f'--against {shown}: {found} with its unit, such as "Time (s)"; its columns are {names}')
+
+def read(path: Path, sink: Sink, columns: Sequence[str] = ()) -> Data:
+    """The traces in a file; ``columns`` say what some of its columns are, as `--column` does. SceneError where there
+    are none that the sink has, saying what was found, and where it can't be told which of several is meant."""
+    table, shown = _told_apart(_table(path)), quoted(path)
+    given = chosen.meanings(table, columns)
+    picked = runs.pick(table, given, sink, shown)
     kept: dict[str, quantities.Match] = {}
-    missed: dict[str, str] = {}
-    for column in table.columns:
-        if column is times[0]:
-            continue
-        found_one = quantities.match(column, sink, table.kind.startswith("ngspice"))
-        if isinstance(found_one, str):
-            missed[column.name] = found_one
-        elif found_one.key in kept:
+    left = dict(picked.left_out)
+    for column in picked.columns:
+        meaning = given.get(column.name)
+        found = quantities.match(column, meaning, sink, table.spice)
+        if isinstance(found, str):
+            left[column.name] = found + ("" if table.spice else runs.constant(column))
+        elif meaning is None and found.key in (other.what for other in given.values()):
+            left[column.name] = "is not the one that --column names"
+        elif found.key in kept and given.get(kept[found.key].header) is None:
+            name = next(name for name, key in chosen.QUANTITIES.items() if key == found.key)
             raise SceneError(
-                f"--against {shown}: both {quoted(kept[found_one.key].header)} and {quoted(column.name)} are the "
-                f"sink's {found_one.key}: leave one out, or name its place"
+                f"--against {shown}: both {quoted(kept[found.key].header)} and {quoted(column.name)} may be the "
+                f'sink\'s {name}: say which, --column {name}="{printable(column.name)}"'
             )
         else:
-            kept[found_one.key] = found_one
+            kept[found.key] = found
     if not kept:
-        raise SceneError(f"--against {shown}: {quantities.refusal(table, missed)}")
-    unit = unit_of(times[0].unit)
-    assert unit is not None
-    time, order = _ascending(times[0].values * 10.0**unit.exponent, shown)
-    values = {key: m.values[order] for key, m in kept.items()}
-    for key, value in values.items():
-        if not np.isfinite(value).all():
-            raise SceneError(f"--against {shown}: {quoted(kept[key].header)} has values that are not finite numbers")
-    notes = tuple(f"{m.header}: {m.note}" for m in kept.values() if m.note)
-    notes += tuple(f"{header}: left out, it {why}" for header, why in missed.items())
-    return Data(path.name, table.kind, time, values, {key: m.header for key, m in kept.items()}, notes)
+        raise SceneError(f"--against {shown}: {quantities.refusal(table, left)}")
+    for match in kept.values():
+        if not np.isfinite(match.values).all():
+            raise SceneError(f"--against {shown}: {quoted(match.header)} has values that are not finite numbers")
+    _check_times(picked.time, sink, shown)
+    warnings = (*_spans(picked.time, sink), *_starts(picked.time, kept, sink, shown))
+    values = {key: m.values for key, m in kept.items()}
+    headers = {"time_s": picked.clock, **{key: m.header for key, m in kept.items()}}
+    how = {key: m.note for key, m in kept.items() if m.note}
+    return Data(path.name, table.kind, picked.time, values, headers, how, table.notes, left, picked.run, warnings)
 
 
 def _table(path: Path) -> Table:
     data = read_bytes(path)
     if ngspice.is_raw(data):
         return ngspice.read_raw(path, data)
-    if b"\0" in data[:4000]:
-        raise SceneError(f"--against {quoted(path)} is binary, but no ngspice raw file: export a table as text")
-    text = read_text(path)
+    text = text_of(path, data)
     if comsol.is_one(text):
         return comsol.read(path, text)
     if ngspice.is_printed(text):
@@ -89,11 +113,59 @@ def _table(path: Path) -> Table:
     return plain.read(path, text)
 
 
-def _ascending(time: np.ndarray, shown: str) -> tuple[np.ndarray, np.ndarray]:
-    """Times in order, each once, and where they were; SceneError for fewer than three, or times that are none."""
-    if not np.isfinite(time).all():
-        raise SceneError(f"--against {shown}: its times are not all finite numbers")
-    found, order = np.unique(time, return_index=True)
-    if len(found) < 3:
-        raise SceneError(f"--against {shown} has {len(found)} times: three are the least to compare curves by")
-    return found, order
+def _told_apart(table: Table) -> Table:
+    """With a number behind names that stand twice; the time may, before every vector."""
+    seen: dict[object, int] = {}
+    made = []
+    for column in table.columns:
+        n = seen[column.name, column.at] = seen.get((column.name, column.at), 0) + 1
+        again = n > 1 and not quantities.is_time(column)
+        made.append(replace(column, name=f"{column.name} #{n}") if again else column)
+    return replace(table, columns=tuple(made))
+
+
+def _check_times(time: np.ndarray, sink: Sink, shown: str) -> None:
+    """Three rows within the run are the least; a file in another unit of time than it says has fewer."""
+    within = int((time <= sink.end_time * (1 + 1e-9)).sum())
+    if len(time) < 3 or within < 3:
+        covered = " to ".join(quantity(float(t), "s", 3) for t in (time[0], time[-1]))
+        raise SceneError(
+            f"--against {shown} covers {covered} with {within} times up to the run's end, "
+            f"{quantity(sink.end_time, 's')}: three are the least to compare curves by (times in another unit: "
+            '--column "time (ms)=NAME"; a longer run: --set end_time=T)'
+        )
+
+
+def _spans(time: np.ndarray, sink: Sink) -> tuple[str, ...]:
+    """What to say of traces that cover much more or less than the run."""
+    last, end = float(time[-1]), sink.end_time
+    if 0.5 * end <= last <= 10 * end:
+        return ()
+    which = (
+        "only that is compared" if last < end else "is its time in another unit? only what the run covers is compared"
+    )
+    return (f"it ends at {quantity(last, 's', 3)}, the run at {quantity(end, 's', 3)}: {which}",)
+
+
+def _starts(time: np.ndarray, kept: Mapping[str, quantities.Match], sink: Sink, shown: str) -> tuple[str, ...]:
+    """What to say of traces that don't start at the scene's room temperature, as far as the file has its start."""
+    if time[0] > FIRST_TIME / 10:
+        return ()
+    said = []
+    for key, match in kept.items():
+        if not key.endswith("_K"):
+            continue
+        off = float(match.values[0]) - sink.room_temperature
+        change = float(np.abs(match.values - match.values[0]).max())
+        if abs(off) <= _NOTICED * change:
+            continue
+        where = f"starts {abs(off):.4g} K {'above' if off > 0 else 'below'} the scene's room temperature"
+        name = next(name for name, known in chosen.QUANTITIES.items() if known == key)
+        room = f"--set room_temperature={sink.room_temperature + off:.6g}"
+        if abs(off) > _REFUSED * change:
+            raise SceneError(
+                f"--against {shown}: {quoted(match.header)} {where}, {sink.room_temperature:g} K: give {room}, "
+                f'or where it is a rise --column "{name} rise={printable(match.header)}"'
+            )
+        said.append(f"{quoted(match.header)} {where}, which goes into the difference: {room} would meet it")
+    return tuple(said)

@@ -32,14 +32,12 @@ def is_printed(text: str) -> bool:
 
 
 def read_raw(path: Path, data: bytes) -> Table:
-    """The columns of the first transient analysis in a raw file."""
-    start = 0
+    """The columns of the transient analysis in a raw file; SceneError where there are none, or several."""
+    start, table = 0, None
     while True:
-        head = re.compile(rb"^(Variables:.*?)^(Values|Binary):[ \t]*\r?\n", re.DOTALL | re.MULTILINE).search(
-            data, start
-        )
+        head = _VARIABLES.search(data, start)
         if head is None:
-            raise SceneError(f"--against {quoted(path)} has no transient analysis that could be read")
+            break
         header = data[start : head.start()].decode("latin-1")
         variables = [line.split() for line in head.group(1).decode("latin-1").splitlines()[1:] if line.strip()]
         count, points = len(variables), _field(path, header, "No. Points")
@@ -48,36 +46,47 @@ def read_raw(path: Path, data: bytes) -> Table:
             cells *= 2
         if head.group(2) == b"Binary":
             end = head.end() + 8 * cells
-            values = np.frombuffer(data[head.end() : end], "<f8")
+            held = min(cells, (len(data) - head.end()) // 8)
+            values = np.frombuffer(data, "<f8", held, head.end()) if held else np.empty(0)
         else:
             following = data.find(b"Title:", head.end())
             end = len(data) if following < 0 else following
             values = _values(data[head.end() : end].decode("latin-1"), count)
-        if "transient" in _text(header, "Plotname").lower():
-            break
         start = end
-    if values.size != count * points:
-        raise SceneError(f"--against {quoted(path)}: {values.size} numbers where its header tells of {count * points}")
-    table = values.reshape(points, count)
-    names = ((v[1], _UNITS.get(v[2].lower(), "") if len(v) > 2 else "") for v in variables)
-    return Table("ngspice raw file", tuple(Column(n, unit, table[:, i]) for i, (n, unit) in enumerate(names)))
+        if "transient" not in _text(header, "Plotname").lower():
+            continue
+        if table is not None:
+            raise SceneError(f"--against {quoted(path)} has several transient analyses: write one of them only")
+        if values.size != cells:
+            raise SceneError(f"--against {quoted(path)}: {values.size} numbers where its header tells of {cells}")
+        names = ((v[1], _UNITS.get(v[2].lower(), "") if len(v) > 2 else "") for v in variables)
+        found = values.reshape(points, count)
+        columns = tuple(Column(name, unit, found[:, i]) for i, (name, unit) in enumerate(names))
+        table = Table("ngspice raw file", columns, spice=True)
+    if table is None:
+        raise SceneError(f"--against {quoted(path)} has no transient analysis that could be read")
+    return table
 
 
 def read_printed(path: Path, text: str) -> Table:
-    """The columns of one table of `print`, which repeats its header on each page."""
+    """The columns of the first table of `print`, which repeats its header on each page."""
     names: list[str] = []
     rows: list[list[str]] = []
-    for line in text.splitlines():
+    lines: list[int] = []
+    notes: tuple[str, ...] = ()
+    for number, line in enumerate(text.splitlines(), 1):
         cells = line.split()
         if cells[:2] == ["Index", "time"]:
             if names and cells[1:] != names:
-                break  # a second table
+                notes = (f"what is printed from line {number} on ({', '.join(cells[1:5])}) is left out",)
+                break
             names = cells[1:]
         elif names and len(cells) == len(names) + 1 and cells[0].isdigit():
             rows.append(cells[1:])
-    found = numbers(path, rows, 1)
-    columns = (Column(name, _unit_of_name(name), found[:, i]) for i, name in enumerate(names))
-    return Table("ngspice print", tuple(columns))
+            lines.append(number)
+    found = numbers(path, rows, lines)
+    columns = (Column(name, unit_of_name(name), found[:, i]) for i, name in enumerate(names))
+    return Table("ngspice print", tuple(columns), spice=True, notes=notes)
 
 
 def _values(text: str, count: int) -> np.ndarray:
@@ -91,11 +100,12 @@ def _values(text: str, count: int) -> np.ndarray:
         return np.empty(0)
 
 
-def _unit_of_name(name: str) -> str:
+def unit_of_name(name: str) -> str:
+    """The unit of a vector: SPICE writes none."""
     lower = name.lower()
     if lower == "time":
         return "s"
-    return "A" if lower.startswith("i(") or lower.endswith("#branch") else "V"
+    return "A" if lower.startswith("i(") or lower.endswith(("#branch", "[i]")) else "V"
 
 
 def _text(header: str, name: str) -> str:

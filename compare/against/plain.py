@@ -1,41 +1,99 @@
-"""A plain CSV: one row of names with units, then numbers; separated by comma, semicolon or tab."""
+"""Plain tables: a row of names with units, then numbers; apart by commas, semicolons, tabs or spaces.
+
+ngspice's `wrdata` and LTspice's export are such tables too: they name vectors without units, or not at all, and may
+repeat the time before every vector.
+"""
 
 from __future__ import annotations
 
 import csv
+import re
 from pathlib import Path
 
-from compare.against.columns import Table, column, numbers
+import numpy as np
+
+from compare.against.columns import Column, Table, column, names, numbers
+from compare.against.ngspice import unit_of_name
 from scenes.errors import SceneError, quoted
+
+_WRDATA = re.compile(r"(?:[ -]\d\.\d+e[+-]\d{2,3} )+")
+_VECTOR = re.compile(r"[vi]\(|.*#branch$|@", re.IGNORECASE)
 
 
 def read(path: Path, text: str) -> Table:
-    """The columns; SceneError where there is no row of names. Rows that start with # before it are remarks."""
-    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
-    if len(lines) < 2:
+    """The columns; SceneError where there are no rows. Rows that start with # are remarks, the last of which names the
+    columns where nothing else does."""
+    remarks: list[str] = []
+    kept: list[tuple[int, str]] = []
+    for number, line in enumerate(text.splitlines(), 1):
+        if line.lstrip().startswith("#"):
+            remarks.append(line.lstrip().lstrip("#"))
+        elif line.strip():
+            kept.append((number, line))
+    if not kept:
         raise SceneError(f"--against {quoted(path)} has no rows: give a row of names with units, then numbers")
-    separator = max(",;\t", key=lambda mark: lines[-1].count(mark))
-    if separator == "," and ";" in lines[0] and ";" in lines[-1]:
-        separator = ";"
-    rows = list(csv.reader(lines, delimiter=separator, skipinitialspace=True))
-    if all(_is_number(cell) for cell in rows[0]):
-        raise SceneError(
-            f"--against {quoted(path)}: its first row is numbers already: put names with units there, such as "
-            '"time (s)", "peak (K)"'
-        )
-    cells = [[cell.strip() for cell in row] for row in rows[1:]]
+    if all(line.rstrip().endswith((",", ";")) for _, line in kept):
+        kept = [(number, line.rstrip()[:-1]) for number, line in kept]
+    last = kept[-1][1]
+    separator = _separator(last)
+    headed = not all(_is_number(cell, separator) for cell in _cells(kept[0][1], separator))
+    head = kept[0][1] if headed else ""
+    # Runs that are appended to a file bring their names with them.
+    body = [(number, line) for number, line in kept[headed:] if line.strip() != head.strip() or not headed]
+    rows = [_cells(line, separator) for _, line in body]
     if separator != ",":
         # Where the comma separates no columns it may be the decimal one.
-        cells = [[cell.replace(",", ".") for cell in row] for row in cells]
-    found = numbers(path, cells, 2)
-    if len(rows[0]) != found.shape[1]:
-        raise SceneError(f"--against {quoted(path)}: {len(rows[0])} names for {found.shape[1]} columns")
-    return Table("CSV", tuple(column(name, found[:, i]) for i, name in enumerate(rows[0])))
+        rows = [[cell.replace(",", ".") for cell in row] for row in rows]
+    found = numbers(path, rows, [number for number, _ in body])
+    count = found.shape[1]
+    named = names(head, count, separator) if headed else None
+    if headed and named is None:
+        raise SceneError(f"--against {quoted(path)}: {len(_cells(head, separator))} names for {count} columns")
+    if not headed and remarks:
+        named = names(remarks[-1], count, None) or names(remarks[-1], count, separator or ",")
+    wrdata = bool(_WRDATA.fullmatch(last))
+    if named is None:
+        return _unnamed(found, wrdata)
+    columns = tuple(column(name, found[:, i]) for i, name in enumerate(named))
+    if named[0].lower() == "time" and not any(c.unit for c in columns):
+        plain = [name.lower() for name in named]
+        if wrdata or plain.count("time") > 1 or any(_VECTOR.match(name) for name in named):
+            made = (Column(name, unit_of_name(name), found[:, i]) for i, name in enumerate(named))
+            return Table("ngspice wrdata" if wrdata else "SPICE table", tuple(made), spice=True)
+    return Table("table", columns) if separator is None else Table("CSV", columns)
 
 
-def _is_number(cell: str) -> bool:
+def _unnamed(found: np.ndarray, wrdata: bool) -> Table:
+    """Columns by their number; of `wrdata` the first is the time, and so may be every other one."""
+    units = [""] * found.shape[1]
+    if wrdata:
+        units = ["s"] + ["V"] * (found.shape[1] - 1)
+        if found.shape[1] % 2 == 0 and (found[:, ::2] == found[:, :1]).all():
+            units[::2] = ["s"] * (found.shape[1] // 2)
+    columns = (Column("time" if unit == "s" else f"column {i + 1}", unit, found[:, i]) for i, unit in enumerate(units))
+    return Table("ngspice wrdata" if wrdata else "table", tuple(columns), spice=wrdata, unnamed=True)
+
+
+def _separator(line: str) -> str | None:
+    """What stands between the numbers of a row; ``None`` is blank space."""
+    for mark in ("\t", ";", ","):
+        cells = _cells(line, mark)
+        if len(cells) > 1 and all(_is_number(cell, mark) for cell in cells):
+            return mark
+    if len(line.split()) > 1 and all(_is_number(cell, None) for cell in line.split()):
+        return None
+    return max(",;\t", key=line.count)
+
+
+def _cells(line: str, separator: str | None) -> list[str]:
+    if separator is None:
+        return line.split()
+    return [cell.strip() for cell in next(csv.reader([line], delimiter=separator, skipinitialspace=True))]
+
+
+def _is_number(cell: str, separator: str | None) -> bool:
     try:
-        float(cell.replace(",", "."))
+        float(cell if separator == "," else cell.replace(",", "."))
     except ValueError:
         return False
     return True

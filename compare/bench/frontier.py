@@ -34,6 +34,11 @@ def _fastest(rows: list[Row], tool: str, target: float) -> Row | None:
     return None if best is None else {key: best[key] for key in ("label", "median_s", "error", "peak_MB")}
 
 
+def taking_part(rows: list[Row]) -> list[str]:
+    """Ours, and those of the others that have an entry: who is not installed is not said to be slow."""
+    return [*OURS, *(peer for peer in PEERS if any(row["tool"] == peer for row in rows))]
+
+
 def verdict(peer: Best, own: Mapping[str, Best]) -> str:
     """A peer's fastest entry beside ours of each kind, in words for a table; bold where the peer is ahead."""
     if peer is None:

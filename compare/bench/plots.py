@@ -41,7 +41,7 @@ def draw(part: str, found: Mapping[str, Any], path: Path) -> None:
         if doubt is not None:
             axes.axvspan(axes.get_xlim()[0], doubt, color="#dddddd", label="the reference's uncertainty")
         axes.set(xscale="log", yscale="log", xlabel="error, relative", ylabel="processor time, s (start-up apart)")
-        axes.set_xlim(0.3 * min(r["error"] for r in found["rows"] if not r["failure"]), 1.0)
+        axes.set_xlim(0.1 * min(r["error"] for r in found["rows"] if not r["failure"]), 1.0)
         axes.invert_xaxis()
         axes.legend(fontsize=9)
         FigureCanvasAgg(figure)

@@ -11,7 +11,6 @@ from compare.bench.entries import Entry
 ACCURACY = 1e-3
 SOLVER = {
     "symmetry": "symmetry: a quarter is solved in place of the whole",
-    "iteration": "electric iteration, where the resistivity does not depend on temperature",
     "pattern": "current pattern when hot, where following it would not matter",
     "dead parts": "electric unknowns in the pads, which carry no current",
     "depth": "errors across the layers over time, where they are known to be small",

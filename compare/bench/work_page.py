@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from compare.bench import frontier
-from compare.bench.entries import GIVEN, OURS, PEERS, WHOLE
+from compare.bench.entries import GIVEN, OURS, WHOLE
 from compare.bench.markdown import Lines, table
 
 
@@ -27,7 +27,11 @@ def section(title: str, part: Mapping[str, Any], transient: bool) -> Lines:
     )
     lines = [f"## {title}", "", f"Error: {what}. Reference: {reference['made_by']}, which is no entry; {doubt}.", ""]
     if part["targets"]:
-        lines += ["The fastest entry of each at an error no larger than:", "", *_targets(part["targets"])]
+        lines += [
+            "The fastest entry of each at an error no larger than:",
+            "",
+            *_targets(part["targets"], frontier.taking_part(rows)),
+        ]
     lines += _claims(rows)
     head = (
         "entry",
@@ -73,15 +77,15 @@ def _claims(rows: Sequence[Mapping[str, Any]]) -> Lines:
     return [f"What whole runs were asked for, estimated and had: {each}.", ""] if whole else []
 
 
-def _targets(targets: Sequence[Mapping[str, Any]]) -> Lines:
+def _targets(targets: Sequence[Mapping[str, Any]], tools: Sequence[str]) -> Lines:
     body = []
     for at in targets:
         fastest = at["fastest"]
         own = {kind: fastest[kind] for kind in OURS}
         ours = ("does not get there" if best is None else f"{best['median_s']:.3g} s" for best in own.values())
-        peers = (frontier.verdict(fastest[peer], own) for peer in PEERS)
+        peers = (frontier.verdict(fastest[peer], own) for peer in tools[len(OURS) :])
         body.append((f"{at['target'] * 100:g} %", *ours, *peers))
-    return table(("error", *OURS, *PEERS), body)
+    return table(("error", *tools), body)
 
 
 def _entry(row: Mapping[str, Any]) -> tuple[str, ...]:

@@ -10,6 +10,8 @@ from compare.terminal import FINE, Progress, show
 from scenes.errors import SceneError
 
 ROUNDS, QUICK_ROUNDS = 3, 1
+FOLDER = Path("results/bench")
+"""For the plots, where no page is written."""
 
 
 def describe(parser: argparse.ArgumentParser) -> None:
@@ -36,7 +38,11 @@ def describe(parser: argparse.ArgumentParser) -> None:
     )
     add("--from", action="append", default=[], metavar="FILE", dest="earlier",
         help="take the parts that an earlier --json holds from there, as often as needed")  # fmt: skip
-    add("--markdown", metavar="FILE", help="write the page, and its plots to figures/ beside it")
+    add(
+        "--markdown",
+        metavar="FILE",
+        help="write the page, and its plots to figures/ beside it (default: plots only, to results/bench/)",
+    )
     add("--json", metavar="FILE", help="write every number")
 
 
@@ -47,7 +53,7 @@ def run(arguments: argparse.Namespace) -> int:
     for file in files:
         if not file.parent.is_dir():
             raise SceneError(f'"{file}" can\'t be written: there is no folder "{file.parent}"')
-    from compare.bench import page
+    from compare.bench import page, summary
     from compare.bench.parts import PARTS
     from compare.bench.parts import run as measure
 
@@ -61,8 +67,13 @@ def run(arguments: argparse.Namespace) -> int:
         _write_json(Path(arguments.json), found)
     if arguments.markdown:
         file = Path(arguments.markdown)
-        file.write_text(page.markdown(found, _draw(found, file.parent / "figures")), encoding="utf-8")
-    show(page.markdown(found, {}).rstrip("\n"))
+        drawn = _draw(found, file.parent / "figures")
+        file.write_text(page.markdown(found, {part: f"figures/{path.name}" for part, path in drawn.items()}),
+                        encoding="utf-8")  # fmt: skip
+    else:
+        drawn = _draw(found, FOLDER)
+    written = [*files, *drawn.values()]
+    show(summary.text(found) + (f"\n\nWrote {', '.join(map(str, written))}" if written else ""))
     return FINE
 
 
@@ -95,15 +106,13 @@ def _earlier(names: list[str]) -> dict[str, Any]:
     return found
 
 
-def _draw(found: dict[str, Any], folder: Path) -> dict[str, str]:
+def _draw(found: dict[str, Any], folder: Path) -> dict[str, Path]:
     from compare.bench import plots
 
-    drawn = {}
-    for part in plots.TITLES:
-        if part in found:
-            folder.mkdir(exist_ok=True)
-            plots.draw(part, found[part], folder / f"benchmark-{part}.png")
-            drawn[part] = f"{folder.name}/benchmark-{part}.png"
+    drawn = {part: folder / f"benchmark-{part}.png" for part in plots.TITLES if part in found}
+    for part, path in drawn.items():
+        folder.mkdir(parents=True, exist_ok=True)
+        plots.draw(part, found[part], path)
     return drawn
 
 

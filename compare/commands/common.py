@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from compare.terminal import DIFFERS, FINE, show, style
-from scenes.errors import SceneError
+from scenes.errors import SceneError, printable
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -29,17 +29,36 @@ def options(parser: argparse.ArgumentParser, scene: str, example: str, accuracy:
     add("--accuracy", metavar="A", help=accuracy)
     add("--out", metavar="DIR", help="the results folder; a run that is there is replaced")
     add("--no-figures", action="store_false", dest="figures", help="no figures")
-    add("--explain", action="store_true", help="print first what will be solved and what is skipped, and why")
+    explain_options(add)
     add("--strict", action="store_true",
         help="exit with 1 for any check not as declared (undeclared: expected to agree), or unresolved")  # fmt: skip
-    add("--quiet", action="store_true", help="print the verdict only, one line")
+    add("--quiet", action="store_true", help="print the answer and the verdict only, in one line")
     add("--json", action="store_true", help="print summary.json in place of the tables")
 
 
+def explain_options(add: Callable[..., Any]) -> None:
+    """Adds those that print the plan."""
+    add("--explain", action="store_true",
+        help="print first what will be solved and what is skipped, and why; then run")  # fmt: skip
+    add("--dry-run", action="store_true", help="print that plan alone: nothing is solved or written")
+
+
 def settings(arguments: argparse.Namespace, *more: tuple[str, str | None]) -> list[str]:
-    """The overrides, with the options that stand for some."""
-    given = ((key, value) for key, value in (*more, ("run.accuracy", arguments.accuracy)) if value is not None)
+    """The overrides, with the options that stand for some; SceneError where both set a key."""
+    given = [(key, value) for key, value in (*more, ("run.accuracy", arguments.accuracy)) if value is not None]
+    for key, value in given:
+        for setting in arguments.settings:
+            if _sets(setting, key):
+                option = f"--{key.rpartition('.')[2]} {value}"
+                raise SceneError(f"{option} and --set {printable(setting)} both set {key}: give one of them")
     return [*arguments.settings, *(f"{key}={value}" for key, value in given)]
+
+
+def _sets(setting: str, path: str) -> bool:
+    """Whether an override is of a key: by its path, the end of that, or as an item of its section."""
+    key, _, value = (part.strip() for part in setting.partition("="))
+    item = path.removeprefix(f"{key}.")
+    return key == path or path.endswith(f".{key}") or (item != path and item in value)
 
 
 def out(arguments: argparse.Namespace) -> Path | None:
@@ -52,13 +71,17 @@ def out(arguments: argparse.Namespace) -> Path | None:
 
 
 def explained(arguments: argparse.Namespace, plan: Callable[[], tuple[Step, ...]]) -> tuple[Step, ...] | None:
-    """The plan, printed; ``None`` where that is not asked for."""
-    if not arguments.explain or arguments.quiet or arguments.json:
+    """The plan, printed; ``None`` where that is not asked for. SceneError where several things to print are."""
+    asked = [name for name in ("explain", "dry_run", "quiet", "json") if getattr(arguments, name)]
+    if len(asked) > 1:
+        told = " and ".join(f"--{name.replace('_', '-')}" for name in asked)
+        raise SceneError(f"{told} print different things: give one of them")
+    if not arguments.explain and not arguments.dry_run:
         return None
     from compare import table
 
     planned = plan()
-    show(table.plan_text(planned, style()) + "\n")
+    show(table.plan_text(planned, style()) + ("\n" if arguments.explain else ""))
     return planned
 
 
@@ -72,7 +95,7 @@ def report(
     if arguments.json:
         show((outcome.folder / "summary.json").read_text(encoding="utf-8").rstrip("\n"))
     elif arguments.quiet:
-        show(table.headline(outcome, contrary, style()))
+        show(" ".join(table.headline(outcome, contrary, style()).split()))
     else:
         show(table.outcome_text(outcome, contrary, style(), planned))
     return DIFFERS if contrary else FINE

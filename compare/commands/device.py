@@ -6,7 +6,8 @@ import argparse
 from typing import TYPE_CHECKING
 
 from compare.commands import common
-from compare.terminal import Progress
+from compare.terminal import FINE, Progress
+from scenes.errors import SceneError
 
 if TYPE_CHECKING:
     from compare.device.scope import DeviceRequest
@@ -45,11 +46,13 @@ def run(arguments: argparse.Namespace) -> int:
     from dataclasses import replace
 
     from compare.device import scope
+    from compare.names import of_device
     from scenes.loading import load
     from scenes.types import DEVICE
 
     device = load(arguments.scene, common.settings(arguments), of=DEVICE)
-    request, out = _request(arguments), common.out(arguments)
+    request = _request(arguments)
+    out = common.out(arguments) or of_device(device, request, arguments.settings)
     if request.meter:
         # The scene says nothing about a device with a meter in its loop.
         device = replace(device, expected_to_differ=None)
@@ -57,6 +60,8 @@ def run(arguments: argparse.Namespace) -> int:
     from compare.device.run import run
 
     planned = common.explained(arguments, lambda: scope.plan(device, request))
+    if arguments.dry_run:
+        return FINE
     with Progress(arguments.quiet) as progress:
         outcome = run(device, request, out, progress)
 
@@ -66,17 +71,28 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _request(arguments: argparse.Namespace) -> DeviceRequest:
+    """What is asked for; SceneError where one thing leaves out another."""
+    from compare.device import scope
     from compare.device.scope import FIGURES, DeviceRequest
     from scenes import dimensions
 
-    return DeviceRequest(
+    request = DeviceRequest(
         arguments.scheme,
         tuple(name for name in FIGURES if name.removeprefix("figure") in arguments.about),
         arguments.figures,
         arguments.meter,
         _most("--max-voltage", arguments.max_voltage, dimensions.VOLTAGE),
         _most("--max-power", arguments.max_power, dimensions.POWER),
+        arguments.command_line,
     )
+    for option, given in (("--max-voltage", arguments.max_voltage), ("--max-power", arguments.max_power)):
+        if given is not None and scope.design_reason(request):
+            other = "--figure" if request.about else "--scheme paper"
+            raise SceneError(f"{option} is of the range, which {other} leaves out: give one of them")
+    late = [name for name in request.about if request.scheme == "paper" and name in scope.LATE]
+    if late:
+        raise SceneError(f"--figure {late[0].removeprefix('figure')} needs the accurate scheme")
+    return request
 
 
 def _most(option: str, given: str | None, dimension: dimensions.Dimension) -> float:

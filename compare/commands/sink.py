@@ -6,7 +6,7 @@ import argparse
 from typing import TYPE_CHECKING
 
 from compare.commands import common
-from compare.terminal import Progress
+from compare.terminal import FINE, Progress
 
 if TYPE_CHECKING:
     from compare.against.data import Data
@@ -38,10 +38,13 @@ def describe(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("--voltage", metavar="V", help='voltage across the electrodes: 1, 2V or "500 mV"; for --set drive.voltage=V')
     add("--against", metavar="FILE",
-        help="compare your own traces with 3D: a COMSOL table, a CSV, or an ngspice raw or print file")  # fmt: skip
+        help="compare your own traces with 3D: a COMSOL table, a CSV or other table, an ngspice file")  # fmt: skip
+    add("--column", action="append", default=[], metavar="NAME=COLUMN",
+        help='what a column of that file is, where its name does not tell: peak="T (K), Point 1", "end rise (K)=3", '
+        "drive.voltage=Va; as often as needed")  # fmt: skip
     add("--steady", action="store_true", help="the steady state only, no transient")
     add("--only", choices=("3d", "1d"), help="one model only")
-    add("--reduction", metavar="R", default="paper",
+    add("--reduction", metavar="R",
         help="the 1D model: paper (default), anchored, fin-massless, fin, plate or moments[:N]")  # fmt: skip
     add("--why", action="store_true", help="split the 1D model's differences from 3D by the assumptions behind them")
     add("--export", metavar="DIR",
@@ -54,10 +57,13 @@ def run(arguments: argparse.Namespace) -> int:
     """Solves, compares, writes and reports."""
     from dataclasses import replace
 
+    from compare.names import of_sink
     from scenes.loading import load
 
     sink = load(arguments.scene, common.settings(arguments, ("drive.voltage", arguments.voltage)))
-    request, out = _request(arguments, sink.end_time), common.out(arguments)
+    request = _request(arguments, sink.end_time)
+    given = [arguments.against, *arguments.column] if arguments.against else []
+    out = common.out(arguments) or of_sink(sink, request, arguments.settings, given)
     if request.reduction != "paper":
         # What a scene declares is of the paper's model.
         sink = replace(sink, expected_to_differ=None)
@@ -71,6 +77,8 @@ def run(arguments: argparse.Namespace) -> int:
         return plan(sink, request) + (() if data is None else (data_step(data),))
 
     planned = common.explained(arguments, plan)
+    if arguments.dry_run:
+        return FINE
     with Progress(arguments.quiet) as progress:
         outcome = sink_run.run(sink, request, out, progress, data)
 
@@ -81,25 +89,27 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _data(arguments: argparse.Namespace, sink: Sink, request: Request) -> Data | None:
     """The user's own traces, read before anything is solved."""
-    if arguments.against is None:
-        return None
     from pathlib import Path
 
     from scenes.errors import SceneError
 
+    if arguments.against is None:
+        if arguments.column:
+            raise SceneError("--column says what a column of --against FILE is: give that, too")
+        return None
     if not request.transient or "fem3d" not in request.models:
         raise SceneError("--against compares with the 3D model over time: leave out --steady and --only 1d")
     from compare.against.data import read
 
-    return read(Path(arguments.against), sink)
+    return read(Path(arguments.against), sink, arguments.column)
 
 
 def _request(arguments: argparse.Namespace, end_time: float) -> SinkRequest:
     from pathlib import Path
 
     from compare.asked import SinkRequest
-    from reduced1d.ladder import canonical
-    from scenes.errors import SceneError
+    from reduced1d.ladder import canonical, few_states_of
+    from scenes.errors import SceneError, printable
     from scenes.plan import Request
 
     models: dict[str | None, Request] = {
@@ -109,6 +119,16 @@ def _request(arguments: argparse.Namespace, end_time: float) -> SinkRequest:
     }
     if arguments.why and arguments.only:
         raise SceneError(f"--why compares both models: leave out --only {arguments.only}")
+    if arguments.fields and arguments.only == "1d":
+        raise SceneError("--fields writes the 3D model's fields: leave out --only 1d")
+    if arguments.reduction is not None and arguments.only == "3d":
+        raise SceneError(f"--reduction {printable(arguments.reduction)} is a 1D model: leave out --only 3d")
+    reduction = canonical(arguments.reduction or "paper")
+    if arguments.reduction is not None and arguments.export is not None and few_states_of(reduction) != reduction:
+        raise SceneError(
+            f"--export writes a model of a few states, which --reduction {reduction} is not: give moments:4 or the "
+            "like, or leave out --reduction"
+        )
     if arguments.export is not None and not arguments.export.strip():
         raise SceneError('--export "" names no folder: give one, such as my-model')
     return SinkRequest(
@@ -117,9 +137,10 @@ def _request(arguments: argparse.Namespace, end_time: float) -> SinkRequest:
         figures=arguments.figures,
         fields=arguments.fields,
         field_times=_field_times(arguments, end_time),
-        reduction=canonical(arguments.reduction),
+        reduction=reduction,
         why=arguments.why,
         export=Path(arguments.export) if arguments.export else None,
+        command=arguments.command_line,
     )
 
 

@@ -21,9 +21,9 @@ def describe(parser: argparse.ArgumentParser) -> None:
     )
     parser.epilog = (
         "examples:\n"
-        "  validate sink --fields && validate view results/sink-1V\n"
-        "  validate view results/sink-1V --show compare --screenshot compare.png\n"
-        "  validate view results/sink-1V --movie heating.gif\n\n"
+        "  validate sink --fields && validate view results/sink-1V-fields\n"
+        "  validate view results/sink-1V-fields --show compare --screenshot compare.png\n"
+        "  validate view results/sink-1V-fields --movie heating.gif\n\n"
         "exit status: 0 shown or written, 2 bad input, 3 this machine cannot draw"
     )
     add = parser.add_argument
@@ -34,13 +34,13 @@ def describe(parser: argparse.ArgumentParser) -> None:
         default="rise",
         help="what to show first (default: rise); compare is 3D, 1D, difference",
     )
-    add("--time", metavar="T", help="the stored time next to T, such as 0.5ms (default: the last)")
+    add("--time", metavar="T", help="the stored time nearest to T, such as 0.5ms (default: the last)")
     add("--exaggerate", metavar="N", help="draw the thickness N times as large (default: a round factor, stated)")
     add("--clip", metavar="AXIS[=PART]", help="clip across x, y or z, at a part of the extent: y=0.25 (default 0.5)")
     add("--probe", action="store_true", help="plot the quantity along the longest line through the middle")
     add("--edges", action="store_true", help="draw the mesh's edges")
     add("--screenshot", metavar="FILE", help="write a picture (.png) and open no window")
-    add("--movie", metavar="FILE", help="write a film of all stored times (.gif, or .mp4) and open no window")
+    add("--movie", metavar="FILE", help="write a film of the transient (.gif, or .mp4) and open no window")
     add("--off-screen", action="store_true", help="open no window, as on a server; needs --screenshot or --movie")
     add("--size", metavar="WxH", default="1400x800", help="size of window or picture in pixels (default: 1400x800)")
 
@@ -51,7 +51,9 @@ def run(arguments: argparse.Namespace) -> int:
 
     asked = _asked(arguments)
     with Progress() as progress:
-        start(asked, progress)
+        notes = start(asked, progress)
+    for note in notes:
+        show(note)
     for name in (asked["screenshot"], asked["movie"]):
         if name:
             show(f"Wrote {name}")

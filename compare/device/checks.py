@@ -1,4 +1,4 @@
-"""What the paper says of Figures 9 to 13, checked against the runs: here predicted is the paper, measured the model."""
+"""What the paper says of Figures 9 to 13 and of meters, checked: predicted is the paper, measured the 1D model."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ import numpy as np
 
 from compare.checks import judged
 from compare.comparison import Comparison
+from compare.device import meter_checks
 from compare.device.runs import BAND, SLOW_TIME, Run, Runs
 from compare.device.scope import DeviceRequest, made_checks
-from compare.device.words import band_text, kelvin, milliseconds
+from compare.device.words import kelvin, milliseconds
 from compare.verdict import Check, relative
 from compare.words import percent, quantity
+from reduced1d.device.findings import shown
 from reduced1d.device.lumped import lump
-from reduced1d.device.stability import stability
 from scenes.device import Device
 from scenes.errors import SceneError
 
@@ -31,48 +32,52 @@ def evaluate(device: Device, request: DeviceRequest, runs: Runs) -> tuple[Check,
 def fig9_settling(runs: Runs) -> Comparison:
     """The paper: the sensor takes about 0.1 s to settle after the outer step. It says no band; here it is 1 %."""
     run = runs.base
-    time, error = run.settled()
-    bands = ", ".join(band_text(run, fraction) for fraction in (BAND, 1e-3, 1e-4))
-    said = (
-        f"paper: it takes about {PAPER_SETTLING:g} s, no band given; here the sensor's power settles after the step to "
-        f"within a part of it, {bands}"
+    found = [(fraction, run.settled(fraction)) for fraction in (BAND, 1e-3, 1e-4)]
+    bands = ", ".join(f"{percent(part, 1)} in {milliseconds(time)}" for part, (time, _) in found if time < math.inf)
+    said = f"paper: it takes about {PAPER_SETTLING:g} s, no band given; here the sensor's power "
+    if _powerless(run):
+        said += "is none, before the step and after it"
+    else:
+        said += f"settles after the step to within a part of it, {bands}" if bands else _unsettled(run)
+    time, error = found[0][1]
+    return Comparison(
+        "settling time", PAPER_SETTLING, time, "s", *_against(PAPER_SETTLING, time, error, run), lambda: said
     )
-    off = relative(PAPER_SETTLING, time)
-    return _found("settling after a step", PAPER_SETTLING, time, "s", off, _part(error, time), said)
 
 
 def fig9_balance(runs: Runs) -> Comparison:
     """The paper: at steady state the sensor's power is converted entirely into heat in the polymer."""
-    (power, d_power), (flow, d_flow) = runs.base.final("sensor_power_W"), runs.base.final("polymer_flux_W")
+    run = runs.base
+    (power, d_power), (flow, d_flow) = run.final("sensor_power_W"), run.final("polymer_flux_W")
     size = max(abs(power), abs(flow)) or 1.0
-    result = runs.base.result
-    off = result.sensor_power_W - result.polymer_flux_W
-    apart = float(np.abs(off[result.time_s >= runs.base.device.external.step_time]).max())
+    off = run.result.sensor_power_W - run.result.polymer_flux_W
+    apart = float(np.abs(off[run.result.time_s >= run.device.external.step_time]).max())
     said = (
         "paper: at steady state the power becomes heat in the polymer entirely; here the sensor takes "
         f"{quantity(power, 'W', 7)} at the end and {quantity(flow, 'W', 7)} enter the polymer, "
-        f"{quantity(abs(power - flow), 'W', 2)} apart, and up to {quantity(apart, 'W', 3)} after the step"
+        f"{quantity(abs(power - flow), 'W', 2)} apart, and up to {quantity(apart, 'W', 3)} after the step{_yet(run)}"
     )
     u_num = (d_power + d_flow) / size + ROUNDING
-    return _found("power against polymer", power, flow, "W", (power - flow) / size, u_num, said)
+    return Comparison("heat to polymer", power, flow, "W", (power - flow) / size, u_num, lambda: said)
 
 
 def fig10_steady(runs: Runs) -> Comparison:
     """The heat flow into the polymer settles at k A/t times the temperature difference across it."""
-    device, external = runs.base.device, runs.base.device.external
+    run, device, external = runs.base, runs.base.device, runs.base.device.external
     conductance, setpoint = lump(device).polymer.conductance, device.control.set_temperature
     before, after = setpoint - external.initial_temperature, setpoint - external.final_temperature
-    flow, drift = runs.base.final("polymer_flux_W")
+    flow, drift = run.final("polymer_flux_W")
     predicted = conductance * after
     size = abs(predicted) or 1.0
-    index = int(np.searchsorted(runs.base.result.time_s, external.step_time - 1e-12)) - 1
-    first = float(runs.base.result.polymer_flux_W[index])
+    index = int(np.searchsorted(run.result.time_s, external.step_time - 1e-12)) - 1
     said = (
         "paper: the flow follows the sensor's power (its caption has it grow as the gradient falls); here it goes from "
-        f"{quantity(first, 'W')} at {kelvin(before)} across the polymer to {quantity(flow, 'W')} at {kelvin(after)}, "
-        f"k A/t = {quantity(conductance, 'W/K')} times either: it grows with the gradient"
+        f"{quantity(float(run.result.polymer_flux_W[index]), 'W')} at {kelvin(before)} across the polymer to "
+        f"{quantity(flow, 'W')} at {kelvin(after)}, k A/t = {quantity(conductance, 'W/K')} times either: it grows with "
+        f"the gradient{_yet(run)}"
     )
-    return _found("steady heat flow", predicted, flow, "W", (predicted - flow) / size, drift / size + ROUNDING, said)
+    u_num = drift / size + ROUNDING
+    return Comparison("steady heat flow", predicted, flow, "W", (predicted - flow) / size, u_num, lambda: said)
 
 
 def fig11_slow(runs: Runs) -> Comparison:
@@ -81,19 +86,24 @@ def fig11_slow(runs: Runs) -> Comparison:
     One-sided: the difference is what the slow loop's settling time lacks, none where it is longer.
     """
     assert runs.slow is not None
-    own, error = runs.base.settled()
-    slow, slow_error = runs.slow.settled()
-    rates = [-stability(run.device).growth_rate for run in (runs.slow, runs.base)]
-    over = [_overshoot(run) for run in (runs.slow, runs.base)]
+    base, slow = runs.base, runs.slow
+    (own, own_error), (time, error) = base.settled(), slow.settled()
     said = (
-        f"paper: the behaviour is not ideal; here the power is within {percent(BAND, 1)} of its step after "
-        f"{milliseconds(slow)} when sampled every {SLOW_TIME * 1e3:g} ms, after {milliseconds(own)} in the scene: "
-        f"the loop's slowest mode {_decay(rates[0])} 1/s, in the scene it {_decay(rates[1])} 1/s; the sensor "
-        f"overshoots the set point by {kelvin(over[0])} instead of {kelvin(over[1])}"
+        f"paper: the behaviour is not ideal; here the power is within {percent(BAND, 1)} of its step for good after: "
+        f"{milliseconds(time)} when sampled every {SLOW_TIME * 1e3:g} ms, {milliseconds(own)} in the scene; the loop's "
+        f"slowest mode {_decay(slow.decay)} (eigenvalue per sample {shown(slow.eigenvalue)}), in the scene it "
+        f"{_decay(base.decay)} ({shown(base.eigenvalue)}); the sensor overshoots the set point by "
+        f"{kelvin(_overshoot(slow))} instead of {kelvin(_overshoot(base))}"
     )
-    missing = max(relative(own, slow), 0.0) if math.isfinite(own) else math.nan
-    surely = slow == math.inf or slow - slow_error > own + error
-    return _found("slower at 5 ms", own, slow, "s", missing, 0.0 if surely else _part(error + slow_error, slow), said)
+    if own == math.inf:
+        # The scene's own time is at least as long as it was watched for.
+        missing, u_num = (base.watched / time - 1, 0.0) if time < base.watched else (0.0, math.inf)
+    elif time == math.inf:
+        missing, u_num = 0.0, 0.0 if slow.watched > own else math.inf
+    else:
+        missing, u_num = max(relative(own, time), 0.0), (own_error + error) / time if time else 0.0
+        u_num = 0.0 if time - error > own + own_error else u_num + ROUNDING
+    return Comparison("slower at 5 ms", own, time, "s", missing, u_num, lambda: said, sense="at least")
 
 
 def fig12_same_time(runs: Runs) -> Comparison:
@@ -101,35 +111,49 @@ def fig12_same_time(runs: Runs) -> Comparison:
     moving = [run for run in runs.steps if run.step]
     limited = [run for run in moving if _above(run)]
     times = {run.step: run.settled() for run in moving}
-    typical = float(np.median([times[run.step][0] for run in moving if run not in limited]))
-    worst = max(times, key=lambda step: abs(times[step][0] - typical))
     linear = [times[run.step][0] for run in moving if run not in limited]
-    said = (
-        f"paper: the time is the same for all; here within {percent(BAND, 1)} of the step after "
-        f"{min(linear) * 1e3:.4g} to {milliseconds(max(linear))} for steps "
-        "that stay below the set point"
-    )
+    typical = float(np.median(linear))
+    # A step that never settles is the farthest from any time that the others take, most of all where it never will.
+    never = [run for run in moving if times[run.step][0] == math.inf]
+    worst = max(never or moving, key=lambda run: run.watched if never else abs(times[run.step][0] - typical))
+    said = "paper: the time is the same for all; here "
+    if _powerless(*moving):
+        said += "the sensor takes no power, whatever the outer temperature"
+    else:
+        said += (
+            f"within {percent(BAND, 1)} of the step for good after: {milliseconds(min(linear))}"
+            f"{f' to {milliseconds(max(linear))}' if min(linear) < math.inf else ''} for steps that stay below the set "
+            "point"
+        )
+    if never:
+        said += f"; after that of {worst.step:+g} K it {_unsettled(worst)}"
     for run in limited:
         said += (
             f"; the step of {run.step:+g} K ends {kelvin(run.step - run.device.set_rise)} above it, where the power "
-            f"reaches its limit, zero, after {milliseconds(times[run.step][0])}"
+            f"reaches its limit, zero: {milliseconds(times[run.step][0])}"
         )
-    time, error = times[worst]
+    time, error = times[worst.step]
     # Where no step moves the power, no time is there to be the same.
-    off = relative(typical, time) if typical else math.inf
-    return _found("same time, all steps", typical, time, "s", off, _part(error, time), said)
+    off, u_num = _against(typical, time, error, worst) if typical else (math.inf, 0.0)
+    return Comparison("same, all steps", typical, time, "s", off, u_num, lambda: said)
 
 
 def fig13_slope(runs: Runs) -> Comparison:
     """The paper: the steady power is linear in the outer temperature; its slope is -k A/t of the polymer."""
     conductance = lump(runs.base.device).polymer.conductance
     slope, _, error, bend = _line(runs)
-    said = (
-        "paper: a straight line; here the steady power falls by "
-        f"{quantity(-slope, 'W/K', 7)}, k A/t of the polymer; it bends by at most "
-        f"{quantity(bend, 'W', 2)}; linear because conduction is, whatever R(T) is (the paper puts it down to R(T))"
-    )
-    return _found("slope of the power", -conductance, slope, "W/K", relative(-conductance, slope), error, said)
+    said = "paper: a straight line; here "
+    if math.isfinite(error):
+        said += (
+            f"the steady power falls by {quantity(abs(slope), 'W/K', 7)}, k A/t of the polymer is "
+            f"{quantity(conductance, 'W/K', 7)}; it bends by at most {quantity(bend, 'W', 2)}; linear because "
+            f"conduction is, whatever R(T) is (the paper puts it down to R(T)){_yet(*_below(runs))}"
+        )
+    else:
+        said += f"no slope can be told{_yet(*_below(runs))}"
+    off = relative(-conductance, slope)
+    found = slope if math.isfinite(error) else math.nan
+    return Comparison("slope of power", -conductance, found, "W/K", off, error, lambda: said)
 
 
 def fig13_limit(runs: Runs) -> Comparison:
@@ -137,10 +161,9 @@ def fig13_limit(runs: Runs) -> Comparison:
     device = runs.base.device
     _, zero, error, _ = _line(runs)
     setpoint = device.control.set_temperature
-    said = (
-        "paper: no higher temperature than the set one is seen; here the line reaches zero at "
-        f"{zero:.7g} K ({zero - 273.15:.4g} degC); the set point is {setpoint:g} K"
-    )
+    said = "paper: no higher temperature than the set one is seen; here the line "
+    said += f"reaches zero at {zero:.7g} K ({zero - 273.15:.4g} degC)" if zero < math.inf else "has no slope"
+    said += f"; the set point is {setpoint:g} K"
     for run in runs.steps:
         if _above(run):
             said += (
@@ -148,34 +171,76 @@ def fig13_limit(runs: Runs) -> Comparison:
                 f"{quantity(run.final('sensor_power_W')[0], 'W', 2)} and the sensor "
                 f"{kelvin(run.final('sensor_K')[0] - setpoint)} too hot"
             )
-    return _found("limit of the range", setpoint, zero, "K", (setpoint - zero) / device.set_rise, error, said)
+    said += _yet(*_below(runs))
+    off = (setpoint - zero) / device.set_rise
+    return Comparison("end of the range", setpoint, zero, "K", off, error, lambda: said)
 
 
+_FIGURES = (fig9_settling, fig9_balance, fig10_steady, fig11_slow, fig12_same_time, fig13_slope, fig13_limit)
 DEFINITIONS: dict[str, Callable[[Runs], Comparison]] = {
-    "fig9_settling": fig9_settling,
-    "fig9_balance": fig9_balance,
-    "fig10_steady": fig10_steady,
-    "fig11_slow": fig11_slow,
-    "fig12_same_time": fig12_same_time,
-    "fig13_slope": fig13_slope,
-    "fig13_limit": fig13_limit,
+    **{check.__name__: check for check in _FIGURES},
+    **{f"meter_{check.__name__}": check for check in (meter_checks.resistance, meter_checks.power, meter_checks.rate)},
 }
+
+
+def _unsettled(run: Run) -> str:
+    """Why a run does not settle after the outer step."""
+    if run.watched == math.inf:
+        return f"never settles: {_unsteady(run)}"
+    return (
+        f"does not settle to {percent(BAND, 1)} in the {milliseconds(run.watched)} left of the run (the "
+        f"loop's slowest mode {_decay(run.decay)}, its eigenvalue per sample is {shown(run.eigenvalue)})"
+    )
+
+
+def _unsteady(run: Run) -> str:
+    if run.ran_away:
+        return f"it runs away and is stopped at {run.result.time_s[-1]:.4g} s"
+    return f"the loop is unstable, its largest eigenvalue per sample {shown(run.eigenvalue)}"
+
+
+def _powerless(*runs: Run) -> bool:
+    return not any(run.before.sensor_power_W or run.after.sensor_power_W for run in runs)
 
 
 def _find(name: str, runs: Runs) -> Comparison:
     """What a check finds; nothing that the paper says comes out in a run that was stopped before the outer step."""
     needed = {"fig9": (runs.base,), "fig10": (runs.base,), "fig11": (runs.base, runs.slow)}
-    for run in needed.get(name.partition("_")[0], ()):
-        if run is not None and run.stopped:
-            said = f"the run was stopped at {run.result.time_s[-1]:.6g} s, before the outer step"
-            return _found("not reached", math.nan, math.nan, "", math.inf, 0.0, said)
-    return DEFINITIONS[name](runs)
+    short = [run for run in needed.get(name.partition("_")[0], ()) if run is not None and run.stopped]
+    if not short:
+        return DEFINITIONS[name](runs)
+    said = f"the run was stopped at {short[0].result.time_s[-1]:.6g} s, before the outer step"
+    return Comparison("not reached", math.nan, math.nan, "", math.inf, 0.0, lambda: said)
+
+
+def _against(expected: float, time: float, error: float, run: Run) -> tuple[float, float]:
+    """expected/time - 1 and its error. Of a time that did not come only a lower limit is known, how long was watched:
+    then the difference is between -1 and expected/watched - 1; and nothing is known if none was expected to come."""
+    if time < math.inf and expected < math.inf:
+        return relative(expected, time), error / time + ROUNDING if time else 0.0
+    if expected == math.inf:
+        return math.inf, 0.0 if run.watched == math.inf else math.inf
+    most = expected / run.watched - 1
+    return (most - 1) / 2, (most + 1) / 2
+
+
+def _yet(*runs: Run) -> str:
+    """What must be said of runs that end before they are steady, by the worst of them."""
+    run = max(runs, key=lambda run: run.left)
+    if run.watched == math.inf:
+        return f"; but at {run.device.external.final_temperature:g} K outside {_unsteady(run)}"
+    if run.left < 1e-6:
+        return ""
+    return (
+        f"; but then, {milliseconds(run.watched)} after the step, {percent(run.left)} of the loop's slowest mode is "
+        "left: a longer run.end_time leaves less"
+    )
 
 
 def _line(runs: Runs) -> tuple[float, float, float, float]:
     """Slope (W/K) and zero (K, infinite without a slope) of the straight line through the steady powers below the set
     point, the relative error of either, and the largest distance of a power from the line (W)."""
-    below = [run for run in runs.steps if not _above(run)]
+    below = _below(runs)
     found = [run.final("sensor_power_W") for run in below]
     outer = np.array([run.device.external.final_temperature for run in below])
     power = np.array([value for value, _ in found])
@@ -184,12 +249,17 @@ def _line(runs: Runs) -> tuple[float, float, float, float]:
             "control.set_temperature and the materials leave fewer than two outer temperatures for figure 13: choose "
             "other figures with --figure"
         )
-    if not np.ptp(power):
-        return 0.0, math.inf, 0.0, 0.0
+    error = sum(d for _, d in found)
+    if error >= np.ptp(power):
+        return 0.0, math.inf, math.inf if error else 0.0, 0.0
     slope, level = np.polyfit(outer - outer.mean(), power, 1)
     zero = outer.mean() - level / slope
     bend = np.abs(power - level - slope * (outer - outer.mean())).max()
-    return float(slope), float(zero), sum(d for _, d in found) / float(np.ptp(power)) + ROUNDING, float(bend)
+    return float(slope), float(zero), error / float(np.ptp(power)) + ROUNDING, float(bend)
+
+
+def _below(runs: Runs) -> list[Run]:
+    return [run for run in runs.steps if not _above(run)]
 
 
 def _above(run: Run) -> bool:
@@ -204,15 +274,4 @@ def _overshoot(run: Run) -> float:
 
 
 def _decay(rate: float) -> str:
-    return f"{'decays' if rate >= 0 else 'grows'} at {abs(rate):.3g}"
-
-
-def _part(error: float, value: float) -> float:
-    """An error relative to its value, 0 for a value that is infinite: nothing is uncertain about that."""
-    return error / value + ROUNDING if 0 < value < math.inf else 0.0
-
-
-def _found(
-    title: str, predicted: float, measured: float, unit: str, difference: float, u_num: float, said: str
-) -> Comparison:
-    return Comparison(title, predicted, measured, unit, difference, u_num, lambda: said)
+    return f"{'decays' if rate >= 0 else 'grows'} at {abs(rate):.3g} 1/s"

@@ -14,7 +14,7 @@ from compare.drawing import save, style
 if TYPE_CHECKING:
     from compare.device.outcome import DeviceOutcome
 
-_DRAWN: dict[str, Callable[[DeviceOutcome], Figure]] = {
+DRAWN: dict[str, Callable[[DeviceOutcome], Figure]] = {
     "figure9": response_figures.power,
     "figure10": response_figures.flow,
     "figure11": response_figures.slow,
@@ -26,4 +26,4 @@ _DRAWN: dict[str, Callable[[DeviceOutcome], Figure]] = {
 def draw(outcome: DeviceOutcome, names: tuple[str, ...], folder: Path) -> list[str]:
     """Draws the named figures into a folder as .png and .svg; returns the files' names."""
     with style():
-        return [file for name in names for file in save(_DRAWN[name](outcome), folder, name)]
+        return [file for name in names for file in save(DRAWN[name](outcome), folder, name)]

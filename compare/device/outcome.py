@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class DeviceOutcome:
     """What a run found: the plan, the model's runs, the checks, a designer's answers (``None`` where not asked for),
-    how long each stage took (s), and the folder with its files."""
+    how long each stage took (s), the folder with its files, and remarks."""
 
     device: Device
     request: DeviceRequest
@@ -28,4 +28,6 @@ class DeviceOutcome:
     design: Design | None = None
     timing: dict[str, float] = field(default_factory=dict)
     folder: Path = Path()
+    replaced: str = ""
     files: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()

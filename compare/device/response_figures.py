@@ -14,6 +14,7 @@ from matplotlib.ticker import MaxNLocator
 
 from compare.colours import INK, LAYERS
 from compare.device.runs import Run
+from compare.device.words import drawn, with_mu
 from compare.drawing import new_figure
 from compare.words import scale
 from reduced1d.device.steady import steady
@@ -53,19 +54,17 @@ def slow(outcome: DeviceOutcome) -> Figure:
         f"Figure 11: power sampled every {control.sample_time * 1e3:g} ms, gains {control.sink_gain:g} and "
         f"{control.sensor_gain:g} V"
     )
-    figure = _draw(outcome, run, "fig11_", text, (SINK, SENSOR), "power")
-    _beside(figure.axes[1], outcome.runs.base, run)
-    return figure
+    return _draw(outcome, run, "fig11_", text, (SINK, SENSOR), "power", outcome.runs.base)
 
 
 def _beside(ax: Any, base: Run, run: Run) -> None:
     """The scene's own sampling, thin, once its start is over."""
     at = base.result.time_s >= run.device.control.sample_time
     time, factor = base.result.time_s[at] * 1e3, scale(steady(run.device).sensor_power_W, "W")[0]
+    name = f"the same every {base.device.control.sample_time * 1e3:g} ms"
     for quantity, line in ((SINK[0], "-"), (SENSOR[0], "--")):
-        ax.plot(time, base.result.trace(quantity)[at] * factor, color="#777777", lw=0.9, ls=line, zorder=1)
-    ax.annotate(f"thin: every {base.device.control.sample_time * 1e3:g} ms", (0.98, 0.04), xycoords="axes fraction",
-                ha="right", fontsize=9, color="#555555")  # fmt: skip
+        ax.plot(time, base.result.trace(quantity)[at] * factor, color="#777777", lw=0.9, ls=line, zorder=1,
+                label=name if quantity == SINK[0] else None)  # fmt: skip
 
 
 def _scene(run: Run) -> str:
@@ -79,11 +78,12 @@ def _scene(run: Run) -> str:
 
 
 def _draw(
-    outcome: DeviceOutcome, run: Run, family: str, text: str, curves: tuple[Curve, ...], label: str
+    outcome: DeviceOutcome, run: Run, family: str, text: str, curves: tuple[Curve, ...], label: str,
+    beside: Run | None = None,
 ) -> Figure:  # fmt: skip
-    """Left the start, at its own scale; right the whole run, at the scale of what follows."""
-    checks = [check for check in outcome.checks if check.id.startswith(family)]
-    figure = new_figure(9.5, 5.0, text, checks, bottom=0.95)
+    """Left the start, at its own scale; right the whole run, at the scale of what follows, thin the run ``beside``."""
+    checks = [drawn(check) for check in outcome.checks if check.id.startswith(family)]
+    figure = new_figure(9.5, 5.0, text, checks, bottom=0.95, left=0.95)
     start, whole = figure.subplots(1, 2, gridspec_kw={"wspace": 0.2, "width_ratios": [1, 1.6]})
     result = run.result
     end = max(float(result.time_s[-1]), run.device.control.sample_time)
@@ -97,13 +97,15 @@ def _draw(
         ax.set_xlim(0.0, until * 1e3)
         ax.xaxis.set_major_locator(MaxNLocator(5))
         ax.set_xlabel("time (ms)")
-    start.set_ylabel(f"{label} ({unit})")
+    start.set_ylabel(with_mu(f"{label} ({unit})"))
     start.set_title("the start from cold", fontsize=10, color=INK)
     low, high = _range(run, curves, factor)
     beyond = max(float(result.trace(quantity).max()) for quantity, *_ in curves) * factor > high
     whole.set_title("the whole run" + beyond * " (its start goes off the scale)", fontsize=10, color=INK)
     whole.set_ylim(low, high)
-    figure.legend(*start.get_legend_handles_labels(), loc="lower center", ncols=len(curves))
+    if beside is not None:
+        _beside(whole, beside, run)
+    figure.legend(*whole.get_legend_handles_labels(), loc="lower center", ncols=len(curves) + 1)
     return figure
 
 

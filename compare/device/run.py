@@ -11,7 +11,8 @@ from compare.clock import Clock
 from compare.device import scope
 from compare.device.outcome import DeviceOutcome
 from compare.device.scope import DeviceRequest
-from compare.folder import Folder, results_folder
+from compare.folder import Folder
+from compare.names import of_device
 from scenes.device import Device
 
 
@@ -25,11 +26,19 @@ def run(
     """
     say = progress or (lambda _: None)
     clock = Clock()
-    with Folder(out or results_folder(device, "paper" if request.scheme == "paper" else "")) as folder:
+    with Folder(out or of_device(device, request)) as folder:
         outcome = _solve(device, request, say, clock)
         say("writing the results")
         outcome = _write(outcome, folder.partial, clock)
-    return replace(outcome, folder=folder.target, timing=clock.all())
+    return replace(outcome, folder=folder.target, replaced=folder.replaced, timing=clock.all())
+
+
+def answer(
+    device: Device, request: DeviceRequest, progress: Callable[[str], None] | None = None
+) -> DeviceOutcome:  # fmt: skip
+    """The same without any file. Raises SceneError for what the model refuses, ArithmeticError where numerics fail."""
+    clock = Clock()
+    return replace(_solve(device, request, progress or (lambda _: None), clock), timing=clock.all())
 
 
 def _solve(device: Device, request: DeviceRequest, say: Callable[[str], None], clock: Clock) -> DeviceOutcome:
@@ -44,7 +53,10 @@ def _solve(device: Device, request: DeviceRequest, say: Callable[[str], None], c
         say("answering a designer's questions")
         with clock.stage("design"):
             answers = design.answer(device, request)
-    return DeviceOutcome(device, request, scope.plan(device, request), made, found, answers)
+    from compare.device.hottest import too_hot
+
+    warnings = too_hot(device, made.base.result)
+    return DeviceOutcome(device, request, scope.plan(device, request), made, found, answers, warnings=warnings)
 
 
 def _write(outcome: DeviceOutcome, folder: Path, clock: Clock) -> DeviceOutcome:
@@ -65,18 +77,18 @@ def _write(outcome: DeviceOutcome, folder: Path, clock: Clock) -> DeviceOutcome:
             names += draw(outcome, drawn, folder)
     outcome = replace(outcome, files=(*names, "report.html", "summary.json"), timing=clock.all())
     found = document(outcome)
-    _write_report(outcome, folder, found)
-    write_document(folder / "summary.json", found)
+    with clock.stage("files"):
+        _write_report(outcome, folder, found)
+        write_document(folder / "summary.json", found)
     return outcome
 
 
 def _write_report(outcome: DeviceOutcome, folder: Path, found: dict[str, Any]) -> None:
     from compare.checks import contradicts
-    from compare.device.table import headline
+    from compare.device.answer import answer
     from compare.report.page import write_report
-    from compare.table import Style
 
     device = outcome.device
     contrary = [check for check in outcome.checks if contradicts(check, device, False)]
-    said = " ".join(headline(outcome, contrary, Style()).split())
+    said = answer(outcome, contrary, named=False)
     write_report(folder / "report.html", f"{device.name}: the whole sensor in 1D", said, found)

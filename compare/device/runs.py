@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -15,6 +17,8 @@ from reduced1d.device.paper import UnstableStepError
 from reduced1d.device.result import DeviceResult
 from reduced1d.device.settling import settling, settling_time
 from reduced1d.device.solve import solve
+from reduced1d.device.stability import largest_eigenvalue
+from reduced1d.device.steady import Steady, steady
 from scenes.device import Device, External
 from scenes.errors import SceneError
 
@@ -36,14 +40,47 @@ class Run:
     step: float = 0.0
     reference: DeviceResult | None = None
 
+    @cached_property
+    def before(self) -> Steady:
+        """The steady state at the initial outer temperature."""
+        return steady(self.device, self.device.external.initial_temperature)
+
+    @cached_property
+    def after(self) -> Steady:
+        """The steady state at the final outer temperature."""
+        return steady(self.device)
+
+    @cached_property
+    def eigenvalue(self) -> complex:
+        """The loop's largest eigenvalue per sample about the state after the outer step."""
+        return largest_eigenvalue(self.device)
+
+    @property
+    def decay(self) -> float:
+        """The rate in 1/s at which the loop's slowest mode decays after the outer step; negative where it grows."""
+        return -math.log(abs(self.eigenvalue)) / self.device.control.sample_time
+
     @property
     def stopped(self) -> bool:
-        """Whether the run ended before the outer step."""
+        """Whether the run was stopped by the ceiling, or ended, before the outer step."""
         return bool(self.result.time_s[-1] <= self.device.external.step_time)
 
-    def settled(self, fraction: float = BAND, quantity: str = "sensor_power_W") -> tuple[float, float]:
-        """Seconds from the outer step until a quantity stays within a part of its step, and how far that is uncertain
-        because the quantity is (or how far the reference has another time); infinite where it doesn't settle."""
+    @property
+    def ran_away(self) -> bool:
+        """Whether the ceiling stopped the run before its end."""
+        return bool(self.result.time_s[-1] < self.device.end_time - 1.5 * self.device.control.sample_time)
+
+    @property
+    def watched(self) -> float:
+        """Seconds from the outer step to the end of the run; infinite for a loop that won't settle however long."""
+        if self.stopped or self.ran_away or self.decay <= 0:
+            return math.inf
+        return float(self.result.time_s[-1] - self.device.external.step_time)
+
+    def settled(self, fraction: float = BAND) -> tuple[float, float]:
+        """Seconds from the outer step until the sensor's power stays within a part of its step, and how far that is
+        uncertain because the power is (or how far the reference has another time); infinite where it doesn't settle."""
+        quantity = "sensor_power_W"
         if self.stopped:
             return np.inf, np.inf
         found = settling(self.device, self.result, quantity, fraction)[-1]
@@ -53,16 +90,26 @@ class Run:
         if not np.isfinite(found.time):
             return found.time, found.time
         if self.reference is not None:
-            return found.time, abs(found.time - Run(self.device, self.reference).settled(fraction, quantity)[0])
+            return found.time, abs(found.time - Run(self.device, self.reference).settled(fraction)[0])
         return found.time, max(abs(time - found.time) for time in moved)
 
     def final(self, quantity: str) -> tuple[float, float]:
-        """The last value of a quantity, and how much it has still changed over the last tenth of the time since the
-        outer step: more than it will change from then on, for what decays."""
+        """The last value of a quantity, and how far it may be from where it will settle: what it still changed by over
+        the last tenth of the time since the outer step, or what the loop's slowest mode leaves of the step by then, if
+        that is more. The mode may carry twice the step (a slab's first one does) and the loop's answer twice that;
+        where more than a tenth of it is left, faster modes matter too and nothing is known."""
         time, values = self.result.time_s, self.result.trace(quantity)
         start = min(self.device.external.step_time, time[-1])
         earlier = int(np.searchsorted(time, start + 0.9 * (time[-1] - start)))
-        return float(values[-1]), float(np.abs(values[earlier:] - values[-1]).max())
+        drift = float(np.abs(values[earlier:] - values[-1]).max())
+        change = abs(getattr(self.after, quantity) - getattr(self.before, quantity))
+        rest = (4 * change * self.left if self.left < 0.1 else math.inf) if change else 0.0
+        return float(values[-1]), max(drift, rest)
+
+    @property
+    def left(self) -> float:
+        """What is left of the loop's slowest mode at the end of the run; infinite where it grows."""
+        return math.exp(-self.decay * self.watched) if math.isfinite(self.watched) else math.inf
 
 
 @dataclass(frozen=True)

@@ -16,11 +16,14 @@ FIGURES = {
     "figure13": "the steady power of the sensor against the outer temperature",
 }
 
+LATE = ("figure11", "figure12", "figure13")
+"""The figures that need runs of their own, which the paper's scheme does not make."""
+
 
 @dataclass(frozen=True)
 class DeviceRequest:
     """What the user asked of a run: the scheme, the figures it is about (all where none are named), whether to draw
-    them, the meter in the loop, and the sensor's largest voltage (V) and power (W)."""
+    them, the meter in the loop, the sensor's largest voltage (V) and power (W), and the command line, if it was one."""
 
     scheme: str = "accurate"
     about: tuple[str, ...] = ()
@@ -28,6 +31,7 @@ class DeviceRequest:
     meter: str | None = None
     largest_voltage: float = float("inf")
     largest_power: float = float("inf")
+    command: str = ""
 
 
 def figure_of(check: str) -> str:
@@ -40,8 +44,7 @@ def without(device: Device, request: DeviceRequest) -> dict[str, str]:
     found = {name: f"only {', '.join(request.about)} asked for" for name in FIGURES if request.about}
     found = {name: why for name, why in found.items() if name not in request.about}
     if request.scheme == "paper":
-        late = ("figure11", "figure12", "figure13")
-        found |= dict.fromkeys(late, "they need nine more runs, and the accurate scheme for them")
+        found |= dict.fromkeys(LATE, "they need nine more runs, and the accurate scheme for them")
     return found
 
 
@@ -49,6 +52,9 @@ def skipped_checks(device: Device, request: DeviceRequest) -> dict[str, str]:
     """The checks that a run can't make, each with the reason."""
     left = without(device, request)
     skipped = {check: left[figure_of(check)] for check in DEVICE_TOLERANCES if figure_of(check) in left}
+    if request.about:
+        meters = (check for check in DEVICE_TOLERANCES if check.startswith("meter"))
+        skipped |= dict.fromkeys(meters, f"only {', '.join(request.about)} asked for")
     if not steps(device):
         needing = ("fig9_settling", "fig9_balance", "fig10_steady", "fig11_slow")
         skipped |= dict.fromkeys(needing, "the run ends before the outer step, or there is none")

@@ -26,6 +26,7 @@ def document(outcome: DeviceOutcome) -> dict[str, Any]:
     found = plain(
         {
             "schema": SCHEMA,
+            "command": outcome.request.command or None,
             "scene": as_dict(outcome.device),
             "plan": [asdict(step) for step in outcome.plan],
             "provenance": provenance(),
@@ -34,6 +35,7 @@ def document(outcome: DeviceOutcome) -> dict[str, Any]:
             "checks": [check_document(check) for check in outcome.checks],
             "findings": list(outcome.runs.base.result.findings),
             "design": None if outcome.design is None else asdict(outcome.design),
+            "warnings": list(outcome.warnings),
             "files": list(outcome.files),
             "timing_s": outcome.timing,
         }

@@ -1,43 +1,29 @@
-"""What a run of the device says in the terminal: the verdict first, then the numbers, reasons, findings and answers."""
+"""What a run of the device says in the terminal: the answer first, then findings, numbers, checks and reasons."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from compare.device.answer import answer
 from compare.device.runs import BAND
 from compare.device.summary import peaks
-from compare.table import Style, checks_text, reasons_text, verdict_text, where_text, wrapped
+from compare.device.words import QUANTITIES, amount, claimed, in_full, off_by
+from compare.table import WIDTH, Style, warnings_text, where_text, wrapped
 from compare.verdict import Check
 from compare.words import percent, quantity
 from reduced1d.device.settling import settling
-from reduced1d.device.steady import steady
 
 if TYPE_CHECKING:
     from compare.device.design import Design
     from compare.device.outcome import DeviceOutcome
     from scenes.plan import Step
 
-QUANTITIES = {
-    "sink_K": ("sink temperature", "K"),
-    "sensor_K": ("sensor temperature", "K"),
-    "sink_V": ("sink voltage", "V"),
-    "sensor_V": ("sensor voltage", "V"),
-    "sink_power_W": ("sink power", "W"),
-    "sensor_power_W": ("sensor power", "W"),
-    "polymer_flux_W": ("heat into the polymer", "W"),
-}
-
 
 def headline(outcome: DeviceOutcome, contrary: Sequence[Check], style: Style) -> str:
-    """The verdict of the run, in one line where it fits."""
-    external = outcome.device.external
-    name = f"{outcome.device.name}, {external.initial_temperature:g} to {external.final_temperature:g} K outside"
-    if outcome.request.scheme == "paper":
-        name += ", paper's scheme"
-    if not outcome.checks:
-        return style.paint(wrapped(f"{name}: nothing was checked."), "heading")
-    return verdict_text(name, outcome.checks, contrary, outcome.device.expected_to_differ is not None, style)
+    """The answer, with the count of the paper's claims that differ."""
+    return style.paint(wrapped(answer(outcome, contrary)), "heading")
 
 
 def outcome_text(
@@ -45,81 +31,125 @@ def outcome_text(
 ) -> str:
     """Everything about a run; ``contrary`` are the checks that contradict the scene. A plan never turns out otherwise
     here, so that one that has been printed (``planned``) needs no more."""
-    parts = [headline(outcome, contrary, style), _quantities(outcome, style)]
+    return f"{found_text(outcome, contrary, style)}\n\n{where_text(outcome)}"
+
+
+def found_text(outcome: DeviceOutcome, contrary: Sequence[Check], style: Style) -> str:
+    """The answer, the findings, the quantities, the claims with their reasons, the designer's answers, the warnings."""
+    parts = [headline(outcome, contrary, style)]
+    if outcome.runs.base.result.findings:
+        parts.append(_listed("Findings", outcome.runs.base.result.findings, style))
+    parts.append(_quantities(outcome, style))
     if outcome.checks:
-        parts += [checks_text(outcome.checks, style), reasons_text(outcome.checks, contrary, style)]
-    findings = outcome.runs.base.result.findings
-    if findings:
-        lines = [wrapped(f"{text.rstrip('.')}.", "  ", "    ") for text in findings]
-        parts.append("\n".join([style.paint("Findings", "heading"), *lines]))
+        parts += [_checks(outcome.checks, style), _reasons(outcome.checks, contrary, style)]
     if outcome.design is not None:
         parts.append(_design(outcome.design, outcome, style))
-    parts.append(where_text(outcome.folder, outcome.files, outcome.timing))
-    return "\n\n".join(parts)
+    return "\n\n".join([*parts, *warnings_text(outcome)])
+
+
+def columns(rows: Sequence[Sequence[str]], left: int, style: Style) -> list[str]:
+    """Lines of a table, the first its heading: ``left`` columns stand to the left, the rest to the right. No two
+    columns ever touch; they move together where the line would be too long."""
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    gaps = len(widths) - 1
+    gap = " " * max(min((WIDTH - sum(widths)) // gaps, 3), 1)
+    sides = ["<" if i < left else ">" for i in range(len(widths))]
+    lines = [
+        gap.join(f"{cell:{side}{width}}" for cell, side, width in zip(row, sides, widths, strict=True)).rstrip()
+        for row in rows
+    ]
+    return [style.paint(lines[0], "heading"), *lines[1:]]
 
 
 def _quantities(outcome: DeviceOutcome, style: Style) -> str:
     """Of every quantity the steady values before and after the step, the peak, and the settling times."""
-    device, result = outcome.device, outcome.runs.base.result
-    before, after = steady(device, device.external.initial_temperature), steady(device)
-    highest = peaks(outcome.runs.base)
-    heads = f"  {'':<22}{'steady before':>14}{'after':>11}{'peak':>11}{'at':>8}{'settled':>12}"
-    lines = [style.paint(heads, "heading")]
+    run = outcome.runs.base
+    highest, events = peaks(run), 0
+    rows = [["  ", "before", "after", "peak", "at", "from cold", "from step"]]
+    never = True
     for key, (name, unit) in QUANTITIES.items():
-        top = highest[key]
-        times = [s.time for s in settling(device, result, key, BAND)] if key[-2:] != "_V" else []
-        shown = " / ".join(f"{time * 1e3:.1f}" if time < float("inf") else "never" for time in times)
-        lines.append(
-            f"  {name:<22}{quantity(getattr(before, key), unit, 5):>14}{quantity(getattr(after, key), unit, 5):>11}"
-            f"{quantity(top['value'], unit, 4):>11}{top['time_s'] * 1e3:>5.4g} ms{shown:>12}".rstrip()
+        times = [s.time for s in settling(run.device, run.result, key, BAND)]
+        events, top = len(times), highest[key]
+        never = never and bool(times) and times[-1] == math.inf
+        shown = [f"{time * 1e3:.1f} ms" if time < math.inf else "never" for time in times]
+        rows.append(
+            [
+                f"  {name}", *(quantity(getattr(state, key), unit, 5) for state in (run.before, run.after)),
+                quantity(top["value"], unit, 4), f"{top['time_s'] * 1e3:.4g} ms", *shown, *[""] * (2 - len(shown)),
+            ]
+        )  # fmt: skip
+    errors = run.result.errors
+    said = "Before, after: the steady states that the controllers are bound for, before and after the outer step. "
+    if never:
+        said += f"Nothing settles to {percent(BAND, 1)} of its change before the run ends. "
+    elif events:
+        said += (
+            f"From cold, from step: how long until within {percent(BAND, 1)} of the change for good; 0 where it never "
+            "left that band. "
         )
-    error = max(result.errors["sink_K"], result.errors["sensor_K"])
-    said = (
-        f"Settled: ms after the cold start / after the outer step, from when on within {percent(BAND, 1)} of the "
-        f"change; 0.0 where it never left the band. Estimated error of the temperatures at most {error:.1e} K."
-    )
-    return "\n".join([*lines, wrapped(said, "  ", "  ")])
+    said += f"Estimated error of the temperatures at most {max(errors['sink_K'], errors['sensor_K']):.1e} K."
+    return "\n".join([*columns(rows, 1, style), wrapped(said, "  ", "  ")])
+
+
+def _checks(checks: Sequence[Check], style: Style) -> str:
+    """A line for every claim of the paper, with what the model finds."""
+    rows, room = [["  check", "", "paper", "1D", "off by", ""]], max(len(check.verdict) for check in checks)
+    for check in checks:
+        values = claimed(check), amount(check.measured, check.unit), off_by(check)
+        rows.append([f"{style.mark(check.verdict)} {check.id}", check.title, *values, f"{check.verdict:<{room}}"])
+    head, *lines = columns(rows, 2, style)
+    painted = [
+        line.removesuffix(check.verdict) + style.paint(check.verdict, check.verdict)
+        for line, check in zip(lines, checks, strict=True)
+    ]
+    return "\n".join([head, *painted])
+
+
+def _reasons(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -> str:
+    """Of every check what the paper says and what comes out, the difference with its error, and the tolerance."""
+    found = []
+    for check in checks:
+        declared = f"the scene declares that it {check.expected} (checks.expect_differs); "
+        said = declared if check in contrary and check.expected not in (None, check.verdict) else ""
+        found.append(f"{check.id}: {said}{check.because}; {in_full(check, style.plus_minus)}")
+    return _listed("Why", found, style)
+
+
+def _listed(head: str, sentences: Sequence[str], style: Style) -> str:
+    lines = [wrapped(f"{text.rstrip('.')}.", "  ", "    ") for text in sentences]
+    return "\n".join([style.paint(head, "heading"), *lines])
 
 
 def _design(design: Design, outcome: DeviceOutcome, style: Style) -> str:
     control = outcome.device.control
-    lines = [style.paint("For the designer", "heading"),
-             f"  {'largest stable gain':<28}{'sink':>10}{'sensor':>10}{'slowest mode':>22}"]  # fmt: skip
+    rows = [["  largest stable gain", "sink", "sensor", "slowest mode", "eigenvalue"]]
     for limit in design.limits:
-        sink, sensor = (_gain(g) for g in (limit.sink_gain_V, limit.sensor_gain_V))
-        name = f"  sampled every {limit.sample_time_s * 1e3:g} ms"
         mode = f"{'decays' if limit.decay_per_s >= 0 else 'grows'} at {abs(limit.decay_per_s):.3g} 1/s"
-        lines.append(f"  {name:<28}{sink:>10}{sensor:>10}{mode:>22}")
-    smooth = [_gain(g) for g in design.smooth_start_gains_V]
-    lines.append(f"  {'largest for a smooth start':<28}{smooth[0]:>10}{smooth[1]:>10}")
-    lines.append(
-        wrapped(
-            f"The scene has {control.sink_gain:g} V and {control.sensor_gain:g} V at {control.sample_time * 1e3:g} ms; "
-            "each limit with the other gain as it is. Smooth: from cold without the limit V >= 0 acting.", "  ", "  ",
-        )
-    )  # fmt: skip
-    lines.append(_range(design, outcome))
-    for name, step in design.resolutions.items():
-        said = (
-            step if isinstance(step, str) else
-            f"resolves {quantity(step.total, 'K', 2)} outside: {quantity(step.power, 'K', 2)} by the sensor's power, "
-            f"{quantity(step.sensor, 'K', 2)} by holding the sensor's temperature, {quantity(step.sink, 'K', 2)} the "
-            "sink's"
-        )  # fmt: skip
-        lines.append(wrapped(f"{name}: {said}.", "  ", "    "))
-    return "\n".join(lines)
+        gains = _gain(limit.sink_gain_V), _gain(limit.sensor_gain_V)
+        name, size = f"    sampled every {limit.sample_time_s * 1e3:g} ms", f"{limit.largest_eigenvalue:.4g}"
+        rows.append([name, *gains, mode, size])
+    rows.append(["  largest for a smooth start", *(_gain(g) for g in design.smooth_start_gains_V), "", ""])
+    said = (
+        f"The scene has {control.sink_gain:g} V and {control.sensor_gain:g} V at {control.sample_time * 1e3:g} ms; "
+        "each limit with the other gain as it is. Eigenvalue: the largest in size per sample, stable below 1. Smooth: "
+        "from cold without the limit V >= 0 acting."
+    )
+    found = [_range(design, outcome), *(f"{name}: {text}" for name, text in design.meters.items())]
+    lines = [wrapped(f"{text}.", "  ", "    ") for text in found]
+    head = style.paint("For the designer", "heading")
+    return "\n".join([head, *columns(rows, 1, style), wrapped(said, "  ", "  "), *lines])
 
 
 def _gain(gain: float) -> str:
-    return quantity(gain, "V", 3) if gain < float("inf") else "any"
+    return "none" if gain == 0 else quantity(gain, "V", 3) if gain < math.inf else "any"
 
 
 def _range(design: Design, outcome: DeviceOutcome) -> str:
     highest = f"{outcome.device.control.set_temperature:g} K"
     if design.range is None:
-        return wrapped(f"Range: up to {highest}; give --max-voltage or --max-power for its lower end.", "  ", "    ")
+        return f"Range: up to {highest}; give --max-voltage or --max-power for its lower end"
     found = design.range
-    return wrapped(
+    return (
         f"Range: {found.lowest_K:.5g} K to {highest}, where the sensor takes at most "
-        f"{quantity(found.sensor_power_W, 'W')} at {quantity(found.sensor_V, 'V')}.", "  ", "    ",
-    )  # fmt: skip
+        f"{quantity(found.sensor_power_W, 'W')} at {quantity(found.sensor_V, 'V')}"
+    )

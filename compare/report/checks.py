@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from compare.report.parts import row, section
 from compare.report.values import PLUS_MINUS, Document, number
 from compare.report.words import shown, text
+from compare.scope import OF_THE_REDUCTION
+from compare.table import kind_of
 from compare.words import difference_text, percent
 
 _MARKS = {"agrees": "\N{CHECK MARK}", "differs": "\N{MULTIPLICATION X}", "unresolved": "?"}
@@ -12,16 +17,23 @@ _MARKS = {"agrees": "\N{CHECK MARK}", "differs": "\N{MULTIPLICATION X}", "unreso
 
 def checks(document: Document) -> str:
     """Every check, with the reason where one is given."""
-    heads = ("check", "of", "predicted", "measured", "difference", "tolerance", "verdict")
-    numbers, rows = (2, 3, 4, 5), []
-    for check in document.get("checks", ()):
+    device = "steady_before" in (document.get("reduced1d") or {})
+    sides = ("the paper", "1D") if device else ("1D", "3D") if document.get("fem3d") else ("predicted", "measured")
+    heads = ("check", "of", *sides, "difference", *["relative to"] * (not device), "tolerance", "verdict")
+    numbers, rows, kind = (2, 3, 4, len(heads) - 2), [], ""
+    for check in sorted(document.get("checks", ()), key=lambda check: check["id"] not in OF_THE_REDUCTION):
+        if (now := kind_of(check["id"], check.get("own", True))) != kind:
+            kind = now
+            rows.append(f'<tr class="kind"><th colspan="{len(heads)}">{text(kind)}</th></tr>')
         verdict, unit = check["verdict"], "" if check["unit"] == "1" else check["unit"]
         word = f'<span class="word {verdict}">{_MARKS[verdict]} {verdict}</span>'
         cells = [
             f"<code>{text(check['id'])}</code>",
             text(check["title"]),
-            *(shown(check[key], unit) for key in ("predicted", "measured")),
-            text(difference_text(number(check["difference"]), number(check["u_num"]), PLUS_MINUS)),
+            _side(check) + _value(check["predicted"], unit),
+            _value(check["measured"], unit),
+            text(_difference(check)),
+            *[text(check.get("relative_to") or "")] * (not device),
             text(percent(number(check["tolerance"]), 1)),
             word,
         ]
@@ -42,3 +54,21 @@ def checks(document: Document) -> str:
     body = "\n".join(rows)
     listed = f'<table class="cards"><thead><tr>{top}</tr></thead><tbody>\n{body}\n</tbody></table>'
     return section("Checks", note, f'<div class="wide">{listed}</div>')
+
+
+def _value(value: float | None, unit: str) -> str:
+    return "never" if value is None and unit == "s" else shown(value, unit)
+
+
+def _side(check: Mapping[str, Any]) -> str:
+    """What stands before the value of a claim that is one-sided."""
+    sense = check.get("sense", "equal")
+    return "" if sense == "equal" or check["predicted"] is None else f"{sense} "
+
+
+def _difference(check: Mapping[str, Any]) -> str:
+    if check["u_num"] is None or check["difference"] is None:
+        return "open" if check["verdict"] == "unresolved" else "fails"
+    if not check["difference"] and check.get("sense", "equal") != "equal":
+        return "holds"
+    return difference_text(number(check["difference"]), number(check["u_num"]), PLUS_MINUS)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from compare.report.parts import section, table, values
 from compare.report.values import (
+    PLUS_MINUS,
     Document,
     error_text,
     number,
@@ -15,13 +17,13 @@ from compare.report.values import (
     value_with_error,
 )  # fmt: skip
 from compare.report.words import named, shown, text
-from compare.words import percent
+from compare.words import Column, percent, quantity
 
 
 def quantities(document: Document) -> str:
     """The steady state of each model, 3D with its error."""
     fem3d, reduced1d = (steady_of(document, model) for model in ("fem3d", "reduced1d"))
-    if not fem3d and not reduced1d:
+    if (not fem3d and not reduced1d) or "steady_before" in (document.get("reduced1d") or {}):
         return ""
     name = (document.get("reduced1d") or {}).get("name")
     heads = ["quantity", *(["3D"] if fem3d else []), *([f"1D ({name})" if name else "1D"] if reduced1d else [])]
@@ -42,19 +44,31 @@ def quantities(document: Document) -> str:
     return section("Steady state", table(heads, rows, range(1, len(heads))))
 
 
-def at_times(document: Document) -> str:
-    """The values of a transient at the times that were asked for."""
-    over_time = (document.get("fem3d") or {}).get("transient") or {}
-    times, found = over_time.get("time_s"), over_time.get("values")
-    if not times or not found:
+def over_time(document: Document) -> str:
+    """Where a transient ends and what it passes through, and its values at the times that were asked for."""
+    found = (document.get("fem3d") or {}).get("transient") or {}
+    ranges, errors = found.get("range") or {}, found.get("errors") or {}
+    if not ranges:
         return ""
-    names = [probe_or_quantity(document, key) for key in found]
-    rows = [
-        [shown(t, "s"), *(shown(v[i], unit) for v, (_, unit) in zip(found.values(), names, strict=True))]
-        for i, t in enumerate(times)
-    ]
-    heads = ["time", *(label for label, _ in names)]
-    return section("Over time", f'<div class="wide">{table(heads, rows, range(len(heads)))}</div>')
+    names = {key: probe_or_quantity(document, key) for key in ranges}
+    columns = {
+        key: Column.of(max(abs(item["least"]), abs(item["largest"])), errors[key], names[key][1])
+        for key, item in ranges.items()
+    }
+
+    def cell(key: str, value: float) -> str:
+        column = columns[key]
+        return text(f"{column.show(value)} {PLUS_MINUS} {column.show_error(errors[key])} {column.unit}")
+
+    kinds = {"end": "at the end", "least": "least", "largest": "largest"}
+    rows = [[text(names[key][0]), *(cell(key, item[kind]) for kind in kinds)] for key, item in ranges.items()]
+    parts = [table(("probe", *kinds.values()), rows, (1, 2, 3))]
+    times, values_at = found.get("time_s") or (), found.get("values") or {}
+    if len(times) > 1:
+        rows = [[shown(t, "s"), *(cell(key, v[i]) for key, v in values_at.items())] for i, t in enumerate(times)]
+        heads = ["time", *(names[key][0] for key in values_at)]
+        parts.append(f'<div class="wide">{table(heads, rows, range(len(heads)))}</div>')
+    return section("Over time", *parts)
 
 
 def errors(document: Document) -> str:
@@ -72,7 +86,7 @@ def errors(document: Document) -> str:
             [text(name), error_text(error, unit)]
             for (name, unit), error in ((probe_or_quantity(document, k), e) for k, e in over_time.items())
         ]
-        parts.append(table(("over time, from 10 \N{MICRO SIGN}s on", "estimated error"), listed, (1,)))
+        parts.append(table((f"over time, {_since(fem3d['transient'])}", "estimated error"), listed, (1,)))
     judged = [c for c in document.get("checks", ()) if c["u_num"]]
     if judged:
         listed = [
@@ -84,13 +98,23 @@ def errors(document: Document) -> str:
         parts.append(table(heads, listed, (1, 2, 3)))
     found = (document.get("reduced1d") or {}).get("errors")
     if isinstance(found, Mapping) and found:
-        parts.append(values({"of the 1D model": found}))
+        listed = [
+            [text(name), error_text(number(error), unit)] for k, error in found.items() for name, unit in [named(k)]
+        ]
+        parts.append(table(("1D model, over time", "estimated error"), listed, (1,)))
     if not parts:
         return ""
     said = (
         "<p>Errors are estimated bounds of the numerical error alone; the model's own assumptions are not in them.</p>"
     )
     return section("Error budget", said, *parts)
+
+
+def _since(over_time: Mapping[str, Any]) -> str:
+    """From when on errors over time hold; a sink's summary doesn't say, for it is always the same."""
+    start = over_time.get("accurate_from_s", 1e-5)
+    again = ", and that long after each jump of a given temperature" if over_time.get("jumps") else ""
+    return f"from {quantity(start, 's', 2)} on{again}" if start else "at every time"
 
 
 def energy(document: Document) -> str:

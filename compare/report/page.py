@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from compare.report import checks, numbers, sections
+from compare.report import device as device_section
 from compare.report import field as field_section
 from compare.report import why as why_section
 from compare.report.field import Field
@@ -33,7 +34,8 @@ def page(folder: Path, title: str, headline: str, document: Mapping[str, Any], f
     parts = [
         checks.checks(document),
         numbers.quantities(document),
-        numbers.at_times(document),
+        device_section.device(document),
+        numbers.over_time(document),
         shown,
         sections.figures(folder, document),
         why_section.why(document),
@@ -46,6 +48,9 @@ def page(folder: Path, title: str, headline: str, document: Mapping[str, Any], f
         sections.provenance(document),
     ]
     parts = [part for part in parts if part]
+    answer = str(document.get("answer") or headline)
+    counted = headline.removeprefix(answer).strip()
+    counted = f"<p>{text(counted)}</p>" if counted else ""
     script = f"{data}\n<script>\n{_read('scene.js')}</script>" if data else ""
     warnings = "\n".join(f'<p class="warning">{text(w)}.</p>' for w in document.get("warnings") or ())
     return (
@@ -54,7 +59,8 @@ def page(folder: Path, title: str, headline: str, document: Mapping[str, Any], f
         # An empty icon, so that no browser asks for one.
         '<link rel="icon" href="data:,">\n'
         f"<title>{text(title)}</title>\n<style>\n{_read('style.css')}</style>\n</head>\n<body>\n<header>\n"
-        f'<h1>{text(title)}</h1>\n<p class="verdict">{text(headline)}</p>\n{_tally(document)}\n{warnings}\n'
+        f'<h1>{text(title)}</h1>\n<p class="verdict">{text(answer)}</p>\n'
+        f"{counted}\n{_tally(document)}\n{warnings}\n"
         f"{sections.headings(parts)}\n</header>\n<main>\n"
         + "\n".join(parts)
         + f"\n</main>\n{script}\n</body>\n</html>\n"
@@ -65,7 +71,8 @@ def _tally(document: Mapping[str, Any]) -> str:
     """How many checks have each verdict, with their names."""
     found = []
     for verdict in ("differs", "unresolved", "agrees"):
-        names: Sequence[str] = [c["id"] for c in document.get("checks", ()) if c["verdict"] == verdict]
+        checked = [c for c in document.get("checks", ()) if c.get("own", True)]
+        names: Sequence[str] = [c["id"] for c in checked if c["verdict"] == verdict]
         if names:
             word = "differ" if verdict == "differs" else "agree" if verdict == "agrees" else verdict
             found.append(f'<li><span class="{verdict} word">{len(names)} {word}</span>: {text(", ".join(names))}</li>')

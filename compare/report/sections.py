@@ -7,14 +7,15 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from compare.device.scope import FIGURES
 from compare.report.field import PICTURES
 from compare.report.parts import anything, section, table, values
 from compare.report.values import Document
-from compare.report.words import named, shown, text
+from compare.report.words import named, text
 
 _TREATED = (
-    "schema", "scene", "plan", "provenance", "fem3d", "reduced1d", "checks", "warnings", "files", "timing_s", "why",
-    "findings",
+    "schema", "command", "scene", "plan", "provenance", "fem3d", "reduced1d", "checks", "warnings", "files", "timing_s",
+    "why", "findings", "design", "answer",
 )  # fmt: skip
 _CAPTIONS = {
     "figure5": "The steady rise along the beam in both models.",
@@ -22,6 +23,7 @@ _CAPTIONS = {
     "figure_traces": "Every probe against time.",
     "why": "What each assumption of the 1D model adds to its difference from 3D.",
     "figure7": "The current against time in both models.",
+    **FIGURES,
 }
 
 
@@ -56,20 +58,11 @@ def plan(document: Document) -> str:
 
 def others(document: Document) -> str:
     """What else a run's summary holds: findings, answers, attributions."""
-    reduced = document.get("reduced1d") or {}
     found = [section("Findings", anything(document["findings"]))] if document.get("findings") else []
-    for key in ("peaks", "settling"):
-        if reduced.get(key):
-            found.append(section(f"1D {key}", _peaks(reduced[key]) if key == "peaks" else anything(reduced[key])))
     for key, item in document.items():
         if key not in _TREATED and item:
             found.append(section(named(key)[0].capitalize(), anything(item)))
     return "\n".join(found)
-
-
-def _peaks(found: Mapping[str, Any]) -> str:
-    rows = [[text(named(k)[0]), shown(v["value"], named(k)[1]), shown(v["time_s"], "s")] for k, v in found.items()]
-    return table(("quantity", "largest", "at"), rows, (1, 2))
 
 
 def scene(document: Document) -> str:
@@ -101,7 +94,9 @@ def provenance(document: Document) -> str:
     )
     parts = {"versions": document.get("provenance") or {}, "time taken": timing}
     listed = f"<p>Beside this page: {links}.</p>" if links else ""
-    return section("Versions and files", f'<div class="columns">{values(parts)}</div>', listed)
+    command = document.get("command")
+    made = f"<p>Made by <code>{text(command)}</code></p>" if command else ""
+    return section("Versions and files", made, f'<div class="columns">{values(parts)}</div>', listed)
 
 
 def _order(name: str) -> tuple[int, str]:

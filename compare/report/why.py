@@ -8,6 +8,7 @@ from typing import Any
 from compare.report.parts import section, table
 from compare.report.values import Document, value_with_error
 from compare.report.words import text
+from compare.why_text import others
 
 
 def why(document: Document) -> str:
@@ -29,14 +30,21 @@ def _is_budget(item: Any) -> bool:
 
 
 def _table(budgets: Mapping[str, Any]) -> str:
-    names = list(dict.fromkeys(part["assumption"] for b in budgets.values() for part in b["parts"]))
-    rows = []
-    for name in names:
-        cells = [text(name)]
-        for budget in budgets.values():
-            part = next((p for p in budget["parts"] if p["assumption"] == name), None)
-            cells.append(value_with_error(part, budget.get("unit", "")))
-        rows.append(cells)
+    found = {
+        name: [next((p for p in b["parts"] if p["assumption"] == name), None) for b in budgets.values()]
+        for name in dict.fromkeys(part["assumption"] for b in budgets.values() for part in b["parts"])
+    }
+    nothing = [name for name, parts in found.items() if all(p is None or abs(p["value"]) <= p["error"] for p in parts)]
+    if len(nothing) > 1:
+        # What is nothing but its numerical error, in one row.
+        most = [max((found[n][i] or {}).get("error", 0.0) for n in nothing) for i in range(len(budgets))]
+        found = {name: parts for name, parts in found.items() if name not in nothing}
+        found[f"{others(len(nothing))} ({', '.join(nothing)})"] = [{"value": 0.0, "error": error} for error in most]
+    units = [budget.get("unit", "") for budget in budgets.values()]
+    rows = [
+        [text(name), *(value_with_error(part, unit) for part, unit in zip(parts, units, strict=True))]
+        for name, parts in found.items()
+    ]
     total = [value_with_error(b["difference"], b.get("unit", "")) for b in budgets.values()]
     rows.append(["<strong>difference</strong>", *(f"<strong>{cell}</strong>" for cell in total)])
     heads = [

@@ -7,9 +7,11 @@ import re
 from html import escape
 from typing import Any
 
-from compare.table import QUANTITIES
+from compare.device.words import QUANTITIES as DEVICE
+from compare.table import QUANTITIES as SINK
 from compare.words import quantity
 
+_NAMED = SINK | DEVICE
 _UNITS = {
     "_K_per_W": "K/W", "_W_per_m2": "W/m2", "_A_per_m2": "A/m2", "_K": "K", "_A": "A", "_W": "W", "_V": "V", "_s": "s",
     "_m3": "m3", "_m": "m", "_J": "J", "_Hz": "Hz", "_ohm": "ohm",
@@ -23,8 +25,8 @@ def text(value: object) -> str:
 
 def named(key: str) -> tuple[str, str]:
     """A key as a name and its unit: "peak_rise_K" is ("peak rise", "K")."""
-    if key in QUANTITIES:
-        return QUANTITIES[key]
+    if key in _NAMED:
+        return _NAMED[key]
     for ending, unit in _UNITS.items():
         if key.endswith(ending):
             return key.removesuffix(ending).replace("_", " "), unit

@@ -1,8 +1,10 @@
-"""The temperature field of a free scene, rendered: the steady one, or that at the end of a transient."""
+"""The temperature field of a free scene, rendered: the steady one, or that of a transient's hottest moment (its coldest
+where the scene is cooled)."""
 
 from __future__ import annotations
 
 from types import SimpleNamespace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
@@ -13,32 +15,42 @@ from compare.colours import INK, table
 from compare.drawing import new_figure
 from compare.render import Renderer
 from scenes.dimensions import TIME
-from scenes.free.asks import AnyScene
-from scenes.result import Result
+
+if TYPE_CHECKING:
+    from compare.solve.outcome import SolveOutcome
 
 
-def send(scene: AnyScene, result: Result, renderer: Renderer) -> None:
+def send(outcome: SolveOutcome, renderer: Renderer) -> None:
     """Gives the renderer the field, in kelvin above its coldest place."""
-    fields, temperature = result.details["fields"], temperatures(scene, result)
+    fields, temperature = outcome.result.details["fields"], temperatures(outcome)
     drawn = SimpleNamespace(points=fields.points, hexes=fields.hexes, steady=temperature)
     renderer.send(drawn, float(temperature.min()))
 
 
-def temperatures(scene: AnyScene, result: Result) -> np.ndarray:
+def temperatures(outcome: SolveOutcome) -> np.ndarray:
     """(points,): the temperatures (K) that are drawn."""
-    fields = result.details["fields"]
-    found: np.ndarray = fields.steady if scene.steady else fields.at(np.array([scene.end_time]))[0]
+    fields = outcome.result.details["fields"]
+    found: np.ndarray = fields.steady if outcome.shown is None else fields.at(np.array([outcome.shown[0]]))[0]
     return found
 
 
-def draw(scene: AnyScene, result: Result, image: np.ndarray, factor: float) -> Figure:
+def when(outcome: SolveOutcome) -> str:
+    """What is drawn, in words."""
+    if outcome.shown is None:
+        return "steady"
+    time, above = outcome.shown
+    return f"{TIME.show(float(f'{time:.3g}'))}, when it is {'hottest' if above else 'coldest'}"
+
+
+def draw(outcome: SolveOutcome, image: np.ndarray, factor: float) -> Figure:
     """The rendered field with its colour bar."""
-    temperature = temperatures(scene, result)
+    temperature = temperatures(outcome)
     low, high = float(temperature.min()), float(temperature.max())
     colours = ScalarMappable(Normalize(low, high), ListedColormap(table() / 255))
-    when = "steady" if scene.steady else f"at {TIME.show(scene.end_time)}"
     drawn = f"z drawn x{factor:g}" if factor > 1 else "true proportions"
-    figure = new_figure(8.5, 3.9, f"{scene.name}: temperature, {when} ({drawn})", [], bottom=0.85, left=0.25)
+    figure = new_figure(
+        8.5, 3.9, f"{outcome.scene.name}: temperature, {when(outcome)} ({drawn})", [], bottom=0.85, left=0.25
+    )
     ax = figure.subplots()
     ax.imshow(image, interpolation="antialiased")
     ax.set_axis_off()

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any, cast
 
 import numpy as np
 
 from compare import fields
 from scenes.free.asks import AnyScene
-from scenes.meshed.model import MeshScene
 from scenes.result import Result
 
 
@@ -19,13 +16,8 @@ def write_fields(folder: Path, scene: AnyScene, result: Result) -> list[str]:
 
     Of a transient with output times these are stored, with its start and end.
     """
-    if isinstance(scene, MeshScene):
-        from compare.solve.mesh_files import write_own
-
-        return write_own(folder, scene, result)
-    like: Any = SimpleNamespace(
-        room_temperature=scene.initial_temperature, end_time=scene.end_time, accuracy=scene.accuracy
-    )
     asked = np.unique([0.0, *scene.output_times, scene.end_time])
     times = asked if scene.output_times else fields.stored_times(scene.end_time)
-    return fields.write_fields(folder, cast(Any, like), result, times[:0] if scene.steady else times)
+    return fields.write_fields(
+        folder, result, times[:0] if scene.steady else times, scene.initial_temperature, scene.accuracy
+    )

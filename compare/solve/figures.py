@@ -32,5 +32,5 @@ def draw(
             if image is None:
                 notes["field"] = "no OpenGL to render with"
             else:
-                files += save(field_figure.draw(scene, result, image, renderer.factor), folder, "figure_field")
+                files += save(field_figure.draw(outcome, image, renderer.factor), folder, "figure_field")
     return files, notes

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SolveOutcome:
-    """The plan as carried out, the result, how long each stage took (s), and the folder with its files."""
+    """The plan as carried out, the result, how long each stage took (s), the folder with its files, and remarks on the
+    run; ``shown`` is the time (s) whose field is drawn, and whether it is then above the initial temperature."""
 
     scene: AnyScene
     request: SolveRequest
@@ -24,9 +25,7 @@ class SolveOutcome:
     result: Result
     timing: dict[str, float] = field(default_factory=dict)
     folder: Path = Path()
+    replaced: str = ""
     files: tuple[str, ...] = ()
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """The solver's remarks on the run."""
-        return tuple(self.result.details.get("warnings", ()))
+    shown: tuple[float, bool] | None = None
+    warnings: tuple[str, ...] = ()

@@ -16,6 +16,7 @@ from compare.render import Renderer
 from compare.solve import scope
 from compare.solve.outcome import SolveOutcome
 from compare.solve.scope import SolveRequest
+from scenes.free import asks
 from scenes.free.asks import AnyScene
 
 if TYPE_CHECKING:
@@ -45,10 +46,39 @@ def run(
                 result: Result = solve(scene, say)
             say("writing the results")
             plan = scope.assemble(scene, request, tuple(result.details["plan"]))
-            outcome = _write(SolveOutcome(scene, request, plan, result), folder.partial, renderer, clock)
+            with clock.stage("checks"):
+                outcome = _looked_at(SolveOutcome(scene, request, plan, result))
+            outcome = _write(outcome, folder.partial, renderer, clock)
         finally:
             renderer.close()
-    return replace(outcome, folder=folder.target, timing=clock.all())
+    return replace(outcome, folder=folder.target, replaced=folder.replaced, timing=clock.all())
+
+
+def _looked_at(outcome: SolveOutcome) -> SolveOutcome:
+    """With the warnings, also of what gets too hot, and the time whose field is drawn."""
+    from compare import hottest
+
+    scene, result, shown = outcome.scene, outcome.result, None
+    warnings = tuple(result.details.get("warnings", ()))
+    if asks.heat(scene):
+        fields, times, materials = result.details["fields"], hottest.moments(result.traces), asks.materials(scene)
+        if any(material.valid_to is not None for material in materials):
+            warnings += tuple(hottest.warnings(materials, hottest.by_material(fields, times)))
+        if result.traces is not None and "field" not in scope.skipped_figures(scene, outcome.request):
+            shown = hottest.farthest(fields, times, scene.initial_temperature)
+    return replace(outcome, warnings=warnings, shown=shown)
+
+
+def answer(scene: AnyScene, progress: Callable[[str], None] | None = None) -> SolveOutcome:
+    """The same without any file: solved. Raises NumericsError."""
+    clock = Clock()
+    # What fields are asked for to have: a scene without probes reports every part's mean temperature.
+    scene = scope.reported(scene, SolveRequest(fields=True))
+    with clock.stage("fem3d"):
+        result: Result = scope.solver(scene)(scene, progress or (lambda _: None))
+    request = SolveRequest(figures=False)
+    plan = scope.assemble(scene, request, tuple(result.details["plan"]))
+    return _looked_at(SolveOutcome(scene, request, plan, result, timing=clock.all()))
 
 
 def _write(outcome: SolveOutcome, folder: Path, renderer: Renderer, clock: Clock) -> SolveOutcome:
@@ -59,7 +89,7 @@ def _write(outcome: SolveOutcome, folder: Path, renderer: Renderer, clock: Clock
     if "field" not in skipped:
         from compare.solve.field_figure import send
 
-        send(scene, result, renderer)
+        send(outcome, renderer)
     with clock.stage("files"):
         if not scope.traces_reason(scene):
             from compare.solve.traces import write_traces
@@ -83,8 +113,9 @@ def _write(outcome: SolveOutcome, folder: Path, renderer: Renderer, clock: Clock
     from compare.summary import write_document
 
     found = document(outcome)
-    _write_report(outcome, folder, found, "field" not in skipped)
-    write_document(folder / "summary.json", found)
+    with clock.stage("files"):
+        _write_report(outcome, folder, found, "field" not in skipped)
+        write_document(folder / "summary.json", found)
     return outcome
 
 
@@ -98,11 +129,11 @@ def _write_report(outcome: SolveOutcome, folder: Path, found: dict[str, Any], tu
     field = None
     if turned:
         from compare.render import exaggeration
-        from compare.solve.field_figure import temperatures
+        from compare.solve.field_figure import temperatures, when
 
-        fields, kelvins = outcome.result.details["fields"], temperatures(outcome.scene, outcome.result)
+        fields, kelvins = outcome.result.details["fields"], temperatures(outcome)
         coldest = float(kelvins.min())
         factor = exaggeration(fields.points)
-        field = Field(fields.points, fields.hexes, kelvins - coldest, factor, f"above {coldest:.6g} K")
+        field = Field(fields.points, fields.hexes, kelvins - coldest, factor, f"{when(outcome)}, above {coldest:.6g} K")
     said = " ".join(headline(outcome, Style()).split())
     write_report(folder / "report.html", outcome.scene.name, said, found, field)

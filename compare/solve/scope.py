@@ -22,10 +22,11 @@ UNITS = {"temperature": "K", "potential": "V", "heat_flow": "W", "current": "A"}
 
 @dataclass(frozen=True)
 class SolveRequest:
-    """What the user asked of a run."""
+    """What the user asked of a run, and the command line that did, if it was one."""
 
     figures: bool = True
     fields: bool = False
+    command: str = ""
 
 
 def reported(scene: AnyScene, request: SolveRequest) -> AnyScene:
@@ -70,7 +71,7 @@ def assemble(
     scene: AnyScene, request: SolveRequest, solver_steps: tuple[Step, ...], notes: Mapping[str, str] | None = None
 ) -> tuple[Step, ...]:
     """The whole plan around the solver's lines; ``notes`` says of a figure why it could not be drawn."""
-    when = "steady" if scene.steady else "last"
+    when = "steady" if scene.steady else "hottest moment's"
     drawn = {"field": f"the {when} temperature field, rendered off screen", "traces": "every probe against time"}
     why = {
         **{f"figure {name}": reason for name, reason in (skipped_figures(scene, request) | dict(notes or {})).items()},

@@ -22,6 +22,7 @@ def document(outcome: SolveOutcome) -> dict[str, Any]:
     found = plain(
         {
             "schema": SCHEMA,
+            "command": outcome.request.command or None,
             "scene": as_dict(outcome.scene),
             "plan": [asdict(step) for step in outcome.plan],
             "provenance": provenance(),
@@ -37,8 +38,8 @@ def document(outcome: SolveOutcome) -> dict[str, Any]:
 
 def _fem3d(outcome: SolveOutcome) -> dict[str, Any]:
     """Steady values of the probes with their errors, and that of the field at its worst node over its largest rise,
-    null where it isn't known; of a transient the errors, and the values at the times asked for
-    and the last one."""
+    null where it isn't known; of a transient the errors, the values at the times asked for and
+    the last one, and the range that each probe passes through."""
     scene, result, details = outcome.scene, outcome.result, outcome.result.details
     found: dict[str, Any] = {
         "units": {probe.name: UNITS[probe.quantity] for probe in scene.probes},
@@ -56,8 +57,13 @@ def _fem3d(outcome: SolveOutcome) -> dict[str, Any]:
         found["transient"] = {
             "errors": result.traces.errors,
             "accurate_from_s": details.get("accurate_from_s"),
+            "jumps": details.get("jumps", 0),
             "imbalance": details.get("transient_imbalance"),
             "time_s": times,
             "values": {probe.name: at(result.traces, probe.name, times) for probe in scene.probes},
+            "range": {
+                name: {"end": values[-1], "least": values.min(), "largest": values.max()}
+                for name, values in result.traces.values.items()
+            },
         }
     return found

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from compare.solve.scope import UNITS
 from compare.solve.traces import at
-from compare.table import Style, plan_text, where_text, wrapped
-from compare.words import quantity, with_error
+from compare.table import Style, plan_text, warnings_text, where_text, wrapped
+from compare.words import Column, quantity, with_error
 from scenes.dimensions import TIME
 
 if TYPE_CHECKING:
@@ -24,16 +24,45 @@ if TYPE_CHECKING:
 _NAME = 30
 _PER_BLOCK = 4
 _MOST_TIMES = 20
+_TOLD = 3
+"""How many probes the first line has room for."""
 
 
 def headline(outcome: SolveOutcome, style: Style) -> str:
-    """What was solved, in one line where it fits."""
+    """What the first probes are, then how that was found."""
     scene, details = outcome.scene, outcome.result.details
     what = "steady state" if scene.steady else f"transient to {TIME.show(scene.end_time)}"
     balance = details["energy_imbalance"] if scene.steady else details.get("transient_imbalance")
     closed = f", heat balanced to {balance:.0e}" if balance is not None and np.isfinite(balance) else ""
-    text = f"{scene.name}: {what} in 3D, {details['unknowns']} unknowns{closed}."
-    return style.paint(wrapped(text), "heading")
+    how = f"{what[0].upper()}{what[1:]} in 3D, {details['unknowns']} unknowns{closed}."
+    shown = [_answer(probe, outcome.result, style) for probe in scene.probes[:_TOLD]]
+    more = f" ({len(scene.probes) - _TOLD} more below)" if len(scene.probes) > _TOLD else ""
+    when = "in the steady state" if scene.steady else f"after {TIME.show(scene.end_time)}"
+    said = wrapped(f"{scene.name}: {', '.join(shown)} {when}{more}.")
+    return f"{style.paint(said, 'heading')}\n{wrapped(how)}"
+
+
+def value_text(probe: Probe | GroupProbe, result: Result, style: Style) -> str:
+    """A probe's value with its error: the steady one, or that at the end."""
+    if result.traces is None:
+        found, error = result.steady[probe.name].value, result.steady[probe.name].error
+    else:
+        found, error = float(result.traces.values[probe.name][-1]), result.traces.errors[probe.name]
+    value, bound, unit, _, _ = with_error(found, error, UNITS[probe.quantity])
+    return f"{value} {style.plus_minus} {bound} {unit}"
+
+
+def _answer(probe: Probe | GroupProbe, result: Result, style: Style) -> str:
+    """A probe's name and value, and of a transient the largest size where that is not the end's."""
+    said = f"{probe.name} {value_text(probe, result, style)}"
+    if result.traces is None:
+        return said
+    values, error = result.traces.values[probe.name], result.traces.errors[probe.name]
+    i = int(np.argmax(np.abs(values)))
+    if abs(values[i]) <= abs(values[-1]) + 2 * error:
+        return said
+    unit = UNITS[probe.quantity]
+    return f"{said} (at most {quantity(float(values[i]), unit)}, at {quantity(float(result.traces.time[i]), 's', 3)})"
 
 
 def outcome_text(outcome: SolveOutcome, style: Style, planned: tuple[Step, ...] | None = None) -> str:
@@ -43,8 +72,7 @@ def outcome_text(outcome: SolveOutcome, style: Style, planned: tuple[Step, ...] 
     changed = [step for step in outcome.plan if planned is not None and step not in planned]
     if changed:
         parts.append(plan_text(changed, style).replace("Plan", "As it turned out", 1))
-    parts += [wrapped(f"Warning: {text.rstrip('.')}.") for text in outcome.warnings]
-    parts.append(where_text(outcome.folder, outcome.files, outcome.timing))
+    parts += [*warnings_text(outcome), where_text(outcome)]
     return "\n\n".join(parts)
 
 
@@ -74,34 +102,16 @@ def _line(probe: Probe | GroupProbe, result: Result, style: Style) -> str:
         found = result.steady[probe.name]
         value, error, shown, _, _ = with_error(found.value, found.error, unit)
         return f"  {name:<{_NAME}}{f'{value} {style.plus_minus} {error} {shown}':>26}"
-    values, column = result.traces.values[probe.name], _Column.of(probe, result.traces)
+    values, column = result.traces.values[probe.name], _column(probe, result.traces)
     value, error = column.show(float(values[-1])), column.show_error(result.traces.errors[probe.name])
     few = replace(column, places=min(column.places, 3))
     ends = "".join(f"{few.show(float(v))} {few.unit}".rjust(11) for v in (values.min(), values.max()))
     return f"  {name:<{_NAME}}{f'{value} {style.plus_minus} {error} {column.unit}':>26}{ends}"
 
 
-@dataclass(frozen=True)
-class _Column:
-    """How the values of one trace are written, all alike: times a factor, to the decimals that its error leaves."""
-
-    factor: float
-    places: int
-    unit: str
-
-    @staticmethod
-    def of(probe: Probe | GroupProbe, traces: Traces) -> _Column:
-        largest = float(np.abs(traces.values[probe.name]).max())
-        _, _, unit, places, factor = with_error(largest, traces.errors[probe.name], UNITS[probe.quantity])
-        return _Column(factor, min(places, 6), unit)
-
-    def show(self, value: float) -> str:
-        # Zero is added so that what rounds to zero has no sign.
-        return f"{round(value * self.factor, self.places) + 0.0:.{self.places}f}"
-
-    def show_error(self, error: float) -> str:
-        # Rounded up to the last decimal, so that it stays a bound.
-        return self.show(max(error, 10.0**-self.places / self.factor) if error > 0 else 0.0)
+def _column(probe: Probe | GroupProbe, traces: Traces) -> Column:
+    largest = float(np.abs(traces.values[probe.name]).max())
+    return Column.of(largest, traces.errors[probe.name], UNITS[probe.quantity])
 
 
 def _at_times(outcome: SolveOutcome, style: Style) -> list[str]:
@@ -117,7 +127,7 @@ def _at_times(outcome: SolveOutcome, style: Style) -> list[str]:
         probes: Sequence[Probe | GroupProbe] = scene.probes[first : first + _PER_BLOCK]
         heads = "".join(f"{cut(probe.name, 15):>16}" for probe in probes)
         lines = [style.paint(f"  {'time':<12}{heads}", "heading")]
-        columns = [(_Column.of(probe, traces), at(traces, probe.name, np.array(times))) for probe in probes]
+        columns = [(_column(probe, traces), at(traces, probe.name, np.array(times))) for probe in probes]
         for i, time in enumerate(times):
             row = "".join(f"{c.show(float(values[i]))} {c.unit}".rjust(16) for c, values in columns)
             lines.append(f"  {TIME.show(time):<12}{row}")

@@ -106,7 +106,7 @@ def _solved(work: Work, number: int, given: Sequence[str], earlier: Result | Non
 def _sink(sink: Sink, work: Work, earlier: Result | None) -> tuple[dict[str, Any], dict[str, float] | None, Result]:
     """The columns of a sink, and its 3D result; solved again more accurately while a verdict is open."""
     from compare.scope import OVER_TIME
-    from compare.sink_run import answer
+    from compare.sink_run import compared
     from reduced1d.ladder.levels import Levels
 
     asked = work.asked
@@ -114,7 +114,7 @@ def _sink(sink: Sink, work: Work, earlier: Result | None) -> tuple[dict[str, Any
     request = SinkRequest(transient=over_time, figures=False, reduction=asked.reductions[0])
     first: Result | None = None
     while True:
-        outcome = answer(sink, request, earlier=earlier)
+        outcome = compared(sink, request, earlier)
         fem3d, levels = cast("Result", outcome.fem3d), Levels(sink)
         first = first or fem3d
         dropped = OVER_TIME if asked.steady else ()

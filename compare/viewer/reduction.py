@@ -9,9 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
+from compare.hottest import Hottest
 from reduced1d.equations import parabola
 from scenes.errors import SceneError
 from scenes.loading import from_dict
+from scenes.result import Result
 from scenes.sink import Sink
 
 
@@ -33,6 +35,21 @@ class Reduction:
             end, peak = (float(np.interp(time, self.time, values)) for values in (self.end, self.peak))
         return paint(self.sink, points, end, peak)
 
+    def hottest(self) -> dict[str, Hottest]:
+        """The beam's middle, and the top of an oxide block, at their hottest."""
+        sink = self.sink
+        beam = [0.0, sink.length / 2, sink.thickness / 2]
+        oxide = [0.0, -sink.anchor_distance - sink.oxide_length / 2, -1e-6 * sink.oxide_thickness]
+        points = np.array([beam, oxide])
+        found: dict[str, Hottest] = {}
+        for time in (None, *self.time):
+            rises = self.rise(points, time)
+            for material, rise in zip((sink.silicon, sink.oxide), rises, strict=True):
+                top = Hottest(sink.room_temperature + float(rise), time)
+                if material.name not in found or top.temperature > found[material.name].temperature:
+                    found[material.name] = top
+        return found
+
 
 def paint(sink: Sink, points: np.ndarray, end: float, peak: float) -> np.ndarray:
     """(n,): what the reduction says of the rise at points (n, 3), given its rises of end and peak (K).
@@ -51,6 +68,15 @@ def paint(sink: Sink, points: np.ndarray, end: float, peak: float) -> np.ndarray
     below = deep > 1e-9
     found[below] = end * (1 - share) * (1 - deep[below])
     return found
+
+
+def of_result(sink: Sink, result: Result) -> Reduction:
+    """The 1D model's answer to a sink."""
+    rises = (result.steady["end_rise_K"].value, result.steady["peak_rise_K"].value)
+    if result.traces is None:
+        return Reduction(sink, rises, *[np.empty(0)] * 3)
+    end, peak = (result.traces.values[name] - sink.room_temperature for name in ("end_K", "peak_K"))
+    return Reduction(sink, rises, result.traces.time, end, peak)
 
 
 def of_run(folder: Path) -> Reduction | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -13,11 +14,15 @@ from compare.viewer.source import Source
 from compare.viewer.state import QUANTITIES, View, keys_text, title
 
 MICRO = 1e6
+DIVERGING = "RdBu_r"
 _PANELS = (("rise", "3D"), ("rise_1d", "1D model on the same geometry"), ("difference", "1D less 3D"))
-PLOT = 0.3
-"""The part of the window for the line probe's plot."""
-STRIP = 0.09
-"""The part of the window for the time slider."""
+PLOT, SLIDER, KEYS, TITLE = 3, 4, 5, 6
+"""The parts of the window below and above the panels, numbered on from theirs."""
+PLOT_SHARE = 0.3
+SLIDER_HIGH, TITLE_HIGH, ROW_HIGH, COLUMN_WIDE = 72, 30, 16, 240
+"""In pixels of a window of usual size: of the parts, and of the rows and columns of the list of keys."""
+BAR_WIDE = 120
+"""In pixels of a window of usual size, and no less than an eighth of it: the colour bar at a panel's right."""
 
 
 class Stage:
@@ -28,15 +33,16 @@ class Stage:
         self._ranges: dict[tuple[str, int | None], tuple[float, float]] = {}
         # Any: pyvista's decorators hide from a type checker what its methods take.
         plotter: Any = pv.Plotter
-        self.plotter: Any = plotter(shape=(5, 1), off_screen=off_screen, window_size=list(size), border=False)
-        self._strip = STRIP if not off_screen and len(source.times) > 1 else 0.0
-        self.plotter.renderers[4].SetViewport(0.0, 0.0, 1.0, max(self._strip, 1e-3))
+        self.plotter: Any = plotter(shape=(7, 1), off_screen=off_screen, window_size=list(size), border=False)
+        self._ink = max(1.0, min(size[0] / 1400, size[1] / 800))
+        self._bar = max(0.125, BAR_WIDE * self._ink / size[0])
+        self._slider = not off_screen and len(source.times) > 1
         self.plotter.set_background("white", all_renderers=True)
         for number in range(3):  # not the plot, whose size it would halve
             self.plotter.subplot(number, 0)
             self.plotter.enable_anti_aliasing("ssaa" if off_screen else "msaa", all_renderers=False)
         self._bounds = np.array(source.grid(0).bounds).reshape(3, 2)
-        self._layout: tuple[bool, bool] | None = None
+        self._layout: tuple[bool, bool, bool] | None = None
         self._chart: Any = None
         self._drawn: list[tuple[int, Any]] = []
 
@@ -46,17 +52,17 @@ class Stage:
         self.plotter.suppress_rendering = True
         self._strike()
         panels = _PANELS if view.compare else ((view.quantity, ""),)
-        for number in range(4):
-            self.plotter.subplot(number, 0)
-            self._frame(number, len(panels), view.probe)
-            if number < len(panels):
-                self._panel(view, number, *panels[number])
-        self.plotter.subplot(0, 0)
-        self._texts(view)
+        self._frame(view, len(panels))
+        surface = self._surface(view)
+        lines = surface.extract_feature_edges(30, boundary_edges=True, manifold_edges=False)
+        for number, panel in enumerate(panels):
+            self._panel(view, number, surface.copy(deep=False), lines, *panel)
+        self._text(TITLE, title(view, self.source.name, self.source.times[view.step]), 12, "arial")
+        self._text(KEYS, self._keys(view), 9, "courier")
         self._probe(view)
-        if self._layout != (view.compare, view.probe):
+        if self._layout != (view.compare, view.probe, view.keys):
             self.look(view)
-            self._layout = (view.compare, view.probe)
+            self._layout = (view.compare, view.probe, view.keys)
         self.plotter.suppress_rendering = False
 
     def _strike(self) -> None:
@@ -67,7 +73,7 @@ class Stage:
             self.plotter.renderers[number].remove_actor(actor, render=False)
         self._drawn.clear()
         if self._chart is not None:
-            self.plotter.renderers[3].remove_chart(self._chart)
+            self.plotter.renderers[PLOT].remove_chart(self._chart)
             self._chart = None
 
     def _add(self, number: int, mesh: Any, view: View, **options: Any) -> Any:
@@ -95,31 +101,32 @@ class Stage:
         x0, y0, x1, y1 = self.plotter.renderers[0].GetViewport()
         width, height = self.plotter.window_size
         aspect = width * (x1 - x0) / (height * (y1 - y0))
-        # The lower part of a panel is the colour bar's.
-        bar = 0.34 if view.compare else 0.14
-        self.plotter.camera.parallel_scale = max(high / (1 - bar - 0.1), wide / aspect / 0.94) / 2
-        self.plotter.camera.SetWindowCenter(0.0, -0.8 * bar)
+        # The right of a panel is the colour bar's, its top its name's.
+        top = 0.12 if view.compare else 0.0
+        self.plotter.camera.parallel_scale = max(high / (0.94 - top), wide / aspect / (0.96 - self._bar)) / 2
+        self.plotter.camera.SetWindowCenter(self._bar, top)
         self.plotter.link_views([0, 1, 2])
         for renderer in self.plotter.renderers:
             renderer.camera_set = True  # else the first drawing would set it anew
 
-    def _frame(self, number: int, count: int, probe: bool) -> None:
-        """A panel's part of the window: all of it for one, a third for three; none for those not shown."""
-        bottom = self._strip + (PLOT if probe else 0.0)
-        high = (1.0 - bottom) / count
-        box = (0.0, 1.0 - (number + 1) * high, 1.0, 1.0 - number * high)
-        if number == 3:
-            box = (0.0, self._strip, 1.0, bottom)
-        shown = probe if number == 3 else number < count
-        renderer = self.plotter.renderers[number]
-        renderer.SetDraw(shown)
-        renderer.SetInteractive(shown and number < 3)
-        if shown:
-            renderer.SetViewport(*box)
+    def _frame(self, view: View, count: int) -> None:
+        """Gives each part its place: the title on top, then one panel or three, plot, keys, and the slider."""
+        high = self.plotter.window_size[1]
+        slider = SLIDER_HIGH / high if self._slider else 0.0
+        keys = slider + (self._keys(view).count("\n") + 2) * ROW_HIGH * self._ink / high * view.keys
+        plot = keys + PLOT_SHARE * view.probe
+        top = 1.0 - TITLE_HIGH * self._ink / high
+        each = (top - plot) / count
+        ends = {number: (top - (number + 1) * each, top - number * each) for number in range(count)}
+        ends |= {SLIDER: (0.0, slider), KEYS: (slider, keys), PLOT: (keys, plot), TITLE: (top, 1.0)}
+        for number, renderer in enumerate(self.plotter.renderers):
+            bottom, end = ends.get(number, (0.0, 0.0))
+            renderer.SetDraw(end > bottom)
+            renderer.SetInteractive(number < count)
+            if end > bottom:
+                renderer.SetViewport(0.0, bottom, 1.0, end)
 
-    def _panel(self, view: View, number: int, name: str, words: str) -> None:
-        grid = self.source.grid(view.step)
-        surface = self._surface(grid, view)
+    def _panel(self, view: View, number: int, surface: Any, lines: Any, name: str, words: str) -> None:
         if not surface.n_points:
             return
         data = name
@@ -131,12 +138,14 @@ class Stage:
         if view.compare and name != "difference":
             # One range for both models, so that their colours mean the same.
             low, high = 0.0, max(self._range(model, step)[1] for model in ("rise", "rise_1d"))
-        words = words or QUANTITIES[name][0]
-        unit = QUANTITIES.get(name, ("", "K"))[1]
+        self._text(number, words, 12, "arial")
+        labels = 3 if view.compare else 5
         bar = {
-            "title": f"{words} ({unit})", "n_labels": 2, "fmt": "%.4g", "color": INK, "vertical": False,
-            "width": 0.42, "height": 0.2 if view.compare else 0.06, "position_x": 0.29, "position_y": 0.03,
-            "title_font_size": 15, "label_font_size": 14,
+            # A title of its own each: pyvista would share the bar of two titles that are equal.
+            "title": QUANTITIES.get(name, ("", "K"))[1] + " " * number, "n_labels": labels, "color": INK,
+            "fmt": label_format(low, high, labels), "vertical": True, "width": 0.5 * self._bar, "height": 0.82,
+            "position_x": 1.0 - 0.75 * self._bar, "position_y": 0.06, "title_font_size": round(15 * self._ink),
+            "label_font_size": round(15 * self._ink), "unconstrained_font_size": True,
         }  # fmt: skip
         actor = self._add(
             number, surface, view, scalars=data, cmap=_colours(name), clim=(low, high), nan_color="#d9d9d9",
@@ -145,20 +154,20 @@ class Stage:
         # A little farther from the eye than the lines on it, which would show in parts otherwise.
         actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
         actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, 2.0)
-        lines = surface.extract_feature_edges(30, boundary_edges=True, manifold_edges=False)
         if lines.n_points:
             self._add(number, lines, view, color="#404040", line_width=1.5)
         if view.edges:
-            self._add(number, self._mesh_edges(grid, view), view, color="#303030", line_width=0.7, opacity=0.55)
+            self._add(number, self._mesh_edges(view), view, color="#303030", line_width=0.7, opacity=0.55)
 
     def _scale(self, view: View) -> tuple[float, float, float]:
         return MICRO, MICRO, MICRO * view.factor
 
-    def _surface(self, grid: Any, view: View) -> Any:
+    def _surface(self, view: View, subdivision: int = 2) -> Any:
         """The surface, clipped if asked; quadratic cells are cut into enough triangles to look curved."""
+        grid = self.source.grid(view.step)
         if view.cut:
             grid = self._clipped(grid, view)
-        return grid.extract_surface(algorithm="dataset_surface", nonlinear_subdivision=2)
+        return grid.extract_surface(algorithm="dataset_surface", nonlinear_subdivision=subdivision)
 
     def _clipped(self, grid: Any, view: View) -> Any:
         axis = "xyz".index(view.cut)
@@ -166,11 +175,9 @@ class Stage:
         origin[axis] = self._bounds[axis, 0] + view.place * np.ptp(self._bounds[axis])
         return grid.clip(normal=f"-{view.cut}", origin=tuple(origin), invert=True)
 
-    def _mesh_edges(self, grid: Any, view: View) -> Any:
+    def _mesh_edges(self, view: View) -> Any:
         """The edges of the cells themselves, not those of the triangles that they are drawn by."""
-        found = self._clipped(grid, view) if view.cut else grid
-        surface = found.extract_surface(algorithm="dataset_surface", nonlinear_subdivision=0)
-        return surface.extract_all_edges()
+        return self._surface(view, subdivision=0).extract_all_edges()
 
     def _range(self, name: str, step: int | None) -> tuple[float, float]:
         """The least and the largest value of a state, or of all of them (``None``)."""
@@ -181,7 +188,8 @@ class Stage:
             if name == "difference":
                 high = max(abs(low), abs(high))
                 low = -high
-            low = 0.0 if abs(low) < 1e-9 * abs(high) else low
+            # What is left of a zero by rounding and by the solution's error would be the bar's least readable label.
+            low = 0.0 if abs(low) < 1e-3 * abs(high) else low
             self._ranges[name, step] = (low, high if high > low else low + 1.0)
         return self._ranges[name, step]
 
@@ -190,35 +198,43 @@ class Stage:
         values = np.asarray(state.point_data[name] if name in state.point_data else state.cell_data[name])
         return np.linalg.norm(values, axis=1) if values.ndim > 1 else values
 
-    def _texts(self, view: View) -> None:
-        time = self.source.times[view.step]
-        self._text(title(view, self.source.name, time), 0, 12, "arial")
-        if view.keys:
-            self._text(keys_text(view), 30, 9, "courier")
+    def _keys(self, view: View) -> str:
+        return (
+            keys_text(view, max(1, int(self.plotter.window_size[0] / (COLUMN_WIDE * self._ink)))) if view.keys else ""
+        )
 
-    def _text(self, text: str, down: int, size: int, font: str) -> None:
-        """Text at the first panel's left, some pixels below its top."""
-        _, y0, _, y1 = self.plotter.renderers[0].GetViewport()
-        top = int((y1 - y0) * self.plotter.window_size[1]) - 6 - down
+    def _text(self, number: int, text: str, size: int, font: str) -> None:
+        """Text at a part's upper left."""
+        if not text:
+            return
+        self.plotter.subplot(number, 0)
+        _, low, _, high = self.plotter.renderers[number].GetViewport()
+        top = int((high - low) * self.plotter.window_size[1]) - 6
         actor = self.plotter.add_text(text, position=(10, top), font_size=size, font=font, color=INK, render=False)
-        self._drawn.append((0, actor))
+        self._drawn.append((number, actor))
         actor.prop.justification_vertical = "top"
-        actor.prop.font_size = size + 3
+        actor.prop.font_size = round((size + 3) * self._ink)
 
     def _probe(self, view: View) -> None:
         if not view.probe:
             return
         line = probe.through(self.source, self._bounds)
         self._add(0, pv.lines_from_points(line.points[[0, -1]]), view, color="#2b6cb0", line_width=3)
-        self.plotter.subplot(3, 0)
+        self.plotter.subplot(PLOT, 0)
         self._chart = probe.plot(self.source, line, view)
         self.plotter.add_chart(self._chart)
-        self.plotter.subplot(0, 0)
+
+
+def label_format(low: float, high: float, labels: int) -> str:
+    """A printf format with as many digits as tell a colour bar's labels apart, and three at least."""
+    step = (high - low) / (labels - 1)
+    digits = math.ceil(math.log10(max(abs(low), abs(high)) / step)) + 1
+    return f"%.{min(max(digits, 3), 12)}g"
 
 
 def _colours(name: str) -> Any:
     if name == "difference":
-        return "RdBu_r"
+        return DIVERGING
     from matplotlib.colors import ListedColormap
 
     return ListedColormap(table() / 255)

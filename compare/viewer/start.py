@@ -17,8 +17,9 @@ class NoGraphicsError(ArithmeticError):
     """The machine cannot draw; everything else still works."""
 
 
-def start(asked: dict[str, Any], progress: Callable[[str], None]) -> None:
-    """Draws what is asked; SceneError for bad input, NoGraphicsError where the machine cannot draw."""
+def start(asked: dict[str, Any], progress: Callable[[str], None]) -> list[str]:
+    """Draws what is asked and returns what there is to be said of it; SceneError for bad input, NoGraphicsError where
+    the machine cannot draw."""
     if not asked["off_screen"] and sys.platform.startswith("linux"):
         if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
             raise NoGraphicsError(
@@ -35,12 +36,15 @@ def start(asked: dict[str, Any], progress: Callable[[str], None]) -> None:
     assert process.stdin is not None
     assert process.stdout is not None
     assert process.stderr is not None
+    notes = []
     try:
         process.stdin.write(json.dumps(asked))
         process.stdin.close()
         for line in process.stdout:
             if line.startswith("film "):
                 progress(f"drawing {line.strip()}")
+            elif line.startswith("note "):
+                notes.append(line.removeprefix("note ").strip())
         said = process.stderr.read()
         status = process.wait()
     except BaseException:
@@ -59,6 +63,7 @@ def start(asked: dict[str, Any], progress: Callable[[str], None]) -> None:
             f"the viewer could not draw here ({_why(status, said)}): pyvista needs OpenGL, or a VTK with software "
             "rendering; the run's files are whole, and its report.html shows the field without it"
         )
+    return notes
 
 
 def _why(status: int, said: str) -> str:

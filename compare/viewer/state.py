@@ -95,8 +95,8 @@ KEYS: dict[str, tuple[str, str, Callable[[View], View]]] = {
 closes the window, and r, which resets the camera, for itself."""
 
 
-def keys_text(view: View) -> str:
-    """The keys that do something here, in two columns."""
+def keys_text(view: View, columns: int) -> str:
+    """The keys that do something here, in so many columns, read downwards."""
     idle = set()
     if view.steps < 2:
         idle |= {"space", "Right", "Left", "a"}
@@ -104,11 +104,10 @@ def keys_text(view: View) -> str:
         idle |= {"c"}
     if len(view.quantities) < 2:
         idle |= {"t"}
-    lines = [f"{shown:<6} {what}" for name, (shown, what, _) in KEYS.items() if name not in idle]
-    lines += ["r      reset the camera", "q      close"]
-    half = -(-len(lines) // 2)
-    pairs = zip(lines[:half], [*lines[half:], ""], strict=False)
-    return "\n".join(f"{left:<34}{right}".rstrip() for left, right in pairs)
+    entries = [f"{shown:<6} {what}" for name, (shown, what, _) in KEYS.items() if name not in idle]
+    entries += ["r      reset the camera", "q      close"]
+    rows = -(-len(entries) // columns)
+    return "\n".join("".join(f"{entry:<34}" for entry in entries[row::rows]).rstrip() for row in range(rows))
 
 
 def title(view: View, name: str, time: float | None) -> str:

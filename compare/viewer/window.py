@@ -8,18 +8,23 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from compare.colours import table
 from compare.viewer.source import find
 from compare.viewer.state import KEYS, QUANTITIES, View
 from scenes.errors import SceneError, quoted
 
 FAULT = "fault: "
-FILM = "film "
-FRAMES_PER_SECOND = 4
-HOLD = 6
-"""Frames for which a film stays on its last state."""
+FILM, NOTE = "film ", "note "
+STEPS_PER_SECOND = 4
+"""Stored states that the window plays."""
+FRAMES, FRAMES_PER_SECOND, HOLD = 40, 10, 10
+"""Of a film, the last the frames for which it stays on its end."""
 
 
 def main() -> int:
@@ -37,17 +42,20 @@ def _show(asked: dict[str, Any]) -> None:
     source = find(Path(asked["path"]))
     first = source.grid(0)
     view = begin(asked, source, first)
+    if asked["movie"]:
+        _check_film(view, Path(asked["movie"]))
     from compare.viewer.stage import Stage
 
-    stage = Stage(source, bool(asked["off_screen"]), tuple(asked["size"]))
-    stage.show(view)
-    if asked["screenshot"]:
-        stage.plotter.screenshot(asked["screenshot"])
+    size = tuple(asked["size"])
+    if asked["screenshot"] or not asked["off_screen"]:
+        stage = Stage(source, bool(asked["off_screen"]), size)
+        stage.show(view)
+        if asked["screenshot"]:
+            stage.plotter.screenshot(asked["screenshot"])
     if asked["movie"]:
-        film(stage, view, Path(asked["movie"]))
+        film(Stage(source.evenly(FRAMES, view.quantity), True, size), view, Path(asked["movie"]))
     if not asked["off_screen"]:
         interact(stage, view)
-    stage.plotter.close()
 
 
 def begin(asked: dict[str, Any], source: Any, grid: Any) -> View:
@@ -64,7 +72,7 @@ def begin(asked: dict[str, Any], source: Any, grid: Any) -> View:
     if asked["time"] is not None:
         if any(time is None for time in source.times):
             raise SceneError("--time needs a transient, and this is a steady state")
-        step = min(range(len(source.times)), key=lambda k: abs(source.times[k] - asked["time"]))
+        step = nearest(source.times, asked["time"])
     factor = asked["exaggerate"] or exaggeration(grid.points)
     axis, place = asked["clip"] or ("", 0.5)
     return View(
@@ -74,34 +82,72 @@ def begin(asked: dict[str, Any], source: Any, grid: Any) -> View:
     )  # fmt: skip
 
 
-def film(stage: Any, view: View, path: Path) -> None:
-    """Every stored state in turn, a quarter of a second each, into a .gif or .mp4."""
+def nearest(times: tuple[float, ...], asked: float) -> int:
+    """The stored time next to the one asked for (s), with a note where it is another; SceneError outside of them."""
+    step = min(range(len(times)), key=lambda k: abs(times[k] - asked))
+    there = f"{asked * 1e3:.6g} ms"
+    if not times[0] <= asked <= times[-1] * (1 + 1e-6):
+        raise SceneError(f"--time {there} is not in this run, which goes from {times[0] * 1e3:.4g} to "
+                         f"{times[-1] * 1e3:.4g} ms")  # fmt: skip
+    if abs(times[step] - asked) > 1e-6 * asked:
+        print(f"{NOTE}{there} is not stored: this is {times[step] * 1e3:.4g} ms, the nearest (a run with --field-times "
+              f"{asked * 1e3:.6g}ms stores it)", flush=True)  # fmt: skip
+    return step
+
+
+def _check_film(view: View, path: Path) -> None:
+    """SceneError where a film can't be made, before anything is drawn."""
     if view.steps < 2:
         raise SceneError("--movie needs a transient, and this is one state: run without --steady, view the folder")
+    if path.suffix.lower() == ".mp4":
+        try:
+            import imageio.v2  # noqa: F401
+            import imageio_ffmpeg
+
+            imageio_ffmpeg.get_ffmpeg_exe()
+        except (ImportError, RuntimeError) as error:
+            raise SceneError(
+                f"--movie {quoted(path)} needs the package imageio with its ffmpeg (pip install 'imageio[ffmpeg]'); a "
+                f".gif needs nothing more ({type(error).__name__})"
+            ) from None
+
+
+def film(stage: Any, view: View, path: Path) -> None:
+    """The whole transient at an even pace into a .gif or .mp4."""
     frames = []
-    for step in range(view.steps):
+    view = replace(view, steps=FRAMES, own_scale=False)
+    for step in range(FRAMES):
         stage.show(view.at(step))
         stage.plotter.render()
         frames.append(stage.plotter.screenshot(return_img=True))
-        print(f"{FILM}{step + 1} of {view.steps}", flush=True)
-    frames += [frames[-1]] * HOLD
-    if path.suffix == ".gif":
+        print(f"{FILM}{step + 1} of {FRAMES}", flush=True)
+    if path.suffix.lower() == ".gif":
         from PIL import Image
 
-        images = [Image.fromarray(frame).convert("P", palette=Image.Palette.ADAPTIVE, colors=128) for frame in frames]
-        images[0].save(path, save_all=True, append_images=images[1:], duration=1000 // FRAMES_PER_SECOND, loop=0)
+        colours = _palette()
+        palette = Image.new("P", (1, 1))
+        palette.putpalette(colours)
+        images = [Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
+        each = 1000 // FRAMES_PER_SECOND
+        lasting = [each] * (FRAMES - 1) + [each * (1 + HOLD)]
+        images[0].save(path, save_all=True, append_images=images[1:], duration=lasting, loop=0, palette=bytes(colours))
         return
-    try:
-        import imageio.v2 as imageio
+    import imageio.v2 as imageio
 
-        # The codec wants even sides.
-        even = [frame[: frame.shape[0] // 2 * 2, : frame.shape[1] // 2 * 2] for frame in frames]
-        imageio.mimwrite(path, even, fps=FRAMES_PER_SECOND, macro_block_size=2)
-    except (ImportError, ValueError) as error:
-        raise SceneError(
-            f"--movie {quoted(path)} needs the package imageio with its ffmpeg (the extra movie); a .gif "
-            f"needs nothing more ({type(error).__name__})"
-        ) from None
+    # The codec wants even sides.
+    even = [frame[: frame.shape[0] // 2 * 2, : frame.shape[1] // 2 * 2] for frame in frames + [frames[-1]] * HOLD]
+    imageio.mimwrite(path, even, fps=FRAMES_PER_SECOND, macro_block_size=2)
+
+
+def _palette() -> list[int]:
+    """256 colours for all frames, else they would flicker: those of the field, of the difference, and of ink."""
+    from matplotlib import colormaps
+
+    from compare.viewer.stage import DIVERGING
+
+    inks = np.linspace((34, 34, 34), (255, 255, 255), 24)
+    difference = colormaps[DIVERGING](np.linspace(0, 1, 104))[:, :3] * 255
+    return [int(part) for part in np.concatenate([table()[::2], difference, inks]).round().ravel()]
 
 
 def interact(stage: Any, view: View) -> None:
@@ -117,6 +163,7 @@ def interact(stage: Any, view: View) -> None:
         stage.show(now[0])
         if slider is not None:
             slider.GetRepresentation().SetValue(now[0].step)
+            _say_time(slider, stage.source.times, now[0].step)
         plotter.render()
 
     plotter.reset_key_events()
@@ -130,23 +177,34 @@ def interact(stage: Any, view: View) -> None:
     if view.steps > 1:
         plotter.iren.initialize()
         plotter.iren.add_observer("TimerEvent", tick)
-        plotter.iren.create_timer(1000 // FRAMES_PER_SECOND, repeating=True)
+        plotter.iren.create_timer(1000 // STEPS_PER_SECOND, repeating=True)
     plotter.show(title=f"validate view {stage.source.name}", auto_close=False)
 
 
 def _slider(stage: Any, now: list[View]) -> Any:
-    def moved(value: float) -> None:
+    def moved(value: float, widget: Any) -> None:
         step = round(value)
+        _say_time(widget, stage.source.times, step)
         if step != now[0].step:
             now[0] = now[0].at(step)
             stage.show(now[0])
             stage.plotter.render()
 
-    stage.plotter.subplot(4, 0)
+    from compare.viewer.stage import SLIDER
+
+    stage.plotter.subplot(SLIDER, 0)
     return stage.plotter.add_slider_widget(
-        moved, (0, now[0].steps - 1), value=now[0].step, title="stored time", pointa=(0.2, 0.55), pointb=(0.8, 0.55),
-        fmt="%.0f", style="modern", interaction_event="always", title_height=0.3, slider_width=0.25, tube_width=0.06,
+        moved, (0, now[0].steps - 1), value=now[0].step, title=" ", pointa=(0.2, 0.55), pointb=(0.8, 0.55),
+        style="modern", interaction_event="always", title_height=0.3, slider_width=0.25, tube_width=0.06,
+        pass_widget=True,
     )  # fmt: skip
+
+
+def _say_time(slider: Any, times: tuple[float, ...], step: int) -> None:
+    """Under the slider the stored time that it is at; the number beside it would be only that of the state."""
+    shown = slider.GetRepresentation()
+    shown.ShowSliderLabelOff()
+    shown.SetTitleText(f"{times[step] * 1e3:.4g} ms, stored time {step + 1} of {len(times)}")
 
 
 if __name__ == "__main__":

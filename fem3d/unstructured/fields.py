@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
 
+from fem3d.hex27 import State
 from fem3d.steady import SteadyState
+from fem3d.transient import Transient
 from fem3d.unstructured.level import Level
+from fem3d.unstructured.own_cells import OwnCells
 from meshes.grouped import shapes
 
-_OWN = {"tetra": 4, "tetra10": 10, "hexahedron": 8, "hexahedron20": 20, "hexahedron27": 27}
 _IN_TETRA = (
     (0, 4, 10, 6, 7, 11, 14, 13),
     (1, 5, 10, 4, 8, 12, 14, 11),
@@ -22,18 +23,11 @@ _IN_TETRA = (
 
 
 class MeshFields:
-    """``cells`` (m, nodes) of meshio's type ``cell_type`` on ``own_points`` (n, 3) in m, as in the file; for pictures
-    ``points`` and ``hexes`` (m, 8), where ``steady`` and ``at`` are temperatures (K)."""
+    """For pictures ``points`` (n, 3) in m and ``hexes`` (m, 8), where ``steady`` and ``at`` are temperatures (K); for
+    files ``quadratic``."""
 
-    def __init__(
-        self, level: Level, state: SteadyState | None, rises: Callable[[np.ndarray], np.ndarray] | None
-    ) -> None:
-        self._level, self._state, self._rises = level, state, rises
-        mesh = level.given.mesh
-        self.cell_type = mesh.file_type
-        own = mesh.cells[:, : _OWN[self.cell_type]]
-        used, local = np.unique(own, return_inverse=True)
-        self.own_points, self.cells = mesh.points[used], np.asarray(local.reshape(own.shape), int)
+    def __init__(self, level: Level, state: SteadyState | None, transient: Transient | None) -> None:
+        self._level, self._state, self._transient = level, state, transient
 
     @property
     def material_names(self) -> list[str]:
@@ -41,30 +35,18 @@ class MeshFields:
         return [m.name for m in self._level.given.materials]
 
     @property
-    def material(self) -> np.ndarray:
-        """(m,): the material of each cell."""
-        return self._level.given.body
+    def has_steady(self) -> bool:
+        """Whether the run has a steady state."""
+        return self._state is not None
 
-    def own_values(self, field: np.ndarray) -> np.ndarray:
-        """(..., n): a field at the nodes of the solution as one at the file's points."""
-        mesh = self._level.given.mesh
-        unknown = self._level.at_file_nodes(mesh.order)[:, : _OWN[self.cell_type]]
-        found = np.empty((*field.shape[:-1], len(self.own_points)))
-        found[..., self.cells.ravel()] = field[..., unknown.ravel()]
-        return found
-
-    def own_steady(self) -> dict[str, np.ndarray]:
-        """At the file's points: temperature (K) and, where there is one, potential (V)."""
-        found = {"temperature": self._initial + self.own_values(self._steady_rise)}
-        if self._state is not None and self._state.conductor is not None:
-            found["potential"] = self.own_values(self._state.hot_potential)
-        return found
-
-    def own_at(self, times: np.ndarray) -> np.ndarray:
-        """(times, n): temperatures (K) at the file's points; ValueError where the run has no transient."""
-        if self._rises is None:
-            raise ValueError("the run has no transient")
-        return self._initial + self.own_values(self._rises(times))
+    def quadratic(self, times: np.ndarray, accuracy: float) -> OwnCells:
+        """The file's own cells, whatever the ``accuracy``, with the steady state, if there is one, and some times (s),
+        in this order; ValueError for times where the run has no transient."""
+        inputs = self._level.heat.inputs
+        states = [] if self._state is None else [State(self._state.rise, inputs.at(np.zeros(1))[0])]
+        if len(times):
+            states += [State(*pair) for pair in zip(self._rises(times), inputs.at(times), strict=True)]
+        return OwnCells(self._level, states)
 
     @property
     def _initial(self) -> float:
@@ -75,6 +57,11 @@ class MeshFields:
         if self._state is None:
             raise ValueError("the run has no steady state")
         return self._state.rise
+
+    def _rises(self, times: np.ndarray) -> np.ndarray:
+        if self._transient is None:
+            raise ValueError("the run has no transient")
+        return self._transient.rises(np.asarray(times, float))
 
     @cached_property
     def _drawn(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -103,9 +90,13 @@ class MeshFields:
 
     def at(self, times: np.ndarray) -> np.ndarray:
         """(times, n) in K; ValueError where the run has no transient."""
-        if self._rises is None:
-            raise ValueError("the run has no transient")
-        return self._initial + self._sampled(self._rises(np.asarray(times, float)))
+        return self._initial + self._sampled(self._rises(times))
+
+    @property
+    def material(self) -> np.ndarray:
+        """(m,): the material of each hexahedron."""
+        own = self._level.heat.placed.body
+        return np.repeat(own, len(self.hexes) // len(own))
 
     def _sampled(self, rises: np.ndarray) -> np.ndarray:
         at, space = self._drawn[0], self._level.heat.space

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fem3d import steady
+from fem3d import currents, steady
 from fem3d.steady import SteadyState
 from fem3d.study import Study
 from fem3d.unstructured import course, errors, goals, outputs
@@ -29,6 +29,8 @@ def solve(scene: MeshScene, progress: Callable[[str], None] | None = None) -> Re
     scene, a warning says so. Raises SceneError where mesh and scene do not fit, RunawayError where no steady
     state exists, NumericsError where the numerics fail.
     """
+    if not scene.steady and not asks.heat(scene):
+        return currents.over_time(scene, lambda alone: solve(alone, progress), plan(scene))
     say = progress or (lambda _: None)
     placed = _placed(scene)
     study = goals.study(placed)
@@ -77,7 +79,7 @@ def _steady(placed: Placed, study: Study, say: Callable[[str], None]) -> Result:
 def _transient(placed: Placed, study: Study, say: Callable[[str], None]) -> Result:
     found = course.solve(placed, study, say)
     level = found.level
-    fields = MeshFields(level, None, found.response.transient.rises)
+    fields = MeshFields(level, None, found.response.transient)
     details = _details(level, found.relative, study, found.levels, fields)
     details |= {
         "steps": len(found.response.transient.trajectory.steps),
@@ -93,9 +95,10 @@ def _details(
     level: Level, relative: dict[str, float], study: Study, levels: int, fields: MeshFields
 ) -> dict[str, Any]:  # fmt: skip
     given, conductor = level.given, level.conductor
+    electric = 0 if conductor is None else len(conductor.free)
     return {
-        "unknowns": level.heat.free,
-        "electric_unknowns": 0 if conductor is None else len(conductor.free),
+        "unknowns": level.heat.free if asks.heat(given.scene) else electric,
+        "electric_unknowns": electric,
         "levels": levels,
         "symmetry": "whole",
         "warnings": _warnings(relative, study, level),
@@ -110,9 +113,12 @@ def _warnings(relative: dict[str, float], study: Study, level: Level) -> list[st
     if not over:
         return []
     worst = max(over, key=lambda name: over[name])
+    shown = f"{over[worst]:.1g}" if over[worst] > 2 * study.accuracy else f"{over[worst]:.3g}"
+    if float(shown) <= study.accuracy:
+        shown = f"just over {shown}"
     names = f"{len(over)} of {len(relative)} probes are" if len(over) > 1 else f'probe "{worst}" is'
     return [
-        f"{names} less accurate than the {study.accuracy:g} asked for, {worst} with an estimated {over[worst]:.1g}, on "
+        f"{names} less accurate than the {study.accuracy:g} asked for, {worst} with an estimated {shown}, on "
         f"this mesh with elements of {level.words}; give a finer mesh, above all at edges, corners and the rims of "
         "electrodes and fixed temperatures"
     ]
@@ -160,7 +166,9 @@ def _plan(placed: Placed, level: Level | None) -> tuple[Step, ...]:
     if scene.steady:
         steps.append(Step("steady state", "done", f"errors estimated, and compared with {scene.accuracy:g}"))
         steps.append(Step("transient", "skipped", "only the steady state was asked for"))
-    else:
+    elif asks.heat(scene):
         steps.append(Step("steady state", "skipped", "only the transient was asked for"))
         steps.append(Step("transient", "done", f"to {scene.end_time:g} s, projected on Krylov fields"))
+    else:
+        steps += currents.plan(scene)
     return tuple(steps)

@@ -5,11 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from reduced1d.device.march import CEILING, March
-from reduced1d.device.stability import is_stable, stability
+from reduced1d.device.stability import Stability, stability
 from reduced1d.device.steady import steady
 from scenes.device import Device
 
 ELEMENTS = ("sink", "sensor")
+MARGIN = 2.0
+"""The gain margin below which a loop counts as near instability: 6 dB is the least that textbooks of control ask for
+(Franklin, Powell and Emami-Naeini, Feedback Control of Dynamic Systems, section 6.4)."""
 
 
 def findings(device: Device, run: March, error: float, goal: float) -> tuple[str, ...]:
@@ -49,16 +52,38 @@ def _limiter(run: March, h: float) -> list[str]:
     found = []
     for e, name in enumerate(ELEMENTS):
         at = np.flatnonzero(run.limited[:, e])
-        if len(at):
-            found.append(
-                f"the limit V >= 0 held the {name} at {len(at)} samples, first at {at[0] * h:.6g} s, last at "
-                f"{at[-1] * h:.6g} s"
-            )
+        if len(at) == len(run.limited):
+            found.append(f"the limit V >= 0 held the {name} at every sample: it never got any power")
+        elif len(at):
+            many = f"{len(at)} of {len(run.limited)} samples, from {at[0] * h:.6g} s to {at[-1] * h:.6g} s"
+            found.append(f"the limit V >= 0 held the {name} at {many if len(at) > 1 else f'{at[0] * h:.6g} s'}")
     return found
 
 
-def _limit(element: str, gain: float) -> str:
-    return f"the {element} is stable up to {gain:.4g} V" if gain > 0 else f"no gain of the {element} is stable"
+def shown(eigenvalue: complex) -> str:
+    """An eigenvalue: "-1.21 (alternating)", or the size of a pair of complex ones."""
+    if eigenvalue.imag:
+        return f"{abs(eigenvalue):.4g} in size (oscillating)"
+    return f"{eigenvalue.real:.4g}{' (alternating)' if eigenvalue.real < 0 else ''}"
+
+
+def loop_text(device: Device, about: Stability) -> str:
+    """Whether the loop is unstable or near it, with its largest eigenvalue and the gains' limits; empty for neither."""
+    gains = {name: getattr(device.control, f"{name}_gain") for name in ELEMENTS}
+    limits = {name: getattr(about, f"{name}_gain_limit") for name in ELEMENTS}
+    near = [name for name in ELEMENTS if gains[name] * MARGIN > limits[name]]
+    if about.stable and not near:
+        return ""
+    said = "the loop is near instability" if about.stable else "the loop is unstable"
+    listed = [
+        f"the {name}'s gain of {gains[name]:.4g} V is {gains[name] / limits[name]:.3g} times its largest stable one"
+        if limits[name] > 0 else f"no gain of the {name} is stable"
+        for name in near
+    ]  # fmt: skip
+    said += f": its largest eigenvalue per sample is {shown(about.eigenvalue)}"
+    if not about.stable:
+        said += f": small disturbances grow at {about.growth_rate:.4g} 1/s"
+    return f"{said}; {' and '.join(listed)}, each with the other gain as it is"
 
 
 def _steady(device: Device, name: str, temperature: float) -> list[str]:
@@ -69,12 +94,7 @@ def _steady(device: Device, name: str, temperature: float) -> list[str]:
                 f"at the {name} outer temperature, {temperature:g} K, the {element} needs no power: it settles at "
                 f"{getattr(state, f'{element}_K'):.6g} K instead of the set {device.control.set_temperature:g} K"
             )
-    if not is_stable(device, temperature):
-        about = stability(device, temperature)
-        found.append(
-            f"the loop is unstable about the steady state at the {name} outer temperature, {temperature:g} K: small "
-            f"disturbances grow at {about.growth_rate:.4g} 1/s, by a factor {about.radius:.4g} per sample; "
-            + " and ".join(_limit(name, getattr(about, f"{name}_gain_limit")) for name in ELEMENTS)
-            + ", each with the other gain as it is"
-        )
+    said = loop_text(device, stability(device, temperature))
+    if said:
+        found.append(f"about the steady state at the {name} outer temperature, {temperature:g} K, {said}")
     return found

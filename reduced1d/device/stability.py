@@ -31,13 +31,16 @@ class Plant:
     set_rise: float
     sample_time: float
 
-    def radius(self, gain: np.ndarray) -> float:
-        """Spectral radius of the closed loop with these gains (V) of (sink, sensor): stable below 1."""
+    def eigenvalue(self, gain: np.ndarray) -> complex:
+        """The eigenvalue of largest size of the closed loop with these gains (V) of (sink, sensor), per sample: stable
+        below 1 in size; negative where the loop swings from sample to sample."""
         at = np.flatnonzero(self.active & (np.asarray(gain) > 0))
         feedback = -np.asarray(gain)[at, None] / self.set_rise * self.out[at]
         inlet = self.inlet[:, at]
         loop = np.block([[self.a + inlet @ feedback, inlet], [feedback, np.eye(len(at))]])
-        return float(np.abs(np.linalg.eigvals(loop)).max())
+        found = np.linalg.eigvals(loop)
+        largest = complex(found[np.abs(found).argmax()])
+        return complex(largest.real, abs(largest.imag))
 
 
 def plant(device: Device, external: float | None = None) -> Plant:
@@ -61,10 +64,11 @@ def plant(device: Device, external: float | None = None) -> Plant:
 
 @dataclass(frozen=True)
 class Stability:
-    """Spectral radius of the loop at its gains, its growth rate in 1/s (negative: it decays), and the largest stable
-    gain (V) of each controller with the other at its own gain; infinite where no gain below 1e6 V is unstable."""
+    """The loop's eigenvalue of largest size per sample, its growth rate in 1/s (negative: it decays), and the largest
+    stable gain (V) of each controller with the other at its own gain; infinite where no gain below 1e6 V is unstable.
+    """
 
-    radius: float
+    eigenvalue: complex
     growth_rate: float
     sink_gain_limit: float
     sensor_gain_limit: float
@@ -72,23 +76,21 @@ class Stability:
     @property
     def stable(self) -> bool:
         """Whether small disturbances die out."""
-        return self.radius < 1
+        return abs(self.eigenvalue) < 1
 
 
 def stability(device: Device, external: float | None = None) -> Stability:
     """Stability of a device's controllers about the steady state at an outer temperature (K)."""
     system, control = plant(device, external), device.control
     gains = np.array([control.sink_gain, control.sensor_gain])
-    radius = system.radius(gains)
-    return Stability(
-        radius, float(np.log(radius) / control.sample_time), gain_limit(system, gains, 0), gain_limit(system, gains, 1)
-    )
+    largest = system.eigenvalue(gains)
+    rate = float(np.log(abs(largest)) / control.sample_time)
+    return Stability(largest, rate, gain_limit(system, gains, 0), gain_limit(system, gains, 1))
 
 
-def is_stable(device: Device, external: float | None = None) -> bool:
-    """Whether small disturbances of the steady state at an outer temperature (K) die out."""
-    control = device.control
-    return plant(device, external).radius(np.array([control.sink_gain, control.sensor_gain])) < 1
+def largest_eigenvalue(device: Device, external: float | None = None) -> complex:
+    """That of ``stability`` alone, which takes a fraction of the time."""
+    return plant(device, external).eigenvalue(np.array([device.control.sink_gain, device.control.sensor_gain]))
 
 
 def gain_limit(system: Plant, gains: np.ndarray, element: int) -> float:
@@ -98,7 +100,7 @@ def gain_limit(system: Plant, gains: np.ndarray, element: int) -> float:
     """
 
     def stable(gain: float) -> bool:
-        return system.radius(np.where(np.arange(2) == element, gain, gains)) < 1
+        return abs(system.eigenvalue(np.where(np.arange(2) == element, gain, gains))) < 1
 
     if not stable(0.0):
         return 0.0

@@ -18,17 +18,17 @@ def export(levels: Levels, reduction: str, folder: Path) -> Path:
     can't be written, RunawayError where the sink has no steady state.
     """
     from reduced1d.export.as_json import as_json
-    from reduced1d.export.as_python import as_python
+    from reduced1d.export.as_python import as_python, write_module
     from reduced1d.export.as_spice import as_spice
     from reduced1d.export.circuit import circuit_of
     from reduced1d.ladder import few_states_of
 
     circuit = circuit_of(levels, few_states_of(reduction))
-    texts = {"json": as_json(circuit), "py": as_python(circuit), "cir": as_spice(circuit)}
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for suffix, text in texts.items():
-            (folder / f"sink_model.{suffix}").write_text(text, encoding="utf-8")
+        (folder / "sink_model.json").write_text(as_json(circuit), encoding="utf-8")
+        (folder / "sink_model.cir").write_text(as_spice(circuit), encoding="utf-8")
+        write_module(folder / "sink_model.py", as_python(circuit))
     except OSError as error:
         raise SceneError(
             f"export folder {quoted(folder)} cannot be written ({reason(error)}): give another with --export"

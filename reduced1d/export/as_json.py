@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from math import isfinite
 
 from reduced1d.export.circuit import Circuit
 
@@ -31,6 +32,7 @@ def as_json(circuit: Circuit) -> str:
         "validity": {
             "text": circuit.validity,
             "largest_voltage_V": abs(circuit.voltage),
+            "highest_temperature_K": circuit.valid_to if isfinite(circuit.valid_to) else None,
             "first_time_s": circuit.first_time,
             "deviation_from_plate": circuit.deviations,
             "checked_at_V": list(circuit.checked),

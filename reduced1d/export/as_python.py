@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
+from math import isfinite
+from pathlib import Path
 
 from reduced1d.export.circuit import Circuit
 
@@ -10,6 +13,7 @@ _TEMPLATE = '''\
 """Heated sink "{scene}": {name}, {states} states, from rest at room temperature, without any package.
 Valid {validity}."""
 from math import exp
+from warnings import warn
 
 C = {capacity}  # J/K
 G = {conductance}  # W/K
@@ -17,6 +21,7 @@ S = {source}  # W/A^2
 F = {feedback}  # W/A^2
 R0, ALPHA, ROOM = {resistance}, {coefficient}, {room}  # ohm, 1/K, K
 ROWS = {{{rows}}}
+LIMITS = {volts}, {hottest}  # V, K: what the model was checked up to, and where silicon melts
 
 
 def sink(times, voltage={voltage}, longest_step={longest}):
@@ -39,21 +44,34 @@ def sink(times, voltage={voltage}, longest_step={longest}):
         for name, row in ROWS.items():
             found[name].append(ROOM + sum(r * x for r, x in zip(row, T)))
         found["current_A"].append(current(t, T))
+    for unit, values, limit in zip("VK", ([abs(volts(t)) for t in times], found["peak_K"]), LIMITS):
+        if max(values, default=0.0) > limit * (1 + 1e-9):
+            warn(f"{{max(values):.6g}} {{unit}} is past the model's range, up to {{limit:.6g}} {{unit}}", stacklevel=2)
     return found
 '''
 
 
 def as_python(circuit: Circuit) -> str:
-    """The file's text: the model's numbers and one function of 25 lines."""
+    """The file's text: the model's numbers and one function of 28 lines."""
     feedback = ",\n     ".join(_list(row) for row in circuit.feedback)
     return _TEMPLATE.format(
         scene=circuit.scene.replace("\\", "/").replace('"', "'"), name=circuit.name, states=circuit.states,
         validity=circuit.validity, capacity=_list(circuit.capacity), conductance=_list(circuit.conductance),
         source=_list(circuit.source), feedback=f"[{feedback}]", resistance=f"{circuit.resistance:.12g}",
         coefficient=repr(circuit.coefficient), room=repr(circuit.room_temperature), voltage=repr(circuit.voltage),
-        longest=repr(circuit.end_time / 200),
+        longest=repr(circuit.end_time / 200), volts=repr(abs(circuit.voltage)),
+        hottest=f'{circuit.valid_to:.12g}' if isfinite(circuit.valid_to) else 'float("inf")',
         rows=",\n        ".join(f'"{key}_K": {_list(row)}' for key, row in circuit.outputs.items()),
     )  # fmt: skip
+
+
+def write_module(path: Path, text: str) -> None:
+    """Writes a Python file that is newer than the one that it replaces by a second at least: Python tells whether its
+    compiled copy is stale by size and whole seconds alone. Raises OSError."""
+    before = int(path.stat().st_mtime) if path.exists() else 0
+    path.write_text(text, encoding="utf-8")
+    if int(path.stat().st_mtime) <= before:
+        os.utime(path, (before + 1, before + 1))
 
 
 def _list(numbers: Iterable[float]) -> str:

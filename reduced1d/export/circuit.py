@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,7 +21,8 @@ class Circuit:
     ``capacity`` (n,) in J/K, ``conductance`` (n,) in W/K, ``source`` (n,) in ohm, ``feedback`` (n, n) in ohm,
     ``resistance`` in ohm, ``coefficient`` in 1/K; ``outputs`` (n,) give rises in K. The rest says where it is valid:
     up to the ``voltage`` (V), from the ``first_time`` (s) on, to within ``deviations`` of the plate's final rises and
-    change of current, found at the voltages ``checked``; ``remarks`` are where the plate itself is in doubt.
+    change of current, found at the voltages ``checked``; ``remarks`` are where the plate itself is in doubt, and
+    ``valid_to`` (K, infinite where nobody says) is where the silicon melts.
     """
 
     name: str
@@ -39,6 +41,7 @@ class Circuit:
     deviations: dict[str, float]
     checked: tuple[float, ...]
     remarks: tuple[str, ...]
+    valid_to: float
 
     @property
     def states(self) -> int:
@@ -70,7 +73,7 @@ def circuit_of(levels: Levels, name: str) -> Circuit:
         {key: model.outputs[key] / unit for key in ("peak", "end", "mean")},
         sink.room_temperature, sink.voltage, FIRST_TIME, sink.end_time,
         _deviations(model, plate, sink.end_time, checked),
-        checked, tuple(warnings(sink, levels.fine.remainder)),
+        checked, tuple(warnings(sink, levels.fine.remainder)), sink.silicon.valid_to or math.inf,
     )  # fmt: skip
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from reduced1d import ladder
@@ -19,18 +19,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Rung:
-    """A model, and the one assumption that the model after it drops: its ``blame`` for tables, and a sentence's part
-    that says what the assumption is."""
+    """A model, and the one assumption that the model after it drops: its ``blame`` for tables, a sentence's part that
+    says what the assumption is, and what in the model is ``at_fault``."""
 
     name: str
     blame: str
     says: str
+    at_fault: str
 
 
 def rungs(levels: Levels, start: str = "paper") -> list[Rung]:
     """From a reduction (its canonical name) up to the plate, after which only the 3D model is left."""
     if start.startswith("moments:"):
-        return [Rung(start, "few states", "the plate's response is made of a few fields"), _PLATE]
+        return [replace(_FEW, name=start), _PLATE]
     names = [rung.name for rung in _ALL]
     found = _ALL[names.index(start) :]
     if levels.sink.electrodes == "beam-end":
@@ -47,16 +48,35 @@ def solve(levels: Levels, rung: Rung, steady_only: bool, times: np.ndarray | Non
 
 
 _WITHOUT_CIRCUIT = "fin-massless, no current in the pads"
-_PLATE = Rung("plate", "rest (thin plate)", "the silicon layer is averaged over its thickness")
+_PLATE = Rung(
+    "plate", "rest (thin plate)", "the silicon layer is averaged over its thickness",
+    "the average over the layer's thickness",
+)  # fmt: skip
+_FEW = Rung("moments", "few states", "the plate's response is made of a few fields", "the small number of states")
 _ALL = [
-    Rung("paper", "anchor resistance", "eq 14 takes the anchor for two prisms in series"),
-    Rung("anchored", "fixed parabola", "eq 9 holds the profile to a steady parabola at every instant"),
-    Rung(_WITHOUT_CIRCUIT, "pads in the circuit", "the pads carry the current too, and the model has none there"),
-    Rung("fin-massless", "pad capacity", "the pads are taken to hold no heat"),
-    Rung("fin, pad capacity only", "oxide capacity", "the oxide is taken to hold no heat"),
-    Rung("fin", "anchor as one node", "the anchor warms up in one fixed shape"),
+    Rung(
+        "paper", "anchor resistance", "eq 14 takes the anchor for two prisms in series",
+        "the anchor resistance (eq 14)",
+    ),
+    Rung(
+        "anchored", "fixed parabola", "eq 9 holds the profile to a steady parabola at every instant",
+        "the fixed parabola (eq 9)",
+    ),
+    Rung(
+        _WITHOUT_CIRCUIT, "pads in the circuit", "the pads carry the current too, and the model has none there",
+        "the missing current in the pads",
+    ),
+    Rung("fin-massless", "pad capacity", "the pads are taken to hold no heat", "the pads' missing heat capacity"),
+    Rung(
+        "fin, pad capacity only", "oxide capacity", "the oxide is taken to hold no heat",
+        "the oxide's missing heat capacity",
+    ),
+    Rung("fin", "anchor as one node", "the anchor warms up in one fixed shape", "the anchor taken as one node"),
     _PLATE,
-]
+]  # fmt: skip
+AT_FAULT = {rung.blame: rung.at_fault for rung in (*_ALL, _FEW)}
+"""What is at fault, by its ``blame``."""
+
 _BETWEEN: dict[str, Callable[[Level], FewStates]] = {
     _WITHOUT_CIRCUIT: lambda level: level.fin(False, False, circuit=False),
     "fin, pad capacity only": lambda level: level.fin(oxide_capacity=False),

@@ -22,6 +22,14 @@ def heat_sources(scene: AnyScene) -> tuple[tuple[str, Value], ...]:
     return tuple((f"box {quoted(b.name)}", b.heat_source) for b in scene.boxes)
 
 
+def driving(scene: AnyScene) -> tuple[Value, ...]:
+    """Every value that drives the scene, and may vary in time."""
+    return (
+        *(value for b in scene.boundaries for value in (b.value, b.ambient)),
+        *(value for _, value in heat_sources(scene)),
+    )
+
+
 def electric(scene: AnyScene) -> bool:
     """Whether potentials and currents are asked for: there is an electrode, or a probe of them."""
     return any(b.kind == "voltage" for b in scene.boundaries) or any(

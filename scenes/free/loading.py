@@ -16,7 +16,7 @@ from scenes.loading import file_name, file_text, toml
 from scenes.meshed import build as meshed
 from scenes.meshed import tables as meshed_tables
 
-__all__ = ["as_dict", "check", "from_dict", "load"]
+__all__ = ["as_dict", "check", "from_dict", "load", "overridden"]
 
 
 def load(source: str | Path, overrides: Sequence[str] = ()) -> AnyScene:
@@ -39,6 +39,12 @@ def from_dict(
     if "mesh" in given:
         return meshed.build(found, name, folder)
     return check(build.build(found, name))
+
+
+def overridden(scene: AnyScene, overrides: Sequence[str]) -> AnyScene:
+    """A scene with "KEY=VALUE" overrides put over it as `load` puts them over a file's, checked; raises SceneError."""
+    found = as_dict(scene)
+    return from_dict(override(found, overrides, tables_of(found)), scene.name, getattr(scene, "folder", ""))
 
 
 def values(given: Mapping[str, Any], overrides: Sequence[str] = ()) -> document.Document:

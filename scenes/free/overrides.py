@@ -5,10 +5,14 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping, Sequence
+from math import inf
 from typing import Any
 
+from scenes.dimensions import TIME
 from scenes.errors import SceneError, did_you_mean, printable, quoted
 from scenes.free.document import Tables, label_of
+from scenes.free.kinds import Instants
+from scenes.kinds import Quantity
 from scenes.overrides import toml_value
 
 _COORDINATES = ("x", "y", "z")
@@ -17,7 +21,9 @@ _COORDINATES = ("x", "y", "z")
 def override(document: Mapping[str, Any], settings: Sequence[str], tables: Tables) -> dict[str, Any]:
     """A nested document with the settings put over it, in their order; the one that is given stays as it is.
 
-    Raises SceneError for a setting without "=" or value, and for a table or an item that does not exist.
+    How long a run lasts is said in one way: a setting of it takes the place of what the document says of that, and of
+    those output times that lie beyond. Raises SceneError for a setting without "=" or value, and for a table or an item
+    that does not exist.
     """
     found = copy.deepcopy(dict(document))
     for setting in settings:
@@ -38,7 +44,26 @@ def override(document: Mapping[str, Any], settings: Sequence[str], tables: Table
                 f"{printable(key)} = {quoted(text)} is not a key of {tables.called}: give {', '.join(known)}"
                 f"{did_you_mean(table, (*tables.sections, *tables.lists))}"
             )
+    _time(found, {setting.partition("=")[0].strip() for setting in settings})
     return found
+
+
+def _time(found: dict[str, Any], given: set[str]) -> None:
+    """Leaves out of [run] what contradicts a steady or an end_time that was ``given``; what else does is refused."""
+    run = found.get("run")
+    if not isinstance(run, dict) or {"run.steady", "run.end_time"} <= given:
+        return
+    if "run.steady" in given and run["steady"] is True:
+        found["run"] = {
+            key: v for key, v in run.items() if key not in ("end_time", "output_times") or f"run.{key}" in given
+        }
+    elif "run.end_time" in given:
+        run.pop("steady", None)
+        if "output_times" in run and "run.output_times" not in given:
+            end = Quantity(TIME, 0.0, inf).read("run.end_time", run["end_time"]) or 0.0
+            run["output_times"] = [t for t in Instants().read("run.output_times", run["output_times"]) if t <= end]
+            if not run["output_times"]:
+                del run["output_times"]
 
 
 def _find(table: str, rest: str, items: object) -> tuple[dict[str, Any], list[str]]:

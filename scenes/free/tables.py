@@ -9,7 +9,7 @@ from __future__ import annotations
 from scenes import dimensions as d
 from scenes.free.document import Tables
 from scenes.free.kinds import KELVIN, Convection, Instants, Label, Place, Varying
-from scenes.keys import ACCURACY
+from scenes.keys import ACCURACY, VALID_TO
 from scenes.kinds import Choice, Kind, Name, Quantity, Switch
 
 POINT = Place(Quantity(d.LENGTH, 0.0, 1e4, signed=True))
@@ -44,6 +44,7 @@ LISTS: dict[str, dict[str, Kind]] = {
         "resistivity": Quantity(d.RESISTIVITY, 1e-12, 1e9, word="insulator"),
         "temperature_coefficient": Quantity(d.TEMPERATURE_COEFFICIENT, 0.0, 1.0, signed=True),
         "reference_temperature": KELVIN,
+        "valid_to": VALID_TO,
     },
     "box": {
         "name": Label(),

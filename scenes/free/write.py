@@ -46,7 +46,7 @@ def _material(material: Material, needed: tuple[str, ...]) -> dict[str, Any]:
     found["resistivity"] = LISTS["material"]["resistivity"].write(material.resistivity)
     if material.resistivity is not None:
         found |= {key: getattr(material, key) for key in ("temperature_coefficient", "reference_temperature")}
-    return found
+    return found if material.valid_to is None else found | {"valid_to": material.valid_to}
 
 
 def _box(box: Box) -> dict[str, Any]:

@@ -15,6 +15,8 @@ ASKED = {
     "validate si": {"sink"},
     "validate sink --vol": {"--voltage"},
     "validate sink --only ": {"3d", "1d"},
+    "validate sink --reduction ": {"paper", "anchored", "fin-massless", "fin", "plate", "moments"},
+    "validate sink --reduction pl": {"plate"},
     "validate sink --set sink.wid": {"sink.width="},
     "validate device --set control.samp": {"control.sample_time="},
     "validate view --sho": {"--show"},

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import errno
 import json
+import os
 from pathlib import Path
 
 import pytest
 
 from compare import folder as module
-from compare.folder import Folder, results_folder
+from compare.asked import SinkRequest
+from compare.folder import Folder
+from compare.names import of_sink
 from scenes.errors import SceneError
 from scenes.sink import Sink
 
@@ -26,7 +30,7 @@ def names(folder: Path) -> set[str]:
 
 
 def test_default_name() -> None:
-    assert results_folder(Sink(voltage=2.0, width=20e-6)) == Path("results/sink-2V-width20um")
+    assert of_sink(Sink(voltage=2.0, width=20e-6), SinkRequest()) == Path("results/sink-2V-width20um")
 
 
 @pytest.mark.parametrize("exchange", [True, False])
@@ -53,6 +57,23 @@ def test_a_failure_leaves_everything_as_it_was(tmp_path: Path) -> None:
         (folder.partial / "summary.json").rename(folder.partial / "missing" / "summary.json")
     assert (target / "summary.json").read_text() == SUMMARY
     assert names(target.parent) == {"run"}
+
+
+def test_a_full_disk_names_the_file(tmp_path: Path) -> None:
+    """The system names none where writing fails, as against opening."""
+
+    def written(number: int, name: str | None) -> None:
+        with Folder(tmp_path / "run") as folder:
+            (folder.partial / "figure7.png").write_text("done")
+            os.utime(folder.partial / "figure7.png", (0, 0))
+            (folder.partial / "traces.csv").write_text("half")
+            raise OSError(number, os.strerror(number), name)
+
+    with pytest.raises(SceneError, match=r'run/traces\.csv" cannot be written \(No space left'):
+        written(errno.ENOSPC, None)
+    assert names(tmp_path) == set()
+    with pytest.raises(FileNotFoundError):
+        written(errno.ENOENT, "my-scene.toml")
 
 
 @pytest.mark.parametrize("made", ["foreign", "file", "under a file", "broken summary"])

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from html import unescape
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -117,3 +119,86 @@ def test_importing_costs_nothing() -> None:
     code = f"import sys, scenes, compare\nprint(sorted({heavy} & set(sys.modules)))"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
     assert found.stdout.strip() == "[]"
+
+
+def test_a_run_prints_as_its_answer() -> None:
+    run = compare.run("sink")
+    text = repr(run)
+    assert " ".join(text.split()).startswith(run.answer)
+    assert len(text.splitlines()) <= 24
+    assert max(map(len, text.splitlines())) <= 80
+    html = run._repr_html_()
+    assert run.answer.split(";")[0] in unescape(html)
+    assert "eq14" in html
+    assert "object at 0x" not in repr(run.traces)
+
+
+def test_traces_are_named_columns(monkeypatch: pytest.MonkeyPatch) -> None:
+    run = compare.run("sink")
+    columns = run.traces
+    assert list(columns)[:2] == ["time_s", "fem3d_peak_K"]
+    assert (columns["reduced1d_end_K"] == run.traces("end_K")[2]).all()
+    with pytest.raises(KeyError, match="fem3d_peak_K"):
+        columns["fem3d_peek_K"]
+    # pandas need not be installed; a stand-in shows what it would be given.
+    pandas = SimpleNamespace(DataFrame=dict)
+    monkeypatch.setitem(sys.modules, "pandas", pandas)
+    assert set(columns.to_dataframe()) == set(columns)
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(ImportError, match="pip install pandas"):
+        columns.to_dataframe()
+    assert len(compare.run("sink", steady=True).traces) == 0
+
+
+@pytest.mark.parametrize("overrides", [["sink.width=20um"], {"sink.width": "20um"}, {"sink.width": 2e-5}])
+def test_overrides_and_another_reduction(overrides: list[str] | dict[str, object]) -> None:
+    run = compare.run(scenes.load("sink"), overrides=overrides, reduction="plate", why=True, steady=True)
+    assert run.scene.width == pytest.approx(2e-5)
+    assert run.scene.expected_to_differ is None
+    assert run.reduced1d.model == "plate"
+    assert run.why is not None
+    assert "plate differs from 3D" in run.report()
+
+
+def test_a_free_scene_and_the_device() -> None:
+    found = compare.solve("bridge", overrides={"boundary.left electrode.voltage": "0.5V"})
+    assert found["middle"].error > 0
+    assert "middle" in repr(found)
+    assert "middle" in found._repr_html_()
+    assert len(compare.solve("plate", accuracy=0.05).traces) == 0
+    with pytest.raises(KeyError, match="middle"):
+        found["midle"]
+    sensor = compare.device(accuracy=1e-2, about=("figure9",))
+    assert sensor.check("fig9_balance").verdict == "agrees"
+    assert list(sensor.traces)[:2] == ["time_s", "reduced1d_sink_K"]
+    assert len(sensor.traces["time_s"]) == 5001
+    assert len(repr(sensor).splitlines()) <= 24
+    assert list(Path().iterdir()) == []
+
+
+def test_the_packages_keep_their_parts() -> None:
+    import compare.solve.scope
+
+    assert callable(compare.solve)
+    assert compare.solve.scope.UNITS["current"] == "A"
+    assert {"run", "solve", "device"} <= set(dir(compare))
+    assert not [name for name in dir(compare) if name.startswith("_")]
+    assert compare.__doc__ is not None
+    assert len(compare.__doc__.splitlines()) <= 12
+
+
+def test_any_scene_loads_by_its_name_or_file() -> None:
+    from scenes.loading import builtin_text
+
+    assert type(scenes.load("bridge")) is type(scenes.load("plate"))
+    for name in ("sink", "device", "bridge"):
+        Path(f"{name}-2.toml").write_text(builtin_text(name))
+        assert type(scenes.load(f"{name}-2.toml")) is type(scenes.load(name))
+    with pytest.raises(SceneError, match=r"use compare\.solve"):
+        compare.run("bridge")
+    with pytest.raises(SceneError, match=r"use compare\.run"):
+        compare.solve("sink")
+    with pytest.raises(SceneError, match='did you mean "bridge"'):
+        scenes.load("brigde")
+    with pytest.raises(SceneError, match='did you mean "meter"'):
+        compare.device(metre="MAX1367")

@@ -33,7 +33,11 @@ def test_the_chosen_model_is_named(reduction: str, capsys: pytest.CaptureFixture
     assert main(["sink", "--no-figures", "--reduction", reduction, "--explain"]) == 0
     text = capsys.readouterr().out
     assert f"1D model: {reduction}" in text
-    assert f"sink at 1 V, {reduction} against 3D:" in text
+    said = " ".join(text.split())
+    assert f"The 1D model {reduction} is " in said
+    assert f"sink at 1 V, {reduction} against 3D:" in said
+    assert "the paper's equations (not this model's)" in said
+    assert "Of the paper's own 7 equations, which are not this model's, 2 differ." in said
     assert max(map(len, text.splitlines())) <= 80
     folder = f"results/sink-1V-{reduction.replace(':', '')}"
     found = summary(folder)
@@ -67,6 +71,17 @@ def test_a_better_model_agrees_where_the_papers_differs(capsys: pytest.CaptureFi
     assert verdicts["plate"]["eq14"] == verdicts["paper"]["eq14"] == "differs"
 
 
+def test_strict_asks_nothing_of_a_better_model_that_is_the_papers(capsys: pytest.CaptureFixture[str]) -> None:
+    """The stand-in's steady state is the plate's: all checks of it agree, while eqs 14 and 18 still differ."""
+    strict = ["sink", "--no-figures", "--steady", "--strict", "--voltage", "2"]
+    assert main([*strict, "--reduction", "plate"]) == 0
+    assert "all 2 checks agree" in capsys.readouterr().out
+    assert {check["id"] for check in summary("results/sink-2V-plate-steady")["checks"] if not check["own"]} == {
+        "eq12", "eq13", "eq14", "eq16", "eq18", "eq18_measured", "fig5",
+    }  # fmt: skip
+    assert main(strict) == 1
+
+
 @pytest.fixture
 def _fewer_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figure 7 alone beside the budget's: the others take seconds."""
@@ -81,6 +96,8 @@ def test_why(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["sink", "--why", "--out", "here"]) == 0
     text = capsys.readouterr().out
     assert "Why the paper's model differs from 3D" in text
+    assert "others, each" in text
+    assert "2 figures" in text
     assert max(map(len, text.splitlines())) <= 80
     found = summary("here")
     assert {"why.png", "why.svg"} <= set(found["files"]) == {entry.name for entry in Path("here").iterdir()}
@@ -96,7 +113,7 @@ def test_why(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_export(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["sink", "--only", "1d", "--no-figures", "--reduction", "moments:3", "--export", "mine"]) == 0
-    assert "Exported to mine/" in capsys.readouterr().out
+    assert "Exported moments:3 to mine/" in capsys.readouterr().out
     assert {entry.name for entry in Path("mine").iterdir()} == {
         "sink_model.json", "sink_model.py", "sink_model.cir",
     }  # fmt: skip
@@ -108,6 +125,8 @@ def test_export(capsys: pytest.CaptureFixture[str]) -> None:
     [
         ("--reduction plat", 'did you mean "plate"'), ("--reduction moments:0", "from 1 to 12"),
         ("--reduction fin:2", "no number of states"), ("--why --only 1d", "--only 1d"),
+        ("--reduction fin --only 3d", "leave out --only 3d"), ("--reduction paper --export x", "moments:4"),
+        ("--reduction plate --export x", "moments:4"),
         ("--export=", "--export"), ("--export /dev/null/x", "cannot be written"),
     ],
 )  # fmt: skip

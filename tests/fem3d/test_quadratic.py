@@ -71,6 +71,8 @@ def test_points_are_shared_and_mid_points_in_vtk_s_order(made):
     import pyvista
 
     grid = pyvista.UnstructuredGrid({29: cells.hexes}, cells.points)
+    if pyvista.vtk_version_info < (9, 7):
+        pytest.skip("VTK before 9.7 gives a cube of 27 points a negative volume")
     # VTK's own integral goes wrong where a mid-point is not where VTK takes it to be.
     volume = grid.compute_cell_sizes(length=False, area=False)["Volume"]
     assert volume.min() > 0

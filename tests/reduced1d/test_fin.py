@@ -121,7 +121,7 @@ def fins(draw):
     )
     R = draw(st.sampled_from([0.0, 1.0, 2663.0, 1e6]))
     limit = fin_runaway_voltage(sink, R)
-    return dataclasses.replace(sink, voltage=draw(st.floats(-0.999, 0.999)) * min(limit, 50.0)), R
+    return dataclasses.replace(sink, voltage=round(draw(st.floats(-0.999, 0.999)), 9) * min(limit, 50.0)), R
 
 
 @given(fins())

@@ -25,6 +25,7 @@ CHANGED = {
     "materials.oxide.thermal_conductivity": 1.1, "materials.oxide.density": 2100,
     "materials.oxide.specific_heat": 1000, "materials.oxide.resistivity": "1e13 ohm m",
     "materials.oxide.temperature_coefficient": 1e-3, "materials.oxide.reference_temperature": 300,
+    "materials.silicon.valid_to": "1000 degC", "materials.oxide.valid_to": "unknown",
     "drive.voltage": "-2.5 V", "drive.electrodes": "pad-edge",
     "environment.room_temperature": "27 degC", "environment.convection_coefficient": 12,
     "run.end_time": "5 ms", "run.accuracy": "0.2 %",
@@ -33,7 +34,7 @@ CHANGED = {
 EXPECTED = Sink(
     length=800e-6, width=80e-6, thickness=3e-6, pad_length=200e-6, pad_width=180e-6, oxide_length=60e-6,
     oxide_width=40e-6, oxide_thickness=1e-6, oxide_offset=10e-6,
-    silicon=Material("silicon", 148.0, 2300.0, 700.0, 1e-4, 1e-3, 293.15),
+    silicon=Material("silicon", 148.0, 2300.0, 700.0, 1e-4, 1e-3, 293.15, 1273.15),
     oxide=Material("oxide", 1.1, 2100.0, 1000.0, None, 1e-3, 300.0),
     voltage=-2.5, electrodes="pad-edge", room_temperature=300.15, convection_coefficient=12.0,
     end_time=5e-3, accuracy=2e-3, name="mine", tolerances={"eq12": 0.01}, expected_to_differ=("eq14",),

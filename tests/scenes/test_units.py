@@ -105,3 +105,12 @@ def test_values_are_shown_in_the_unit_one_would_choose():
     assert [d.LENGTH.show(x) for x in (1e-9, 20e-6, 1e-3, 1.0, 0.0)] == ["1 nm", "20 um", "1 mm", "1 m", "0 m"]
     assert d.TIME.show(0.0002) == "200 us"
     assert d.THERMAL_CONDUCTIVITY.show(1.38) == "1.38 W/(m K)"
+
+
+@pytest.mark.parametrize(
+    ("text", "meant"), [("20C", "degC"), ("20 Celsius", "degC"), ("2 sec", "s"), ("5 micron", "um")]
+)
+def test_a_word_that_is_meant_for_a_unit(text, meant):
+    """Spelled most like "C" is "cm"."""
+    with pytest.raises(UnitError, match=f'did you mean "{meant}"'):
+        parse_quantity(text)

@@ -27,6 +27,8 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], Result], Callable[[Re
             for q in QUANTITIES[:3]:
                 rise = traces.values[q.replace("_rise", "")] - sink.room_temperature
                 values[q] = list(np.interp(TIMES, traces.time, rise))
-        return {"values": values, "steady": steady, "unknowns": result.details["states"], "steps": 0}
+        # The plate's states are modes of its unknowns; the other models have no mesh, or only borrow from the plate's.
+        unknowns = result.details["unknowns" if options["reduction"] == "plate" else "states"]
+        return {"values": values, "steady": steady, "unknowns": unknowns, "steps": 0}
 
     return solve, read

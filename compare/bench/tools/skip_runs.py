@@ -20,7 +20,6 @@ from scenes.model import Scene
 from scenes.plan import Request
 from scenes.sink import Sink
 
-NEARLY_ZERO = 1e-12  # 1/K: changes nothing, but is not zero
 Job = Callable[[], object]
 
 
@@ -39,11 +38,6 @@ def _whole(sink: Sink) -> Symmetry:
     scene = sink.scene()
     flows = {b.name: Flow(b.name, 1.0, 1.0) for b in scene.boundaries}
     return Symmetry(scene, (), 1, flows, {b.name: 1.0 for b in scene.boxes}, {p.name: (1.0, ()) for p in scene.probes})
-
-
-def _iteration(sink: Sink, off: bool) -> Job:
-    silicon = replace(sink.silicon, temperature_coefficient=NEARLY_ZERO if off else 0.0)
-    return lambda: run.solve(replace(sink, silicon=silicon), Request())
 
 
 def _pattern(sink: Sink, off: bool) -> Job:
@@ -80,7 +74,6 @@ def _second_voltage(sink: Sink, off: bool) -> Job:
 
 SKIPS: dict[str, Callable[[Sink, bool], Job]] = {
     "symmetry": _symmetry,
-    "iteration": _iteration,
     "pattern": _pattern,
     "dead parts": _dead_parts,
     "depth": _depth,

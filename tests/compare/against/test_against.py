@@ -96,15 +96,24 @@ def test_the_command(
     assert main(["sink", "--against", "comsol.txt"]) == 1
     out = capsys.readouterr().out
     assert "against_peak" in out
+    assert "comsol.txt (COMSOL table, 301 rows, 0 s to 50.0 ms): time is" in out
+    assert '"Temperature (degC), Maximum"' in " ".join(out.split())
     assert "not as expected: against_peak" in out
-    summary = json.loads(Path("results/sink-1V/summary.json").read_text())
-    assert summary["against"]["columns"] == {"peak_K": "Temperature (degC), Maximum"}
+    summary = json.loads(Path("results/sink-1V-against-comsol.txt/summary.json").read_text())
+    assert summary["against"]["columns"] == {"time_s": "Time (ms)", "peak_K": "Temperature (degC), Maximum"}
     assert summary["checks"][-1]["id"] == "against_peak"
     assert any(step["step"] == "against comsol.txt" for step in summary["plan"])
-    figure = Path("results/sink-1V/figure6.svg").read_text()
+    figure = Path("results/sink-1V-against-comsol.txt/figure6.svg").read_text()
     assert "peak, comsol.txt" in figure
     assert "against_peak DIFFERS" in figure
-    assert "comsol.txt" in Path("results/sink-1V/report.html").read_text()
+    report = Path("results/sink-1V-against-comsol.txt/report.html").read_text()
+    assert "comsol.txt" in report
+    assert "Temperature (degC), Maximum" in report
     for wrong in (["--steady"], ["--only", "1d"]):
         assert main(["sink", "--against", "comsol.txt", *wrong]) == 2
         assert "--against" in capsys.readouterr().err
+    assert main(["sink", "--column", "peak=2"]) == 2
+    assert "--against FILE" in capsys.readouterr().err
+    other = ["sink", "--against", "comsol.txt", "--column", "mean=2", "--only", "3d", "--no-figures"]
+    assert main(other) == 1
+    assert "against_mean" in capsys.readouterr().out

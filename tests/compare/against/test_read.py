@@ -56,12 +56,12 @@ def test_a_comsol_table(kind: str, tmp_path: Path) -> None:
         ("time_s,peak_K\n0,293\n1e-3,300\n2e-3,301\n", 301.0),
         ("# mine\nt [us];T_max [degC]\n0;19,85\n1000;26,85\n2000;27,85\n", 301.0),
         ("Time (s)\tpeak rise (K)\n0\t0\n1e-3\t7\n2e-3\t8\n", 301.0),
-        ("\N{ZERO WIDTH NO-BREAK SPACE}Time (ms), centre (K), comment_x\n2, 301, 1\n0, 293, 1\n1, 300, 1\n", 301.0),
+        ("\N{ZERO WIDTH NO-BREAK SPACE}Time (ms), centre (K), comment_x\n0, 293, 1\n1, 300, 1\n2, 301, 1\n", 301.0),
         ("time_s,fem3d_peak_K,reduced1d_peak_K\n0,293,293\n1e-3,300,299\n2e-3,301,300\n", 301.0),
     ],
 )
 def test_a_plain_csv(text: str, peak: float, tmp_path: Path) -> None:
-    """With any separator, rows in any order, decimal commas, rises, Celsius, and this program's own traces.csv."""
+    """With any separator, decimal commas, rises, Celsius, and this program's own traces.csv."""
     path = tmp_path / "a.csv"
     path.write_text(text, encoding="utf-8")
     data = read(path, SINK)
@@ -97,8 +97,8 @@ def test_an_ngspice_raw_file(kind: str, tmp_path: Path) -> None:
     assert data.values["peak_K"] == pytest.approx([293.0, 300.0, 301.0])
     assert data.values["end_K"] == pytest.approx([293.0, 295.0, 296.0])
     assert data.values["current_A"] == pytest.approx([3.3e-3, 3.2e-3, 3.1e-3])
-    assert any("sign" in note for note in data.notes)
-    assert any("rise" in note for note in data.notes)
+    assert "sign" in data.how["current_A"]
+    assert "rise" in data.how["peak_K"]
 
 
 def test_what_ngspice_prints(tmp_path: Path) -> None:
@@ -157,8 +157,17 @@ def test_a_raw_file_cut_short(tmp_path: Path) -> None:
         read(path, SINK)
 
 
+def test_a_raw_file_cut_within_a_number(tmp_path: Path) -> None:
+    path = tmp_path / "a.raw"
+    path.write_bytes(raw("binary")[:-3])
+    with pytest.raises(SceneError, match="11 numbers"):
+        read(path, SINK)
+
+
 def test_what_is_left_out_is_said(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
-    path.write_text("time (s),peak (K),stress (MPa)\n0,293,1\n1,294,2\n2,295,3\n")
+    path.write_text("time (ms),peak (K),stress (MPa)\n0,293,1\n1,294,2\n2,295,3\n")
     data = read(path, SINK)
-    assert any("stress" in note and "left out" in note for note in data.notes)
+    assert data.left_out == {"stress (MPa)": "has no unit that is known"}
+    assert 'peak is "peak (K)"' in data.said()
+    assert 'left out: "stress (MPa)", it has no unit' in data.said()

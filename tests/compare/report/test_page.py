@@ -67,7 +67,9 @@ def test_the_page_is_whole_and_needs_no_other_file(run: Path) -> None:
     assert set(outside) == set(summary["files"]) - {"report.html"}
     assert not re.search(r"https?://", text.replace("http://www.w3.org", ""))
     said = " ".join(found.text)
-    assert said.index("checks differ") < said.index("eq12")
+    assert said.index("The paper's 1D model is 6.6") < said.index("checks differ") < said.index("eq12")
+    assert {"1D", "3D", "relative to"} <= set(found.text)
+    assert not {"predicted", "measured"} & set(found.text)
     for check in summary["checks"]:
         assert check["id"] in said
     for title in ("Field", "Figures", "Error budget", "Energy balance", "Mesh", "Plan", "Scene", "Versions and files"):

@@ -82,7 +82,7 @@ def test_wire(capsys: pytest.CaptureFixture[str]) -> None:
     text = capsys.readouterr().out
     assert max(map(len, text.splitlines())) <= 80
     assert "120 tetra10 cells of wire.msh" in text
-    found = summary("results/wire")
+    found = summary("results/wire-fields")
     area, length = math.pi * 25e-12, 20e-6
     joule = (1e-2 / length) ** 2 / 1e-5  # W/m3
     steady = {name: v["value"] for name, v in found["fem3d"]["steady"].items()}
@@ -92,14 +92,22 @@ def test_wire(capsys: pytest.CaptureFixture[str]) -> None:
     assert abs(steady["through"]) == pytest.approx(joule * length / 2 * area, rel=2e-2)
     rise = (joule * length**2 / 2 + 1e12 * (length / 2) ** 2 / 2) / 100
     assert steady["end"] - 293 == pytest.approx(rise, rel=1e-2)
-    written = meshio.read("results/wire/fem3d_steady.vtu")
+    written = meshio.read("results/wire-fields/fem3d_steady.vtu")
     assert {block.type for block in written.cells} == {"tetra10"}
     assert (
         np.abs(np.sort(written.points, axis=0) - np.sort(meshio.read("wire.msh").points, axis=0) * 1e-6).max() < 1e-15
     )
     far = written.points[:, 2] > 20e-6 * (1 - 1e-9)
-    assert written.point_data["temperature"][far].mean() == pytest.approx(steady["end"], abs=1e-3)
-    assert np.abs(written.point_data["potential"][far]).max() < 1e-15
+    assert written.point_data["temperature_K"][far].mean() == pytest.approx(steady["end"], abs=1e-3)
+    assert np.abs(written.point_data["potential_V"][far]).max() < 1e-15
+    # The current is even and along z, but for a surface that is the circle's to a part in a thousand; the lower half is
+    # heated from outside as well.
+    (density,) = written.cell_data["current_density_A_per_m2"]
+    assert np.abs(density - [0, 0, 5e7]).max() < 1e-3 * 5e7
+    (source,) = written.cell_data["heat_source_W_per_m3"]
+    lower = written.points[written.cells[0].data].mean(axis=1)[:, 2] < 10e-6
+    assert source == pytest.approx(joule + 1e12 * lower, rel=2e-3)
+    assert written.field_data == {"material_metal": np.array([0])}
 
 
 def test_transient_writes_traces_and_reads_back(capsys: pytest.CaptureFixture[str]) -> None:
@@ -108,6 +116,10 @@ def test_transient_writes_traces_and_reads_back(capsys: pytest.CaptureFixture[st
     assert main(["solve", "wire.toml", "--fields", "--quiet", "--out", "here"]) == 0
     found = summary("here")
     assert {"figure_traces.png", "traces.csv", "fem3d.pvd"} <= set(found["files"])
+    first, last = (meshio.read(f"here/fem3d_{k:02d}.vtu") for k in (0, 2))
+    assert np.abs(first.point_data["rise_K"]).max() < 1e-9 < last.point_data["rise_K"].max()
+    for state in (first, last):
+        assert state.cell_data["current_density_A_per_m2"][0][:, 2] == pytest.approx(5e7, rel=1e-3)
     assert set(found["files"]) == {entry.name for entry in Path("here").iterdir()}
     assert found["fem3d"]["transient"]["time_s"] == [1e-6, 1e-5]
     assert from_dict(found["scene"]) == replace(load("wire.toml"), folder="")

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import csv
+import html
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -86,7 +88,12 @@ def test_terminal_reads_at_80_columns(capsys: pytest.CaptureFixture[str]) -> Non
     assert lines[0] == "Plan"
     solve("bridge")
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0] == "bridge: steady state in 3D, 8 unknowns, heat balanced to 1e-11."
+    said = " ".join(lines)
+    assert said.startswith("bridge: middle ")
+    assert "current 3.0000 ± 0.0030 A in the steady state (2 more below)." in " ".join(said.split())
+    assert "Steady state in 3D, 8 unknowns, heat balanced to 1e-11." in lines
+    solve("hotplate")
+    assert re.match(r"hotplate: heater \S+ ± \S+ K.* after 4 ms", " ".join(capsys.readouterr().out.split()))
     assert any(line.split() == ["current", "3.0000", "±", "0.0030", "A"] for line in lines)
 
 
@@ -116,16 +123,16 @@ def test_files_of_an_earlier_run_are_replaced_and_others_kept(capsys: pytest.Cap
 
 def test_fields(capsys: pytest.CaptureFixture[str]) -> None:
     solve("plate", "--fields")
-    assert {"fem3d.pvd", "fem3d_steady.vtu"} <= set(summary("results/plate")["files"])
+    assert {"fem3d.pvd", "fem3d_steady.vtu"} <= set(summary("results/plate-fields")["files"])
     solve("hotplate", "--fields")
-    files = summary("results/hotplate")["files"]
-    reader = pyvista.get_reader("results/hotplate/fem3d.pvd")
+    files = summary("results/hotplate-fields")["files"]
+    reader = pyvista.get_reader("results/hotplate-fields/fem3d.pvd")
     assert reader.time_values == [0.0, 1e-3, 2e-3, 3e-3, 4e-3]
-    assert set(files) == {entry.name for entry in Path("results/hotplate").iterdir()}
+    assert set(files) == {entry.name for entry in Path("results/hotplate-fields").iterdir()}
     reader.set_active_time_point(4)
     grid = reader.read()[0]
     # The stand-in is coldest at 293 K, below the scene's 20 degC.
-    assert abs(grid.point_data["rise"].min() - (293.0 - 293.15)) < 1e-9
+    assert abs(grid.point_data["rise_K"].min() - (293.0 - 293.15)) < 1e-9
 
 
 def test_every_example_is_printed_and_solved_as_a_file(capsys: pytest.CaptureFixture[str]) -> None:
@@ -172,4 +179,37 @@ def test_nothing_to_report(capsys: pytest.CaptureFixture[str]) -> None:
     assert solve("mine.toml") == 2
     assert "no [[probe]]" in capsys.readouterr().err
     assert solve("mine.toml", "--fields") == 0
-    assert list(summary("results/plate")["fem3d"]["steady"]) == ["mean plate"]
+    assert list(summary("results/plate-fields")["fem3d"]["steady"]) == ["mean plate"]
+
+
+def test_the_report_of_a_transient_says_from_when_on_its_errors_hold_and_where_it_ends() -> None:
+    solve("hotplate")
+    text = html.unescape(re.sub(r"<[^>]+>", " ", Path("results/hotplate/report.html").read_text()))
+    said = " ".join(text.replace("\xa0", " ").split())
+    # The stand-in's: half a kelvin to 1 K, 1e-3 K off, from 4 us on.
+    assert "over time, from 4.0 us on" in said
+    assert "10 µs" not in said
+    assert "probe at the end least largest heater 1.0000 ± 0.0010 K 0.5000 ± 0.0010 K 1.0000 ± 0.0010 K" in said
+    assert "time heater plate current heat to the left 1.0000 ms 1.0000 ± 0.0010 K" in said
+    assert summary("results/hotplate")["fem3d"]["transient"]["range"]["plate"] == {
+        "end": 2.0, "least": 1.0, "largest": 2.0
+    }  # fmt: skip
+
+
+def test_how_long_a_run_lasts_can_be_said_on_the_command_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert solve("hotplate", "--end-time", "2.5ms") == 0
+    run = summary("results/hotplate-end_time2.5ms")["scene"]["run"]
+    assert (run["end_time"], run["output_times"]) == (2.5e-3, [1e-3, 2e-3])
+    still = ["--set", "boundary.drive.voltage=0.2"]
+    assert solve("hotplate", "--steady", *still, "--out", "still") == 0
+    assert summary("still")["scene"]["run"] == {"steady": True, "accuracy": 5e-3}
+    assert solve("hotplate", "--set", "run.steady=true", *still, "--out", "same") == 0
+    assert summary("same")["scene"] == summary("still")["scene"]
+    assert solve("hotplate", "--steady") == 2
+    assert "varies in time" in capsys.readouterr().err
+    # The bridge has no density.
+    assert solve("bridge", "--end-time", "1ms") == 2
+    assert "a transient of temperature needs" in capsys.readouterr().err
+    for contrary in (["--steady", "--end-time", "1ms"], ["--set", "run.steady=true", "--set", "run.end_time=1ms"]):
+        assert solve("plate", *contrary) == 2
+        assert "contradict" in capsys.readouterr().err

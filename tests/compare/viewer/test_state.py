@@ -52,11 +52,13 @@ def test_comparing_shows_the_rise_and_needs_a_1d_model() -> None:
     assert pressed(VIEW, "t", "c").quantity == "rise"
     alone = replace(VIEW, can_compare=False)
     assert pressed(alone, "c") == alone
-    assert "difference" in keys_text(VIEW)
-    assert "difference" not in keys_text(alone)
+    assert "difference" in keys_text(VIEW, 4)
+    assert "difference" not in keys_text(alone, 4)
 
 
 def test_every_key_that_does_something_is_listed() -> None:
-    text = keys_text(VIEW)
-    assert all(what in text for _, what, _ in KEYS.values())
-    assert "play" not in keys_text(replace(VIEW, steps=1))
+    for columns in (1, 4, 40):
+        text = keys_text(VIEW, columns)
+        assert all(what in text for _, what, _ in KEYS.values())
+        assert text.count("\n") + 1 == -(-(len(KEYS) + 2) // columns)
+    assert "play" not in keys_text(replace(VIEW, steps=1), 4)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +11,15 @@ import pytest
 
 from compare import sink_run
 from compare.cli import main
+from compare.viewer import window
 from compare.viewer.source import find
 from scenes.loading import load
 from scenes.plan import Request
+
+ASKED = {
+    "show": "rise", "time": None, "exaggerate": None, "clip": None, "probe": False, "edges": False, "screenshot": None,
+    "off_screen": True, "size": [64, 64],
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -74,23 +81,92 @@ def test_every_kind_of_file_is_found_with_its_times(run: Path, name: str) -> Non
     assert grid["rise_1d"].max() == pytest.approx(19.0 if name != "fem3d_03.vtu" else grid["rise_1d"].max(), abs=0.3)
 
 
-def test_a_picture_and_a_film(run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    from PIL import Image
+def test_a_time_beyond_the_end_is_refused_and_one_between_stored_times_is_named(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    times, picture = find(run).times, str(tmp_path / "a.png")
+    assert main(["view", str(run), "--time", "7s", "--screenshot", picture]) == 2
+    assert "from 0 to 20 ms" in capsys.readouterr().err
+    small = ["--size", "200x160", "--screenshot", picture]
+    assert main(["view", str(run), "--time", "0.5ms", *small]) == 0
+    near = min((time for time in times if time is not None), key=lambda time: abs(time - 5e-4))
+    assert f"0.5 ms is not stored: this is {near * 1e3:.4g} ms" in capsys.readouterr().out
+    assert main(["view", str(run), "--time", f"{near}", *small]) == 0
+    assert "not stored" not in capsys.readouterr().out
 
+
+@pytest.mark.parametrize(
+    ("low", "high", "labels"),
+    [(0.0, 20.33, ["0", "5.08", "10.2", "15.2", "20.3"]), (293.0, 293.004, ["293", "293.001", "293.002", "293.003"])],
+)
+def test_the_labels_of_a_colour_bar_can_be_told_apart_and_read(low: float, high: float, labels: list[str]) -> None:
+    from compare.viewer.stage import label_format
+
+    form = label_format(low, high, 5)
+    assert [form % value for value in np.linspace(low, high, 5)][: len(labels)] == labels
+
+
+@pytest.mark.parametrize(("least", "shown"), [(-2.838e-5, 0.0), (-0.5, -0.5)])
+def test_what_rounding_leaves_of_a_zero_is_none_on_the_colour_bar(run: Path, least: float, shown: float) -> None:
+    from compare.viewer.stage import Stage
+
+    source = find(run / "fem3d_steady.vtu")
+    source.grid(0).point_data["rise"][7] = least
+    stage = Stage(source, True, (64, 64))
+    assert stage._range("rise", None)[0] == pytest.approx(shown)
+    stage.plotter.close()
+
+
+def test_a_films_times_are_even_and_its_states_those_stored(run: Path) -> None:
+    source = find(run)
+    film = source.evenly(9, "rise")
+    assert np.diff(film.times) == pytest.approx(source.times[-1] / 8)
+    for stored, shown in ((0, 0), (-1, 8)):
+        at = range(len(source.times))[stored]
+        assert film.grid(shown)["rise"] == pytest.approx(source.grid(at)["rise"], abs=1e-9)
+    # The 1D model is that of the frame's time, not one between those stored.
+    assert source.reduction is not None
+    assert film.grid(3)["rise_1d"] == pytest.approx(source.reduction.rise(film.grid(3).points, film.times[3]))
+    low, high = source.grid(0)["rise"].min(), source.grid(len(source.times) - 1)["rise"].max()
+    assert all(low - 1e-9 <= film.grid(k)["rise"].min() and film.grid(k)["rise"].max() <= high + 1e-9 for k in range(9))
+
+
+def test_a_missing_package_is_said_before_anything_is_drawn(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    monkeypatch.setitem(sys.modules, "compare.viewer.stage", None)  # nothing could be drawn
+    asked = {**ASKED, "path": str(run)}
+    with pytest.raises(ValueError, match="imageio with its ffmpeg"):
+        window._show({**asked, "movie": "a.mp4"})
+    with pytest.raises(ImportError):
+        window._show({**asked, "movie": "a.gif"})
+
+
+def test_a_picture_and_a_film(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from PIL import GifImagePlugin, Image
+
+    # Else every frame after the first is read as RGB, and not only those with a palette of their own.
+    monkeypatch.setattr(
+        GifImagePlugin, "LOADING_STRATEGY", GifImagePlugin.LoadingStrategy.RGB_AFTER_DIFFERENT_PALETTE_ONLY
+    )
+    monkeypatch.setattr("compare.viewer.window.FRAMES", 5)
     picture, movie = tmp_path / "a.png", tmp_path / "a.gif"
     options = ["--show", "compare", "--probe", "--clip", "y=0.6", "--edges", "--size", "400x320", "--exaggerate", "10"]
-    assert main(["view", str(run), *options, "--screenshot", str(picture), "--movie", str(movie)]) == 0
+    assert main(["view", str(run), *options, "--screenshot", str(picture)]) == 0
     assert "Wrote" in capsys.readouterr().out
+    window._show({**ASKED, "path": str(run), "show": "compare", "movie": str(movie), "size": [200, 160]})
     image = np.asarray(Image.open(picture).convert("RGB"))
     assert image.shape == (320, 400, 3)
     # All three panels have something coloured in their middle third: not white, not grey.
     middle = np.ptp(image[:, 130:270].astype(int), axis=2) > 60
     assert all(middle[a:b].any() for a, b in ((0, 72), (75, 148), (150, 222)))
     film = Image.open(movie)
-    assert film.n_frames >= len(find(run).times)
+    assert film.n_frames == 5
     film.seek(0)
     first = np.asarray(film.convert("RGB"), dtype=int)
     film.seek(film.n_frames - 1)
+    assert film.mode == "P"
     assert np.abs(np.asarray(film.convert("RGB"), dtype=int) - first).max() > 50
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,8 @@ import pytest
 
 from fem3d import solve_scene
 from fem3d.errors import RunawayError
+from fem3d.heat import HeatSystem
+from fem3d.unstructured import run
 from fem3d.unstructured.run import solve
 from meshes.grouped import shapes
 from scenes.free import from_dict
@@ -161,3 +164,28 @@ def test_pictures_are_made_of_cells_the_right_way_round_that_fill_the_solid(cell
     assert shapes.jacobians("hexahedron", 1, corners, gauss).sum() / 8 == pytest.approx(2e-14, rel=1e-9)
     hottest = found.steady["hottest"]
     assert hottest.value - 2 < fields.steady.max() <= hottest.value + 1e-9
+
+
+def test_currents_alone_over_time_solve_no_heat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    document = bar(end_time=1e-3, accuracy=1e-3)
+    document["boundary"] = [b for b in document["boundary"] if "voltage" in b]
+    document["boundary"][0]["voltage"] = {"times": [0, 1e-3], "values": [0.4, -0.4]}
+    document["probe"] = [p for p in document["probe"] if p.get("quantity") in ("potential", "current")]
+    del document["material"][0]["thermal_conductivity"]
+    monkeypatch.setattr(HeatSystem, "solve_shifted", pytest.fail)
+    monkeypatch.setattr(HeatSystem, "solve_steady", pytest.fail)
+    found = on_mesh(document, "tetra", 1, tmp_path)
+    assert {s.step: s.state for s in found.details["plan"]}["heat"] == "skipped"
+    assert found.traces is not None
+    shape = 1 - 2 * found.traces.time / 1e-3
+    # R = 1e-5 * 1e-4 / 2e-10 = 5 ohm; the potential is read at a quarter of the way.
+    assert found.traces.values["current"] == pytest.approx(0.4 / 5 * shape, abs=1e-9)
+    assert found.traces.values["volt"] == pytest.approx(0.3 * shape, abs=1e-9)
+
+
+@pytest.mark.parametrize(("error", "said"), [(1.04e-3, "0.00104"), (1.0001e-3, "just over 0.001"), (0.0034, "0.003")])
+def test_an_error_above_the_accuracy_reads_as_above(error: float, said: str) -> None:
+    study, level = SimpleNamespace(accuracy=1e-3), SimpleNamespace(words="degree 2")
+    (warning,) = run._warnings({"tip": error, "end": 1e-4}, study, level)  # type: ignore[arg-type]
+    assert f'probe "tip" is less accurate than the 0.001 asked for, tip with an estimated {said}, on' in warning
+    assert run._warnings({"tip": 1e-3}, study, level) == []  # type: ignore[arg-type]

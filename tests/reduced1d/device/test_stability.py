@@ -53,7 +53,9 @@ def test_instability_is_a_finding_with_its_growth_rate():
     result = solve(device)
     text = " ".join(result.findings)
     assert f"grow at {stability(device).growth_rate:.4g} 1/s" in text
+    assert f"its largest eigenvalue per sample is {stability(device).eigenvalue.real:.4g}" in text
     assert np.isfinite(result.sensor_K).all()
+    assert "instability" not in " ".join(solve(with_gain(device, 1, 0.05)).findings)
     assert "unstable" not in " ".join(solve(with_gain(device, 1, 0.05)).findings)
 
 
@@ -63,7 +65,7 @@ def test_the_overshoot_at_a_fixed_gain_is_smaller_at_slow_sampling():
 
 
 def test_no_gain_means_no_feedback_and_no_power_no_response():
-    assert plant(Device()).radius(np.zeros(2)) < 1
+    assert abs(plant(Device()).eigenvalue(np.zeros(2))) < 1
     hot = stability(Device(external=External(293, 330, 0.25)))
     assert (hot.sensor_gain_limit, hot.stable) == (float("inf"), True)
 

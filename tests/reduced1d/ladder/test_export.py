@@ -6,15 +6,18 @@ import json
 import shutil
 import subprocess
 import sys
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 from reduced1d.export import export
+from reduced1d.export.as_python import write_module
 from reduced1d.ladder.answer import over_time
 from reduced1d.ladder.levels import Levels
 from scenes.errors import SceneError
@@ -64,12 +67,12 @@ def run_json(text: str, voltage: float) -> Traces:
 
 
 def run_python(text: str, voltage: float, folder: Path) -> Traces:
-    """In a Python that finds neither our packages nor anyone else's."""
+    """In a Python that finds neither our packages nor anyone else's, and keeps no compiled copy of another text."""
     (folder / "model.py").write_text(text)
     code = "import json, sys; sys.path.insert(0, sys.argv[1]); import model\nprint(json.dumps([model.ROOM, model.sink("
     code += f"{TIMES.tolist()}, {voltage})]))"
     done = subprocess.run(
-        [sys.executable, "-I", "-S", "-c", code, str(folder)], check=True, capture_output=True, text=True, timeout=60
+        [sys.executable, "-ISB", "-c", code, str(folder)], check=True, capture_output=True, text=True, timeout=60
     )
     room, found = json.loads(done.stdout)
     return {key: np.array(value) - (room if key.endswith("_K") else 0.0) for key, value in found.items()}
@@ -118,7 +121,7 @@ def test_json(folder: Path, expected: Callable[[float], Traces], voltage: float)
 @pytest.mark.parametrize("voltage", [1.0, -0.3])
 def test_python(folder: Path, expected: Callable[[float], Traces], voltage: float, tmp_path: Path) -> None:
     text = (folder / "sink_model.py").read_text()
-    assert len(text.splitlines()) <= 40
+    assert len(text.splitlines()) <= 45
     assert_same(run_python(text, voltage, tmp_path), expected(voltage))
     with pytest.raises(AssertionError):
         assert_same(run_python(nudged(text), voltage, tmp_path), expected(voltage))
@@ -146,13 +149,45 @@ def test_a_voltage_that_varies(folder: Path) -> None:
     assert peak[3] / peak[2] == pytest.approx(np.exp(-0.002 / slowest), rel=1e-4)
 
 
+def test_outside_its_range_it_warns(folder: Path) -> None:
+    space: dict[str, Any] = {}
+    exec((folder / "sink_model.py").read_text(), space)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        space["sink"]([1e-3, 0.02], 1.0)
+        space["sink"]([0.02], -1.0)
+    with pytest.warns(UserWarning, match=r"^1\.01 V is past the model's range, up to 1 V$"):
+        space["sink"]([0.02], 1.01)
+    with pytest.warns(UserWarning, match="range") as caught:
+        peak = space["sink"]([0.02], 20.0)["peak_K"][0]
+    assert peak > 1687
+    assert [str(w.message) for w in caught] == [
+        "20 V is past the model's range, up to 1 V", f"{peak:.6g} K is past the model's range, up to 1687 K"
+    ]  # fmt: skip
+
+
 def test_what_it_is_good_for_is_said(folder: Path) -> None:
     found = json.loads((folder / "sink_model.json").read_text())["validity"]
     assert found["largest_voltage_V"] == 1.0
     assert found["first_time_s"] == 1e-5
+    assert found["highest_temperature_K"] == 1687.0
     assert 0 < max(found["deviation_from_plate"].values()) < 1.5e-3
     for suffix in ("py", "cir"):
         assert found["text"] in (folder / f"sink_model.{suffix}").read_text()
+
+
+def test_an_export_over_another_is_the_one_that_is_imported(levels: Levels, tmp_path: Path) -> None:
+    """Within a second and at equal size Python would take the compiled copy of the first for the second."""
+    found = []
+    for text in ("ROOM = 1.0", "ROOM = 2.0", "ROOM = 3.0"):
+        write_module(tmp_path / "sink_model.py", text)
+        code = "import sys; sys.path.insert(0, sys.argv[1]); import sink_model; print(sink_model.ROOM)"
+        command = [sys.executable, "-I", "-S", "-c", code, str(tmp_path)]
+        found.append(subprocess.run(command, check=True, capture_output=True, text=True, timeout=60).stdout.strip())
+    assert found == ["1.0", "2.0", "3.0"]
+    before = int((tmp_path / "sink_model.py").stat().st_mtime)
+    export(levels, "paper", tmp_path)
+    assert int((tmp_path / "sink_model.py").stat().st_mtime) > before
 
 
 def test_the_number_of_states_is_the_reductions(levels: Levels, tmp_path: Path) -> None:

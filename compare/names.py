@@ -1,0 +1,64 @@
+"""The default results folder, whose name tells apart everything that makes results different.
+
+That is the scene with each of its keys that is not as usual, and each option that changes a number, leaves out a part
+or adds one. ``--no-figures`` is none of these: the numbers are the same.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scenes.device import Device
+from scenes.dimensions import POWER, TIME, VOLTAGE
+from scenes.slug import distinguishes, shortened
+
+if TYPE_CHECKING:
+    from compare.asked import SinkRequest
+    from compare.device.scope import DeviceRequest
+    from scenes.free.asks import AnyScene
+    from scenes.sink import Sink
+
+
+def of_sink(sink: Sink, request: SinkRequest, settings: Sequence[str] = (), data: Sequence[str] = ()) -> Path:
+    """ "results/sink-1V", "results/sink-2V-width20um-steady"; ``settings`` are the overrides, of which those of checks
+    count here, and ``data`` a file to compare with and what is said of its columns."""
+    words = [] if request.reduction == "paper" else [request.reduction.replace(":", "")]
+    if len(request.models) == 1:
+        words.append({"fem3d": "3d", "reduced1d": "1d"}[request.models[0]])
+    words += ["steady"] * (not request.transient) + ["why"] * request.why + ["fields"] * request.fields
+    words += [TIME.show(time).replace(" ", "") for time in request.field_times]
+    words += ["against", data[0].replace("..", "up"), *data[1:]] if data else []
+    return _folder(sink.name, distinguishes(sink), *words, *_of_checks(settings))
+
+
+def of_device(device: Device, request: DeviceRequest, settings: Sequence[str] = ()) -> Path:
+    """ "results/device-273K", "results/device-273K-paper-figure9"."""
+    words = ["paper"] if request.scheme == "paper" else []
+    words += [*request.about, *filter(None, [request.meter])]
+    for limit, dimension in ((request.largest_voltage, VOLTAGE), (request.largest_power, POWER)):
+        words += [f"max{dimension.show(limit)}".replace(" ", "")] if limit < float("inf") else []
+    return _folder(device.name, distinguishes(device), *words, *_of_checks(settings))
+
+
+def of_scene(scene: AnyScene, settings: Sequence[str], fields: bool) -> Path:
+    """ "results/bridge", or with an override "results/bridge-left-electrode.voltage2"."""
+    words = []
+    for setting in settings:
+        key, _, value = setting.partition("=")
+        value = "" if value.strip() == "true" else value.strip()  # "results/hotplate-steady"
+        words.append((key.strip().partition(".")[2] or key) + re.sub("^-", "minus", value))
+    return _folder(scene.name, *words, *["fields"] * fields)
+
+
+def _folder(name: str, *words: str) -> Path:
+    safe = [re.sub(r"[^\w.+-]", "", re.sub(r"[\s/\\]+", "-", word.strip())).strip("-.") for word in words]
+    return Path("results") / "-".join(filter(None, (name, shortened("-".join(filter(None, safe))))))
+
+
+def _of_checks(settings: Sequence[str]) -> list[str]:
+    """Overrides of what the checks are held to, which the scene's own text leaves out."""
+    found = (re.match(r"\s*(?:checks\.)?(tolerances|expect_differs)\b\.?(.*)", setting) for setting in settings)
+    return [(match[2] or match[1]).replace("=", "") for match in found if match]

@@ -1,0 +1,56 @@
+"""Any scene by its name or file: a sink, a device, or a free scene of boxes or on a mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal, overload
+
+from scenes import examples, loading
+from scenes.device import Device
+from scenes.sink import Sink
+from scenes.types import DEVICE, SINK, TYPES
+
+
+@overload
+def load(source: Literal["sink"], overrides: Sequence[str] = ()) -> Sink: ...
+@overload
+def load(source: Literal["device"], overrides: Sequence[str] = ()) -> Device: ...
+@overload
+def load(source: str | Path, overrides: Sequence[str] = ()) -> Any: ...
+def load(source: str | Path, overrides: Sequence[str] = ()) -> Any:
+    """The scene of a name ("sink", "device", "bridge", "plate", "hotplate") or a TOML file, with overrides such as
+    "sink.width=20um" or "boundary.left.voltage=2" put over it, checked.
+
+    Returns a Sink, a Device or a free scene, whichever the file describes. Raises SceneError.
+    """
+    from scenes import free
+    from scenes.free.tables import LISTS
+
+    if isinstance(source, str) and source in TYPES:
+        return loading.load(source, overrides, of=TYPES[source])
+    if isinstance(source, str) and source in examples.names():
+        return free.load(source, overrides)
+    document = loading.toml(loading.file_text(source, loading.known_names()), source)
+    if {*LISTS, "mesh"} & set(document):
+        return free.load(source, overrides)
+    return loading.load(source, overrides, of=DEVICE if _of_a_device(document) else SINK)
+
+
+def overridden(scene: Any, overrides: Sequence[str]) -> Any:
+    """Any scene with overrides put over it, checked; raises SceneError."""
+    if not overrides:
+        return scene
+    if isinstance(scene, (Sink, Device)):
+        return loading.overridden(scene, overrides)
+    from scenes.free.loading import overridden as free_overridden
+
+    return free_overridden(scene, overrides)
+
+
+def _of_a_device(document: Mapping[str, Any]) -> bool:
+    """Whether a document has what a device has and a sink has not."""
+    more = {path for path in DEVICE.schema.sections if path and path not in SINK.schema.sections}
+    materials = document.get("materials")
+    named = {f"materials.{name}" for name in materials} if isinstance(materials, Mapping) else set()
+    return bool(more & (set(document) | named))

@@ -1,0 +1,92 @@
+"""The plan of a free scene over time says what was solved."""
+
+import numpy as np
+import pytest
+
+from fem3d import solve_scene
+from fem3d.heat import HeatSystem
+from scenes.free import asks, from_dict
+
+
+def bar(**changes):
+    """A bar of 1 mm between two electrodes at 1 V, over 1 ms; only its current is asked for."""
+    ends = [{"lower": [x, 0, 0], "upper": [x, 1e-4, 2e-6]} for x in (0, 1e-3)]
+    found = {
+        "scene": {"initial_temperature": 293.0},
+        "material": [{"name": "silicon", "resistivity": 6e-5, "thermal_conductivity": 130, "density": 2330,
+                      "specific_heat": 712}],
+        "box": [{"material": "silicon", "lower": [0, 0, 0], "upper": [1e-3, 1e-4, 2e-6]}],
+        "boundary": [{**ends[0], "name": "left", "voltage": 1.0}, {**ends[1], "name": "right", "voltage": 0.0}],
+        "probe": [{"name": "current", "quantity": "current", **ends[0]}],
+        "run": {"end_time": 1e-3, "accuracy": 1e-2},
+    }  # fmt: skip
+    for table, items in changes.items():
+        found[table] = found[table] + items if table in ("boundary", "probe") else items
+    return found
+
+
+FOLLOWS = [{"name": "silicon", "resistivity": 6e-5, "thermal_conductivity": 130, "density": 2330, "specific_heat": 712,
+            "temperature_coefficient": 1e-3}]  # fmt: skip
+PEAK = [{"name": "peak", "at": [5e-4, 5e-5, 1e-6]}]
+COLD = [{"name": "under", "lower": [0, 0, 0], "upper": [1e-3, 1e-4, 0], "temperature": 293.0}]
+SCENES = {
+    "a current alone": (bar(), False),
+    "a current that follows the temperature": (bar(material=FOLLOWS), True),
+    "a temperature": (bar(probe=PEAK), True),
+    "a condition of heat": (bar(boundary=COLD), True),
+    "a voltage that varies": (
+        bar(boundary=[{"name": "gate", "lower": [5e-4, 0, 0], "upper": [5e-4, 1e-4, 2e-6],
+                       "voltage": {"times": [0, 5e-4, 5e-4], "values": [0, 1, -1]}}]), False),
+}  # fmt: skip
+
+
+def spy(monkeypatch, name, solved):
+    """Every factorization of a heat problem, noted."""
+    own = getattr(HeatSystem, name)
+    monkeypatch.setattr(HeatSystem, name, lambda *given: solved.append(name) or own(*given))
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_heat_is_solved_where_the_plan_says_so_and_nowhere_else(name, monkeypatch):
+    document, thermal = SCENES[name]
+    scene = from_dict(document)
+    solved = []
+    for way in ("solve_steady", "solve_shifted"):
+        spy(monkeypatch, way, solved)
+    result = solve_scene.solve(scene)
+    planned = {step.step: step.state for step in solve_scene.plan(scene)}
+    assert (planned["heat"] == "done") == asks.heat(scene) == bool(solved) == thermal
+    assert result.details["plan"] == solve_scene.plan(scene)
+    assert planned["transient"] == "done"
+    if not thermal:
+        assert result.details["unknowns"] == result.details["electric_unknowns"]
+
+
+def test_the_current_falls_as_it_heats_only_where_heat_is_solved():
+    cold = solve_scene.solve(from_dict(bar())).traces
+    warm = solve_scene.solve(from_dict(bar(material=FOLLOWS))).traces
+    assert np.ptp(cold.values["current"]) == 0.0
+    assert cold.values["current"][0] == pytest.approx(1 / 300, rel=1e-9)  # R = 6e-5 * 1e-3 / 2e-10 = 300 ohm
+    # Adiabatic and uniform: C dT/dt = V^2 / (R (1 + a T)), so I = V / R / sqrt(1 + 2 a V^2 t / (R C)).
+    capacity = 2330 * 712 * 1e-3 * 1e-4 * 2e-6
+    exact = 1 / 300 / np.sqrt(1 + 2 * 1e-3 * warm.time / (300 * capacity))
+    assert warm.values["current"] == pytest.approx(exact, abs=warm.errors["current"])
+    # ... which is ten times less than what it falls by.
+    assert exact[-1] < cold.values["current"][0] - 3 * warm.errors["current"]
+
+
+def test_currents_superpose_over_time():
+    left, gate = SCENES["a voltage that varies"][0], 5e-4
+    traces = solve_scene.solve(from_dict(left)).traces
+    # From the left to the gate is half the bar, 150 ohm.
+    exact = (1 - np.interp(traces.time, [0, gate * (1 - 1e-9), gate, 1e-3], [0, 1, -1, -1])) / 150
+    assert traces.values["current"] == pytest.approx(exact, abs=traces.errors["current"] + 1e-8)
+    assert traces.errors["current"] < 1e-2 / 150
+
+
+def test_an_extreme_potential_turns_over_with_the_voltage():
+    document = bar(probe=[{"name": "top", "quantity": "potential", "reduce": "max", "lower": [5e-4, 0, 0],
+                           "upper": [1e-3, 1e-4, 2e-6]}])  # fmt: skip
+    document["boundary"][0]["voltage"] = {"times": [0, 1e-3], "values": [2, -2]}
+    traces = solve_scene.solve(from_dict(document)).traces
+    assert np.interp([0, 2.5e-4, 1e-3], traces.time, traces.values["top"]) == pytest.approx([1, 0.5, 0], abs=1e-6)
