@@ -13,7 +13,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    import compare.sweep as sweep
+    import validate.sweep as sweep
     from compare.interface import DeviceRun as DeviceRun
     from compare.interface import Run as Run
     from compare.interface import Solution as Solution

@@ -80,24 +80,24 @@ class Run:
     def traces(self) -> Columns:
         """Both models over time, by the columns of traces.csv: ``traces["fem3d_peak_K"]``, ``traces.to_dataframe()``;
         ``traces("peak_K")`` is (times, 3D, 1D)."""
-        from compare.traces import columns_of
+        from validate.report.traces import columns_of
 
         return Columns(columns_of(self.outcome.fem3d, self.outcome.reduced1d))
 
     def report(self) -> str:
         """What the command prints about the run."""
-        from compare.table import Style, found_text
+        from validate.report.table import Style, found_text
 
         return found_text(self.outcome, self._contrary(), Style())
 
     def __repr__(self) -> str:
-        from compare.table import Style, headline, quantities_text
+        from validate.report.table import Style, headline, quantities_text
 
         return f"{headline(self.outcome, self._contrary(), Style())}\n\n{quantities_text(self.outcome, Style())}"
 
     def _repr_html_(self) -> str:
-        from compare.summary import document
-        from compare.table import Style, headline
+        from validate.report.summary import document
+        from validate.report.table import Style, headline
 
         return _html(headline(self.outcome, self._contrary(), Style()), document(self.outcome))
 
@@ -136,8 +136,8 @@ class Solution:
 
     def report(self) -> str:
         """The probes with their errors: steady, or at the end of the transient."""
-        from compare.solve.table import headline, value_text
-        from compare.table import Style, warnings_text
+        from validate.report.solve.table import headline, value_text
+        from validate.report.table import Style, warnings_text
 
         result = self.outcome.result
         lines = [f"  {probe.name:<30} {value_text(probe, result, Style())}" for probe in self.scene.probes]
@@ -148,9 +148,9 @@ class Solution:
         return _screen(self.report())
 
     def _repr_html_(self) -> str:
-        from compare.solve.summary import document
-        from compare.solve.table import headline
-        from compare.table import Style
+        from validate.report.solve.summary import document
+        from validate.report.solve.table import headline
+        from validate.report.table import Style
 
         return _html(headline(self.outcome, Style()), document(self.outcome), self.report())
 
@@ -187,8 +187,8 @@ class DeviceRun:
 
     def report(self) -> str:
         """What the command prints about the run."""
-        from compare.device.table import found_text
-        from compare.table import Style
+        from validate.report.device.table import found_text
+        from validate.report.table import Style
 
         return found_text(self.outcome, self._contrary(), Style())
 
@@ -196,13 +196,13 @@ class DeviceRun:
         return self._headline()
 
     def _repr_html_(self) -> str:
-        from compare.device.summary import document
+        from validate.report.device.summary import document
 
         return _html(self._headline(), document(self.outcome))
 
     def _headline(self) -> str:
-        from compare.device.table import headline
-        from compare.table import Style
+        from validate.report.device.table import headline
+        from validate.report.table import Style
 
         return headline(self.outcome, self._contrary(), Style())
 
@@ -356,8 +356,8 @@ def _screen(text: str) -> str:
 
 def _html(said: str, document: Mapping[str, Any], instead: str = "") -> str:
     """For notebooks: the answer, the quantities and the checks; ``instead`` where the document has neither."""
-    from compare.report.checks import checks
-    from compare.report.numbers import quantities
+    from validate.report.html.checks import checks
+    from validate.report.html.numbers import quantities
 
     tables = quantities(document) + checks(document) or f"<pre>{escape(instead)}</pre>"
     return f"<p><strong>{escape(' '.join(said.split()))}</strong></p>\n{tables}"

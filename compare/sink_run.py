@@ -10,14 +10,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from compare import output
 from compare.asked import SinkRequest, whole
 from compare.clock import Clock
-from compare.folder import Folder
-from compare.names import of_sink
 from compare.outcome import Outcome
 from compare.plan import assemble, data_step
 from scenes.plan import Request, Step
+from validate.report import output
+from validate.report.folder import Folder
+from validate.report.names import of_sink
 
 if TYPE_CHECKING:
     from compare.against.data import Data
@@ -157,7 +157,7 @@ def _too_hot(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tupl
     if fem3d is not None:
         reached = hottest.by_material(fem3d.details["fields"], hottest.moments(fem3d.traces, FEW))
     elif reduced1d is not None:
-        from compare.viewer.reduction import of_result
+        from compare.painted import of_result
 
         reached = of_result(sink, reduced1d).hottest()
     else:

@@ -33,7 +33,7 @@ def test_every_page_is_in_the_contents() -> None:
 
 def test_the_readmes_examples_are_of_this_version() -> None:
     """The names that README imports, and the options that it gives the commands."""
-    from compare.arguments import parse
+    from validate.cli.arguments import parse
 
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     for module, name in re.findall(r"^from (\S+) import (\w+)", text, re.MULTILINE):
@@ -70,7 +70,7 @@ def test_the_places_to_add_to_are_the_true_ones() -> None:
 
 
 def test_every_command_is_on_its_page() -> None:
-    from compare.commands import COMMANDS
+    from validate.cli.commands import COMMANDS
 
     page = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
     assert [name for name in COMMANDS if f"validate {name} --help" not in page] == []

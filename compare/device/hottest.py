@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from compare.hottest import Hottest, warnings
-from compare.viewer.reduction import Reduction
+from compare.painted import Reduction
 from reduced1d.device.result import DeviceResult
 from reduced1d.equations import end_rise_from_equivalent
 from reduced1d.sink import anchor_series_resistance

@@ -11,9 +11,9 @@ from compare.clock import Clock
 from compare.device import scope
 from compare.device.outcome import DeviceOutcome
 from compare.device.scope import DeviceRequest
-from compare.folder import Folder
-from compare.names import of_device
 from scenes.device import Device
+from validate.report.folder import Folder
+from validate.report.names import of_device
 
 
 def run(
@@ -60,10 +60,10 @@ def _solve(device: Device, request: DeviceRequest, say: Callable[[str], None], c
 
 
 def _write(outcome: DeviceOutcome, folder: Path, clock: Clock) -> DeviceOutcome:
-    from compare.device.summary import document
-    from compare.summary import write_document
-    from compare.traces import write_columns
     from reduced1d.device.result import QUANTITIES
+    from validate.report.device.summary import document
+    from validate.report.summary import write_document
+    from validate.report.traces import write_columns
 
     result = outcome.runs.base.result
     columns = {"time_s": result.time_s, **{f"reduced1d_{name}": result.trace(name) for name in QUANTITIES}}
@@ -72,7 +72,7 @@ def _write(outcome: DeviceOutcome, folder: Path, clock: Clock) -> DeviceOutcome:
     drawn = scope.drawn_figures(outcome.device, outcome.request)
     if drawn:
         with clock.stage("figures"):
-            from compare.device.figures import draw
+            from validate.report.device.figures import draw
 
             names += draw(outcome, drawn, folder)
     outcome = replace(outcome, files=(*names, "report.html", "summary.json"), timing=clock.all())
@@ -86,7 +86,7 @@ def _write(outcome: DeviceOutcome, folder: Path, clock: Clock) -> DeviceOutcome:
 def _write_report(outcome: DeviceOutcome, folder: Path, found: dict[str, Any]) -> None:
     from compare.checks import contradicts
     from compare.device.answer import answer
-    from compare.report.page import write_report
+    from validate.report.html.page import write_report
 
     device = outcome.device
     contrary = [check for check in outcome.checks if contradicts(check, device, False)]

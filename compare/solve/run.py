@@ -11,13 +11,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from compare.clock import Clock
-from compare.folder import Folder
-from compare.render import Renderer
 from compare.solve import scope
 from compare.solve.outcome import SolveOutcome
 from compare.solve.scope import SolveRequest
 from scenes.free import asks
 from scenes.free.asks import AnyScene
+from validate.report.figures.render import Renderer
+from validate.report.folder import Folder
 
 if TYPE_CHECKING:
     from scenes.result import Result
@@ -87,21 +87,21 @@ def _write(outcome: SolveOutcome, folder: Path, renderer: Renderer, clock: Clock
     names: list[str] = []
     skipped = scope.skipped_figures(scene, request)
     if "field" not in skipped:
-        from compare.solve.field_figure import send
+        from validate.report.solve.field_figure import send
 
         send(outcome, renderer)
     with clock.stage("files"):
         if not scope.traces_reason(scene):
-            from compare.solve.traces import write_traces
+            from validate.report.solve.traces import write_traces
 
             names.append(write_traces(folder / "traces.csv", result))
         if not scope.fields_reason(scene, request):
-            from compare.solve.field_files import write_fields
+            from validate.report.solve.field_files import write_fields
 
             names += write_fields(folder, scene, result)
     if len(skipped) < 2:
         with clock.stage("figures"):
-            from compare.solve.figures import draw
+            from validate.report.solve.figures import draw
 
             files, notes = draw(outcome, [n for n in ("traces", "field") if n not in skipped], folder, renderer)
         names += files
@@ -109,8 +109,8 @@ def _write(outcome: SolveOutcome, folder: Path, renderer: Renderer, clock: Clock
             plan = scope.assemble(scene, request, tuple(result.details["plan"]), notes)
             outcome = replace(outcome, plan=plan)
     outcome = replace(outcome, files=(*names, "report.html", "summary.json"), timing=clock.all())
-    from compare.solve.summary import document
-    from compare.summary import write_document
+    from validate.report.solve.summary import document
+    from validate.report.summary import write_document
 
     found = document(outcome)
     with clock.stage("files"):
@@ -121,15 +121,15 @@ def _write(outcome: SolveOutcome, folder: Path, renderer: Renderer, clock: Clock
 
 def _write_report(outcome: SolveOutcome, folder: Path, found: dict[str, Any], turned: bool) -> None:
     """The page; ``turned`` says that it has the field to turn."""
-    from compare.report.field import Field
-    from compare.report.page import write_report
-    from compare.solve.table import headline
-    from compare.table import Style
+    from validate.report.html.field import Field
+    from validate.report.html.page import write_report
+    from validate.report.solve.table import headline
+    from validate.report.table import Style
 
     field = None
     if turned:
-        from compare.render import exaggeration
-        from compare.solve.field_figure import temperatures, when
+        from validate.report.figures.render import exaggeration
+        from validate.report.solve.field_figure import temperatures, when
 
         fields, kelvins = outcome.result.details["fields"], temperatures(outcome)
         coldest = float(kelvins.min())

@@ -48,7 +48,7 @@ class Command(SphinxDirective):
         shown = self.arguments[0]
         folder = _folders.setdefault(self.env.docname, tempfile.TemporaryDirectory())
         words = shlex.split(shown)
-        command = {"validate": [sys.executable, "-m", "compare.cli"], "python": [sys.executable]}[words[0]]
+        command = {"validate": [sys.executable, "-m", "validate"], "python": [sys.executable]}[words[0]]
         path = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
         env = {**os.environ, "PYTHONPATH": path, "PYTHONIOENCODING": "utf-8"}
         words = [str(ROOT / word) if word.startswith("examples/") else word for word in words[1:]]

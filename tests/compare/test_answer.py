@@ -19,7 +19,7 @@ from scenes.loading import load
 from scenes.plan import Request
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
-from tests.compare.conftest import Case
+from tests.conftest import Case
 
 
 def told(sink: Sink, fem3d: Result, reduced1d: Result, request: Request | None = None) -> Outcome:

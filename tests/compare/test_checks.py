@@ -16,7 +16,7 @@ from scenes.checks import DEFAULT_TOLERANCES
 from scenes.plan import Request
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
-from tests.compare.conftest import RESISTANCE, Case, stand_in
+from tests.conftest import RESISTANCE, Case, stand_in
 
 PRINTED = 50e-6 / (130 * 150e-6 * 2e-6) + 2e-6 / (1.38 * 50e-6 * 50e-6)
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 import compare
-from compare.cli import main
 from compare.extremes import cause
 from fem3d.errors import NumericsError
 from scenes.loading import load
+from validate.cli import main
 
 
 def test_a_thickness_at_the_end_of_its_range_is_solved() -> None:

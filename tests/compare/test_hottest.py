@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from compare import hottest
-from compare.cli import main
 from compare.hottest import Hottest
 from scenes.model import Material
+from validate.cli import main
 
 pytestmark = pytest.mark.usefixtures("_somewhere_else")
 

@@ -11,10 +11,10 @@ import pytest
 
 from compare.against.checks import compare, evaluate
 from compare.against.data import Data
-from compare.cli import main
 from scenes.errors import SceneError
 from scenes.result import Result
-from tests.compare.conftest import Case
+from tests.conftest import Case
+from validate.cli import main
 
 KEYS = ("peak_K", "end_K", "mean_K", "current_A", "power_W")
 
@@ -86,7 +86,7 @@ def test_the_command(
 ) -> None:
     """In the table, the summary, the report and figure 6; and refused before anything is solved."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("compare.render.Renderer.start", lambda self: None)
+    monkeypatch.setattr("validate.report.figures.render.Renderer.start", lambda self: None)
     data = made(case.fem3d, UNEVEN, 1.1)
     # The scene declares every check that differs, and this one is not among them.
     Path("comsol.txt").write_text(

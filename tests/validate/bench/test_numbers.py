@@ -1,0 +1,114 @@
+"""What the bench reckons with: steps, methods, exponents, and who is ahead."""
+
+import numpy as np
+import pytest
+
+from meshes import axis, connected
+from scenes.sink import Sink
+from validate.bench import fresh, frontier, growth, plots, sample
+from validate.bench.entries import FREEFEM, GIVEN, NGSOLVE, OURS, REDUCTION, SCIKIT_FEM, WHOLE
+from validate.bench.runge_kutta import METHODS
+
+
+def test_every_instant_of_the_comparison_is_a_step():
+    for per_interval in (1, 2, 3):
+        times = sample.step_times(per_interval)
+        assert np.allclose(times[sample.at_times(times)], sample.TIMES, rtol=1e-12, atol=0)
+        assert (np.diff(times) > 0).all()
+    with pytest.raises(ValueError, match="not among the steps"):
+        sample.at_times(np.linspace(0.0, sample.END, 1000))
+
+
+def error(method, steps):
+    """Of y' = -y^2 + cos t, y(0) = 1, at 1, against many more steps of order 4."""
+    y, h, gamma = 1.0, 1.0 / steps, method[0][0]
+    for n in range(steps):
+        rates = []
+        for weights in method:
+            # Autonomous in t's place: the abscissa of a stage is the sum of its weights.
+            t, start = (n + sum(weights)) * h, y + h * sum(w * r for w, r in zip(weights, rates, strict=False))
+            rate = 0.0
+            for _ in range(60):
+                rate = -((start + gamma * h * rate) ** 2) + np.cos(t)
+            rates.append(rate)
+        y = start + gamma * h * rates[-1]
+    return y
+
+
+@pytest.mark.parametrize("order", [2, 3, 4])
+def test_the_methods_have_their_orders_and_a_wrong_weight_has_not(order):
+    exact = error(METHODS[4], 4000)
+    coarse, fine = (abs(error(METHODS[order], n) - exact) for n in (20, 40))
+    assert abs(np.log2(coarse / fine) - order) < 0.2  # the next term of the error at these steps
+    wrong = (*METHODS[order][:-1], (METHODS[order][-1][0] + 1e-2, *METHODS[order][-1][1:]))
+    coarse, fine = (abs(error(wrong, n) - exact) for n in (20, 40))
+    assert np.log2(coarse / fine) < 1.2
+
+
+def row(tool, seconds, off, failure=""):
+    if failure:
+        return {"tool": tool, "label": "", "failure": failure}
+    return {"tool": tool, "label": "", "failure": "", "median_s": seconds, "error": off, "peak_MB": 1.0}
+
+
+def test_the_fastest_at_an_error_counts_and_a_peer_is_held_against_both_of_ours():
+    rows = [
+        row(WHOLE, 1.0, 5e-3), row(WHOLE, 3.0, 5e-5), row(GIVEN, 0.25, 5e-3), row(NGSOLVE, 0.5, 9e-3),
+        row(NGSOLVE, 6.0, 9e-5), row(NGSOLVE, 0.1, 2e-2), row(FREEFEM, 0, 0, "took too long"),
+    ]  # fmt: skip
+    percent, tenth, hundredth, last = frontier.targets(rows)
+    none = dict.fromkeys(OURS)
+    assert percent["ratios"] == {SCIKIT_FEM: none, NGSOLVE: {WHOLE: 0.5, GIVEN: 2.0}, FREEFEM: none}
+    assert tenth["ratios"][NGSOLVE] == hundredth["ratios"][NGSOLVE] == {WHOLE: 2.0, GIVEN: None}
+    assert last["fastest"] == dict.fromkeys((*OURS, *frontier.PEERS))
+    said = frontier.verdict(percent["fastest"][NGSOLVE], percent["fastest"])
+    assert "**ahead: 2.0 times as fast as our whole run**" in said
+    assert "2.0 times as long as our solve on a given mesh" in said
+    assert said.count("ahead") == 1
+    behind = frontier.verdict(tenth["fastest"][NGSOLVE], tenth["fastest"])
+    assert "**ahead of our solve on a given mesh, which does not get there**" in behind
+    assert frontier.verdict(None, last["fastest"]) == "no entry gets there"
+
+
+def test_only_points_that_no_other_beats_are_joined():
+    assert plots.fastest([(1e-2, 1.0), (1e-3, 3.0), (2e-2, 2.0), (1e-3, 4.0)]) == [(1e-2, 1.0), (1e-3, 3.0)]
+
+
+def test_reductions_are_named_points_and_no_line_joins_them(monkeypatch, tmp_path):
+    drawn = []
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda figure, path, dpi: drawn.append(figure))
+    names = ("paper", "plate", "moments:4")
+    rows = [{**row(REDUCTION, 0.1 * n, 1e-3 / n), "label": name} for n, name in enumerate(names, 1)]
+    rows += [row(NGSOLVE, 0.1 * n, 1e-3 / n) for n in (1, 2)]
+    plots.draw("steady", {"rows": rows, "reference": {"uncertainty": 1e-6}}, tmp_path / "a.png")
+    (axes,) = drawn[0].axes
+    assert tuple(text.get_text() for text in axes.texts) == names
+    joined = {tool: [line.get_linestyle() for line in axes.lines if line.get_color() == plots.LOOKS[tool][0]]
+              for tool in (REDUCTION, NGSOLVE)}  # fmt: skip
+    assert joined == {REDUCTION: ["None"], NGSOLVE: ["None", "-"]}
+
+
+def test_names_near_each_other_make_room():
+    assert plots.apart([(0.0, 50.0), (5.0, 48.0), (5.0, 47.0), (300.0, 49.0)]) == [0.0, 8.0, 17.0, 0.0]
+
+
+def test_a_solve_finds_nothing_of_the_scene_that_an_earlier_one_worked_out():
+    connected.anchored(Sink().scene())
+    table = axis.reference(3)
+    assert connected.anchored in set(fresh.kept())
+    fresh.forget()
+    assert connected.anchored.cache_info().currsize == connected.coarsest.cache_info().currsize == 0
+    assert axis.reference(3) is table
+
+
+def test_exponents_of_power_laws_are_found_above_the_small_sizes():
+    sizes = (1000, 5000, 20000, 100000)
+    rows = [
+        {"path": "a", "failure": "", "unknowns": n, "own_MB": 1e-3 * n**1.2,
+         "phases": {"assembly": 1e-5 * n, "factorization": 1e-8 * n**1.5 if n > 1000 else 9.0}}
+        for n in sizes
+    ]  # fmt: skip
+    (found,) = growth.exponents(rows)
+    expected = {"assembly": 1.0, "factorization": 1.5, "memory": 1.2}
+    assert all(abs(found["exponents"][name] - value) < 1e-9 for name, value in expected.items())
+    assert (found["rises"], found["largest"]) == ("factorization", "assembly")

@@ -1,0 +1,309 @@
+"""The command: exit statuses, what is printed and what is written, with a stand-in for the 3D solver."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from scenes.checks import DEFAULT_TOLERANCES
+from scenes.loading import from_dict, load
+from validate.cli import main
+from validate.report.table import QUANTITIES
+
+ROOT = Path(__file__).parents[3]
+pytestmark = pytest.mark.usefixtures("no_solver")
+
+
+@pytest.fixture(autouse=True)
+def _somewhere_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def sink(*arguments: str) -> int:
+    return main(["sink", "--no-figures", *arguments])
+
+
+def summary(folder: str = "results/sink-1V") -> dict[str, Any]:
+    found = json.loads(Path(folder, "summary.json").read_text(), parse_constant=pytest.fail)
+    assert isinstance(found, dict)
+    return found
+
+
+def test_summary_has_the_contract(capsys: pytest.CaptureFixture[str]) -> None:
+    assert sink("--voltage", "1") == 0
+    found = summary()
+    assert {"schema", "scene", "plan", "provenance", "fem3d", "reduced1d", "checks", "timing_s"} <= set(found)
+    assert found["schema"] == 1
+    assert from_dict(found["scene"]) == load("sink")
+    assert {"numpy", "scipy", "python", "validate"} <= set(found["provenance"])
+    for key in QUANTITIES:
+        assert set(found["fem3d"]["steady"][key]) == {"value", "error"}
+        assert set(found["reduced1d"]["steady"][key]) == {"value"}
+    assert {"energy_imbalance", "dofs", "steps"} <= set(found["fem3d"])
+    assert [check["id"] for check in found["checks"]] == list(DEFAULT_TOLERANCES)
+    keys = {"id", "title", "predicted", "measured", "difference", "tolerance", "u_num", "verdict"}
+    assert all(keys <= set(check) for check in found["checks"])
+    assert all({"step", "state", "reason"} == set(step) for step in found["plan"])
+    assert all(isinstance(seconds, float) for seconds in found["timing_s"].values())
+    assert set(found["files"]) == {entry.name for entry in Path("results/sink-1V").iterdir()}
+
+
+def test_traces(capsys: pytest.CaptureFixture[str]) -> None:
+    sink()
+    with open("results/sink-1V/traces.csv") as file:
+        rows = list(csv.DictReader(file))
+    quantities = ("peak_K", "end_K", "mean_K", "current_A", "power_W")
+    assert list(rows[0]) == ["time_s", *(f"{m}_{q}" for m in ("fem3d", "reduced1d") for q in quantities)]
+    assert float(rows[0]["fem3d_peak_K"]) == 293.0
+    assert float(rows[-1]["time_s"]) == 0.02
+    last = summary()["reduced1d"]["steady"]["peak_rise_K"]["value"]
+    assert float(rows[-1]["reduced1d_peak_K"]) - 293.0 == pytest.approx(last, rel=1e-3)
+
+
+def test_terminal_reads_at_80_columns(capsys: pytest.CaptureFixture[str]) -> None:
+    for arguments in (
+        [],
+        ["--voltage", "-10", "--set", "silicon.temperature_coefficient=0"],
+        ["--explain", "--only", "1d"],
+    ):
+        sink(*arguments)
+        text = capsys.readouterr().out
+        assert max(map(len, text.splitlines())) <= 80
+        assert "\x1b" not in text
+    sink()
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("The paper's 1D model is 6.6 % low at the peak and 30 % low at the ends")
+    assert "sink at 1 V: 6 of 12 checks differ, as the scene declares: all were known." in lines
+    assert any(re.match(r". eq14 +anchor resistance .*differs$", line) for line in lines)
+    assert any("1862 K/W" in line and "2663 K/W" in line for line in lines)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status"),
+    [
+        ([], 0), (["--strict"], 0),
+        (["--voltage", "2"], 0), (["--voltage", "2", "--strict"], 1),
+        (["--set", "checks.tolerances.eq14=1%"], 0),
+        (["--voltage", "2", "--set", "checks.tolerances.eq14=1%"], 1),
+        (["--voltage", "2", "--set", "checks.tolerances.eq14=50%"], 0),
+        (["--set", "checks.expect_differs=eq13"], 1),
+        (["--set", "checks.tolerances.eq13=1e-4"], 0), (["--set", "checks.tolerances.eq13=1e-4", "--strict"], 1),
+    ],
+)  # fmt: skip
+def test_exit_status_of_the_checks(arguments: list[str], status: int, capsys: pytest.CaptureFixture[str]) -> None:
+    """The last two: a tolerance below the numerical error is unresolved, which only --strict takes for a fault."""
+    assert sink(*arguments) == status
+    assert capsys.readouterr().err == ""
+
+
+REFUSED = {
+    "--voltage abc": "drive.voltage", "--voltage 2um": "not a voltage", "--accuracy 2": "run.accuracy",
+    "--accuracy 0": "run.accuracy", "--set run.end_time=0": "run.end_time", "--set sink.widht=1um": "sink.width",
+    "--set sink.width": "KEY=VALUE", "--volts 1": '"--voltage"', "--only 2d": "invalid choice",
+    "nowhere.toml": "no file", "one two": "too many", "--voltage": "expected one argument", "--out=": "--out",
+    "--voltage nan": "drive.voltage", "--out /dev/null/x": "output folder",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("arguments", REFUSED)
+def test_bad_input_is_one_sentence(arguments: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert sink(*arguments.split()) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("validate: ")
+    assert err.count("\n") == 1
+    assert REFUSED[arguments] in err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("arguments", [[], ["devise"], ["snik"], ["scene"], ["scene", "snik"], ["--help-me"]])
+def test_unknown_commands(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(arguments) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_negative_voltage_with_a_unit(capsys: pytest.CaptureFixture[str]) -> None:
+    assert sink("--voltage", "-2V", "--steady") == 0
+    assert summary("results/sink-minus2V-steady")["scene"]["drive"]["voltage"] == -2.0
+
+
+def test_runaway(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert sink("--set", "silicon.temperature_coefficient=-2e-3", "--voltage", "9", "--only", "1d") == 3
+    assert "thermal runaway" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_interrupted(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    sink()
+    before = Path("results/sink-1V/summary.json").read_bytes()
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("fem3d.run.solve", interrupt)
+    assert sink() == 130
+    assert "interrupted" in capsys.readouterr().err
+    assert Path("results/sink-1V/summary.json").read_bytes() == before
+
+
+def test_json_and_quiet(capsys: pytest.CaptureFixture[str]) -> None:
+    sink("--json", "--steady")
+    assert json.loads(capsys.readouterr().out) == summary("results/sink-1V-steady")
+    sink("--quiet", "--steady")
+    said = capsys.readouterr().out
+    assert said.count("\n") == 1
+    assert said.startswith(summary("results/sink-1V-steady")["answer"])
+
+
+def test_scene_goes_round(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["scene", "sink"]) == 0
+    Path("mine.toml").write_text(capsys.readouterr().out)
+    assert sink("mine.toml", "--steady", "--out", "mine") == 0
+    assert summary("mine")["scene"] == json.loads(json.dumps(summary("mine")["scene"]))
+
+
+PLANS = {
+    "": ({"traces.csv"}, {"field files", "figures"}),
+    "--steady": (set(), {"traces.csv", "fig6_peak"}),
+    "--only 3d": ({"checks"}, {"1D model", "fig4"}),
+    "--only 1d": ({"1D model"}, {"3D model", "checks"}),
+    "--fields": ({"field files"}, {"figures"}),
+}
+
+
+@pytest.mark.parametrize("arguments", PLANS)
+def test_the_plan_is_true(arguments: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Each line of the plan against what is in the folder and the summary."""
+    assert sink("--explain", *arguments.split()) == 0
+    text = capsys.readouterr().out
+    found = summary(str(next(Path("results").iterdir())))
+    files = set(found["files"])
+    plan = {step["step"]: step for step in found["plan"]}
+    done = " ".join(name for name, step in plan.items() if step["state"] == "done")
+    skipped = " ".join(name for name, step in plan.items() if step["state"] == "skipped")
+    assert all(name in done for name in PLANS[arguments][0])
+    assert all(name in skipped for name in PLANS[arguments][1])
+    assert ("traces.csv" in done) is ("traces.csv" in files)
+    assert ("field files" in done) is ("fem3d.pvd" in files)
+    assert ("1D model" in done) is (found["reduced1d"] is not None)
+    assert ("3D model" in skipped) is (found["fem3d"] is None)
+    assert not any(name.startswith("figure") for name in files)
+    made = plan["checks"]["reason"].split(", ") if "checks" in plan else []
+    assert made == [check["id"] for check in found["checks"]]
+    assert all(step["reason"] for step in found["plan"])
+    assert all(name.split()[0] in text for name in plan)
+    assert "As it turned out" not in text
+
+
+def test_fields_open_in_pyvista(capsys: pytest.CaptureFixture[str]) -> None:
+    import pyvista
+
+    assert sink("--fields", "--field-times", "0.5ms, 2 ms") == 0
+    reader = pyvista.get_reader("results/sink-1V-fields-500us-2ms/fem3d.pvd")
+    assert {0.0, 5e-4, 2e-3, 0.02} <= set(reader.time_values)
+    assert len(reader.time_values) == 16
+    grid = pyvista.read("results/sink-1V-fields-500us-2ms/fem3d_steady.vtu")
+    assert grid.point_data["temperature_K"].max() == 300.0
+    assert grid.point_data["rise_K"].max() == pytest.approx(7.0)
+    assert grid.point_data["potential_V"].max() == 1.0
+    assert set(grid.celltypes) == {pyvista.CellType.TRIQUADRATIC_HEXAHEDRON}
+    assert list(grid.cell_data["material"]) == [0]
+    assert grid.cell_data["current_density_A_per_m2"].tolist() == [[0.0, 1e7, 0.0]]
+    assert grid.cell_data["heat_source_W_per_m3"].tolist() == [1e10]
+    assert grid.field_data["material_silicon"].tolist() == [0]
+    # The 1D model beside it: its own rises, and by how much they are above 3D's.
+    summary = json.loads(Path("results/sink-1V-fields-500us-2ms/summary.json").read_text())["reduced1d"]["steady"]
+    assert grid.point_data["rise_1d_K"].max() == pytest.approx(summary["peak_rise_K"]["value"])
+    assert grid.point_data["rise_1d_K"].min() == pytest.approx(summary["end_rise_K"]["value"])
+    assert grid.point_data["difference_K"] == pytest.approx(grid.point_data["rise_1d_K"] - grid.point_data["rise_K"])
+    early = pyvista.read("results/sink-1V-fields-500us-2ms/fem3d_01.vtu")
+    assert 0 < early.point_data["rise_1d_K"].max() < 0.1 * summary["peak_rise_K"]["value"]
+
+
+def test_all_times_in_one_vtkhdf_file(capsys: pytest.CaptureFixture[str]) -> None:
+    """Each step of the one file against the .vtu of that time."""
+    hdf = pytest.importorskip("vtkmodules.vtkIOHDF", reason="VTK here is too old to write it")
+    import pyvista
+
+    sink("--fields")
+    reader = hdf.vtkHDFReader()
+    reader.SetFileName("results/sink-1V-fields/fem3d.vtkhdf")
+    reader.UpdateInformation()
+    times = pyvista.get_reader("results/sink-1V-fields/fem3d.pvd").time_values
+    assert reader.GetNumberOfSteps() == len(times)
+    for step in (0, 5, len(times) - 1):
+        reader.SetStep(step)
+        reader.Update()
+        one, same = pyvista.wrap(reader.GetOutput()), pyvista.read(f"results/sink-1V-fields/fem3d_{step:02d}.vtu")
+        assert (one.point_data["rise_K"] == same.point_data["rise_K"]).all()
+        assert (one.cells == same.cells).all()
+        # The file keeps times in single precision.
+        assert reader.GetTimeValue() == pytest.approx(times[step], rel=1e-6)
+
+
+@pytest.mark.parametrize("times", ["abc", "1s", "-1ms", "1V", "0.1ms --steady"])
+def test_field_times_are_checked(times: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert sink("--fields", *f"--field-times={times}".split()) == 2
+    assert "--field-times" in capsys.readouterr().err
+    assert not Path("results").exists()
+
+
+def test_figures_without_opengl(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Where nothing can be rendered there are four figures all the same, and the plan says which is not as planned."""
+    monkeypatch.setattr("validate.report.figures.render.Renderer.start", lambda self: None)
+    assert main(["sink", "--explain"]) == 0
+    assert "As it turned out" in capsys.readouterr().out
+    found = summary()
+    assert {f"figure{n}.{kind}" for n in (4, 5, 6, 7) for kind in ("png", "svg")} <= set(found["files"])
+    assert "from above" in next(step["reason"] for step in found["plan"] if step["step"] == "figure4")
+    svg = Path("results/sink-1V/figure7.svg").read_text()
+    assert "current (mA)" in svg
+    assert "fig7_current DIFFERS" in svg
+    assert "mean, 1D" in Path("results/sink-1V/figure6.svg").read_text()
+
+
+def _subprocess(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    env = {**os.environ, "PYTHONPATH": str(ROOT), **environment}
+    command = [sys.executable, "-m", "validate", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, env=env, check=False)
+
+
+def test_from_a_shell() -> None:
+    """The real 3D solver, in a process of its own, on a terminal that knows ASCII only."""
+    found = _subprocess("sink", "--no-figures", PYTHONIOENCODING="ascii")
+    assert (found.returncode, found.stderr) == (0, "")
+    assert " ".join(found.stdout.split()).startswith(
+        "The paper's 1D model is 6.6 % low at the peak and 30 % low at the ends in the steady state; the anchor "
+        "resistance (eq 14) is to blame. sink at 1 V: 6 of 12 checks differ, as the scene declares"
+    )
+    assert found.stdout.isascii()
+    steady = summary()["fem3d"]["steady"]
+    assert steady["peak_rise_K"]["value"] == pytest.approx(20.33, abs=0.01)
+    refused = _subprocess("sink", "--voltage", "abc")
+    assert refused.returncode == 2
+    assert "Traceback" not in refused.stderr
+
+
+def test_start_up_imports_nothing_heavy() -> None:
+    code = (
+        "import sys; from validate.cli import main; main(['sink', '--voltage', 'abc'])\n"
+        "print(sorted({'numpy', 'scipy', 'skfem', 'matplotlib', 'pyvista'} & set(sys.modules)))"
+    )
+    env = {**os.environ, "PYTHONPATH": str(ROOT)}
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=env, check=True)
+    assert found.stdout.strip() == "[]"
+
+
+def test_a_reader_that_stops_reading() -> None:
+    env = {**os.environ, "PYTHONPATH": str(ROOT)}
+    command = f"{sys.executable} -m validate scene sink | head -c 1"
+    found = subprocess.run(command, shell=True, capture_output=True, text=True, env=env, check=True)
+    assert found.stderr == ""

@@ -1,0 +1,67 @@
+"""Completion scripts: asked of the shells themselves where they are installed."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+
+import pytest
+
+from validate.cli.commands import COMMANDS
+from validate.cli.shells import script
+
+ASKED = {
+    "validate ": set(COMMANDS),
+    "validate si": {"sink"},
+    "validate sink --vol": {"--voltage"},
+    "validate sink --only ": {"3d", "1d"},
+    "validate sink --reduction ": {"paper", "anchored", "fin-massless", "fin", "plate", "moments"},
+    "validate sink --reduction pl": {"plate"},
+    "validate sink --set sink.wid": {"sink.width="},
+    "validate device --set control.samp": {"control.sample_time="},
+    "validate view --sho": {"--show"},
+    "validate view --show pot": {"potential"},
+    "validate completion ": {"bash", "zsh", "fish"},
+}
+
+
+def bash(line: str) -> set[str]:
+    words = line.split(" ")
+    listed = " ".join(f"'{word}'" for word in words)
+    asked = f"COMP_WORDS=({listed}); COMP_CWORD={len(words) - 1}; _validate 2> /dev/null"
+    code = f"{script('bash')}\n{asked}; printf '%s\\n' \"${{COMPREPLY[@]}}\""
+    found = subprocess.run(["bash", "-c", code], capture_output=True, text=True, check=True)
+    return set(found.stdout.split())
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="no bash here")
+@pytest.mark.parametrize("line", ASKED)
+def test_bash_completes(line: str, tmp_path: object, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(str(tmp_path))
+    assert bash(line) - {"--help", "--version"} == ASKED[line]
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="no bash here")
+def test_files_are_offered_where_they_fit(tmp_path: object, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(str(tmp_path))
+    subprocess.run(["touch", "mine.toml"], check=True)
+    assert "mine.toml" in bash("validate sink m")
+    assert "mine.toml" in bash("validate sink --against m")
+    assert "mine.toml" not in bash("validate sink --only m")
+
+
+@pytest.mark.parametrize("shell", ["zsh", "fish"])
+def test_the_script_is_the_shells_language(shell: str) -> None:
+    if shutil.which(shell) is None:
+        pytest.skip(f"no {shell} here")
+    found = subprocess.run([shell, "-n"], input=script(shell), capture_output=True, text=True, check=False)
+    assert (found.returncode, found.stderr) == (0, "")
+
+
+@pytest.mark.skipif(shutil.which("fish") is None, reason="no fish here")
+@pytest.mark.parametrize("line", ASKED)
+def test_fish_completes(line: str, tmp_path: object, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(str(tmp_path))
+    code = f"{script('fish')}\ncomplete -C '{line}'"
+    found = subprocess.run(["fish", "--no-config", "-c", code], capture_output=True, text=True, check=True)
+    assert {row.split("\t")[0] for row in found.stdout.splitlines()} >= ASKED[line]

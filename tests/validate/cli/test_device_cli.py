@@ -1,0 +1,280 @@
+"""The command for the whole sensor: exit statuses, what is printed and what is written."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import io
+import json
+import re
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+from compare.device import checks, runs
+from compare.device.outcome import DeviceOutcome
+from compare.device.scope import FIGURES, DeviceRequest
+from reduced1d.device import QUANTITIES
+from scenes.checks import DEVICE_TOLERANCES
+from scenes.loading import from_dict, load
+from scenes.types import DEVICE
+from validate.cli import main
+from validate.report.device import figures
+from validate.report.device.table import columns
+from validate.report.table import Style
+
+QUICK = ("--set", "control.sample_time=1ms", "--set", "control.sink_gain=0.5")
+
+
+@pytest.fixture(autouse=True)
+def _somewhere_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def device(*arguments: str) -> int:
+    return main(["device", *arguments])
+
+
+def summary(folder: str) -> dict[str, Any]:
+    found = json.loads(Path(folder, "summary.json").read_text(), parse_constant=pytest.fail)
+    assert isinstance(found, dict)
+    return found
+
+
+@pytest.fixture(scope="module")
+def full(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
+    """What a run with all checks and answers prints, and its folder."""
+    folder, printed = tmp_path_factory.mktemp("full") / "one", io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        assert device(*QUICK, "--no-figures", "--max-power", "20 mW", "--out", str(folder)) == 0
+    return printed.getvalue(), folder
+
+
+def test_the_summary_has_the_contract(full: tuple[str, Path]) -> None:
+    text, folder = full
+    assert max(map(len, text.splitlines())) <= 80
+    assert "PXI-4070" in text
+    found = summary(str(folder))
+    assert {"schema", "scene", "plan", "provenance", "reduced1d", "checks", "findings", "timing_s"} <= set(found)
+    assert found["checks"][3]["sense"] == "at least"
+    assert found["design"]["limits"][0]["largest_eigenvalue"] < 1
+    assert from_dict(found["scene"], DEVICE).control.sample_time == 1e-3
+    assert [check["id"] for check in found["checks"]] == list(DEVICE_TOLERANCES)
+    keys = {"id", "title", "predicted", "measured", "difference", "tolerance", "u_num", "verdict", "because"}
+    assert all(keys <= set(check) and check["because"] for check in found["checks"])
+    model = found["reduced1d"]
+    for state in ("steady", "steady_before", "peaks"):
+        assert set(model[state]) == set(QUANTITIES)
+    assert model["steady"]["sensor_power_W"]["value"] == pytest.approx(5.625e-3, rel=1e-12)
+    assert model["steady_before"]["sensor_power_W"]["value"] == pytest.approx(2.625e-3, rel=1e-12)
+    assert set(model["errors"]) == set(QUANTITIES)
+    assert found["design"]["range"]["lowest_K"] == pytest.approx(310.5 - 20e-3 / 1.5e-4)
+    assert found["design"]["limits"][0]["sample_time_s"] == 1e-3
+    assert (
+        set(found["files"])
+        == {entry.name for entry in folder.iterdir()}
+        == {"report.html", "summary.json", "traces.csv"}
+    )
+
+
+def test_traces_have_a_row_per_sample_and_obey_eq_21() -> None:
+    assert device(*QUICK, "--no-figures", "--figure", "9", "--quiet", "--out", "one") == 0
+    with open("one/traces.csv") as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == ["time_s", *(f"reduced1d_{name}" for name in QUANTITIES)]
+    columns = {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
+    assert columns["time_s"] == pytest.approx(np.arange(501) * 1e-3)
+    rise, volts = columns["reduced1d_sensor_K"] - 293.0, columns["reduced1d_sensor_V"]
+    raised = np.maximum(np.r_[0.0, volts[:-1]] + 0.05 * (1 - rise / 17.5), 0.0)
+    assert volts == pytest.approx(raised, abs=1e-12)
+    resistance = 2.23e-8 * 1e-3 / (100e-6 * 0.2e-6) * (1 + 3.768e-3 * rise)
+    assert columns["reduced1d_sensor_power_W"] == pytest.approx(volts**2 / resistance, rel=1e-12)
+
+
+def test_the_default_scene_comes_out_as_it_declares(capsys: pytest.CaptureFixture[str]) -> None:
+    assert device("--strict", "--figure", "9", "--figure", "10", "--no-figures", "--quiet") == 0
+    assert "as the scene declares" in " ".join(capsys.readouterr().out.split())
+    assert [check["id"] for check in summary("results/device-273K-figure9-figure10")["checks"]] == [
+        "fig9_settling", "fig9_balance", "fig10_steady",
+    ]  # fmt: skip
+
+
+def test_a_contradicted_declaration_is_status_1() -> None:
+    options = (*QUICK, "--no-figures", "--figure", "10", "--quiet")
+    assert device(*options, "--set", "expect_differs=fig10_steady") == 1
+    assert device(*options, "--strict", "--set", "final_temperature=315") == 1
+
+
+def test_all_figures_are_drawn() -> None:
+    named = [option for name in FIGURES for option in ("--figure", name.removeprefix("figure"))]
+    assert device(*QUICK, *named, "--quiet", "--out", "all") == 0
+    drawn = {f"{name}.{kind}" for name in FIGURES for kind in ("png", "svg")}
+    assert {entry.name for entry in Path("all").iterdir()} == drawn | {"report.html", "summary.json", "traces.csv"}
+    assert "fig12_same_time DIFFERS: same, all steps, paper " in Path("all/figure12.svg").read_text()
+    assert "-150.0 \N{MICRO SIGN}W/K" in Path("all/figure13.svg").read_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--set", "control.sampletime=1ms"), 'did you mean "control.sample_time"'),
+        (("--set", "set_temperature=290"), "control.set_temperature = 290 K asks for cooling"),
+        (("--set", "sample_time=1us", "--set", "end_time=2"), "at most 1000000 samples"),
+        (("--set", "gold.temperature_coefficient=0"), "without a signal"),
+        (("--set", "final_temperature=20"), "external.final_temperature = 20.0 K"),
+        (("--set", "allow_negative_voltage=maybe"), "neither true nor false"),
+        (("--max-power", "1 V"), "--max-power"),
+        (("--figure", "8"), "invalid choice"),
+        (("--figur", "9"), 'did you mean "--figure"'),
+        (("none.toml",), "the built-in device"),
+        (("--scheme", "paper", "--set", "sensor_thickness=50nm"), "stable only up to 0.7"),
+    ],
+)
+def test_refusals_are_one_sentence(arguments: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert device(*arguments, "--no-figures") == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.count("\n") == 1
+    assert said in printed.err
+    assert not Path("results").exists()
+
+
+def test_the_scene_is_printed_and_reads_back(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert main(["scene", "device"]) == 0
+    (tmp_path / "copy.toml").write_text(capsys.readouterr().out)
+    assert load("copy.toml", of=DEVICE) == load("device", of=DEVICE)
+
+
+def test_eq_21_as_printed_runs_away_and_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+    literal = ("--set", "allow_negative_voltage=true", "--no-figures", "--figure", "9")
+    assert device(*literal, "--out", "one") == 0
+    text = " ".join(capsys.readouterr().out.split())
+    assert "above room temperature (ceiling 2000 K)" in text
+    assert all(check["verdict"] == "differs" for check in summary("one")["checks"])
+
+
+def test_a_sensor_without_gain_has_no_characteristic() -> None:
+    assert device(*QUICK, "--set", "sensor_gain=0", "--figure", "13", "--figure", "12", "--no-figures") == 0
+    (folder,) = Path("results").iterdir()
+    assert all(check["verdict"] == "differs" for check in summary(str(folder))["checks"])
+
+
+def test_an_unstable_loop_is_a_finding(capsys: pytest.CaptureFixture[str]) -> None:
+    assert device("--set", "sample_time=5ms", "--no-figures", "--figure", "9", "--set", "sensor_gain=2") == 0
+    text = " ".join(capsys.readouterr().out.split())
+    assert text.startswith("device: after the step from 293 to 273 K outside nothing settles: the loop is unstable")
+    assert "about the steady state at the initial outer temperature, 293 K, the loop is unstable" in text
+
+
+def test_the_plan_says_what_is_skipped(capsys: pytest.CaptureFixture[str]) -> None:
+    assert device(*QUICK, "--explain", "--no-figures", "--figure", "10") == 0
+    text = " ".join(capsys.readouterr().out.split())
+    assert "skipped designer's questions: only figure10 asked for" in text
+    assert "done checks: fig10_steady" in text
+
+
+EXTREMES = {
+    "slow": ("sample_time=50ms",), "loud": ("sink_gain=50", "sensor_gain=50"), "off": ("sensor_gain=0",),
+    "short": ("end_time=1ms",), "late": ("step_time=2",), "thin": ("sensor_thickness=1nm",),
+    "hot": ("initial_temperature=330", "final_temperature=350"), "literal": ("allow_negative_voltage=true",),
+}  # fmt: skip
+SAYS = {
+    "slow": "does not settle to 1 % in the 250 ms of the run: it ends at 4.967 mW, bound for 5.625 mW",
+    "loud": "nothing settles: the loop is unstable, its largest eigenvalue per sample -44.36 (alternating)",
+    "off": "the sensor gets no power, as it has no gain: it settles at 307.09 K",
+    "short": "from cold, with 293 K outside, the sensor's power does not settle to 1 % in the 1 ms of the run",
+    "late": "from cold, with 293 K outside, the sensor's power settles to 1 % in 50.9 ms, at 2.625 mW",
+    "thin": "the sensor's power settles to 1 % in 51 ms, at 5.625 mW",
+    "hot": "the sensor gets no power, as it is above the set point: it settles at 316.87 K, 6.37 K off",
+    "literal": "nothing settles: the run was stopped after 3.3 ms",
+}
+
+
+@pytest.mark.parametrize("name", EXTREMES)
+def test_extremes_are_told_in_words_and_in_columns_apart(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    settings = [part for setting in EXTREMES[name] for part in ("--set", setting)]
+    figures = ("--figure", "9", "--figure", "10")
+    assert device(*settings, *figures, "--no-figures", "--out", "one") == 0
+    text = capsys.readouterr().out
+    assert SAYS[name] in " ".join(text.split())
+    assert max(map(len, text.splitlines())) <= 80
+    assert not re.search(r"\binf\b|\bnan\b|infinite", text)
+    rows = re.findall(r"^  (?:sink|sensor|heat) .*$", text, re.MULTILINE)
+    assert len(rows) == len(QUANTITIES)
+    # Name, before, after, peak, at and up to two times, each a number with its unit or a word.
+    cell = r"\s+(?:-?[\d.]+(?:e[+-]\d+)? \w+|never)"
+    assert all(re.fullmatch(rf"  [a-z ]+?(?:{cell}){{4,6}}", row) for row in rows), rows
+    page = Path("one/report.html").read_text()
+    assert SAYS[name].split(",")[0] in page.replace("&nbsp;", " ").replace("&#x27;", "'")
+
+
+def test_columns_never_touch() -> None:
+    rows = [["a", "b", "c"], ["x" * 30, "-1.234e+05 kW", "never"], ["y", "1 W", "12345678.9 ms"]]
+    for line, row in zip(columns(rows, 1, Style()), rows, strict=True):
+        assert re.split(r"\s{2,}", line) == row
+    wide = columns([["x" * 40, "y" * 40], ["a", "b"]], 1, Style())
+    assert wide[0].split(" ") == ["x" * 40, "y" * 40]
+
+
+def test_near_instability_is_a_finding(capsys: pytest.CaptureFixture[str]) -> None:
+    quick = ("--no-figures", "--figure", "9")
+    assert device("--set", "sample_time=50ms", *quick) == 0
+    near = " ".join(capsys.readouterr().out.split())
+    assert "near instability: its largest eigenvalue per sample is 0.8721" in near
+    assert "the sensor's gain of 0.05 V is 0.757 times its largest stable one" in near
+    assert device("--set", "sample_time=5ms", "--set", "sink_gain=0.5", *quick) == 0
+    assert "instability" not in capsys.readouterr().out
+
+
+def test_a_meter_that_tells_nothing_says_so(full: tuple[str, Path]) -> None:
+    text = " ".join(full[0].split())
+    assert "MAX1367: cannot resolve the outer temperature: its step of 80 K is more than the 37.5 K" in text
+    assert "PXI-4070: resolves 0.24 K outside" in text
+    sources = summary(str(full[1]))["design"]["sources"]
+    assert set(sources) == {"PXI-4070", "MAX1367"}
+    assert all("not seen" in source for source in sources.values())
+
+
+def test_the_report_has_names_and_units(full: tuple[str, Path]) -> None:
+    page = (full[1] / "report.html").read_text().replace("&nbsp;", " ")
+    assert not re.search(r"sink_K|sensor_power_W|_ohm|_per_s|time_s", page)
+    assert "<th>check</th><th>of</th><th class=n>the paper</th><th class=n>1D</th>" in page
+    for said in ("at least ", "heat into polymer", "within 0.1 %", "lowest", "177.17 K", "371304J-01"):
+        assert said in page, said
+    assert page.count("<tr") < 100
+
+
+@pytest.mark.parametrize("setting", ["sample_time=50ms", "sensor_gain=0", "polymer_thickness=10mm"])
+def test_no_text_of_a_figure_touches_another(setting: str) -> None:
+    scene, request = load("device", ("sample_time=1ms", setting), of=DEVICE), DeviceRequest()
+    made = runs.make(scene, request, lambda _: None)
+    outcome = DeviceOutcome(scene, request, (), made, checks.evaluate(scene, request, made))
+    for name in FIGURES:
+        boxes = _boxes(figures.DRAWN[name](outcome))
+        touching = [(a, b) for (a, one), (b, two) in combinations(boxes, 2) if one.overlaps(two)]
+        assert touching == [], name
+
+
+def test_the_check_of_texts_can_fail() -> None:
+    figure = Figure()
+    figure.text(0.5, 0.5, "one"), figure.text(0.51, 0.5, "two")
+    (_, one), (_, two) = _boxes(figure)
+    assert one.overlaps(two)
+
+
+def _boxes(figure: Figure) -> list[tuple[str, Any]]:
+    """Every text of a figure that is seen, with its box in pixels."""
+    FigureCanvasAgg(figure).draw()
+    texts = [text for text in figure.findobj(Text) if text.get_visible() and text.get_text().strip()]
+    for axis in (axis for ax in figure.axes for axis in (ax.xaxis, ax.yaxis)):
+        low, high = sorted(axis.get_view_interval())
+        # Labels beyond the ends of an axis are there, but not drawn.
+        beyond = [tick.label1 for tick in axis.get_major_ticks() if not low <= tick.get_loc() <= high]
+        texts = [text for text in texts if text not in beyond]
+    return [(text.get_text(), text.get_window_extent()) for text in texts]

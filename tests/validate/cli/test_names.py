@@ -1,0 +1,156 @@
+"""The default folder tells apart what makes results different; what replaces an earlier run says so."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from validate.cli import main
+
+SAME = {"--help", "--out", "--no-figures", "--explain", "--dry-run", "--strict", "--quiet", "--json"}
+"""The options that change no number and add nothing to the results."""
+
+DIFFERENT = {
+    "sink": [
+        "", "--voltage 2", "--set sink.width=20um", "--accuracy 1e-4", "--steady", "--only 3d", "--only 1d",
+        "--reduction fin", "--reduction moments:3", "--why", "--fields", "--fields --field-times 1ms",
+        "--fields --field-times 2ms", "--against a.csv", "--against b.csv", "--against sub/a.csv", "--against ../a.csv",
+        "--against a.csv --column mean=2", "--set checks.tolerances.eq14=0.5", "--set tolerances.eq14=0.4",
+        "--set expect_differs=eq13", "--steady --why", "--set name=other",
+    ],
+    "device": [
+        "", "--set control.sample_time=1ms", "--accuracy 1e-3", "--figure 9", "--figure 10", "--figure 9 --figure 10",
+        "--scheme paper", "--meter PXI-4070", "--meter MAX1367", "--max-power 2mW", "--max-power 3mW",
+        "--max-voltage 1", "--set tolerances.fig9_balance=0.5",
+    ],
+    "solve": [
+        "bridge", "plate", "bridge --set run.accuracy=1e-4", "bridge --accuracy 1e-5", "bridge --fields",
+        "bridge --set boundary.left~electrode.voltage=-2", "bridge --set boundary.left~electrode.voltage=2",
+        "bridge --steady", "hotplate", "hotplate --end-time 2ms", "hotplate --end-time 3ms",
+    ],
+}  # fmt: skip
+_RUN = {"sink": "compare.sink_run.run", "device": "compare.device.run.run", "solve": "compare.solve.run.run"}
+
+
+@pytest.fixture(autouse=True)
+def _somewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "here" / "sub").mkdir(parents=True)
+    monkeypatch.chdir(tmp_path / "here")
+    for name in ("a.csv", "b.csv", "sub/a.csv", "../a.csv"):
+        Path(name).write_text("time (ms),peak (K)\n0,293\n1,294\n2,295\n3,296\n")
+
+
+def folder(command: str, arguments: str, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where a run would be written, found without one."""
+    found: list[Path] = []
+
+    def stop(scene: object, request: object, out: Path, *_: object) -> None:
+        found.append(out)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(_RUN[command], stop)
+    assert main([command, *(part.replace("~", " ") for part in arguments.split())]) == 130
+    return found[0]
+
+
+@pytest.mark.parametrize("command", DIFFERENT)
+def test_different_results_have_different_folders(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    folders = [folder(command, arguments, monkeypatch) for arguments in DIFFERENT[command]]
+    assert len(set(folders)) == len(folders), sorted(folders)
+    assert all(found.parent == Path("results") for found in folders)
+    plain = {"sink": "sink-1V", "device": "device-273K", "solve": "bridge"}[command]
+    assert folders[0].name == plain
+    for option in SAME - {"--help", "--out"}:
+        if (command, option) != ("solve", "--strict") and option != "--dry-run":
+            assert folder(command, f"{DIFFERENT[command][0]} {option}", monkeypatch).name == plain
+
+
+@pytest.mark.parametrize("command", DIFFERENT)
+def test_every_option_is_one_or_the_other(command: str) -> None:
+    """A new option is put into the folder's name, or into the list of those that make no difference."""
+    parser = argparse.ArgumentParser()
+    import_module(f"validate.cli.{command}").describe(parser)
+    known = {name for action in parser._actions for name in action.option_strings if name.startswith("--")}
+    tried = {word for arguments in DIFFERENT[command] for word in arguments.split() if word.startswith("--")}
+    assert known - SAME - tried - {"--export"} == set()
+
+
+def test_long_commands_are_cut_and_still_told_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    long = " ".join(f"--set boundary.left~electrode.voltage={k}.000000001" for k in range(1, 9))
+    one, other = (folder("solve", f"bridge {long} {more}", monkeypatch) for more in ("--fields", ""))
+    assert one != other
+    assert len(one.name) < 90
+
+
+def summary(where: Path) -> dict[str, Any]:
+    found = json.loads((where / "summary.json").read_text())
+    assert isinstance(found, dict)
+    return found
+
+
+@pytest.mark.usefixtures("no_solver")
+def test_what_replaces_an_earlier_run_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+    first = ["sink", "--no-figures", "--out", "my run"]
+    assert main(first) == 0
+    assert "Replaces" not in capsys.readouterr().out
+    assert summary(Path("my run"))["command"] == "validate sink --no-figures --out 'my run'"
+    assert "validate sink --no-figures --out &#x27;my run&#x27;" in Path("my run/report.html").read_text()
+    main([*first, "--steady"])
+    said = " ".join(capsys.readouterr().out.split())
+    assert (
+        "Replaces the earlier run there (validate sink --no-figures --out 'my run'), gone with it: traces.csv." in said
+    )
+    main([*first, "--steady"])
+    assert "Replaces the earlier run of the same command." in " ".join(capsys.readouterr().out.split())
+
+
+def test_the_command_line_of_device_and_solve() -> None:
+    for command in (
+        "device --figure 10 --set run.end_time=0.3s --no-figures --quiet",
+        "solve plate --no-figures --quiet",
+    ):
+        assert main([*command.split(), "--out", "there"]) == 0
+        assert summary(Path("there"))["command"] == f"validate {command} --out there"
+        assert f"validate {command} --out there" in Path("there/report.html").read_text()
+
+
+CONTRADICTIONS = {
+    "sink --voltage 2 --set drive.voltage=3": "--voltage 2", "sink --voltage 2 --set voltage=3": "drive.voltage",
+    "sink --voltage 2 --set drive={voltage=3}": "drive.voltage", "sink --accuracy 1e-2 --set accuracy=1e-3": "accuracy",
+    "solve bridge --accuracy 1e-2 --set run.accuracy=1e-3": "run.accuracy", "sink --only 1d --fields": "--only 1d",
+    "device --accuracy 1e-2 --set run.accuracy=1e-3": "run.accuracy", "sink --quiet --json": "--quiet and --json",
+    "sink --explain --json": "--explain and --json", "solve bridge --dry-run --quiet": "--dry-run and --quiet",
+    "device --figure 11 --scheme paper": "--figure 11", "device --max-power 2mW --figure 9": "--max-power",
+    "device --max-voltage 1 --scheme paper": "--scheme paper",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("arguments", CONTRADICTIONS)
+def test_contradictions_are_refused(arguments: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(arguments.split()) == 2
+    out, err = capsys.readouterr()
+    assert (out, err.count("\n")) == ("", 1)
+    assert CONTRADICTIONS[arguments] in err
+    assert not Path("results").exists()
+
+
+@pytest.mark.parametrize("command", ["sink", "device", "solve bridge"])
+def test_a_dry_run_prints_the_plan_alone(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([*command.split(), "--dry-run"]) == 0
+    out = capsys.readouterr().out
+    assert out.startswith("Plan\n")
+    assert "Results in" not in out
+    assert not Path("results").exists()
+
+
+@pytest.mark.usefixtures("no_solver")
+def test_one_voltage_has_one_name(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["sink", "--voltage", "0.002", "--steady", "--no-figures"]) == 0
+    out = capsys.readouterr().out
+    assert "\nsink at 2 mV: " in out
+    assert "results/sink-2mV-steady/" in out

@@ -1,0 +1,165 @@
+"""--reduction, --why and --export at the command line, with a stand-in for the 3D solver."""
+
+from __future__ import annotations
+
+import csv
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from compare.scope import FIGURES
+from validate.cli import main
+
+pytestmark = pytest.mark.usefixtures("no_solver")
+
+
+@pytest.fixture(autouse=True)
+def _somewhere_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def summary(folder: str) -> dict[str, Any]:
+    found = json.loads(Path(folder, "summary.json").read_text(), parse_constant=pytest.fail)
+    assert isinstance(found, dict)
+    return found
+
+
+@pytest.mark.parametrize("reduction", ["anchored", "fin", "plate", "moments:3"])
+def test_the_chosen_model_is_named(reduction: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["sink", "--no-figures", "--reduction", reduction, "--explain"]) == 0
+    text = capsys.readouterr().out
+    assert f"1D model: {reduction}" in text
+    said = " ".join(text.split())
+    assert f"The 1D model {reduction} is " in said
+    assert f"sink at 1 V, {reduction} against 3D:" in said
+    assert "the paper's equations (not this model's)" in said
+    assert "Of the paper's own 7 equations, which are not this model's, 2 differ." in said
+    assert max(map(len, text.splitlines())) <= 80
+    folder = f"results/sink-1V-{reduction.replace(':', '')}"
+    found = summary(folder)
+    assert found["reduced1d"]["name"] == reduction
+    named = {check["id"]: check.get("model") for check in found["checks"]}
+    assert {id_ for id_, model in named.items() if model} == {"fig4", "fig6_peak", "fig6_end", "fig7_current"}
+    assert set(filter(None, named.values())) == {reduction}
+    assert any(step["step"] == "1D model" and reduction in step["reason"] for step in found["plan"])
+    with open(Path(folder, "traces.csv")) as file:
+        heads = next(csv.reader(file))
+    assert "reduced1d_peak_K" in heads
+    assert len(heads) == 11
+
+
+def test_the_papers_is_the_default(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["sink", "--no-figures"]) == 0
+    found = summary("results/sink-1V")
+    assert found["reduced1d"]["name"] == "paper"
+    assert "why" not in found
+    assert "plate" not in capsys.readouterr().out
+
+
+def test_a_better_model_agrees_where_the_papers_differs(capsys: pytest.CaptureFixture[str]) -> None:
+    """The stand-in is the exact fin on 2663 K/W, which is what the plate finds."""
+    verdicts = {}
+    for reduction in ("paper", "plate"):
+        assert main(["sink", "--no-figures", "--reduction", reduction, "--out", reduction]) == 0
+        verdicts[reduction] = {check["id"]: check["verdict"] for check in summary(reduction)["checks"]}
+    assert verdicts["paper"]["fig4"] == "differs"
+    assert verdicts["plate"]["fig4"] == "agrees"
+    assert verdicts["plate"]["eq14"] == verdicts["paper"]["eq14"] == "differs"
+
+
+def test_strict_asks_nothing_of_a_better_model_that_is_the_papers(capsys: pytest.CaptureFixture[str]) -> None:
+    """The stand-in's steady state is the plate's: all checks of it agree, while eqs 14 and 18 still differ."""
+    strict = ["sink", "--no-figures", "--steady", "--strict", "--voltage", "2"]
+    assert main([*strict, "--reduction", "plate"]) == 0
+    assert "all 2 checks agree" in capsys.readouterr().out
+    assert {check["id"] for check in summary("results/sink-2V-plate-steady")["checks"] if not check["own"]} == {
+        "eq12", "eq13", "eq14", "eq16", "eq18", "eq18_measured", "fig5",
+    }  # fmt: skip
+    assert main(strict) == 1
+
+
+@pytest.fixture
+def _fewer_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figure 7 alone beside the budget's: the others take seconds."""
+    monkeypatch.setattr(
+        "compare.scope.skipped_figures",
+        lambda request: dict.fromkeys(("figure4", "figure5", "figure6") if request.figures else FIGURES, "not now"),
+    )
+
+
+@pytest.mark.usefixtures("_fewer_figures")
+def test_why(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["sink", "--why", "--out", "here"]) == 0
+    text = capsys.readouterr().out
+    assert "Why the paper's model differs from 3D" in text
+    assert "others, each" in text
+    assert "2 figures" in text
+    assert max(map(len, text.splitlines())) <= 80
+    found = summary("here")
+    assert {"why.png", "why.svg"} <= set(found["files"]) == {entry.name for entry in Path("here").iterdir()}
+    assert found["why"]["sentence"].startswith("the largest part is")
+    for split in (*found["why"]["steady"].values(), *found["why"]["transient"].values()):
+        parts = sum(part["value"] for part in split["parts"])
+        assert parts == pytest.approx(split["difference"]["value"], rel=1e-6, abs=1e-12)
+    # A later run without it leaves no stale figure.
+    assert main(["sink", "--no-figures", "--steady", "--why", "--out", "here"]) == 0
+    assert not Path("here", "why.png").exists()
+    assert summary("here")["why"]["transient"] == {}
+
+
+def test_export(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["sink", "--only", "1d", "--no-figures", "--reduction", "moments:3", "--export", "mine"]) == 0
+    assert "Exported moments:3 to mine/" in capsys.readouterr().out
+    assert {entry.name for entry in Path("mine").iterdir()} == {
+        "sink_model.json", "sink_model.py", "sink_model.cir",
+    }  # fmt: skip
+    assert json.loads(Path("mine/sink_model.json").read_text())["model"] == "moments:3"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ("--reduction plat", 'did you mean "plate"'), ("--reduction moments:0", "from 1 to 12"),
+        ("--reduction fin:2", "no number of states"), ("--why --only 1d", "--only 1d"),
+        ("--reduction fin --only 3d", "leave out --only 3d"), ("--reduction paper --export x", "moments:4"),
+        ("--reduction plate --export x", "moments:4"),
+        ("--export=", "--export"), ("--export /dev/null/x", "cannot be written"),
+    ],
+)  # fmt: skip
+def test_bad_input(arguments: str, said: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert main(["sink", "--no-figures", *arguments.split()]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.count("\n") == 1
+    assert said in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_runaway_of_the_reduction_is_said(capsys: pytest.CaptureFixture[str]) -> None:
+    hopeless = ["--set", "silicon.temperature_coefficient=-1e-3", "--voltage", "60", "--reduction", "plate"]
+    assert main(["sink", "--only", "1d", "--no-figures", *hopeless]) == 3
+    assert "thermal runaway" in capsys.readouterr().err
+
+
+def test_a_thick_layer_is_warned_of(capsys: pytest.CaptureFixture[str]) -> None:
+    settings = ["--set", "sink.thickness=20um", "--reduction", "fin", "--steady", "--only", "1d"]
+    assert main(["sink", "--no-figures", "--out", "here", *settings]) == 0
+    assert "thin-plate assumption" in capsys.readouterr().out
+    assert any("thin-plate" in text for text in summary("here")["warnings"])
+
+
+def test_what_is_not_asked_for_is_not_imported() -> None:
+    code = (
+        "import sys; from validate.cli import main; main(['sink', '--only', '1d', '--no-figures', '--quiet']);"
+        "print([name for name in ('skfem', 'reduced1d.ladder.plate', 'reduced1d.export', 'compare.why') "
+        "if name in sys.modules])"
+    )
+    root = str(Path(__file__).parents[3])
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, env={"PYTHONPATH": root}, timeout=60
+    )
+    assert done.stdout.splitlines()[-1] == "[]"

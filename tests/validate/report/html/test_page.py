@@ -1,0 +1,207 @@
+"""report.html as a file: whole, self-contained, true to the summary; and in a browser: legible, and the scene turns."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from compare import sink_run
+from scenes.loading import load
+from scenes.plan import Request
+from tests import browser
+from tests.browser import WITHOUT_WEBGL, Browser
+from validate.report.html.page import page
+
+VOID = {"meta", "link", "img", "input", "br"}
+
+
+class Reader(HTMLParser):
+    """Collects text, headings and links, and fails where tags don't close in order."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.links: list[str] = []
+        self.text: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.links += [str(value) for name, value in attrs if name in ("src", "href")]
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self.open and self.open[-1] not in ("script", "style"):
+            self.text.append(data)
+
+
+def read(text: str) -> Reader:
+    reader = Reader()
+    reader.feed(text)
+    reader.close()
+    assert reader.open == []
+    return reader
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The real run, with figures: the folder."""
+    folder = tmp_path_factory.mktemp("report") / "run"
+    sink_run.run(load("sink", ["accuracy=1e-2"]), Request(), folder)
+    return folder
+
+
+def test_the_page_is_whole_and_needs_no_other_file(run: Path) -> None:
+    text = (run / "report.html").read_text(encoding="utf-8")
+    found = read(text)
+    outside = [link for link in found.links if not link.startswith(("data:", "#"))]
+    summary = json.loads((run / "summary.json").read_text())
+    assert set(outside) == set(summary["files"]) - {"report.html"}
+    assert not re.search(r"https?://", text.replace("http://www.w3.org", ""))
+    said = " ".join(found.text)
+    assert said.index("The paper's 1D model is 6.6") < said.index("checks differ") < said.index("eq12")
+    assert {"1D", "3D", "relative to"} <= set(found.text)
+    assert not {"predicted", "measured"} & set(found.text)
+    for check in summary["checks"]:
+        assert check["id"] in said
+    for title in ("Field", "Figures", "Error budget", "Energy balance", "Mesh", "Plan", "Scene", "Versions and files"):
+        assert f"<h2>{title}</h2>" in text
+    assert "not asked for (--fields)" in said
+    assert text.count("data:image/svg+xml") == 3
+    assert len(text) < 2_000_000
+
+
+def test_without_figures_it_is_small_and_without_a_script(
+    tmp_path: Path, no_solver: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    outcome = sink_run.run(load("sink"), Request(figures=False))
+    text = (outcome.folder / "report.html").read_text(encoding="utf-8")
+    assert "<script" not in text
+    assert len(text) < 60_000
+    assert "peak rise" in " ".join(read(text).text)
+
+
+def test_a_name_or_text_is_not_taken_for_markup(tmp_path: Path) -> None:
+    document = {
+        "checks": [], "warnings": ["5 < 6 & <b>bold</b>"], "scene": {"name": "<script>alert(1)</script>"},
+        "more": {"end rise": {"constriction": 0.3, "note": "a < b"}, "parts": [{"name": "x", "share_K": 1.0}]},
+    }  # fmt: skip
+    text = page(tmp_path, "<i>", "a & b", document, None)
+    assert "<script" not in text
+    assert "<b>" not in text
+    said = " ".join(read(text).text)
+    assert "5 < 6 & <b>bold</b>" in said
+    assert "constriction" in said
+    assert "1.0000 K" in said.replace("\xa0", " ")
+
+
+def test_an_undeclared_difference_is_said(tmp_path: Path, no_solver: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    sink = replace(load("sink"), expected_to_differ=())
+    outcome = sink_run.run(sink, Request(figures=False))
+    text = (outcome.folder / "report.html").read_text(encoding="utf-8")
+    assert "not as expected" in text
+    assert "the scene declares that it agrees" in text
+
+
+def test_the_assumptions_to_blame_add_up_in_one_table(tmp_path: Path) -> None:
+    def budget(*parts: float) -> dict[str, object]:
+        listed = [{"assumption": f"part {k}", "value": v, "error": 1e-3} for k, v in enumerate(parts)]
+        return {"unit": "K", "difference": {"value": sum(parts), "error": 2e-3}, "parts": listed}
+
+    document = {"why": {"sentence": "the anchor", "steady": {"peak": budget(-1.0, 0.25), "end": budget(-1.5, 0.125)}}}
+    text = page(tmp_path, "a", "b", document, None)
+    read(text)
+    assert "<h2>Why</h2>" in text
+    assert text.count("part 0") == 1
+    assert "-0.7500 \N{PLUS-MINUS SIGN} 0.0020" in text.replace("&nbsp;", " ")
+
+
+needs_browser = pytest.mark.skipif(browser.find() is None, reason="no Chromium here")
+CANVAS = "document.querySelector('canvas.scene')"
+PLACE = f"(() => {{ const c = {CANVAS}; c.scrollIntoView({{block: 'center'}}); const r = c.getBoundingClientRect(); \
+return [r.left + r.width / 2, r.top + r.height / 2]; }})()"
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Browser]:
+    with Browser() as found:
+        yield found
+
+
+@needs_browser
+@pytest.mark.parametrize("width", [380, 1400])
+def test_legible_at_both_widths(run: Path, chromium: Browser, width: int) -> None:
+    chromium.open(run / "report.html", width)
+    assert chromium.errors == []
+    # No sideways scrolling of the page, and no text smaller than a phone can show.
+    assert chromium.run("document.documentElement.scrollWidth") == width
+    smallest = "Math.min(...[...document.querySelectorAll('td, dd, p, li, figcaption')].map((e) => parseFloat(getComputedStyle(e).fontSize)))"  # noqa: E501
+    assert chromium.run(smallest) >= 13
+    cut = "[...document.querySelectorAll('td, dd, p, h2')].filter((e) => e.offsetParent && e.getBoundingClientRect().right > innerWidth + 1).map((e) => e.textContent)"  # noqa: E501
+    assert chromium.run(cut) == []
+
+
+@needs_browser
+def test_the_scene_turns_and_nears(run: Path, chromium: Browser) -> None:
+    chromium.open(run / "report.html", 1000)
+    assert chromium.run("document.querySelector('.field').classList.contains('live')")
+    x, y = chromium.run(PLACE)
+    picture = f"{CANVAS}.toDataURL()"
+    first = chromium.run(picture)
+    assert chromium.run(picture) == first
+    chromium.drag((x, y), (x + 50, y + 30))
+    turned = chromium.run(picture)
+    assert turned != first
+    chromium.wheel((x, y), -300)
+    assert chromium.run(picture) != turned
+    slider = "document.querySelector('.field input')"
+    chromium.run(f"{slider}.value = 0; {slider}.dispatchEvent(new Event('input'))")
+    assert chromium.run("document.querySelector('.field output').textContent") == "true proportions"
+    assert chromium.errors == []
+
+
+@needs_browser
+def test_the_scene_shows_the_field(run: Path, chromium: Browser) -> None:
+    """The middle of the beam, in the middle of the canvas, has the scale's last colour; a corner is empty."""
+    chromium.open(run / "report.html", 1000)
+    pixel = (
+        f"(() => {{ const c = {CANVAS}, t = document.createElement('canvas'); t.width = c.width; t.height = c.height;\
+ const g = t.getContext('2d'); g.drawImage(c, 0, 0);\
+ return [0.5, 0.02].map((f) => [...g.getImageData(f * c.width, f * c.height, 1, 1).data].slice(0, 3)); }})()"
+    )
+    middle, corner = chromium.run(pixel)
+    assert corner == [255, 255, 255]
+    red, green, blue = middle
+    assert red > 200
+    assert green > 180
+    assert blue < 140
+
+
+@needs_browser
+def test_printed_it_shows_the_picture(run: Path, chromium: Browser) -> None:
+    chromium.open(run / "report.html", 1000)
+    chromium.say("Emulation.setEmulatedMedia", media="print")
+    shown = "['canvas.scene', '.picture'].map((q) => document.querySelector(q).offsetHeight > 50)"
+    assert chromium.run(shown) == [False, True]
+    chromium.say("Emulation.setEmulatedMedia", media="screen")
+    assert chromium.run(shown) == [True, False]
+    assert chromium.pdf().startswith(b"%PDF")
+
+
+@needs_browser
+def test_without_webgl_the_picture_stays(run: Path) -> None:
+    with Browser(*WITHOUT_WEBGL) as plain:
+        plain.open(run / "report.html", 1000)
+        assert plain.errors == []
+        assert plain.run("document.querySelector('.picture').offsetHeight") > 50
+        assert plain.run(f"{CANVAS}.offsetHeight") == 0

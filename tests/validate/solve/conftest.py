@@ -1,0 +1,60 @@
+"""A 3D result of a free scene that is made up, so that what is made of it can be tested without a solver."""
+
+from __future__ import annotations
+
+import sys
+from types import ModuleType, SimpleNamespace
+
+import numpy as np
+import pytest
+
+from scenes.model import Scene
+from scenes.plan import Step
+from scenes.result import Estimate, Result, Traces
+from scenes.sink import Sink
+from tests.conftest import Cells
+
+STEP = Step("stand-in", "done", "numbers made up in place of the 3D solver")
+
+
+def solve(scene: Scene, progress: object = None) -> Result:
+    """Probe number i is i + 1, with an error of a thousandth; over time it jumps there from half of that at 1/4 of the
+    end time."""
+    values = {probe.name: float(i + 1) for i, probe in enumerate(scene.probes)}
+    errors = {name: 1e-3 * value for name, value in values.items()}
+    corners = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
+    fields = SimpleNamespace(
+        points=1e-4 * corners, hexes=np.array([[0, 1, 3, 2, 4, 5, 7, 6]]), material=np.array([0]),
+        material_names=["m"], steady=np.linspace(293.0, 300.0, 8), at=lambda times: np.full((len(times), 8), 293.0),
+        has_steady=scene.steady, quadratic=lambda times, accuracy: Cells(Sink(), len(times)),
+    )  # fmt: skip
+    traces = None
+    if not scene.steady:
+        times = scene.end_time * np.array([0.0, 0.25, 0.25, 1.0])
+        shape = np.array([0.5, 0.5, 1.0, 1.0])
+        traces = Traces(times, {name: shape * value for name, value in values.items()}, errors)
+    return Result(
+        "fem3d",
+        {name: Estimate(value, errors[name]) for name, value in values.items()} if scene.steady else {},
+        traces,
+        {
+            "unknowns": 8, "steps": 5, "levels": 1, "energy_imbalance": 1e-11, "transient_imbalance": 1e-5,
+            "mesh": {"cells": 1},
+            "accurate_from_s": None if scene.steady else 1e-3 * scene.end_time,
+            "symmetry": "the whole", "plan": plan(scene), "warnings": ["it is made up"],
+            "fields": fields,
+        },
+    )  # fmt: skip
+
+
+def plan(scene: Scene) -> tuple[Step, ...]:
+    """One line, by which it is known."""
+    return (STEP,)
+
+
+@pytest.fixture
+def no_solver(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The stand-in in place of the 3D solver."""
+    module = ModuleType("fem3d.solve_scene")
+    module.__dict__.update(solve=solve, plan=plan)
+    monkeypatch.setitem(sys.modules, "fem3d.solve_scene", module)

@@ -1,0 +1,215 @@
+"""`validate solve`: what is printed and written, with a stand-in for the 3D solver."""
+
+from __future__ import annotations
+
+import csv
+import html
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import pyvista
+
+from scenes.free import from_dict, load
+from scenes.loading import builtin_text
+from scenes.result import Traces
+from scenes.sink import Sink
+from validate.cli import main
+from validate.report.solve.traces import at
+
+pytestmark = pytest.mark.usefixtures("no_solver")
+
+
+@pytest.fixture(autouse=True)
+def _somewhere_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def solve(*arguments: str, figures: bool = False) -> int:
+    return main(["solve", *arguments, *([] if figures else ["--no-figures"])])
+
+
+def summary(folder: str) -> dict[str, Any]:
+    found = json.loads(Path(folder, "summary.json").read_text(), parse_constant=pytest.fail)
+    assert isinstance(found, dict)
+    return found
+
+
+def test_steady_summary_has_the_contract(capsys: pytest.CaptureFixture[str]) -> None:
+    assert solve("bridge") == 0
+    found = summary("results/bridge")
+    assert {"schema", "scene", "plan", "provenance", "fem3d", "timing_s", "warnings", "files"} <= set(found)
+    assert found["schema"] == 1
+    assert from_dict(found["scene"]) == load("bridge")
+    assert found["fem3d"]["steady"]["middle"] == {"value": 1.0, "error": 1e-3}
+    assert list(found["fem3d"]["steady"]) == [p.name for p in load("bridge").probes]
+    assert {"energy_imbalance", "dofs", "steps", "levels"} <= set(found["fem3d"])
+    assert "transient" not in found["fem3d"]
+    assert (
+        set(found["files"])
+        == {entry.name for entry in Path("results/bridge").iterdir()}
+        == {"report.html", "summary.json"}
+    )
+    assert {"step": "traces.csv", "state": "skipped", "reason": "only the steady state was asked for (run.steady)"} in (
+        found["plan"]
+    )
+
+
+def test_transient_has_a_column_per_probe_by_its_name(capsys: pytest.CaptureFixture[str]) -> None:
+    assert solve("hotplate") == 0
+    with open("results/hotplate/traces.csv") as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == ["time_s", "heater", "plate", "current", "heat to the left"]
+    assert [float(row["plate"]) for row in rows] == [1.0, 1.0, 2.0, 2.0]
+    found = summary("results/hotplate")["fem3d"]
+    assert found["units"] == {"heater": "K", "plate": "K", "current": "A", "heat to the left": "W"}
+    assert found["transient"]["time_s"] == [1e-3, 2e-3, 3e-3, 4e-3]
+    assert found["transient"]["values"]["heater"] == [1.0] * 4
+    assert found["transient"]["errors"]["plate"] == 2e-3
+    assert found["transient"]["accurate_from_s"] == 4e-6
+    assert "The errors hold from 4.00 us on" in capsys.readouterr().out
+
+
+def test_value_at_a_jump_is_the_later_one() -> None:
+    traces = Traces(np.array([0.0, 1.0, 1.0, 2.0, 2.0]), {"a": np.array([0.0, 1.0, 5.0, 7.0, 9.0])}, {"a": 0.0})
+    assert at(traces, "a", np.array([-1.0, 0.0, 0.5, 1.0, 1.5, 2.0, 3.0])).tolist() == [0, 0, 0.5, 5, 6, 9, 9]
+
+
+def test_terminal_reads_at_80_columns(capsys: pytest.CaptureFixture[str]) -> None:
+    for arguments in (["bridge"], ["hotplate"], ["plate", "--explain"]):
+        solve(*arguments)
+        text = capsys.readouterr().out
+        assert max(map(len, text.splitlines())) <= 80
+        assert "Warning: it is made up." in text
+    lines = text.splitlines()
+    assert lines[0] == "Plan"
+    solve("bridge")
+    lines = capsys.readouterr().out.splitlines()
+    said = " ".join(lines)
+    assert said.startswith("bridge: middle ")
+    assert "current 3.0000 ± 0.0030 A in the steady state (2 more below)." in " ".join(said.split())
+    assert "Steady state in 3D, 8 unknowns, heat balanced to 1e-11." in lines
+    solve("hotplate")
+    assert re.match(r"hotplate: heater \S+ ± \S+ K.* after 4 ms", " ".join(capsys.readouterr().out.split()))
+    assert any(line.split() == ["current", "3.0000", "±", "0.0030", "A"] for line in lines)
+
+
+def test_quiet_and_json(capsys: pytest.CaptureFixture[str]) -> None:
+    assert solve("plate", "--quiet") == 0
+    assert len(capsys.readouterr().out.splitlines()) == 1
+    assert solve("plate", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["fem3d"]["steady"]["E"]["value"] == 1.0
+
+
+def test_overrides_name_the_folder_and_reach_the_scene(capsys: pytest.CaptureFixture[str]) -> None:
+    assert solve("bridge", "--set", "boundary.left electrode.voltage=-3V", "--accuracy", "1e-4") == 0
+    found = summary("results/bridge-left-electrode.voltageminus3V-accuracy1e-4")["scene"]
+    assert found["boundary"][1]["voltage"] == -3.0
+    assert found["run"] == {"steady": True, "accuracy": 1e-4}
+
+
+def test_files_of_an_earlier_run_are_replaced_and_others_kept(capsys: pytest.CaptureFixture[str]) -> None:
+    solve("hotplate", "--out", "here", figures=True)
+    files = {entry.name for entry in Path("here").iterdir()}
+    assert {"figure_traces.png", "figure_traces.svg", "traces.csv", "summary.json"} <= files
+    assert set(summary("here")["files"]) == files
+    Path("here/notes.txt").write_text("mine")
+    solve("plate", "--out", "here")
+    assert {entry.name for entry in Path("here").iterdir()} == {"notes.txt", "report.html", "summary.json"}
+
+
+def test_fields(capsys: pytest.CaptureFixture[str]) -> None:
+    solve("plate", "--fields")
+    assert {"fem3d.pvd", "fem3d_steady.vtu"} <= set(summary("results/plate-fields")["files"])
+    solve("hotplate", "--fields")
+    files = summary("results/hotplate-fields")["files"]
+    reader = pyvista.get_reader("results/hotplate-fields/fem3d.pvd")
+    assert reader.time_values == [0.0, 1e-3, 2e-3, 3e-3, 4e-3]
+    assert set(files) == {entry.name for entry in Path("results/hotplate-fields").iterdir()}
+    reader.set_active_time_point(4)
+    grid = reader.read()[0]
+    # The stand-in is coldest at 293 K, below the scene's 20 degC.
+    assert abs(grid.point_data["rise_K"].min() - (293.0 - 293.15)) < 1e-9
+
+
+def test_every_example_is_printed_and_solved_as_a_file(capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("bridge", "plate", "hotplate"):
+        assert main(["scene", name]) == 0
+        text = capsys.readouterr().out
+        assert text.rstrip() == builtin_text(name).rstrip()
+        Path("mine.toml").write_text(text)
+        assert solve("mine.toml", "--quiet") == 0
+        capsys.readouterr()
+
+
+def test_the_sink_is_printed_as_boxes_and_solved(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["scene", "sink", "--boxes"]) == 0
+    Path("mine.toml").write_text(capsys.readouterr().out)
+    assert load("mine.toml") == Sink().scene()
+    assert solve("mine.toml") == 0
+    assert main(["scene", "device", "--boxes"]) == 2
+
+
+REFUSED = {
+    "nowhere.toml": "no file",
+    "bridgee": 'did you mean "bridge"?',
+    "bridge --set boundary.left.voltage=1": 'no boundary "left"',
+    "bridge --set box.beam.material=gold": '"gold" is not in the scene',
+    "bridge --accuracy 2": "run.accuracy",
+    "bridge --strict": "unknown option",
+    "": "SCENE.toml",
+}
+
+
+@pytest.mark.parametrize("arguments", REFUSED)
+def test_bad_input_is_one_sentence(arguments: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert solve(*arguments.split()) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert REFUSED[arguments] in err
+    assert len(err.splitlines()) == 1
+    assert not Path("results").exists()
+
+
+def test_nothing_to_report(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("mine.toml").write_text(builtin_text("plate").partition("[[probe]]")[0])
+    assert solve("mine.toml") == 2
+    assert "no [[probe]]" in capsys.readouterr().err
+    assert solve("mine.toml", "--fields") == 0
+    assert list(summary("results/plate-fields")["fem3d"]["steady"]) == ["mean plate"]
+
+
+def test_the_report_of_a_transient_says_from_when_on_its_errors_hold_and_where_it_ends() -> None:
+    solve("hotplate")
+    text = html.unescape(re.sub(r"<[^>]+>", " ", Path("results/hotplate/report.html").read_text()))
+    said = " ".join(text.replace("\xa0", " ").split())
+    # The stand-in's: half a kelvin to 1 K, 1e-3 K off, from 4 us on.
+    assert "over time, from 4.0 us on" in said
+    assert "10 µs" not in said
+    assert "probe at the end least largest heater 1.0000 ± 0.0010 K 0.5000 ± 0.0010 K 1.0000 ± 0.0010 K" in said
+    assert "time heater plate current heat to the left 1.0000 ms 1.0000 ± 0.0010 K" in said
+    assert summary("results/hotplate")["fem3d"]["transient"]["range"]["plate"] == {
+        "end": 2.0, "least": 1.0, "largest": 2.0
+    }  # fmt: skip
+
+
+def test_how_long_a_run_lasts_can_be_said_on_the_command_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert solve("hotplate", "--end-time", "2.5ms") == 0
+    run = summary("results/hotplate-end_time2.5ms")["scene"]["run"]
+    assert (run["end_time"], run["output_times"]) == (2.5e-3, [1e-3, 2e-3])
+    still = ["--set", "boundary.drive.voltage=0.2"]
+    assert solve("hotplate", "--steady", *still, "--out", "still") == 0
+    assert summary("still")["scene"]["run"] == {"steady": True, "accuracy": 5e-3}
+    assert solve("hotplate", "--set", "run.steady=true", *still, "--out", "same") == 0
+    assert summary("same")["scene"] == summary("still")["scene"]
+    assert solve("hotplate", "--steady") == 2
+    assert "varies in time" in capsys.readouterr().err
+    # The bridge has no density.
+    assert solve("bridge", "--end-time", "1ms") == 2
+    assert "a transient of temperature needs" in capsys.readouterr().err
+    for contrary in (["--steady", "--end-time", "1ms"], ["--set", "run.steady=true", "--set", "run.end_time=1ms"]):
+        assert solve("plate", *contrary) == 2
+        assert "contradict" in capsys.readouterr().err

@@ -1,0 +1,124 @@
+"""Random scenes, their invariants and the table; each invariant sees the fault that it is there for."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from reduced1d.device.lumped import lump
+from reduced1d.device.paper import stability_limit
+from scenes.device import Device
+from scenes.model import Boundary, Box, Material, Probe, Scene
+from validate.cli import main
+from validate.report.table import Style
+from validate.stress import coupling, invariants, report, sweep
+from validate.stress.random_scenes import ROOM, Drawn, draw
+from validate.stress.rows import Row, failed
+from validate.stress.steps import rows as step_rows
+
+METAL = Material("metal", 100.0, 1000.0, 1000.0, 1e-6, 1e-3)
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(st.integers(0, 10**6))
+def test_random_scenes_are_heated_cooled_and_reproducible(seed):
+    drawn = draw(seed)
+    assert drawn == draw(seed)
+    kinds = {b.kind for b in drawn.scene.boundaries}
+    assert "temperature" in kinds
+    assert drawn.heats
+    assert ("voltage" in kinds) == ("current" in drawn.heats)
+    for box in drawn.scene.boxes:
+        assert all(low < high for low, high in zip(box.lower, box.upper, strict=True))
+    for b in drawn.scene.boundaries:
+        assert sum(low == high for low, high in zip(b.lower, b.upper, strict=True)) == 1
+
+
+def bar(**changes):
+    """A small heated bar with the probes of a random scene."""
+    low, high = (0.0, 0.0, 0.0), (1e-5, 4e-5, 1e-6)
+    ends = [((0.0, y, 0.0), (1e-5, y, 1e-6)) for y in (0.0, 4e-5)]
+    boundaries = (
+        Boundary("cold", "temperature", *ends[0], ROOM), Boundary("plus", "voltage", *ends[0], 0.05),
+        Boundary("minus", "voltage", *ends[1], 0.0), Boundary("flux", "heat_flux", *ends[1], 1e6),
+    )  # fmt: skip
+    probes = [Probe("mean 0", low, high)]
+    probes += [
+        Probe(f"into {b.name}", b.lower, b.upper, "current" if b.kind == "voltage" else "heat_flow") for b in boundaries
+    ]
+    box = Box("bar", METAL, low, high, 1e12)
+    return Drawn(0, replace(Scene("bar", (box,), boundaries, tuple(probes), ROOM, steady=True), **changes), ())
+
+
+def test_a_bar_keeps_every_invariant():
+    drawn = bar()
+    found = invariants.solve(drawn.scene)
+    for name, test in (invariants.ALWAYS | invariants.IN_TURN).items():
+        assert test(drawn, found) <= 1.0, name
+
+
+def test_invariants_see_what_they_are_there_for():
+    drawn = bar()
+    found = invariants.solve(drawn.scene)
+    stronger = replace(drawn.scene, boxes=(replace(drawn.scene.boxes[0], heat_source=1.01e12),))
+    # The results of another scene: neither the balance nor any comparison holds.
+    assert invariants.energy(Drawn(0, stronger, ()), found) > 1
+    assert invariants.mirrored(Drawn(0, stronger, ()), found) > 1
+    assert invariants.honest(Drawn(0, stronger, ()), found) > 1
+    cooled = replace(drawn.scene, boxes=(replace(drawn.scene.boxes[0], heat_source=-3e13),))
+    assert invariants.never_colder(drawn, invariants.solve(cooled)) > 1
+    assert invariants.undershoot(drawn, invariants.solve(cooled)) > 1
+
+
+def test_a_scene_that_takes_too_long_or_fails_is_an_outcome(monkeypatch):
+    def slow(scene):
+        while True:
+            np.linalg.eigvalsh(np.eye(50))
+
+    monkeypatch.setattr(invariants, "solve", slow)
+    assert sweep.examine(1, limit=1).ended == "out of time"
+
+    def broken(scene):
+        raise ValueError("no luck")
+
+    monkeypatch.setattr(invariants, "solve", broken)
+    assert sweep.examine(1).said == "ValueError: no luck"
+    outcomes = [sweep.Outcome(0, {"energy closes": 0.5}), sweep.Outcome(1, ended="error", said="ValueError: no luck"),
+                sweep.Outcome(2, {"energy closes": float("nan")})]  # fmt: skip
+    found = {row.what: row for row in sweep.rows(outcomes, 60)}
+    assert found["energy closes"].verdict == "breaks"
+    assert found["ended with an error"].verdict == "breaks"
+    assert "no luck" in found["ended with an error"].said
+
+
+def test_only_methods_that_are_not_l_stable_ring():
+    verdicts = {row.what: row.verdict for row in step_rows()}
+    assert verdicts["exponential collocation"] == "holds"
+    assert verdicts["SDIRK of order 3 (second path)"] == "holds"
+    assert verdicts["Crank-Nicolson"] == "as predicted"
+
+
+def test_the_predicted_limit_of_the_explicit_coupling_is_where_a_simulation_starts_to_grow():
+    device = Device()
+    limit, scheme = stability_limit(device), coupling.PaperScheme()
+    assert not coupling.grows(lump(device), 0.98 * limit, scheme)
+    assert coupling.grows(lump(device), 1.02 * limit, scheme)
+
+
+def test_the_table_names_what_breaks():
+    rows = [Row("g", "a", "x", "m", 0.5, 1.0), Row("g", "b", "x", "m", 2.0, 1.0, said="at seed 3"),
+            Row("g", "CN", "x", "m", 2.0, 1.0, ours=False), failed("g", "c", ValueError("no luck"))]  # fmt: skip
+    assert [row.verdict for row in rows] == ["holds", "breaks", "as predicted", "failed"]
+    text = report.text(rows, Style())
+    assert text.startswith("1 of 4 rows hold, 1 break as predicted, 2 break.")
+    assert "at seed 3" in text
+    assert "no luck" in text
+    assert "| breaks | at seed 3 |" in report.markdown(rows, {}, 0)
+
+
+@pytest.mark.parametrize("wrong", [["--scenes", "0"], ["--seed", "x"], ["--jobs", "-1"]])
+def test_bad_input_is_one_sentence(wrong, capsys):
+    assert main(["stress", "--quick", *wrong]) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1

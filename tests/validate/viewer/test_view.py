@@ -1,0 +1,193 @@
+"""`validate view`: refusals in a sentence, pictures and films of a real run, and a machine that cannot draw."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from compare import sink_run
+from scenes.loading import load
+from scenes.plan import Request
+from validate.cli import main
+from validate.viewer import window
+from validate.viewer.source import find
+
+ASKED = {
+    "show": "rise", "time": None, "exaggerate": None, "clip": None, "probe": False, "edges": False, "screenshot": None,
+    "off_screen": True, "size": [64, 64],
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("view") / "run"
+    with pytest.MonkeyPatch.context() as patch:
+        # Enough states for a film.
+        patch.setattr("validate.report.fields.TIMES", 4)
+        sink_run.run(load("sink", ["accuracy=1e-2"]), Request(figures=False, fields=True), folder)
+    return folder
+
+
+REFUSED = {
+    "nowhere": "does not exist",
+    ". --screenshot a.png": "no fields",
+    ". --off-screen": "--screenshot",
+    ". --screenshot a.txt": ".png",
+    ". --screenshot no/where.png": "does not exist",
+    ". --movie a.avi": ".gif",
+    ". --clip w --screenshot a.png": "x, y or z",
+    ". --clip y=2 --screenshot a.png": "--clip",
+    ". --size 9 --screenshot a.png": "1400x800",
+    ". --exaggerate none --screenshot a.png": "--exaggerate",
+    ". --time 3V --screenshot a.png": "--time",
+}
+
+
+@pytest.mark.parametrize("arguments", REFUSED)
+def test_bad_input_is_one_sentence(
+    arguments: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    more = ["--screenshot", "a.png"] if arguments == "nowhere" else []
+    assert main(["view", *arguments.split(), *more]) == 2
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1
+    assert REFUSED[arguments] in err
+
+
+def test_a_run_without_fields_is_told_how_to_get_them(tmp_path: Path) -> None:
+    (tmp_path / "summary.json").write_text("{}")
+    with pytest.raises(ValueError, match="run again with --fields"):
+        find(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["", "fem3d.pvd", "fem3d.vtkhdf", "fem3d_steady.vtu", "fem3d_03.vtu"])
+def test_every_kind_of_file_is_found_with_its_times(run: Path, name: str) -> None:
+    whole, found = find(run), find(run / name)
+    assert found.reduction is not None
+    if name in ("", "fem3d.pvd", "fem3d.vtkhdf"):
+        assert found.times == pytest.approx(whole.times, rel=1e-6)
+    elif name == "fem3d_03.vtu":
+        assert found.times == (whole.times[3],)
+    else:
+        assert found.times == (None,)
+    grid = found.grid(len(found.times) - 1)
+    assert grid["difference"] == pytest.approx(grid["rise_1d"] - grid["rise"])
+    # The steady peaks of the two models, 20.33 and 19.00 K, to the run's accuracy.
+    assert grid["rise_1d"].max() == pytest.approx(19.0 if name != "fem3d_03.vtu" else grid["rise_1d"].max(), abs=0.3)
+
+
+def test_a_time_beyond_the_end_is_refused_and_one_between_stored_times_is_named(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    times, picture = find(run).times, str(tmp_path / "a.png")
+    assert main(["view", str(run), "--time", "7s", "--screenshot", picture]) == 2
+    assert "from 0 to 20 ms" in capsys.readouterr().err
+    small = ["--size", "200x160", "--screenshot", picture]
+    assert main(["view", str(run), "--time", "0.5ms", *small]) == 0
+    near = min((time for time in times if time is not None), key=lambda time: abs(time - 5e-4))
+    assert f"0.5 ms is not stored: this is {near * 1e3:.4g} ms" in capsys.readouterr().out
+    assert main(["view", str(run), "--time", f"{near}", *small]) == 0
+    assert "not stored" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "labels"),
+    [(0.0, 20.33, ["0", "5.08", "10.2", "15.2", "20.3"]), (293.0, 293.004, ["293", "293.001", "293.002", "293.003"])],
+)
+def test_the_labels_of_a_colour_bar_can_be_told_apart_and_read(low: float, high: float, labels: list[str]) -> None:
+    from validate.viewer.stage import label_format
+
+    form = label_format(low, high, 5)
+    assert [form % value for value in np.linspace(low, high, 5)][: len(labels)] == labels
+
+
+@pytest.mark.parametrize(("least", "shown"), [(-2.838e-5, 0.0), (-0.5, -0.5)])
+def test_what_rounding_leaves_of_a_zero_is_none_on_the_colour_bar(run: Path, least: float, shown: float) -> None:
+    from validate.viewer.stage import Stage
+
+    source = find(run / "fem3d_steady.vtu")
+    source.grid(0).point_data["rise"][7] = least
+    stage = Stage(source, True, (64, 64))
+    assert stage._range("rise", None)[0] == pytest.approx(shown)
+    stage.plotter.close()
+
+
+def test_a_films_times_are_even_and_its_states_those_stored(run: Path) -> None:
+    source = find(run)
+    film = source.evenly(9, "rise")
+    assert np.diff(film.times) == pytest.approx(source.times[-1] / 8)
+    for stored, shown in ((0, 0), (-1, 8)):
+        at = range(len(source.times))[stored]
+        assert film.grid(shown)["rise"] == pytest.approx(source.grid(at)["rise"], abs=1e-9)
+    # The 1D model is that of the frame's time, not one between those stored.
+    assert source.reduction is not None
+    assert film.grid(3)["rise_1d"] == pytest.approx(source.reduction.rise(film.grid(3).points, film.times[3]))
+    low, high = source.grid(0)["rise"].min(), source.grid(len(source.times) - 1)["rise"].max()
+    assert all(low - 1e-9 <= film.grid(k)["rise"].min() and film.grid(k)["rise"].max() <= high + 1e-9 for k in range(9))
+
+
+def test_a_missing_package_is_said_before_anything_is_drawn(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    monkeypatch.setitem(sys.modules, "validate.viewer.stage", None)  # nothing could be drawn
+    asked = {**ASKED, "path": str(run)}
+    with pytest.raises(ValueError, match="imageio with its ffmpeg"):
+        window._show({**asked, "movie": "a.mp4"})
+    with pytest.raises(ImportError):
+        window._show({**asked, "movie": "a.gif"})
+
+
+def test_a_picture_and_a_film(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from PIL import GifImagePlugin, Image
+
+    # Else every frame after the first is read as RGB, and not only those with a palette of their own.
+    monkeypatch.setattr(
+        GifImagePlugin, "LOADING_STRATEGY", GifImagePlugin.LoadingStrategy.RGB_AFTER_DIFFERENT_PALETTE_ONLY
+    )
+    monkeypatch.setattr("validate.viewer.window.FRAMES", 5)
+    picture, movie = tmp_path / "a.png", tmp_path / "a.gif"
+    options = ["--show", "compare", "--probe", "--clip", "y=0.6", "--edges", "--size", "400x320", "--exaggerate", "10"]
+    assert main(["view", str(run), *options, "--screenshot", str(picture)]) == 0
+    assert "Wrote" in capsys.readouterr().out
+    window._show({**ASKED, "path": str(run), "show": "compare", "movie": str(movie), "size": [200, 160]})
+    image = np.asarray(Image.open(picture).convert("RGB"))
+    assert image.shape == (320, 400, 3)
+    # All three panels have something coloured in their middle third: not white, not grey.
+    middle = np.ptp(image[:, 130:270].astype(int), axis=2) > 60
+    assert all(middle[a:b].any() for a, b in ((0, 72), (75, 148), (150, 222)))
+    film = Image.open(movie)
+    assert film.n_frames == 5
+    film.seek(0)
+    first = np.asarray(film.convert("RGB"), dtype=int)
+    film.seek(film.n_frames - 1)
+    assert film.mode == "P"
+    assert np.abs(np.asarray(film.convert("RGB"), dtype=int) - first).max() > 50
+
+
+@pytest.mark.parametrize(("dies", "said"), [("kill -SEGV $$", "signal 11"), ("echo no libGL >&2; exit 1", "no libGL")])
+def test_a_machine_that_cannot_draw_says_so(
+    dies: str, said: str, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    broken = tmp_path / "python"
+    broken.write_text(f"#!/bin/sh\ncat > /dev/null\n{dies}\n")
+    broken.chmod(0o755)
+    monkeypatch.setattr("sys.executable", str(broken))
+    assert main(["view", str(run), "--screenshot", str(tmp_path / "a.png")]) == 3
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1
+    assert "OpenGL" in err
+    assert said in err
+
+
+@pytest.mark.skipif(not hasattr(os, "uname") or os.uname().sysname != "Linux", reason="displays as Linux has them")
+def test_without_a_display(run: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    assert main(["view", str(run)]) == 3
+    assert "--screenshot" in capsys.readouterr().err

@@ -1,0 +1,1 @@
+"""The `validate` command: what it takes, prints, draws and measures. Nothing else imports it."""

@@ -1,0 +1,63 @@
+"""How time and memory grow with the unknowns: each phase's exponent, and which phase rises most."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from validate.bench import rounds
+from validate.bench.entries import NGSOLVE, Entry
+
+CUTS = (1, 2, 4, 7, 12, 18)
+PATHS = (
+    ("this toolkit, degree 2", "growth_tensor", 2),
+    ("this toolkit, degree 4", "growth_tensor", 4),
+    ("scikit-fem and scipy, degree 2", "growth_scikit_fem", 2),
+    ("NGSolve, order 2", "growth_ngsolve", 2),
+)
+QUICK = (PATHS[0], PATHS[3])
+FOR_DEGREE_4 = (1, 2, 3, 5, 8)
+LARGE = 4000  # unknowns above which exponents are fitted
+
+
+def run(quick: bool, count: int, installed: frozenset[str], progress: Callable[[str], None]) -> list[dict[str, Any]]:
+    """A row for each path and size, in their order."""
+    entries = [
+        Entry(name, f"{cuts}", module, {"degree": degree, "cuts": cuts})
+        for name, module, degree in (PATHS if not quick else QUICK)
+        for cuts in (CUTS if degree == 2 else FOR_DEGREE_4)[: 2 if quick else None]
+        if module != "growth_ngsolve" or NGSOLVE in installed
+    ]
+    return [
+        {"path": m.entry.tool, "failure": m.failure, "peak_MB": m.peak_MB, **_numbers(m.found)}
+        for m in rounds.measure(entries, count, progress, 0.0)
+    ]
+
+
+def _numbers(found: dict[str, Any]) -> dict[str, Any]:
+    if not found:
+        return {}
+    own = found["peak_MB"] - found["imported_MB"]
+    return {"unknowns": found["unknowns"], "phases": found["phases"], "own_MB": own}
+
+
+def exponents(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """For each path the slopes of log time, by phase, and of log memory over log unknowns, from LARGE unknowns on;
+    ``rises``: the phase with the largest slope, ``largest``: the one that takes most at the largest size."""
+    found = []
+    for path in dict.fromkeys(row["path"] for row in rows):
+        mine = [r for r in rows if r["path"] == path and not r["failure"] and r["unknowns"] >= LARGE]
+        if len(mine) < 2:
+            continue
+        n = np.log([r["unknowns"] for r in mine])
+        phases = mine[0]["phases"]
+        slopes = {p: float(np.polyfit(n, np.log([max(r["phases"][p], 1e-6) for r in mine]), 1)[0]) for p in phases}
+        slopes["memory"] = float(np.polyfit(n, np.log([max(r["own_MB"], 0.1) for r in mine]), 1)[0])
+        last = mine[-1]["phases"]
+        found.append({
+            "path": path, "exponents": slopes, "rises": max(phases, key=lambda p: slopes[p]),
+            "largest": max(last, key=lambda p: last[p]),
+        })  # fmt: skip
+    return found

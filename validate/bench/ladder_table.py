@@ -1,0 +1,184 @@
+"""The table of the reductions against converged 3D: ``python -m validate.bench.ladder_table [--accuracy 1e-5]``.
+
+Writes docs/reductions.md (``--out``), every number of which is found by the run: errors, times, and where the plate
+ends. Takes a few minutes, nearly all of it for the 3D solutions.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from compare.scope import FIRST_TIME
+from compare.words import percent, quantity
+from validate.bench.ladder_measures import REPEATS, errors, grid, scales, timed, times_of
+
+if TYPE_CHECKING:
+    from scenes.result import Result
+
+SCENES = {
+    "The paper's sink": [],
+    "Beam 20 um wide": ["sink.width=20um"],
+    "Silicon 5 um thick": ["sink.thickness=5um"],
+    "Oxide 100 um x 100 um": ["anchor.oxide_length=100um", "anchor.oxide_width=100um"],
+    "Electrodes at the pads' outer faces": ["drive.electrodes=pad-edge"],
+}
+MODELS = ("paper", "anchored", "fin-massless", "fin", "plate", "moments:3", "moments:4")
+PADS = ("100um", "150um", "300um", "600um", "1200um")
+THICKNESSES = ("1um", "2um", "5um", "10um", "20um", "50um")
+
+_HEAD = """\
+# Reductions of the sink, from the paper's to the plate
+
+Made by `python -m validate.bench.ladder_table --accuracy {accuracy}`; every number here is that command's output.
+
+| model | what it is |
+|---|---|
+{models}
+
+Errors are the largest distance from 3D at any time from 10 us on, relative to the final rise, for the current to its
+change from the cold sink's; anchor resistance is the steady end rise over the heat through an end. The 3D solution's
+own error bounds stand above each table: no difference is known more closely. *Build* is the time from a sink to the
+model's matrices, then as a part of the time of the 3D steady state at an accuracy of 1e-3; *evaluate* is the time of a
+transient of {times} times to the scene's end. Both are processor times, the shortest of {repeats} on one machine, after
+imports.
+"""
+_THIN = """
+## Where the plate ends
+
+The paper's sink with silicon of several thicknesses: how far the plate's anchor resistance is from 3D's, what the plate
+says itself that it may be (`reduced1d/ladder/anchor.py`, first order of what it neglects), and whether it warns.
+
+| thickness | plate less 3D | 3D's own error | the plate's estimate | warns |
+|---|---|---|---|---|
+"""
+_SLOW = """
+## Where the fin ends
+
+The paper's sink with larger square pads: the largest distances from the plate, the fin's own estimate for its ends
+(`one_node_remainder` in the same file), and whether it warns.
+
+| pads | fin, peak | fin, end | moments:4, peak | moments:4, end | the fin's estimate | warns |
+|---|---|---|---|---|---|---|
+"""
+
+
+def main() -> None:
+    """Writes the page."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser.add_argument("--accuracy", default="1e-5", help="of the 3D solutions (default 1e-5)")
+    parser.add_argument("--out", default="docs/reductions.md", help="the page (default docs/reductions.md)")
+    arguments = parser.parse_args()
+    text = "".join(page(arguments.accuracy, lambda said: print(said, file=sys.stderr, flush=True)))
+    Path(arguments.out).write_text(text, encoding="utf-8")
+
+
+def page(accuracy: str, say: Callable[[str], None] = lambda _: None) -> Iterator[str]:
+    """The page, piece by piece."""
+    from reduced1d.ladder import describe
+
+    models = "\n".join(f"| `{name}` | {describe(name)} |" for name in MODELS)
+    yield _HEAD.format(accuracy=accuracy, models=models, times=len(grid(0.02)), repeats=REPEATS)
+    for title, settings in SCENES.items():
+        say(title)
+        yield from scene(title, settings, accuracy)
+    yield _THIN
+    for thickness in THICKNESSES:
+        say(f"thickness {thickness}")
+        yield thin_row(thickness)
+    yield _SLOW
+    for size in PADS:
+        say(f"pads of {size}")
+        yield slow_row(size)
+
+
+def scene(title: str, settings: list[str], accuracy: str) -> Iterator[str]:
+    """One scene's title and table."""
+    from fem3d.run import solve as solve_3d
+    from reduced1d import ladder
+    from reduced1d.ladder.levels import Levels
+    from scenes.loading import load
+    from scenes.plan import Request
+
+    sink = load("sink", [*settings, f"run.accuracy={accuracy}"])
+    fem3d = solve_3d(sink, Request())
+    coarse = load("sink", settings)
+    steady = timed(lambda: solve_3d(coarse, Request(transient=False)))
+    shown = f" (`{' '.join(f'--set {text}' for text in settings)}`)" if settings else ""
+    yield f"\n## {title}{shown}\n\n{own_error(fem3d)}\n\n"
+    yield "| model | states | peak | end | current | anchor resistance | build | build / 3D steady | evaluate |\n"
+    yield "|---|---|---|---|---|---|---|---|---|\n"
+    assert fem3d.traces is not None
+    levels = Levels(sink)
+    for name in MODELS:
+        found = ladder.solve(sink, name, times=fem3d.traces.time, levels=levels)
+        off = " | ".join(percent(value) for value in errors(found, fem3d))
+        key = "anchor_resistance_K_per_W"
+        R = percent(found.steady[key].value / fem3d.steady[key].value - 1, sign=True)
+        build, evaluate = times_of(sink, name)
+        built = f"{1e3 * build:.0f} ms | {build / steady:.2f}" if build else "- | -"
+        states = f"{found.details['states']}" + (f" (of {found.details['unknowns']})" if name == "plate" else "")
+        yield f"| `{name}` | {states} | {off} | {R} | {built} | {1e3 * evaluate:.1f} ms |\n"
+
+
+def own_error(fem3d: Result) -> str:
+    """The 3D solution's estimated errors, in the measure of the table."""
+    assert fem3d.traces is not None
+    peak, end, current = (
+        percent(fem3d.traces.errors[key] / scale) for key, scale in scales(fem3d).items()
+    )  # fmt: skip
+    R = fem3d.steady["anchor_resistance_K_per_W"]
+    own = percent(R.error / R.value)
+    return (
+        f"3D: final rises {quantity(fem3d.steady['peak_rise_K'].value, 'K', 5)} (peak) and "
+        f"{quantity(fem3d.steady['end_rise_K'].value, 'K', 5)} (end), anchor resistance {quantity(R.value, 'K/W', 6)}; "
+        f"own error at most {peak} in the peak, {end} in the end, {current} in the current, {own} "
+        f"in the anchor resistance ({fem3d.details['unknowns']} unknowns)."
+    )
+
+
+def thin_row(thickness: str, accuracy: str = "1e-4") -> str:
+    """A row of the last table, in the steady state."""
+    from fem3d.run import solve as solve_3d
+    from reduced1d import ladder
+    from scenes.loading import load
+    from scenes.plan import Request
+
+    sink = load("sink", [f"sink.thickness={thickness}", f"run.accuracy={accuracy}"])
+    fem3d = solve_3d(sink, Request(transient=False)).steady["anchor_resistance_K_per_W"]
+    found = ladder.solve(sink, "plate", steady_only=True)
+    off = found.steady["anchor_resistance_K_per_W"].value / fem3d.value - 1
+    return (
+        f"| {thickness.replace('um', ' um')} | {percent(off, sign=True)} | {percent(fem3d.error / fem3d.value)} "
+        f"| {percent(found.details['thin_plate_remainder'])} | {'yes' if found.details['warnings'] else 'no'} |\n"
+    )
+
+
+def slow_row(size: str) -> str:
+    """A row of the table of pads; without 3D, for the plate is that to all that is shown."""
+    from reduced1d import ladder
+    from reduced1d.ladder.levels import Levels
+    from scenes.loading import load
+
+    sink = load("sink", [f"anchor.pad_length={size}", f"anchor.pad_width={size}"])
+    levels, times = Levels(sink), grid(sink.end_time)
+    plate, fin, few = (ladder.solve(sink, name, times=times, levels=levels) for name in ("plate", "fin", "moments:4"))
+    off = []
+    for found in (fin, few):
+        for key in ("peak", "end"):
+            assert plate.traces is not None
+            assert found.traces is not None
+            apart = np.abs(found.traces.values[f"{key}_K"] - plate.traces.values[f"{key}_K"])[times >= FIRST_TIME]
+            off.append(percent(float(apart.max()) / plate.steady[f"{key}_rise_K"].value))
+    warns = "yes" if any("one node" in text for text in fin.details["warnings"]) else "no"
+    cells = [size.replace("um", " um"), *off, percent(levels.fine.one_node), warns]
+    return f"| {' | '.join(cells)} |\n"
+
+
+if __name__ == "__main__":
+    main()

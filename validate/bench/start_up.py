@@ -1,0 +1,60 @@
+"""What starting costs, as ratios measured side by side: whole commands from cold against a bare ``import skfem``."""
+
+from __future__ import annotations
+
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from validate.bench import launch
+from validate.bench.entries import WHOLE, Entry
+
+PEAK = """
+import resource, subprocess, sys
+subprocess.run(sys.argv[1:], check=True, stdout=subprocess.DEVNULL)
+print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
+"""
+
+
+def run(count: int, progress: Callable[[str], None]) -> dict[str, Any]:
+    """``ratios`` (one row each: name, median, smallest, largest) and the largest memory of a run (MB).
+
+    Whole processes are started anew each time, one after the other with the process they are compared to. Wall-clock
+    time, since a part of a command runs beside the rest.
+    """
+    ratios: dict[str, list[float]] = {}
+    with tempfile.TemporaryDirectory() as folder:
+        command = [sys.executable, "-m", "validate", "sink", "--voltage", "1", "--quiet", "--out"]
+        no_figures = [*command, str(Path(folder, "a")), "--no-figures"]
+        figures = [*command, str(Path(folder, "b"))]
+        bare = [sys.executable, "-c", "import skfem"]
+        for turn in range(count):
+            progress(f"start-up: round {turn + 1} of {count}")
+            for name, whole in (("without figures", no_figures), ("with its four figures", figures)):
+                _add(ratios, f"cold run at 1e-3 {name} / import skfem", _seconds(whole) / _seconds(bare))
+            for accuracy in (1e-3, 1e-4):
+                found = launch.measure(Entry(WHOLE, f"{accuracy:.0e}", "start_up", {"accuracy": accuracy}), 0, 0.0)
+                solved = found["solved_s"]
+                _add(ratios, f"3D part at {accuracy:.0e}, after imports / import skfem", solved / found["import_s"])
+                _add(ratios, f"second voltage at {accuracy:.0e} / first", found["again_s"] / solved)
+        peak = subprocess.run([sys.executable, "-c", PEAK, *no_figures], check=True, capture_output=True, text=True)
+    rows = [
+        {"name": name, "median": statistics.median(each), "smallest": min(each), "largest": max(each)}
+        for name, each in ratios.items()
+    ]
+    return {"ratios": rows, "peak_MB": int(peak.stdout.split()[-1]) / 1024}
+
+
+def _add(ratios: dict[str, list[float]], name: str, value: float) -> None:
+    ratios.setdefault(name, []).append(value)
+
+
+def _seconds(command: list[str]) -> float:
+    started = time.perf_counter()
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env=launch.environment())
+    return time.perf_counter() - started

@@ -1,0 +1,107 @@
+"""The sink in FreeFEM (sink.edp): tetrahedra of order 1, 2 or 3, the bricks of the graded quarter cut in six.
+
+``options``: ``order``, ``grading``, ``cuts``, ``across`` (the cells), ``transient``, ``steps`` in each interval of
+time, ``method`` (its order, 2 to 4).
+The script takes the time itself, from where it has read the mesh; making the mesh file is not counted.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Callable
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from meshes import symmetry
+from scenes.loading import load
+from scenes.sink import Sink
+from validate.bench import cells
+from validate.bench.runge_kutta import METHODS
+from validate.bench.sample import QUANTITIES, at_times, step_times
+from validate.bench.tools import tetrahedra
+
+MICRO = 1e6
+COPIES = 4
+TOLERANCE = 1e-6
+SOLVER = "UMFPACK"
+ELEMENTS = {1: ("P1", ""), 2: ("P2", ""), 3: ("P33d", 'load "Element_P3"\n')}
+PLUGINS = ("freefem++", "ff++/*/lib")  # where they are, below the folder of libraries
+Answer = tuple[np.ndarray, float]
+
+
+def prepare(options: dict[str, Any]) -> tuple[Callable[[], Answer], Callable[[Answer], dict[str, Any]]]:
+    """Run the script in a folder of its own; read what it wrote."""
+    sink = load("sink", [])
+    scene = symmetry.reduce(sink.scene()).scene
+    times = step_times(options["steps"]) if options["transient"] else np.empty(0)
+    folder = Path(tempfile.mkdtemp())
+    tetrahedra.write(
+        cells.graded(scene, options["grading"], options["cuts"], 1, options["across"]), folder / "quarter.mesh"
+    )
+    (folder / "input.txt").write_text(
+        " ".join(map(repr, _inputs(sink, times, METHODS[options["method"]]))) + "\n", encoding="utf-8"
+    )
+    script = files("validate.bench.tools").joinpath("sink.edp").read_text(encoding="utf-8")
+    element, plugin = ELEMENTS[options["order"]]
+    script = script.replace("SOLVER", SOLVER).replace("ORDER);", f"{element});").replace("LOAD\n", plugin)
+    (folder / "sink.edp").write_text(script, encoding="utf-8")
+
+    def solve() -> Answer:
+        before = _children_s()
+        command = ["FreeFem++", "-nw", "-v", "0", "sink.edp"]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, env=_environment())
+        if done.returncode:
+            raise ArithmeticError((done.stdout.strip() or "FreeFem++ failed").splitlines()[-1])
+        lines = (folder / "output.txt").read_text(encoding="utf-8").splitlines()
+        rows = np.array([[float(word) for word in line.split()] for line in lines[:-1]])
+        unknowns, inside = lines[-1].split()
+        return np.vstack([rows, [float(unknowns), float(inside), 0.0, 0.0]]), _children_s() - before
+
+    def read(answer: Answer) -> dict[str, Any]:
+        rows, whole = answer
+        shutil.rmtree(folder)
+        unknowns, inside = rows[-1, :2]
+        found = rows[at_times(times)] if options["transient"] else rows[:1]
+        peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
+        return {
+            "values": dict(zip(QUANTITIES, found.T.tolist(), strict=True)), "unknowns": int(unknowns),
+            "steps": max(len(times) - 1, 0), "seconds": [inside], "start_up_s": whole - inside, "peak_MB": peak,
+        }  # fmt: skip
+
+    return solve, read
+
+
+def _environment() -> dict[str, str]:
+    """With the folder of the plugins, which some distributions' FreeFEM does not find by itself."""
+    program = shutil.which("FreeFem++")
+    libraries = Path(program or "/usr/bin").resolve().parent.parent / "lib"
+    found = [str(f.parent) for folder in PLUGINS for f in sorted(libraries.glob(f"{folder}/Element_P3.so"))]
+    return {**({"FF_LOADPATH": found[0]} if found else {}), **os.environ}
+
+
+def _children_s() -> float:
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def _inputs(sink: Sink, times: np.ndarray, method: tuple[tuple[float, ...], ...]) -> list[float | int]:
+    """What the script reads, in its order."""
+    si, ox = sink.silicon, sink.oxide
+    assert si.resistivity is not None
+    room = 1 + si.temperature_coefficient * (sink.room_temperature - si.reference_temperature)
+    tableau = np.zeros((len(method), len(method)))
+    for row, weights in zip(tableau, method, strict=True):
+        row[: len(weights)] = weights
+    centre = (0.0, sink.length / 2 * MICRO, sink.thickness / 2 * MICRO)
+    return [
+        si.thermal_conductivity, ox.thermal_conductivity, si.heat_capacity, ox.heat_capacity, si.resistivity * room,
+        si.resistivity * si.temperature_coefficient, sink.voltage, sink.length, sink.cross_section, COPIES, TOLERANCE,
+        *centre, len(method), *tableau.ravel().tolist(), len(times), *times.tolist(),
+    ]  # fmt: skip

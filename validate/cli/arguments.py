@@ -1,0 +1,88 @@
+"""What the `validate` command takes."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import shlex
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from typing import NoReturn
+
+from scenes.errors import SceneError, nearest, printable
+from validate.cli.commands import COMMANDS
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser whose complaints are one sentence, raised as SceneError."""
+
+    def error(self, message: str) -> NoReturn:
+        raise SceneError(f"{printable(message, 300)} (see {self.prog} --help)")
+
+
+def parse(argv: Sequence[str]) -> argparse.Namespace:
+    """The arguments as ``command`` and its options; raises SceneError for any that are wrong."""
+    joined = _join_negative(argv)
+    name = next((argument for argument in joined if not argument.startswith("-")), None)
+    parser, commands = _parsers(name)
+    if name is None and not {"-h", "--help", "--version"} & set(joined):
+        parser.error(f"no command is given: give {' or '.join(commands)}")
+    if name is not None and name not in commands:
+        near = nearest(name, commands)
+        hint = f', did you mean "{near}"?' if near else ""
+        parser.error(f'"{printable(name)}" is not a command: give {" or ".join(commands)}{hint}')
+    found, unknown = parser.parse_known_args(joined)
+    if unknown:
+        _refuse(commands[found.command], unknown[0])
+    found.command_line = shlex.join(["validate", *argv])
+    return found
+
+
+def _refuse(parser: argparse.ArgumentParser, argument: str) -> NoReturn:
+    if not argument.startswith("-"):
+        parser.error(f'"{printable(argument)}" is one argument too many')
+    options = [option for option in parser._option_string_actions if option.startswith("--")]
+    near = nearest(argument.partition("=")[0], options)
+    hint = f', did you mean "{near}"?' if near else ""
+    parser.error(f'unknown option "{printable(argument)}"{hint}')
+
+
+def _join_negative(argv: Sequence[str]) -> list[str]:
+    """With "--voltage -2V" as "--voltage=-2V": argparse takes what has a dash and is no number for an option."""
+    joined: list[str] = []
+    for argument in argv:
+        if joined and joined[-1] in ("--voltage", "--accuracy") and re.match(r"-[\d.]", argument):
+            joined[-1] += f"={argument}"
+        else:
+            joined.append(argument)
+    return joined
+
+
+class _Version(argparse.Action):
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
+        from validate.report.summary import version
+
+        parser.exit(0, f"validate {version()}\n")
+
+
+def _parsers(chosen: str | None) -> tuple[argparse.ArgumentParser, Mapping[str, argparse.ArgumentParser]]:
+    """The parser, and those of the commands; only the chosen one gets its options."""
+    parser = _Parser(
+        prog="validate", allow_abbrev=False, formatter_class=argparse.RawDescriptionHelpFormatter,
+        description="How far to trust a 1D model of a heated microstructure: the same scene in 3D, with errors.",
+        epilog="example:\n  validate sink --voltage 1   the paper's active sink at 1 V, equation by equation\n"
+        "  validate device             the whole sensor in 1D, what the paper says of it\n"
+        "  validate solve mine.toml    any structure of boxes in 3D (validate scene bridge > mine.toml)\n\n"
+        "exit status: 0 every check came out as the scene declares, 1 one did not, 2 bad input, 3 the numerics failed",
+    )  # fmt: skip
+    parser.add_argument("--version", action=_Version, nargs=0, help="print the version and leave")
+    adder = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=_Parser)
+    commands = {
+        name: adder.add_parser(
+            name, allow_abbrev=False, formatter_class=argparse.RawDescriptionHelpFormatter, help=help_text
+        )
+        for name, help_text in COMMANDS.items()
+    }
+    if chosen in commands:
+        import_module(f"validate.cli.{chosen}").describe(commands[chosen])
+    return parser, commands

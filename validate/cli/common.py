@@ -1,0 +1,101 @@
+"""What the commands that solve a scene have in common: options, overrides, the plan, the report."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from scenes.errors import SceneError, printable
+from validate.cli.terminal import DIFFERS, FINE, show, style
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from scenes.device import Device
+    from scenes.plan import Step
+    from scenes.sink import Sink
+
+STATUS = "exit status: 0 every check came out as the scene declares, 1 one did not, 2 bad input, 3 the numerics failed"
+
+
+def options(parser: argparse.ArgumentParser, scene: str, example: str, accuracy: str) -> None:
+    """Adds them to a parser: the default ``scene``, an ``example`` of an override, what ``--accuracy`` means."""
+    add = parser.add_argument
+    add("scene", nargs="?", default=scene, metavar="SCENE.toml",
+        help=f'a scene file (default: the built-in "{scene}")')  # fmt: skip
+    add("--set", action="append", default=[], metavar="KEY=VALUE", dest="settings",
+        help=f"override a key of the scene, as often as needed: {example}")  # fmt: skip
+    add("--accuracy", metavar="A", help=accuracy)
+    add("--out", metavar="DIR", help="the results folder; a run that is there is replaced")
+    add("--no-figures", action="store_false", dest="figures", help="no figures")
+    explain_options(add)
+    add("--strict", action="store_true",
+        help="exit with 1 for any check not as declared (undeclared: expected to agree), or unresolved")  # fmt: skip
+    add("--quiet", action="store_true", help="print the answer and the verdict only, in one line")
+    add("--json", action="store_true", help="print summary.json in place of the tables")
+
+
+def explain_options(add: Callable[..., Any]) -> None:
+    """Adds those that print the plan."""
+    add("--explain", action="store_true",
+        help="print first what will be solved and what is skipped, and why; then run")  # fmt: skip
+    add("--dry-run", action="store_true", help="print that plan alone: nothing is solved or written")
+
+
+def settings(arguments: argparse.Namespace, *more: tuple[str, str | None]) -> list[str]:
+    """The overrides, with the options that stand for some; SceneError where both set a key."""
+    given = [(key, value) for key, value in (*more, ("run.accuracy", arguments.accuracy)) if value is not None]
+    for key, value in given:
+        for setting in arguments.settings:
+            if _sets(setting, key):
+                option = f"--{key.rpartition('.')[2]} {value}"
+                raise SceneError(f"{option} and --set {printable(setting)} both set {key}: give one of them")
+    return [*arguments.settings, *(f"{key}={value}" for key, value in given)]
+
+
+def _sets(setting: str, path: str) -> bool:
+    """Whether an override is of a key: by its path, the end of that, or as an item of its section."""
+    key, _, value = (part.strip() for part in setting.partition("="))
+    item = path.removeprefix(f"{key}.")
+    return key == path or path.endswith(f".{key}") or (item != path and item in value)
+
+
+def out(arguments: argparse.Namespace) -> Path | None:
+    """The folder that was asked for; SceneError where it has no name."""
+    from pathlib import Path
+
+    if arguments.out is not None and not arguments.out.strip():
+        raise SceneError('--out "" names no folder: give one, such as results/mine')
+    return Path(arguments.out) if arguments.out else None
+
+
+def explained(arguments: argparse.Namespace, plan: Callable[[], tuple[Step, ...]]) -> tuple[Step, ...] | None:
+    """The plan, printed; ``None`` where that is not asked for. SceneError where several things to print are."""
+    asked = [name for name in ("explain", "dry_run", "quiet", "json") if getattr(arguments, name)]
+    if len(asked) > 1:
+        told = " and ".join(f"--{name.replace('_', '-')}" for name in asked)
+        raise SceneError(f"{told} print different things: give one of them")
+    if not arguments.explain and not arguments.dry_run:
+        return None
+    from validate.report import table
+
+    planned = plan()
+    show(table.plan_text(planned, style()) + ("\n" if arguments.explain else ""))
+    return planned
+
+
+def report(
+    arguments: argparse.Namespace, scene: Sink | Device, outcome: Any, table: Any, planned: tuple[Step, ...] | None
+) -> int:
+    """Prints what a run found, in the words of its kind's ``table`` module, and returns the exit status."""
+    from compare.checks import contradicts
+
+    contrary = [check for check in outcome.checks if contradicts(check, scene, arguments.strict)]
+    if arguments.json:
+        show((outcome.folder / "summary.json").read_text(encoding="utf-8").rstrip("\n"))
+    elif arguments.quiet:
+        show(" ".join(table.headline(outcome, contrary, style()).split()))
+    else:
+        show(table.outcome_text(outcome, contrary, style(), planned))
+    return DIFFERS if contrary else FINE

@@ -1,0 +1,102 @@
+"""`validate device`: the whole sensor in 1D, and what the paper says of it."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING
+
+from scenes.errors import SceneError
+from validate.cli import common
+from validate.cli.terminal import FINE, Progress
+
+if TYPE_CHECKING:
+    from compare.device.scope import DeviceRequest
+    from scenes import dimensions
+
+
+def describe(parser: argparse.ArgumentParser) -> None:
+    """What the command takes."""
+    parser.description = (
+        "Simulate the paper's whole sensor in 1D, sink, insulator, sensor, polymer and their controllers,\n"
+        "and say what of Figures 9 to 13 comes out; with the limits of gains, range and resolution."
+    )
+    parser.epilog = (
+        "examples:\n"
+        "  validate device\n"
+        "  validate device --figure 11 --set control.sample_time=2ms\n"
+        "  validate device --scheme paper --figure 9\n"
+        "  validate device --max-power 20mW --meter PXI-4070\n\n"
+        "results: summary.json, traces.csv and figures in results/<scene>-<what distinguishes it>/\n"
+    ) + common.STATUS
+    add = parser.add_argument
+    common.options(
+        parser, "device", "control.sample_time=1ms", "accuracy of the temperatures, relative to the set rise"
+    )
+    add("--figure", action="append", default=[], choices=("9", "10", "11", "12", "13"), dest="about",
+        help="this figure and its checks only, as often as needed")  # fmt: skip
+    add("--scheme", choices=("accurate", "paper"), default="accurate",
+        help="the accurate scheme (default), or the paper's own and how far it is off")  # fmt: skip
+    add("--meter", choices=("PXI-4070", "MAX1367"), help="round the resistances to what a meter resolves")
+    add("--max-voltage", metavar="V", help="the sensor's largest voltage, for the range: 100mV")
+    add("--max-power", metavar="W", help="the sensor's largest power, for the range: 20mW")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Simulates, checks, writes and reports."""
+    from dataclasses import replace
+
+    from compare.device import scope
+    from scenes.loading import load
+    from scenes.types import DEVICE
+    from validate.report.names import of_device
+
+    device = load(arguments.scene, common.settings(arguments), of=DEVICE)
+    request = _request(arguments)
+    out = common.out(arguments) or of_device(device, request, arguments.settings)
+    if request.meter:
+        # The scene says nothing about a device with a meter in its loop.
+        device = replace(device, expected_to_differ=None)
+
+    from compare.device.run import run
+
+    planned = common.explained(arguments, lambda: scope.plan(device, request))
+    if arguments.dry_run:
+        return FINE
+    with Progress(arguments.quiet) as progress:
+        outcome = run(device, request, out, progress)
+
+    from validate.report.device import table
+
+    return common.report(arguments, device, outcome, table, planned)
+
+
+def _request(arguments: argparse.Namespace) -> DeviceRequest:
+    """What is asked for; SceneError where one thing leaves out another."""
+    from compare.device import scope
+    from compare.device.scope import FIGURES, DeviceRequest
+    from scenes import dimensions
+
+    request = DeviceRequest(
+        arguments.scheme,
+        tuple(name for name in FIGURES if name.removeprefix("figure") in arguments.about),
+        arguments.figures,
+        arguments.meter,
+        _most("--max-voltage", arguments.max_voltage, dimensions.VOLTAGE),
+        _most("--max-power", arguments.max_power, dimensions.POWER),
+        arguments.command_line,
+    )
+    for option, given in (("--max-voltage", arguments.max_voltage), ("--max-power", arguments.max_power)):
+        if given is not None and scope.design_reason(request):
+            other = "--figure" if request.about else "--scheme paper"
+            raise SceneError(f"{option} is of the range, which {other} leaves out: give one of them")
+    late = [name for name in request.about if request.scheme == "paper" and name in scope.LATE]
+    if late:
+        raise SceneError(f"--figure {late[0].removeprefix('figure')} needs the accurate scheme")
+    return request
+
+
+def _most(option: str, given: str | None, dimension: dimensions.Dimension) -> float:
+    from scenes.kinds import Quantity
+
+    value = None if given is None else Quantity(dimension, 1e-12, 1e6).read(option, given)
+    return float("inf") if value is None else value

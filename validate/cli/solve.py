@@ -1,0 +1,70 @@
+"""`validate solve`: any scene of boxes, or on a mesh file, in 3D."""
+
+from __future__ import annotations
+
+import argparse
+
+from scenes.errors import SceneError
+from validate.cli import common
+from validate.cli.terminal import FINE, Progress, show, style
+
+
+def describe(parser: argparse.ArgumentParser) -> None:
+    """What the command takes."""
+    parser.description = (
+        "Solve any scene of boxes, or on a Gmsh or Nastran mesh, in 3D: heat, current or both; steady or\n"
+        "over time; every probe with its estimated numerical error."
+    )
+    parser.epilog = (
+        "examples:\n"
+        "  validate scene bridge > mine.toml; validate solve mine.toml\n"
+        '  validate solve bridge --set "boundary.left electrode.voltage=3V" --accuracy 1e-4\n'
+        "  validate solve hotplate --end-time 2ms --explain\n\n"
+        "results: summary.json, traces.csv (a column per probe) and figures in\n"
+        "results/<scene>-<what distinguishes it>/\n"
+        "exit status: 0 solved, 2 bad input, 3 the numerics failed"
+    )
+    add = parser.add_argument
+    add("scene", metavar="SCENE.toml", help="a scene file, or an example: bridge, plate, hotplate")
+    add("--set", action="append", default=[], metavar="KEY=VALUE", dest="settings",
+        help="override a key, as often as needed: run.accuracy=1e-4, boundary.NAME.voltage=2")  # fmt: skip
+    add("--accuracy", metavar="A", help="relative accuracy of every probe (default 1e-3 or the scene's)")
+    add("--steady", action="store_true", help="the steady state, whatever the scene says of time")
+    add("--end-time", metavar="T", help="over time from the start to T, such as 2ms, whatever the scene says of it")
+    add("--out", metavar="DIR", help="the results folder; a run that is there is replaced")
+    add("--no-figures", action="store_false", dest="figures", help="no figures")
+    add("--fields", action="store_true", help="write the 3D temperature fields (fem3d.pvd with .vtu files)")
+    common.explain_options(add)
+    add("--quiet", action="store_true", help="print one line only")
+    add("--json", action="store_true", help="print summary.json in place of the tables")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Solves, writes and reports."""
+    from compare.solve import scope
+    from compare.solve.run import run
+    from scenes.free import load
+    from validate.report import names
+
+    if arguments.steady and arguments.end_time is not None:
+        raise SceneError(f"--steady and --end-time {arguments.end_time} contradict each other: give one of them")
+    until = ("run.end_time", arguments.end_time)
+    settings = common.settings(arguments, ("run.steady", "true" if arguments.steady else None), until)
+    request = scope.SolveRequest(arguments.figures, arguments.fields, arguments.command_line)
+    scene = scope.reported(load(arguments.scene, settings), request)
+    out = common.out(arguments) or names.of_scene(scene, settings, arguments.fields)
+    planned = common.explained(arguments, lambda: scope.plan(scene, request))
+    if arguments.dry_run:
+        return FINE
+    with Progress(arguments.quiet) as progress:
+        outcome = run(scene, request, out, progress)
+
+    from validate.report.solve import table
+
+    if arguments.json:
+        show((outcome.folder / "summary.json").read_text(encoding="utf-8").rstrip("\n"))
+    elif arguments.quiet:
+        show(" ".join(table.headline(outcome, style()).split()))
+    else:
+        show(table.outcome_text(outcome, style(), planned))
+    return FINE

@@ -1,0 +1,94 @@
+"""What the figures have in common: style, margins, the title with the verdicts, files.
+
+Margins are fixed and not computed from the drawn texts, and powers of ten are plain text: matplotlib's automatic layout
+and its mathematical text would take longer than the 3D solution.
+"""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from matplotlib import rc_context
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure
+
+from compare.verdict import Check
+from compare.words import difference_text, percent
+from validate.report.figures.colours import INK
+
+DPI = 130
+_LINE = 0.215  # inches of a line of the title
+_STYLE: dict[Any, Any] = {
+    "font.size": 10.0, "font.family": "sans-serif", "axes.edgecolor": INK, "axes.labelcolor": INK,
+    "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "axes.axisbelow": True,
+    "grid.color": "#dddddd", "grid.linewidth": 0.6, "axes.formatter.useoffset": False, "lines.linewidth": 1.8,
+    "legend.frameon": False, "svg.fonttype": "none", "svg.hashsalt": "validate",
+}  # fmt: skip
+_MEANS = {
+    "fig4": "the 1D steady peak rise is off by {}",
+    "fig5": "the profile's RMS distance from the parabola is {} of dT0",
+    "fig6_peak": "the 1D peak is off by up to {} of the final rise",
+    "fig6_end": "the 1D end is off by up to {} of the final rise",
+    "fig7_current": "the 1D current is off by up to {} of its final change",
+}
+
+
+def style() -> Any:
+    """A context in which figures are drawn."""
+    return rc_context(_STYLE)
+
+
+def new_figure(
+    width: float, height: float, text: str, checks: Sequence[Check | str], bottom: float = 0.55, left: float = 0.75
+) -> Figure:
+    """A figure (inches) with its title and, below that, a line for each check with its verdict (or for each text); the
+    space under them is for the axes, within margins (inches) that leave room for their labels."""
+    figure = Figure(figsize=(width, height))
+    room = int(width * 12.5)
+    said = [check if isinstance(check, str) else verdict_line(check) for check in checks]
+    lines = [line for each in said for line in textwrap.wrap(_kept(each), room)]
+    for i, line in enumerate([text, *lines]):
+        y = 1 - (0.1 + i * _LINE) / height
+        figure.text(
+            0.12 / width, y, line, ha="left", va="top", fontsize=10.5, color=INK, weight="bold" if i == 0 else None
+        )
+    top = 1 - (0.3 + (1 + len(lines)) * _LINE) / height
+    figure.subplots_adjust(left=left / width, right=1 - 0.25 / width, bottom=bottom / height, top=top)
+    return figure
+
+
+def verdict_line(check: Check) -> str:
+    """A check in one sentence: "fig4 DIFFERS: the 1D steady peak rise is off by -6.56 ± 0.01 % (tolerance 5 %)"."""
+    mark = {"agrees": "\N{CHECK MARK}", "differs": "\N{MULTIPLICATION X}", "unresolved": "?"}[check.verdict]
+    word = check.verdict.upper() if check.verdict == "differs" else check.verdict
+    if check.id.startswith("against_"):
+        most = difference_text(check.difference, check.u_num, "±")
+        return (
+            f"{mark} {check.id} {word}: {check.title} is off by up to {most} (tolerance {percent(check.tolerance, 1)})"
+        )
+    said = _MEANS[check.id].format(difference_text(check.difference, check.u_num, "±"))
+    if check.id == "fig5":
+        said = said.replace("+", "")
+    if check.title.endswith("of itself"):
+        said = said.replace("of its final change", "of itself")
+    return f"{mark} {check.id} {word}: {said} (tolerance {percent(check.tolerance, 1)})"
+
+
+def _kept(text: str) -> str:
+    """With spaces that no line is broken at between a number and its unit."""
+    return re.sub(r"(?<=\d) (?=[A-Za-z%])", "\N{NO-BREAK SPACE}", text)
+
+
+def save(figure: Figure, folder: Path, name: str) -> list[str]:
+    """Writes <name>.png and <name>.svg; returns their names."""
+    figure.set_dpi(DPI)
+    FigureCanvasAgg(figure).print_png(
+        folder / f"{name}.png", metadata={"Software": None}, pil_kwargs={"compress_level": 3}
+    )
+    FigureCanvasSVG(figure).print_svg(folder / f"{name}.svg", metadata={"Date": None, "Creator": None})
+    return [f"{name}.png", f"{name}.svg"]

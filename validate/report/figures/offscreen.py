@@ -1,0 +1,113 @@
+"""A process of its own that renders one temperature field: read on standard input, the image on standard output.
+
+It is one because VTK without a working OpenGL may end the process, and because its start-up then overlaps the solution.
+In: an .npz with points (n, 3) in m, hexes (m, 8), rise (n,) in K, and the factor by which z is drawn larger.
+Out: an .npy, (rows, columns, 3) uint8 without white margins.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+
+from validate.report.figures.colours import table
+
+SIZE = [1400, 700]
+LIGHT = (0.45, -0.3, 0.84)
+"""Where the light comes from, of length 1."""
+AMBIENT = 0.65
+"""The part of a face's colour that no light takes away."""
+
+
+def main() -> None:
+    """Reads, renders, writes."""
+    # Libraries may print to standard output; the image needs it for itself.
+    out = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    warm_up()
+    with np.load(io.BytesIO(sys.stdin.buffer.read())) as data:
+        image = render(data["points"], data["hexes"], data["rise"], float(data["factor"]))
+    packed = io.BytesIO()
+    np.save(packed, image)
+    out.write(packed.getbuffer())
+    out.close()
+
+
+def warm_up() -> None:
+    """Renders next to nothing, so that the graphics library is ready before the solution is."""
+    plotter = pv.Plotter(off_screen=True, window_size=[16, 16])
+    plotter.add_mesh(pv.Plane(i_resolution=1, j_resolution=1))
+    plotter.screenshot(return_img=True)
+    plotter.close()
+
+
+def render(points: np.ndarray, hexes: np.ndarray, rise: np.ndarray, factor: float) -> np.ndarray:
+    """The image: seen from above one side, the beam's length across it, parallel lines parallel, outlines drawn.
+
+    Faces to the top have the scale's own colours, others are darker by where they face; bars along the three axes say
+    what is how long.
+    """
+    drawn = points * [1e6, 1e6, 1e6 * factor]
+    cells = np.column_stack([np.full(len(hexes), 8), hexes]).ravel()
+    grid = pv.UnstructuredGrid(cells, np.full(len(hexes), pv.CellType.HEXAHEDRON), drawn)
+    grid.point_data["rise"] = rise
+    # Mirror images share no points; merged, their common faces are no longer part of the surface.
+    surface = grid.clean(tolerance=1e-9).extract_surface(algorithm="dataset_surface")
+    colours = table()
+    lookup = pv.LookupTable(n_values=len(colours))
+    lookup.values = np.column_stack([colours, np.full(len(colours), 255)]).astype(np.uint8)
+    lookup.scalar_range = (0.0, float(rise.max()))
+    # Any, because pyvista's decorators hide from a type checker what its methods take.
+    plotter: Any = pv.Plotter(off_screen=True, window_size=SIZE)
+    plotter.set_background("white")
+    plotter.add_mesh(
+        surface, scalars="rise", cmap=lookup, show_scalar_bar=False, interpolate_before_map=True,
+        ambient=AMBIENT, diffuse=(1 - AMBIENT) / LIGHT[2], specular=0.0,
+    )  # fmt: skip
+    plotter.remove_all_lights()
+    plotter.add_light(pv.Light(position=LIGHT, light_type="scene light"))
+    _add_bars(plotter, drawn, factor)
+    edges = surface.extract_feature_edges(30, boundary_edges=False, manifold_edges=False)
+    plotter.add_mesh(edges, color="#404040", line_width=1.5, lighting=False)
+    plotter.enable_parallel_projection()
+    plotter.view_vector((1.0, -0.22, 0.5), viewup=(0, 0, 1))
+    plotter.enable_anti_aliasing("ssaa")
+    image = np.asarray(plotter.screenshot(return_img=True))[..., :3]
+    plotter.close()
+    return _without_margins(image)
+
+
+def _add_bars(plotter: Any, drawn: np.ndarray, factor: float) -> None:
+    """A corner in front of the solid with a bar of a round length (um) along each axis, and what it stands for."""
+    lower, upper = drawn.min(axis=0), drawn.max(axis=0)
+    longest = float((upper - lower).max())
+    corner = np.array([upper[0] + 0.1 * longest, lower[1] + 0.55 * (upper[1] - lower[1]), lower[2]])
+    ends, texts = [], []
+    for axis, (extent, scale) in enumerate(zip(upper - lower, (1.0, 1.0, factor), strict=True)):
+        length = round_length(max(0.3 * extent, 0.04 * longest) / scale)
+        end = corner.copy()
+        end[axis] += length * scale
+        plotter.add_mesh(pv.Line(corner, end), color="#222222", line_width=3, lighting=False)
+        ends.append(end + np.array([0.0, 0.012 * longest, 0.0]))
+        texts.append(f"{'xyz'[axis]} {length:g} \N{MICRO SIGN}m")
+    plotter.add_point_labels(
+        np.array(ends), texts, font_size=17, text_color="#222222", shape=None, show_points=False, always_visible=True,
+        justification_horizontal="left", justification_vertical="center",
+    )  # fmt: skip
+
+
+def round_length(wanted: float) -> float:
+    """The largest of 1, 2 and 5 times a power of ten that is not beyond a length."""
+    power = 10.0 ** np.floor(np.log10(wanted) + 1e-9)
+    return float(max(step * power for step in (1, 2, 5) if step * power <= wanted * (1 + 1e-9)))
+
+
+def _without_margins(image: np.ndarray) -> np.ndarray:
+    ink = np.any(image < 255, axis=2)
+    rows, columns = np.flatnonzero(ink.any(axis=1)), np.flatnonzero(ink.any(axis=0))
+    return image[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]

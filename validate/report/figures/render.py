@@ -1,0 +1,88 @@
+"""The renderer of figure 4, in a process beside this one (``validate.report.figures.offscreen``)."""
+
+from __future__ import annotations
+
+import io
+import subprocess
+import sys
+from pathlib import Path
+from threading import Thread
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import numpy as np
+
+PATIENCE = 120.0
+"""Seconds after which a render is given up."""
+
+
+class Renderer:
+    """Started early, given the field when it is known, asked for the image when that is needed.
+
+    Whatever fails, ``image`` says so by ``None``: the machine may have no OpenGL.
+    """
+
+    def __init__(self) -> None:
+        self._process: subprocess.Popen[bytes] | None = None
+        self._thread: Thread | None = None
+        self._image: bytes = b""
+        self.factor = 1.0
+
+    def start(self) -> None:
+        """Starts the process, which gets ready while this one solves."""
+        # The packages may be importable here only because of where this process was started.
+        root = str(Path(__file__).parents[3])
+        code = f"import sys; sys.path.insert(0, {root!r}); from validate.report.figures.offscreen import main; main()"
+        command = [sys.executable, "-c", code]
+        try:
+            self._process = subprocess.Popen(
+                command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+            )
+        except OSError:
+            self._process = None
+
+    def send(self, fields: Any, room_temperature: float) -> None:
+        """Gives the process the steady field of a 3D result; returns at once."""
+        if self._process is None:
+            return
+        import numpy as np
+
+        points = fields.points
+        self.factor = exaggeration(points)
+        data = io.BytesIO()
+        rise = fields.steady - room_temperature
+        np.savez(data, points=points, hexes=fields.hexes, rise=rise, factor=self.factor)
+        self._thread = Thread(target=self._talk, args=(self._process, data.getvalue()), daemon=True)
+        self._thread.start()
+
+    def image(self) -> np.ndarray | None:
+        """(rows, columns, 3) uint8, waited for; ``None`` where it can't be had."""
+        import numpy as np
+
+        if self._thread is None:
+            return None
+        self._thread.join(PATIENCE)
+        try:
+            return np.load(io.BytesIO(self._image))
+        except (ValueError, OSError, EOFError):
+            return None
+
+    def close(self) -> None:
+        """Ends the process if it has not ended."""
+        if self._process is not None and self._process.poll() is None:
+            self._process.kill()
+            self._process.wait()
+
+    def _talk(self, process: subprocess.Popen[bytes], data: bytes) -> None:
+        try:
+            self._image = process.communicate(data)[0]
+        except (OSError, ValueError):
+            self._image = b""
+
+
+def exaggeration(points: np.ndarray) -> float:
+    """A round factor by which to stretch z, so that the height is about a tenth of the length; at least 1."""
+    extent = points.max(axis=0) - points.min(axis=0)
+    wanted = 0.08 * max(extent[0], extent[1]) / extent[2]
+    steps = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
+    return float(max([step for step in steps if step <= wanted] or [1]))

@@ -1,0 +1,109 @@
+"""The sink at its extremes: sizes, conductivities, accuracies, voltages; every error estimate against a finer solve."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from fem3d.errors import RunawayError
+from fem3d.run import solve
+from scenes.plan import Request
+from scenes.result import Result
+from scenes.sink import Sink
+from validate.stress.rows import Row
+
+STEADY = Request(transient=False)
+ACCURACY, FINER = 1e-3, 2e-4
+BALANCE = 1e-8  # of the power
+CONTRASTED = 1e-6  # of the power, where entries of the matrix are 1e8 apart and their sums lose that many digits
+
+
+def aspect_ratios(quick: bool) -> Iterator[Row]:
+    """Oxide of 20 nm to 20 um, beams of 10 um to 10 mm."""
+    oxides = (20e-9, 20e-6) if quick else (20e-9, 60e-9, 200e-9, 700e-9, 2e-6, 7e-6, 20e-6)
+    yield from _family("aspect ratios", "thickness of the oxide", [
+        (f"{t * 1e9:g} nm", replace(Sink(), oxide_thickness=t)) for t in oxides
+    ])  # fmt: skip
+    beams = (10e-6, 10e-3) if quick else (10e-6, 30e-6, 100e-6, 300e-6, 1e-3, 3e-3, 10e-3)
+    yield from _family("aspect ratios", "length of the beam", [
+        (f"{length * 1e6:g} um", replace(Sink(), length=length)) for length in beams
+    ])  # fmt: skip
+
+
+def contrasts(quick: bool) -> Iterator[Row]:
+    """Conductivities of silicon over that of the oxide, from 1e-8 to 1e8."""
+    ratios = (1e-4, 1e8) if quick else (1e-8, 1e-6, 1e-4, 1e-2, 1.0, 1e2, 1e4, 1e6, 1e8)
+    sink = Sink(silicon=replace(Sink().silicon, temperature_coefficient=0.0))
+    yield from _family("contrasts", "conductivity of silicon over oxide", [
+        (f"{r:g}", replace(sink, oxide=replace(sink.oxide, thermal_conductivity=130.0 / r))) for r in ratios
+    ], CONTRASTED)  # fmt: skip
+
+
+def accuracies(quick: bool) -> Iterator[Row]:
+    """Requests from 1e-1 to 1e-6: what was delivered over what was asked for."""
+    asked = (1e-1, 1e-3, 1e-5) if quick else (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
+    best = solve(replace(Sink(), accuracy=asked[-1]), STEADY)
+    for accuracy in asked:
+        found = best if accuracy == asked[-1] else solve(replace(Sink(), accuracy=accuracy), STEADY)
+        stated = max(e.error / abs(e.value) for e in found.steady.values()) / accuracy
+        if found is not best:  # the finest is the truth of the others
+            ratio, name = _dishonesty(found, best)
+            yield Row("accuracies", "the sink", f"{accuracy:g} asked for", "true error over the estimated one", ratio,
+                      1.0, said=f"{name}; {found.details['unknowns']} unknowns")  # fmt: skip
+        yield Row("accuracies", "the sink", f"{accuracy:g} asked for", "estimated error over the one asked for",
+                  stated, 1.0)  # fmt: skip
+
+
+def runaway(quick: bool) -> Iterator[Row]:
+    """Voltages up to thermal runaway with a negative temperature coefficient; far beyond with a positive one."""
+    for coefficient in (-5e-4,) if quick else (-5e-4, -2e-3, -1e-4):
+        sink = Sink(silicon=replace(Sink().silicon, temperature_coefficient=coefficient), accuracy=ACCURACY)
+        limit = _limit(sink)
+        below = solve(replace(sink, voltage=0.999 * limit), STEADY)
+        what, extremes = "thermal runaway", f"TCR {coefficient:g} 1/K"
+        yield Row("voltages", what, f"{extremes}, 99.9 % of the limit of {limit:.5g} V", "heat balance",
+                  float(below.details["energy_imbalance"]), BALANCE)  # fmt: skip
+        again = _limit(replace(sink, voltage=1.001 * limit))
+        yield Row("voltages", what, f"{extremes}, limits named from 3 and from 1.001 times", "difference",
+                  abs(again / limit - 1), ACCURACY)  # fmt: skip
+    hot = Sink(silicon=replace(Sink().silicon, temperature_coefficient=2e-3), accuracy=ACCURACY)
+    for volts in (1e-6, 100.0):
+        found = solve(replace(hot, voltage=volts), STEADY)
+        yield Row("voltages", "a positive coefficient", f"TCR 0.002 1/K, {volts:g} V", "heat balance",
+                  float(found.details["energy_imbalance"]), BALANCE,
+                  said=f"peak rise {found.steady['peak_rise_K'].value:.4g} K")  # fmt: skip
+
+
+def _limit(sink: Sink) -> float:
+    """The voltage of runaway (V) that is named at the first voltage beyond it, from the sink's own in steps of 3."""
+    volts = sink.voltage
+    for _ in range(40):
+        try:
+            solve(replace(sink, voltage=volts), STEADY)
+        except RunawayError as error:
+            return error.limit
+        volts *= 3
+    raise ArithmeticError("no runaway up to 1e19 V")
+
+
+def _family(group: str, what: str, sinks: list[tuple[str, Sink]], balance: float = BALANCE) -> Iterator[Row]:
+    """Two rows for some sinks: the worst ratio of true to estimated error, and the worst heat balance."""
+    ratios, balances = [], []
+    for name, sink in sinks:
+        found = solve(replace(sink, accuracy=ACCURACY), STEADY)
+        best = solve(replace(sink, accuracy=FINER), STEADY)
+        ratio, quantity = _dishonesty(found, best)
+        ratios.append((ratio, f"at {name}, {quantity}"))
+        balances.append((float(found.details["energy_imbalance"]), f"at {name}"))
+    extremes = f"{sinks[0][0]} to {sinks[-1][0]}, {len(sinks)} sinks"
+    yield Row(group, what, extremes, "true error over the estimated one", max(ratios)[0], 1.0, said=max(ratios)[1])
+    yield Row(group, what, extremes, "heat balance", max(balances)[0], balance, said=max(balances)[1])
+
+
+def _dishonesty(found: Result, best: Result) -> tuple[float, str]:
+    """The largest |difference| / (estimated errors) over the quantities, and its name."""
+    ratios = [
+        (abs(e.value - best.steady[name].value) / (e.error + best.steady[name].error), name)
+        for name, e in found.steady.items()
+    ]
+    return max(ratios)

@@ -1,0 +1,178 @@
+"""What must hold for every scene, whatever its shape: each invariant gives how far it is violated, over what its
+estimated errors allow (at most 1 where it holds)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from fem3d.solve_scene import solve
+from scenes.model import Boundary, Box, Point, Probe, Scene
+from scenes.result import Estimate, Result
+from validate.stress.random_scenes import ROOM, Drawn
+
+ROUNDING = 1e-7  # of the largest value of a kind: what solves of badly conditioned scenes leave
+BALANCE = 1e-6  # of the heat that passes
+
+
+def energy(drawn: Drawn, found: Result) -> float:
+    """What enters by the boundaries, the current and the sources adds up to nothing."""
+    total, error, passing = 0.0, 0.0, 0.0
+    for b in drawn.scene.boundaries:
+        each = found.steady[f"into {b.name}"]
+        factor = float(b.value) if b.kind == "voltage" else 1.0  # type: ignore[arg-type]
+        total += factor * each.value
+        error += abs(factor) * each.error
+        passing += abs(factor * each.value)
+    for box in drawn.scene.boxes:
+        heat = float(box.heat_source) * float(np.prod(np.subtract(box.upper, box.lower)))  # type: ignore[arg-type]
+        total, passing = total + heat, passing + abs(heat)
+    return abs(total) / (error + BALANCE * passing)
+
+
+def never_colder(_: Drawn, found: Result) -> float:
+    """No reported temperature is below that of the surroundings while the scene is heated."""
+    means = [mean for name, mean in found.steady.items() if name.startswith("mean")]
+    return max(max(ROOM - mean.value, 0.0) / (mean.error + 1e-12 * ROOM) for mean in means)
+
+
+def undershoot(_: Drawn, found: Result) -> float:
+    """The whole field falls below the surroundings by no more than its own estimated error, a part of the largest
+    rise: beside a steep decay polynomials swing."""
+    field, off = found.details["fields"].steady, found.details["field_error"]
+    return float(max(ROOM - field.min(), 0.0) / (off * np.ptp(field) + 1e-12 * ROOM))
+
+
+def ordered(_: Drawn, found: Result) -> float:
+    """Means lie between the coldest and the hottest place."""
+    field = found.details["fields"].steady
+    worst = 0.0
+    for name, mean in found.steady.items():
+        if name.startswith("mean"):
+            beyond = max(field.min() - mean.value, mean.value - field.max(), 0.0)
+            worst = max(worst, float(beyond / (mean.error + 1e-12 * ROOM)))
+    return worst
+
+
+def mirrored(drawn: Drawn, found: Result) -> float:
+    """Mirrored in x, and with the axes turned round, the scene has the same temperatures and flows."""
+    far = max(box.upper[0] for box in drawn.scene.boxes)
+
+    def turn(lower: Point, upper: Point) -> tuple[Point, Point]:
+        return (lower[1], lower[2], far - upper[0]), (upper[1], upper[2], far - lower[0])
+
+    return _apart(found, solve(_moved(drawn.scene, turn)), 1.0, 1.0, 1.0)
+
+
+def rescaled(drawn: Drawn, found: Result) -> float:
+    """A thousand times the lengths with k, h, rho c, sources and fluxes to match has the same temperatures: the answer
+    doesn't depend on the unit of length."""
+    s = 1e3
+    materials = {
+        box.material: replace(
+            box.material, thermal_conductivity=box.material.thermal_conductivity / s,
+            resistivity=None if box.material.resistivity is None else box.material.resistivity * s,
+        )
+        for box in drawn.scene.boxes
+    }  # fmt: skip
+    scene = _moved(drawn.scene, lambda lower, upper: (_times(lower, s), _times(upper, s)))
+    boxes = tuple(
+        replace(box, material=materials[box.material], heat_source=float(box.heat_source) / s**3)  # type: ignore[arg-type]
+        for box in scene.boxes
+    )
+    boundaries = tuple(
+        replace(b, value=float(b.value) / s**2) if b.kind in ("heat_flux", "convection") else b  # type: ignore[arg-type]
+        for b in scene.boundaries
+    )
+    return _apart(found, solve(replace(scene, boxes=boxes, boundaries=boundaries)), 1.0, 1.0, 1.0)
+
+
+def swapped(drawn: Drawn, found: Result) -> float:
+    """With the voltages swapped the currents change their sign, and nothing else does."""
+    volts = {b.name: b.value for b in drawn.scene.boundaries if b.kind == "voltage"}
+    if not volts:
+        return 0.0
+    other = {"plus": volts["minus"], "minus": volts["plus"]}
+    boundaries = tuple(replace(b, value=other[b.name]) if b.name in other else b for b in drawn.scene.boundaries)
+    return _apart(found, solve(replace(drawn.scene, boundaries=boundaries)), 1.0, -1.0, 1.0)
+
+
+def squared(drawn: Drawn, _: Result) -> float:
+    """Without temperature coefficients twice the voltage and four times the other heat make four times the rises."""
+    boxes = tuple(replace(b, material=replace(b.material, temperature_coefficient=0.0)) for b in drawn.scene.boxes)
+    scene = replace(drawn.scene, boxes=boxes)
+    factor = {"voltage": 2.0, "heat_flux": 4.0}
+    stronger = replace(
+        scene, boxes=tuple(replace(box, heat_source=4 * float(box.heat_source)) for box in boxes),  # type: ignore[arg-type]
+        boundaries=tuple(
+            replace(b, value=factor[b.kind] * float(b.value)) if b.kind in factor else b  # type: ignore[arg-type]
+            for b in scene.boundaries
+        ),
+    )  # fmt: skip
+    return _apart(solve(scene), solve(stronger), 4.0, 2.0, 4.0)
+
+
+def reciprocal(drawn: Drawn, _: Result) -> float:
+    """A watt in one box warms another by as much as a watt there warms the one."""
+    boxes = drawn.scene.boxes
+    first, last = boxes[0], boxes[-1]
+    found = []
+    for source, seen in ((first, last), (last, first)):
+        volume = float(np.prod(np.subtract(source.upper, source.lower)))
+        heated = tuple(replace(b, heat_source=1e-3 / volume if b is source else 0.0) for b in boxes)
+        cooled = tuple(b for b in drawn.scene.boundaries if b.kind in ("temperature", "convection"))
+        probes = (Probe("seen", seen.lower, seen.upper),)
+        found.append(solve(replace(drawn.scene, boxes=heated, boundaries=cooled, probes=probes)).steady["seen"])
+    one, two = found
+    return abs(one.value - two.value) / (one.error + two.error + ROUNDING * abs(one.value - ROOM) + 1e-12 * ROOM)
+
+
+def honest(drawn: Drawn, found: Result) -> float:
+    """Every value is within its estimated error of a solve that is ten times finer."""
+    return _apart(found, solve(replace(drawn.scene, accuracy=drawn.scene.accuracy / 10)), 1.0, 1.0, 1.0)
+
+
+ALWAYS: dict[str, Callable[[Drawn, Result], float]] = {
+    "energy closes": energy, "nothing reported is colder than its surroundings": never_colder,
+    "means within extremes": ordered, "field away from the probes": undershoot,
+}  # fmt: skip
+IN_TURN: dict[str, Callable[[Drawn, Result], float]] = {
+    "mirrored and turned": mirrored, "another unit of length": rescaled, "voltages swapped": swapped,
+    "scales with V^2": squared, "reciprocity of power": reciprocal, "errors honoured by a finer solve": honest,
+}  # fmt: skip
+
+
+def _apart(one: Result, two: Result, rises: float, currents: float, flows: float) -> float:
+    """The largest distance of two results over their errors, the first's rises, currents and flows being multiplied."""
+    largest: dict[float, float] = {}
+    pairs = []
+    for name, a in one.steady.items():
+        b = two.steady[name]
+        if name.startswith("into"):
+            factor = currents if name in ("into plus", "into minus") else flows
+        else:
+            factor, a, b = rises, Estimate(a.value - ROOM, a.error), Estimate(b.value - ROOM, b.error)
+        largest[factor] = max(largest.get(factor, 0.0), abs(b.value))
+        pairs.append((factor, a, b, 1e-12 * ROOM * (factor == rises)))
+    return max(
+        abs(f * a.value - b.value) / (abs(f) * a.error + b.error + ROUNDING * largest[f] + rounding + 1e-300)
+        for f, a, b, rounding in pairs
+    )
+
+
+def _moved(scene: Scene, move: Callable[[Point, Point], tuple[Point, Point]]) -> Scene:
+    def moved(thing: Box | Boundary | Probe) -> dict[str, Point]:
+        lower, upper = move(thing.lower, thing.upper)
+        return {"lower": lower, "upper": upper}
+
+    return replace(
+        scene, boxes=tuple(replace(b, **moved(b)) for b in scene.boxes),  # type: ignore[arg-type]
+        boundaries=tuple(replace(b, **moved(b)) for b in scene.boundaries),  # type: ignore[arg-type]
+        probes=tuple(replace(p, **moved(p)) for p in scene.probes),  # type: ignore[arg-type]
+    )  # fmt: skip
+
+
+def _times(point: Point, factor: float) -> Point:
+    return point[0] * factor, point[1] * factor, point[2] * factor

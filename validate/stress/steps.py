@@ -1,0 +1,101 @@
+"""Time steps from 1 ns to 1 s: which integrators ring, and how far each is off."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+from scipy.linalg import eigh
+
+from fem3d import tensor
+from fem3d.exponential import integrate
+from fem3d.operators import HeatProblem, assemble
+from fem3d.reference import STAGES
+from meshes import grading, symmetry
+from scenes.sink import Sink
+from validate.stress.rows import Row
+
+GROUP = "time steps"
+STEPS = (1e-9, 1e-7, 1e-5, 1e-3, 1e-1, 1.0)  # s
+COUNTS = (10, 11, 40, 41)  # steps after which is looked; an L-stable method may overshoot in the first few
+RINGING = 1e-3  # of the final rise
+
+Method = Callable[[np.ndarray, float], np.ndarray]  # decay rates, a step to the part of a constant load's rise missing
+
+
+def rows() -> Iterator[Row]:
+    """Each integrator on the sink's heat equation after a step of constant heat, in its modes: with z = rate * step,
+    what is missing of the final rise is multiplied by the method's R(-z) in each step, exactly e^(-z)."""
+    problem = _sink()
+    rates, modes, final = _modal(problem)
+    factors: dict[str, tuple[Method, bool]] = {
+        "exponential collocation": (_exponential, True),
+        "SDIRK of order 3 (second path)": (_sdirk, True),
+        "backward Euler": (lambda r, h: 1 / (1 + r * h), False),
+        "Crank-Nicolson": (lambda r, h: (1 - r * h / 2) / (1 + r * h / 2), False),
+        "explicit Euler": (lambda r, h: 1 - r * h, False),
+    }
+    largest = float((modes @ final).max())
+    for name, (method, ours) in factors.items():
+        worst, at = 0.0, STEPS[0]
+        for step in STEPS:
+            with np.errstate(over="ignore", invalid="ignore"):
+                factor = method(rates, step)
+                # A constant load from rest heats every place monotonically: nothing ever exceeds the final rise.
+                missing = np.column_stack([factor**n * final for n in COUNTS])
+                over = -float((modes @ missing).min()) / largest
+            if not over <= worst:
+                worst, at = (over if np.isfinite(over) else np.inf), step
+        said = f"largest with steps of {at:g} s" if worst > 1e-9 else "at no step"
+        yield Row(GROUP, name, f"steps of 1 ns to 1 s, decay rates {rates[0]:.1e} to {rates[-1]:.1e} 1/s",
+                  f"overshoot over the final rise after {COUNTS[0]} steps", worst, RINGING, ours, said)  # fmt: skip
+    limit = 2 / float(rates[-1])
+    found_limit = _grows(rates, limit)
+    yield Row(GROUP, "explicit Euler", "bisection of its largest stable step",
+              f"found / predicted 2/rate = {limit:.2e} s, less 1", abs(found_limit / limit - 1), 1e-3)  # fmt: skip
+
+
+def _sink() -> HeatProblem:
+    part = symmetry.reduce(Sink().scene())
+    return assemble(part.scene, grading.first_mesh(part.scene, 1e-2).with_degrees(-1, -1, 0), False)
+
+
+def _modal(problem: HeatProblem) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Decay rates (1/s), modes (nodes, modes) and the amplitudes of the final rise under heat in the beam (K)."""
+    k, m = (np.asarray(a.todense()) for a in (problem.inner_stiffness, problem.inner_mass))
+    rates, modes = eigh(k, m)
+    load = np.zeros(problem.size)
+    for block in problem.mesh.blocks:
+        if problem.mesh.boxes[block.box].name == "beam":
+            nodal = tensor.integral(problem.mesh.parts(block))
+            problem.scatter(block, nodal, load)
+    return rates, modes, modes.T @ load[: problem.free] / rates
+
+
+def _exponential(rates: np.ndarray, step: float) -> np.ndarray:
+    """The product's own integrator over one step, from rest under a source that brings every mode to 1."""
+    run = integrate(rates, lambda since: lambda times, a: np.tile(rates, (len(a), 1)), step, 1e300, 1.0)
+    return np.asarray(1.0 - run(np.array([step]))[0][0])
+
+
+def _sdirk(rates: np.ndarray, step: float) -> np.ndarray:
+    """The stability function of the second path's method at every rate, by its stages."""
+    z = -rates * step
+    slopes: list[Any] = []
+    for stage in STAGES:
+        *before, own = stage
+        start = 1 + sum((w * s for w, s in zip(before, slopes, strict=True)), np.zeros_like(z))
+        slopes.append(z * start / (1 - own * z))
+    return np.asarray(1 + sum((w * s for w, s in zip(STAGES[-1], slopes, strict=True)), np.zeros_like(z)))
+
+
+def _grows(rates: np.ndarray, guess: float) -> float:
+    """The largest step of explicit Euler at which 20000 steps don't grow, by bisection."""
+    low, high = guess / 2, guess * 2
+    while high - low > 1e-5 * high:
+        middle = (low + high) / 2
+        with np.errstate(over="ignore"):
+            stable = bool(np.abs((1 - rates * middle) ** 20000).max() <= 1.0)
+        low, high = (middle, high) if stable else (low, middle)
+    return low

@@ -1,0 +1,117 @@
+"""Random scenes, each solved and held to the invariants under a time limit, side by side in processes."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+from validate.stress.rows import Row
+
+GROUP = "random scenes"
+LIMIT, PATIENCE = 60, 20  # s of computing a scene with its invariants may take, and times that by the clock
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A scene's seed, its violations by invariant, how it ended ("" where it was solved), seconds and unknowns."""
+
+    seed: int
+    violations: dict[str, float] = field(default_factory=dict)
+    ended: str = ""
+    said: str = ""
+    seconds: float = 0.0
+    unknowns: int = 0
+
+
+class _TimeIsUpError(BaseException):
+    """The time limit; no handler of ordinary errors catches it."""
+
+
+def examine(seed: int, limit: int = LIMIT) -> Outcome:
+    """Solves the scene of a seed and holds it to all invariants that need no second solve and to one that does."""
+    import time
+
+    from fem3d.errors import ConvergenceError, NumericsError
+    from validate.stress import invariants
+    from validate.stress.random_scenes import draw
+
+    def up(*_: Any) -> None:
+        raise _TimeIsUpError
+
+    started = time.process_time()
+    drawn = draw(seed)
+    # What counts is computing, whatever else the machine does; the clock is there for what waits for ever.
+    before = {number: signal.signal(number, up) for number in (signal.SIGVTALRM, signal.SIGALRM)}
+    signal.setitimer(signal.ITIMER_VIRTUAL, limit)
+    signal.alarm(PATIENCE * limit)
+    violations: dict[str, float] = {}
+    unknowns, ended, said = 0, "", ""
+    try:
+        found = invariants.solve(drawn.scene)
+        unknowns = int(found.details["unknowns"])
+        names = list(invariants.IN_TURN)
+        name = names[seed % len(names)]
+        for each, test in (*invariants.ALWAYS.items(), (name, invariants.IN_TURN[name])):
+            violations[each] = test(drawn, found)
+    except _TimeIsUpError:
+        ended = "out of time"
+    except ConvergenceError as error:
+        ended, said = "error", f"{type(error).__name__}: {error}"
+    except NumericsError as error:  # thermal runaway, or an accuracy out of reach: a sentence that says why
+        ended, said = "refused by name", str(error)
+    except Exception as error:
+        ended, said = "error", f"{type(error).__name__}: {error}"
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+        signal.alarm(0)
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    return Outcome(seed, violations, ended, said, time.process_time() - started, unknowns)
+
+
+def sweep(first: int, count: int, jobs: int, limit: int, progress: Callable[[str], None]) -> list[Outcome]:
+    """The outcomes of ``count`` seeds from ``first`` on, by some processes."""
+    from concurrent.futures import ProcessPoolExecutor, as_completed
+    from multiprocessing import get_context
+
+    if jobs == 1:
+        return [examine(seed, limit) for seed in range(first, first + count)]
+    found = []
+    with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
+        futures = [pool.submit(examine, seed, limit) for seed in range(first, first + count)]
+        for future in as_completed(futures):
+            found.append(future.result())
+            progress(f"{len(found)} of {count} random scenes")
+    return sorted(found, key=lambda outcome: outcome.seed)
+
+
+def rows(outcomes: list[Outcome], limit: int) -> Iterator[Row]:
+    """One row per invariant with the worst scene, and rows for how scenes ended."""
+    count, first = len(outcomes), min(o.seed for o in outcomes)
+    extremes = f"{count} scenes, seeds {first} to {first + count - 1}"
+    names = dict.fromkeys(name for o in outcomes for name in o.violations)
+    for name in names:
+        held = [(o.violations[name], o.seed) for o in outcomes if name in o.violations]
+        # NaN compares false with everything: put it first by hand.
+        worst, seed = max(held, key=lambda pair: (pair[0] != pair[0], pair[0]))
+        broken = [s for value, s in held if not value <= 1.0]
+        said = f"worst: seed {seed}"
+        if broken:
+            said = f"violated by {len(broken)} of {len(held)}: seeds {', '.join(map(str, broken[:8]))}"
+        yield Row(GROUP, name, f"{len(held)} of {extremes}", "violation over what errors allow",
+                  float("inf") if worst != worst else worst, 1.0, said=said)  # fmt: skip
+    for ended, what in (("error", "ended with an error"), ("out of time", f"computed for more than {limit} s")):
+        seeds = [o for o in outcomes if o.ended == ended]
+        said = f"seeds {', '.join(str(o.seed) for o in seeds[:8])}" if seeds else ""
+        if ended == "error" and seeds:
+            said = f"seed {seeds[0].seed}: {seeds[0].said}"
+        yield Row(GROUP, what, extremes, "scenes", len(seeds), 0, said=said)
+    slowest = max(outcomes, key=lambda o: o.seconds)
+    yield Row(GROUP, "the slowest scene with its invariants", extremes, "seconds", slowest.seconds, limit + 5,
+              said=f"seed {slowest.seed}, {slowest.unknowns} unknowns")  # fmt: skip
+    refused = [o for o in outcomes if o.ended == "refused by name"]
+    if refused:
+        yield Row(GROUP, "refused by name: runaway, or out of reach", extremes, "scenes", len(refused), count,
+                  said=f"seed {refused[0].seed}: {refused[0].said}")  # fmt: skip

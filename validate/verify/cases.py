@@ -1,0 +1,106 @@
+"""All cases by family, each a named function without arguments, so that any process can run it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from validate.verify import exact_bodies, exact_walls, integrators, iso10211, manufactured, orders, published
+from validate.verify.rows import Row
+from validate.verify.second_code import sink_steady
+
+
+@dataclass(frozen=True)
+class Case:
+    """A family of rows, a name for progress and messages, and the function that makes the rows."""
+
+    family: str
+    name: str
+    run: Callable[[], Iterator[Row]]
+
+
+def bricks_constant() -> Iterator[Row]:
+    """Steady conduction on bricks."""
+    return orders.steady(manufactured.conduction(layered=False), (1, 2, 3))
+
+
+def bricks_layered() -> Iterator[Row]:
+    """Steady conduction in layers on bricks."""
+    return orders.steady(manufactured.conduction(layered=True), (1, 2, 3, 4, 5))
+
+
+def bricks_joule() -> Iterator[Row]:
+    """The coupled problem on bricks."""
+    return orders.steady(manufactured.joule(), (1, 2, 3, 4))
+
+
+def bricks_heating() -> Iterator[Row]:
+    """The transient on bricks, of one material and in layers."""
+    yield from orders.transient(manufactured.heating(layered=False), (1, 2))
+    yield from orders.transient(manufactured.heating(layered=True), (1, 2, 3, 4))
+
+
+def hexahedra_steady() -> Iterator[Row]:
+    """Steady problems on scikit-fem's hexahedra."""
+    for solution in (manufactured.conduction(False), manufactured.conduction(True), manufactured.joule()):
+        yield from orders.hexahedron(solution)
+
+
+def hexahedra_transient() -> Iterator[Row]:
+    """A transient on scikit-fem's hexahedra."""
+    return orders.hexahedron_transient(manufactured.heating(layered=True))
+
+
+CASES = (
+    Case("orders", "bricks, coupled", bricks_joule),
+    Case("orders", "hexahedra", hexahedra_steady),
+    Case("orders", "bricks, transient", bricks_heating),
+    Case("orders", "bricks, constant k", bricks_constant),
+    Case("orders", "bricks, k in layers", bricks_layered),
+    Case("orders", "hexahedra, transient", hexahedra_transient),
+    Case("orders", "exponential collocation", integrators.exponential_collocation),
+    Case("orders", "SDIRK", integrators.diagonally_implicit),
+    Case("orders", "Runge-Kutta", integrators.runge_kutta),
+    Case("orders", "Crank-Nicolson", integrators.layer),
+    Case("orders", "partitioned scheme", integrators.partitioned),
+    Case("orders", "device", integrators.device_estimate),
+    Case("exact", "slab, step", exact_walls.slab_step),
+    Case("exact", "slab, film", exact_walls.slab_film),
+    Case("exact", "heated slab", exact_walls.heated_slab),
+    Case("exact", "ramped slab", exact_walls.ramped_slab),
+    Case("exact", "two layers, steady", exact_walls.layers_steady),
+    Case("exact", "two layers, transient", exact_walls.layers_transient),
+    Case("exact", "thin layer", exact_walls.thin_layer),
+    Case("exact", "brick", exact_bodies.brick),
+    Case("exact", "Joule-heated bar", exact_bodies.joule_bar),
+    Case("exact", "L-shaped conductor", exact_bodies.bend),
+    Case("exact", "partial electrodes", exact_bodies.partial_electrodes),
+    Case("published", "NAFEMS T3", published.nafems_t3),
+    Case("published", "NAFEMS T4", published.nafems_t4),
+    Case("published", "ISO 10211 case 1", published.iso_case_1),
+    Case("published", "ISO 10211 case 2", iso10211.case_2),
+    Case("published", "ISO 10211 case 3", iso10211.case_3),
+    Case("published", "ISO 10211 case 4", iso10211.case_4),
+    Case("second", "NGSolve", sink_steady),
+)
+
+FAMILIES = {
+    "orders": "observed orders of convergence against theory",
+    "exact": "exact solutions",
+    "published": "published benchmarks",
+    "second": "a second code",
+}
+
+
+def perform(number: int) -> list[Row]:
+    """The rows of a case by its number; one row that says so where the case ends in an error."""
+    case = CASES[number]
+    found: list[Row] = []
+    try:
+        for row in case.run():
+            found.append(row)
+    except Exception as error:
+        said = f"ended with {type(error).__name__}: {error}"
+        found.append(Row(case.family, case.name, "whole case", "", math.nan, math.nan, math.nan, note=said))
+    return found

@@ -1,0 +1,138 @@
+"""Exact cases: walls of one layer and of two, steady and transient."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from scenes.model import Probe, Schedule
+from scenes.sink import OXIDE, SILICON
+from validate.verify import series
+from validate.verify.answers import Expected, rows
+from validate.verify.laplace import HELD, INVERSION, Layer, step_response
+from validate.verify.rows import Row
+from validate.verify.walls import end, flat, point, wall
+
+FAMILY = "exact"
+ROOM, LENGTH = 293.0, 1e-3
+ONE = Layer(LENGTH, SILICON.thermal_conductivity, SILICON.heat_capacity)
+SLOW = LENGTH**2 * SILICON.heat_capacity / SILICON.thermal_conductivity  # s: L^2/alpha
+TIMES = tuple((SLOW * np.array([0.005, 0.02, 0.1, 0.4, 1.0])).tolist())
+INSTANTS = np.array(TIMES)
+
+
+def slab_step() -> Iterator[Row]:
+    """Both faces of a slab take another temperature at once."""
+    size = 10.0
+    mean = Probe("mean", (0.0, 0.0, 0.0), flat(LENGTH)[1])
+    scene = wall("slab", [ONE], [end("temperature", y, ROOM + size) for y in (0.0, LENGTH)], TIMES,
+                 [point("middle", LENGTH / 2), mean])  # fmt: skip
+    number = INSTANTS * 4 / SLOW
+    middle = ROOM + size * np.array([1 - float(series.cooling(0.0, n)) for n in number])
+    average = ROOM + size * np.array([1 - series.mean_cooling(n) for n in number])
+    yield from rows(FAMILY, "slab, step of both faces", scene, [
+        Expected("middle", "K", middle, size), Expected("mean", "K", average, size),
+    ], "Carslaw and Jaeger 3.3")  # fmt: skip
+
+
+def slab_film() -> Iterator[Row]:
+    """The air on both sides of a slab takes another temperature at once; Biot number 2."""
+    size, biot = 10.0, 2.0
+    h = biot * SILICON.thermal_conductivity / (LENGTH / 2)
+    scene = wall("slab in air", [ONE], [end("convection", y, h, ROOM + size) for y in (0.0, LENGTH)], TIMES,
+                 [point("middle", LENGTH / 2)])  # fmt: skip
+    number = INSTANTS * 4 / SLOW
+    at = {"middle": 0.0, "face 0": 1.0}
+    yield from rows(FAMILY, "slab between films", scene, [
+        Expected(name, "K", ROOM + size * np.array([1 - series.film_cooling(x, biot, n) for n in number]), size)
+        for name, x in at.items()
+    ], "Carslaw and Jaeger 3.11")  # fmt: skip
+
+
+def heated_slab() -> Iterator[Row]:
+    """A slab with heat inside, from t = 0 on or for a while, between faces held cold."""
+    peak = 20.0
+    q = peak * 8 * SILICON.thermal_conductivity / LENGTH**2
+    faces = [end("temperature", y, ROOM) for y in (0.0, LENGTH)]
+    scene = wall("heated slab", [ONE], faces, TIMES, [point("middle", LENGTH / 2)], heat_source=q)
+    rise = peak * series.heated_middle(INSTANTS * 4 / SLOW)
+    yield from rows(FAMILY, "heated slab", scene, [Expected("middle", "K", ROOM + rise, peak)],
+                    "Carslaw and Jaeger 3.14")  # fmt: skip
+    stop = 0.1 * SLOW
+    pulse = Schedule((0.0, stop, stop, 2 * SLOW), (q, q, 0.0, 0.0))
+    scene = wall("pulsed slab", [ONE], faces, TIMES, [point("middle", LENGTH / 2)], heat_source=pulse)
+    late = np.maximum(INSTANTS - stop, 0.0)
+    rise = rise - peak * np.where(late > 0, series.heated_middle(late * 4 / SLOW), 0.0)
+    yield from rows(FAMILY, "slab heated for a while", scene, [Expected("middle", "K", ROOM + rise, peak)],
+                    "Carslaw and Jaeger 3.14, superposed")  # fmt: skip
+
+
+def ramped_slab() -> Iterator[Row]:
+    """One face of a slab follows straight lines up and down, the other is held."""
+    size = 10.0
+    times, values = np.array([0.0, 0.1, 0.4, 1.5]) * SLOW, np.array([0.0, 1.0, 0.5, 0.5])
+    ramp = Schedule(tuple(times.tolist()), tuple((ROOM + size * values).tolist()))
+    scene = wall("ramped slab", [ONE], [end("temperature", 0.0, ROOM), end("temperature", LENGTH, ramp)], TIMES,
+                 [point("probe", 0.6 * LENGTH)])  # fmt: skip
+    found = ROOM + size * np.array([series.ramped(0.6, SLOW, times, values, t) for t in TIMES])
+    yield from rows(FAMILY, "slab, ramps of one face", scene, [Expected("probe", "K", found, size)],
+                    "Duhamel's theorem, Carslaw and Jaeger 3.5")  # fmt: skip
+
+
+def layers_steady() -> Iterator[Row]:
+    """Two layers in series between a flux and a film."""
+    flux, h, air = 1e5, 2e4, 303.0
+    a, b = Layer(0.3e-3, SILICON.thermal_conductivity, 1.0), Layer(0.1e-3, OXIDE.thermal_conductivity, 1.0)
+    far = a.thickness + b.thickness
+    scene = wall("two layers", [a, b], [end("heat_flux", 0.0, flux), end("convection", far, h, air)],
+                 probes=[Probe("heat", *flat(far), "heat_flow")])  # fmt: skip
+    expected = [air + flux / h]
+    for layer in (b, a):
+        expected.append(expected[-1] + flux * layer.thickness / layer.conductivity)
+    size, section = expected[-1] - ROOM, scene.boxes[0].upper
+    flow = -flux * section[0] * section[2]
+    yield from rows(FAMILY, "two layers, steady", scene, [
+        *(Expected(f"face {i}", "K", value, size) for i, value in enumerate(reversed(expected))),
+        Expected("heat", "W", flow, abs(flow), name="heat into the far face"),
+    ], "resistances in series")  # fmt: skip
+
+
+def layers_transient() -> Iterator[Row]:
+    """Two layers after a step of the face temperature, of the flux and of the air's temperature."""
+    a = Layer(0.3e-3, SILICON.thermal_conductivity, SILICON.heat_capacity)
+    b = Layer(0.05e-3, OXIDE.thermal_conductivity, OXIDE.heat_capacity)
+    far = a.thickness + b.thickness
+    slow = (a.thickness * a.heat_capacity + b.thickness * b.heat_capacity) * b.thickness / b.conductivity
+    times = tuple((slow * np.array([0.02, 0.1, 0.5, 2.0])).tolist())
+    held = end("temperature", far, ROOM)
+    cases = {
+        "temperature": (end("temperature", 0.0, ROOM + 10.0), 10.0, 0.0, 10.0),
+        "flux": (end("heat_flux", 0.0, 1e5), 1e5, 0.0, 1e5 * (b.thickness / b.conductivity)),
+        "film": (end("convection", 0.0, 3e4, ROOM + 10.0), 10.0, 3e4, 10.0),
+    }
+    for kind, (drive, size, coefficient, scale) in cases.items():
+        rise = step_response([a, b], kind, size, HELD, np.array(times), coefficient)  # type: ignore[arg-type]
+        chosen = (1,) if kind == "temperature" else (0, 1)
+        yield from rows(FAMILY, f"two layers, step of the {kind}", wall("two layers", [a, b], [drive, held], times), [
+            Expected(f"face {i}", "K", ROOM + rise[:, i], scale, INVERSION * scale) for i in chosen
+        ], "Laplace domain, inverted")  # fmt: skip
+
+
+def thin_layer() -> Iterator[Row]:
+    """A film of oxide of 0.1 um beside silicon of 250 um, steady and transient."""
+    a = Layer(250e-6, SILICON.thermal_conductivity, SILICON.heat_capacity)
+    b = Layer(0.1e-6, OXIDE.thermal_conductivity, OXIDE.heat_capacity)
+    far, flux = a.thickness + b.thickness, 1e6
+    boundaries = [end("heat_flux", 0.0, flux), end("temperature", far, ROOM)]
+    drops = [flux * layer.thickness / layer.conductivity for layer in (a, b)]
+    yield from rows(FAMILY, "0.1 um of oxide on 250 um of silicon, steady", wall("thin", [a, b], boundaries), [
+        Expected("face 0", "K", ROOM + sum(drops), sum(drops)), Expected("face 1", "K", ROOM + drops[1], sum(drops)),
+    ], "resistances in series")  # fmt: skip
+    slow = a.thickness**2 * a.heat_capacity / a.conductivity
+    times = tuple((slow * np.array([0.05, 0.2, 1.0])).tolist())
+    rise = step_response([a, b], "flux", flux, HELD, np.array(times))
+    scene = wall("thin", [a, b], boundaries, times)
+    yield from rows(FAMILY, "0.1 um of oxide on 250 um of silicon, transient", scene, [
+        Expected(f"face {i}", "K", ROOM + rise[:, i], sum(drops), INVERSION * sum(drops)) for i in (0, 1)
+    ], "Laplace domain, inverted")  # fmt: skip

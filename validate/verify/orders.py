@@ -1,0 +1,64 @@
+"""The observed orders in space of every element that is used, on manufactured solutions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from validate.verify import bricks, hexahedra
+from validate.verify.manufactured import Heating, Manufactured
+from validate.verify.rows import Row, observed_order, order_row
+
+FAMILY = "order in space"
+CUTS = {1: (4, 8), 2: (3, 6), 3: (3, 4), 4: (2, 3), 5: (1, 2)}  # of each of two intervals along each axis, by degree
+HEX_CUTS = {1: (3, 6), 2: (2, 4)}
+HEX_TRANSIENT = {1: ((2, 4), (4, 8)), 2: ((2, 3), (4, 6))}  # cuts, and steps in time
+HIGHEST_MEAN = 3  # degree above which errors of twice its order drown in rounding
+
+
+def steady(solution: Manufactured, degrees: tuple[int, ...]) -> Iterator[Row]:
+    """This project's bricks on a steady solution."""
+    for degree in degrees:
+        coarse, fine = (bricks.errors(solution, degree, cuts) for cuts in CUTS[degree])
+        yield from _rows(f"brick, steady, {solution.name}", degree, coarse, fine, CUTS[degree])
+
+
+def transient(heating: Heating, degrees: tuple[int, ...]) -> Iterator[Row]:
+    """This project's bricks on a transient, the worst of some instants."""
+    times = np.array([0.1, 0.5, 2.0]) / heating.modes[0][0]
+    for degree in degrees:
+        coarse, fine = (bricks.transient_errors(heating, degree, cuts, times) for cuts in CUTS[degree])
+        yield from _rows(f"brick, transient, {heating.name}", degree, coarse, fine, CUTS[degree])
+
+
+def hexahedron(solution: Manufactured) -> Iterator[Row]:
+    """scikit-fem's hexahedra on a steady solution."""
+    for degree, cuts in HEX_CUTS.items():
+        coarse, fine = (hexahedra.errors(solution, degree, n) for n in cuts)
+        yield from _rows(f"scikit-fem hexahedron, steady, {solution.name}", degree, coarse, fine, cuts)
+
+
+def hexahedron_transient(heating: Heating) -> Iterator[Row]:
+    """scikit-fem's hexahedra and the method of order 3 in time, space and time refined together."""
+    end = 1 / heating.modes[0][0]
+    for degree, (cuts, steps) in HEX_TRANSIENT.items():
+        coarse, fine = (
+            hexahedra.transient_errors(heating, degree, n, end, m) for n, m in zip(cuts, steps, strict=True)
+        )
+        yield from _rows(f"scikit-fem hexahedron, transient, {heating.name}", degree, coarse, fine, cuts)
+
+
+def theory(quantity: str, degree: int) -> int:
+    """p + 1 in L2, p in H1, 2 p for the power and for means with a smooth weight (Strang and Fix, chapter 3)."""
+    return {"L2": degree + 1, "H1": degree}.get(quantity[-2:], 2 * degree)
+
+
+def _rows(
+    case: str, degree: int, coarse: dict[str, float], fine: dict[str, float], cuts: tuple[int, int]
+) -> Iterator[Row]:  # fmt: skip
+    for quantity in coarse:
+        if degree <= HIGHEST_MEAN or quantity[-2:] in ("L2", "H1"):
+            order = observed_order([coarse[quantity], fine[quantity]], cuts[1] / cuts[0])
+            named = "weighted mean" if quantity == "mean" else quantity
+            yield order_row(FAMILY, f"{case}, degree {degree}", named, theory(quantity, degree), order)

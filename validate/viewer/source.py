@@ -1,0 +1,169 @@
+"""What there is to see: the states of a run's folder, a .pvd collection, or a single file of a field."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from compare.painted import Reduction, of_run
+from scenes.errors import SceneError, quoted, reason
+from validate.report.fields import ARRAYS
+
+SINGLE = (".vtu", ".vtk", ".vtkhdf", ".hdf")
+"""Files that hold one field, or for VTKHDF several."""
+
+
+@dataclass
+class Source:
+    """States of one geometry: their ``times`` (s; ``None`` for a steady state), each loaded when it is first needed."""
+
+    name: str
+    times: tuple[float | None, ...]
+    reduction: Reduction | None
+    _load: Callable[[int], Any]
+    _loaded: dict[int, Any] = field(default_factory=dict)
+
+    def grid(self, k: int) -> Any:
+        """The k-th state as a pyvista grid whose point data have at least "rise" (K)."""
+        if k not in self._loaded:
+            found = self._load(k)
+            short = {name: short for short, name in ARRAYS.items()}
+            for data in (found.point_data, found.cell_data):
+                for name in set(data.keys()) & short.keys():
+                    data[short[name]] = data.pop(name)
+            if "rise" not in found.point_data:
+                if "temperature" not in found.point_data:
+                    known = ", ".join(found.point_data.keys()) or "none"
+                    raise SceneError(f"{quoted(self.name)} has no point data rise or temperature, but {known}")
+                found.point_data["rise"] = found["temperature"] - self._coldest(found)
+            if self.reduction is not None and "rise_1d" not in found.point_data:
+                painted = self.reduction.rise(np.asarray(found.points), self.times[k])
+                found.point_data["rise_1d"] = painted
+                found.point_data["difference"] = painted - found.point_data["rise"]
+            self._loaded[k] = found
+        return self._loaded[k]
+
+    def evenly(self, count: int, quantity: str) -> Source:
+        """The same transient at evenly spaced times, with one quantity: values go smoothly from each stored state to
+        the next, in the logarithm of time and without overshoot; the 1D model is that of the very time."""
+        from scipy.interpolate import PchipInterpolator
+
+        stored = np.array(self.times, dtype=float)
+        times = np.linspace(stored[0], stored[-1], count)
+        first = self.grid(0)
+        names = {name for name in ("rise", quantity) if name in first.point_data}
+        values = {name: np.stack([self.grid(k).point_data[name] for k in range(len(stored))]) for name in names}
+        cells = quantity if quantity in first.cell_data else None
+        if cells:
+            values[cells] = np.stack([self.grid(k).cell_data[cells] for k in range(len(stored))])
+        # From the first step on all are spaced evenly in the logarithm, as they are stored.
+        place = np.log(stored - stored[0] + (stored[1] - stored[0]))
+        curves = {name: PchipInterpolator(place, np.nan_to_num(each)) for name, each in values.items()}
+
+        def load(k: int) -> Any:
+            import pyvista as pv
+
+            found = pv.UnstructuredGrid(first.cells, first.celltypes, first.points)
+            for name, curve in curves.items():
+                data = found.cell_data if name == cells else found.point_data
+                at = curve(np.log(times[k] - stored[0] + (stored[1] - stored[0])))
+                data[name] = np.where(np.isnan(values[name][0]), np.nan, at)
+            return found
+
+        return Source(self.name, tuple(float(time) for time in times), self.reduction, load)
+
+    def _coldest(self, found: Any) -> float:
+        if self.reduction is not None:
+            return float(self.reduction.sink.room_temperature)
+        return float(np.min(found["temperature"]))
+
+
+def find(path: Path) -> Source:
+    """What is at a path; SceneError where there is nothing to see, saying what would make it so."""
+    beside = path.parent / f"{path.name}-fields"
+    nearby = f"; there is {quoted(beside)}" if path.name and beside.is_dir() else ""
+    if not path.exists():
+        raise SceneError(f"{quoted(path)} does not exist{nearby}: give a results folder, or a .pvd or .vtu file")
+    if path.is_dir():
+        for name in ("fem3d.pvd", "fem3d_steady.vtu"):
+            if (path / name).exists():
+                return find(path / name)
+        hint = "run again with --fields" if (path / "summary.json").exists() else "give a run's folder"
+        raise SceneError(f"{quoted(path)} has no fields (fem3d.pvd){nearby}: {hint}")
+    folder = path.parent
+    name = folder.name if path.name in ("fem3d.pvd", "fem3d_steady.vtu", "fem3d.vtkhdf") else path.name
+    if path.suffix == ".pvd":
+        files = _collection(path)
+        # A collection of the steady state alone calls it time 0.
+        alone = [file.name for _, file in files] == ["fem3d_steady.vtu"]
+        times = tuple(None if alone else time for time, _ in files)
+        return Source(name, times, of_run(folder), lambda k: _grid(files[k][1], 0))
+    if path.suffix not in SINGLE:
+        raise SceneError(f"{quoted(path)} is no file of a field: give a folder, .pvd, {', '.join(SINGLE)}")
+    steps = _hdf_times(path) if path.suffix in (".vtkhdf", ".hdf") else ()
+    if steps:
+        return Source(name, steps, of_run(folder), lambda k: _grid(path, k))
+    time = _time_of(path)
+    return Source(name, (time,), of_run(folder), lambda _: _grid(path, 0))
+
+
+def _collection(path: Path) -> list[tuple[float, Path]]:
+    """Times and files of a .pvd."""
+    from xml.etree import ElementTree
+
+    try:
+        rows = ElementTree.parse(path).getroot().findall("./Collection/DataSet")
+        files = [(float(row.attrib["timestep"]), path.parent / row.attrib["file"]) for row in rows]
+    except (ElementTree.ParseError, KeyError, ValueError, OSError) as error:
+        raise SceneError(f"{quoted(path)} is not a .pvd collection: {reason(error)}") from None
+    if not files:
+        raise SceneError(f"{quoted(path)} lists no files")
+    return sorted(files)
+
+
+def _time_of(path: Path) -> float | None:
+    """The time that the collection beside a file gives it."""
+    collection = path.with_name("fem3d.pvd")
+    if path.name == "fem3d_steady.vtu" or not collection.exists():
+        return None
+    return next((time for time, file in _collection(collection) if file.name == path.name), None)
+
+
+def _hdf_times(path: Path) -> tuple[float, ...]:
+    from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as Pipeline
+
+    return tuple(_hdf(path).GetOutputInformation(0).Get(Pipeline.TIME_STEPS()) or ())
+
+
+def _hdf(path: Path) -> Any:
+    from vtkmodules.vtkIOHDF import vtkHDFReader
+
+    reader = vtkHDFReader()
+    if not reader.CanReadFile(str(path)):
+        raise SceneError(f"{quoted(path)} is not a VTKHDF file")
+    reader.SetFileName(str(path))
+    reader.UpdateInformation()
+    return reader
+
+
+def _grid(path: Path, step: int) -> Any:
+    import pyvista as pv
+
+    if not path.exists():
+        raise SceneError(f"{quoted(path)} is listed but does not exist")
+    if path.suffix in (".vtkhdf", ".hdf"):
+        reader = _hdf(path)
+        reader.SetStep(step)
+        reader.Update()
+        return pv.wrap(reader.GetOutput()).copy()
+    try:
+        found = pv.read(path)
+    except Exception as error:  # whatever a reader of a broken file may raise
+        raise SceneError(f"{quoted(path)} cannot be read: {reason(error)}") from None
+    if not getattr(found, "n_cells", 0) or not hasattr(found, "cast_to_unstructured_grid"):
+        raise SceneError(f"{quoted(path)} holds no field")
+    return found.cast_to_unstructured_grid()

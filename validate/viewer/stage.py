@@ -1,0 +1,240 @@
+"""Drawing a view with pyvista: one panel, or three with 3D, 1D and their difference, and the line probe's plot."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+
+from validate.report.figures.colours import INK, table
+from validate.viewer import probe
+from validate.viewer.source import Source
+from validate.viewer.state import QUANTITIES, View, keys_text, title
+
+MICRO = 1e6
+DIVERGING = "RdBu_r"
+_PANELS = (("rise", "3D"), ("rise_1d", "1D model on the same geometry"), ("difference", "1D less 3D"))
+PLOT, SLIDER, KEYS, TITLE = 3, 4, 5, 6
+"""The parts of the window below and above the panels, numbered on from theirs."""
+PLOT_SHARE = 0.3
+SLIDER_HIGH, TITLE_HIGH, ROW_HIGH, COLUMN_WIDE = 72, 30, 16, 240
+"""In pixels of a window of usual size: of the parts, and of the rows and columns of the list of keys."""
+BAR_WIDE = 120
+"""In pixels of a window of usual size, and no less than an eighth of it: the colour bar at a panel's right."""
+
+
+class Stage:
+    """A plotter that shows a source; ``show`` brings it to a view."""
+
+    def __init__(self, source: Source, off_screen: bool, size: tuple[int, int]) -> None:
+        self.source = source
+        self._ranges: dict[tuple[str, int | None], tuple[float, float]] = {}
+        # Any: pyvista's decorators hide from a type checker what its methods take.
+        plotter: Any = pv.Plotter
+        self.plotter: Any = plotter(shape=(7, 1), off_screen=off_screen, window_size=list(size), border=False)
+        self._ink = max(1.0, min(size[0] / 1400, size[1] / 800))
+        self._bar = max(0.125, BAR_WIDE * self._ink / size[0])
+        self._slider = not off_screen and len(source.times) > 1
+        self.plotter.set_background("white", all_renderers=True)
+        for number in range(3):  # not the plot, whose size it would halve
+            self.plotter.subplot(number, 0)
+            self.plotter.enable_anti_aliasing("ssaa" if off_screen else "msaa", all_renderers=False)
+        self._bounds = np.array(source.grid(0).bounds).reshape(3, 2)
+        self._layout: tuple[bool, bool, bool] | None = None
+        self._chart: Any = None
+        self._drawn: list[tuple[int, Any]] = []
+
+    def show(self, view: View) -> None:
+        """Draws everything of a view; the camera stays where it is."""
+        # Nothing half done is ever seen: pyvista would draw after every addition.
+        self.plotter.suppress_rendering = True
+        self._strike()
+        panels = _PANELS if view.compare else ((view.quantity, ""),)
+        self._frame(view, len(panels))
+        surface = self._surface(view)
+        lines = surface.extract_feature_edges(30, boundary_edges=True, manifold_edges=False)
+        for number, panel in enumerate(panels):
+            self._panel(view, number, surface.copy(deep=False), lines, *panel)
+        self._text(TITLE, title(view, self.source.name, self.source.times[view.step]), 12, "arial")
+        self._text(KEYS, self._keys(view), 9, "courier")
+        self._probe(view)
+        if self._layout != (view.compare, view.probe, view.keys):
+            self.look(view)
+            self._layout = (view.compare, view.probe, view.keys)
+        self.plotter.suppress_rendering = False
+
+    def _strike(self) -> None:
+        """Takes away what the last view drew, and nothing else: the time slider stays."""
+        for bar in list(self.plotter.scalar_bars.keys()):
+            self.plotter.remove_scalar_bar(bar, render=False)
+        for number, actor in self._drawn:
+            self.plotter.renderers[number].remove_actor(actor, render=False)
+        self._drawn.clear()
+        if self._chart is not None:
+            self.plotter.renderers[PLOT].remove_chart(self._chart)
+            self._chart = None
+
+    def _add(self, number: int, mesh: Any, view: View, **options: Any) -> Any:
+        """Draws a mesh in a panel, with the thickness exaggerated."""
+        self.plotter.subplot(number, 0)
+        actor = self.plotter.add_mesh(mesh, lighting=False, render=False, reset_camera=False, **options)
+        actor.scale = self._scale(view)
+        self._drawn.append((number, actor))
+        return actor
+
+    def look(self, view: View) -> None:
+        """The first view: the longest side across the window, from above one side, as large as the panel allows."""
+        longest = int(np.argmax(np.ptp(self._bounds, axis=1)[:2]))
+        direction = np.array((1.0, -0.22, 0.5) if longest == 1 else (-0.22, -1.0, 0.5))
+        self.plotter.subplot(0, 0)
+        self.plotter.enable_parallel_projection()
+        self.plotter.view_vector(direction, viewup=(0, 0, 1))
+        self.plotter.reset_camera()
+        # How far the corners reach to the side and up, as the camera sees them.
+        ahead = -direction / np.linalg.norm(direction)
+        side = np.cross(ahead, (0.0, 0.0, 1.0))
+        side /= np.linalg.norm(side)
+        corners = np.stack(np.meshgrid(*(self._bounds * np.array(self._scale(view))[:, None])), axis=-1).reshape(-1, 3)
+        wide, high = np.ptp(corners @ side), np.ptp(corners @ np.cross(side, ahead))
+        x0, y0, x1, y1 = self.plotter.renderers[0].GetViewport()
+        width, height = self.plotter.window_size
+        aspect = width * (x1 - x0) / (height * (y1 - y0))
+        # The right of a panel is the colour bar's, its top its name's.
+        top = 0.12 if view.compare else 0.0
+        self.plotter.camera.parallel_scale = max(high / (0.94 - top), wide / aspect / (0.96 - self._bar)) / 2
+        self.plotter.camera.SetWindowCenter(self._bar, top)
+        self.plotter.link_views([0, 1, 2])
+        for renderer in self.plotter.renderers:
+            renderer.camera_set = True  # else the first drawing would set it anew
+
+    def _frame(self, view: View, count: int) -> None:
+        """Gives each part its place: the title on top, then one panel or three, plot, keys, and the slider."""
+        high = self.plotter.window_size[1]
+        slider = SLIDER_HIGH / high if self._slider else 0.0
+        keys = slider + (self._keys(view).count("\n") + 2) * ROW_HIGH * self._ink / high * view.keys
+        plot = keys + PLOT_SHARE * view.probe
+        top = 1.0 - TITLE_HIGH * self._ink / high
+        each = (top - plot) / count
+        ends = {number: (top - (number + 1) * each, top - number * each) for number in range(count)}
+        ends |= {SLIDER: (0.0, slider), KEYS: (slider, keys), PLOT: (keys, plot), TITLE: (top, 1.0)}
+        for number, renderer in enumerate(self.plotter.renderers):
+            bottom, end = ends.get(number, (0.0, 0.0))
+            renderer.SetDraw(end > bottom)
+            renderer.SetInteractive(number < count)
+            if end > bottom:
+                renderer.SetViewport(0.0, bottom, 1.0, end)
+
+    def _panel(self, view: View, number: int, surface: Any, lines: Any, name: str, words: str) -> None:
+        if not surface.n_points:
+            return
+        data = name
+        if name == "current_density":
+            surface.cell_data["size"] = np.linalg.norm(surface.cell_data[name], axis=1)
+            data = "size"
+        step = view.step if view.own_scale else None
+        low, high = self._range(name, step)
+        if view.compare and name != "difference":
+            # One range for both models, so that their colours mean the same.
+            low, high = 0.0, max(self._range(model, step)[1] for model in ("rise", "rise_1d"))
+        self._text(number, words, 12, "arial")
+        labels = 3 if view.compare else 5
+        bar = {
+            # A title of its own each: pyvista would share the bar of two titles that are equal.
+            "title": QUANTITIES.get(name, ("", "K"))[1] + " " * number, "n_labels": labels, "color": INK,
+            "fmt": label_format(low, high, labels), "vertical": True, "width": 0.5 * self._bar, "height": 0.82,
+            "position_x": 1.0 - 0.75 * self._bar, "position_y": 0.06, "title_font_size": round(15 * self._ink),
+            "label_font_size": round(15 * self._ink), "unconstrained_font_size": True,
+        }  # fmt: skip
+        actor = self._add(
+            number, surface, view, scalars=data, cmap=_colours(name), clim=(low, high), nan_color="#d9d9d9",
+            scalar_bar_args=bar, interpolate_before_map=True,
+        )  # fmt: skip
+        # A little farther from the eye than the lines on it, which would show in parts otherwise.
+        actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
+        actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, 2.0)
+        if lines.n_points:
+            self._add(number, lines, view, color="#404040", line_width=1.5)
+        if view.edges:
+            self._add(number, self._mesh_edges(view), view, color="#303030", line_width=0.7, opacity=0.55)
+
+    def _scale(self, view: View) -> tuple[float, float, float]:
+        return MICRO, MICRO, MICRO * view.factor
+
+    def _surface(self, view: View, subdivision: int = 2) -> Any:
+        """The surface, clipped if asked; quadratic cells are cut into enough triangles to look curved."""
+        grid = self.source.grid(view.step)
+        if view.cut:
+            grid = self._clipped(grid, view)
+        return grid.extract_surface(algorithm="dataset_surface", nonlinear_subdivision=subdivision)
+
+    def _clipped(self, grid: Any, view: View) -> Any:
+        axis = "xyz".index(view.cut)
+        origin = self._bounds.mean(axis=1)
+        origin[axis] = self._bounds[axis, 0] + view.place * np.ptp(self._bounds[axis])
+        return grid.clip(normal=f"-{view.cut}", origin=tuple(origin), invert=True)
+
+    def _mesh_edges(self, view: View) -> Any:
+        """The edges of the cells themselves, not those of the triangles that they are drawn by."""
+        return self._surface(view, subdivision=0).extract_all_edges()
+
+    def _range(self, name: str, step: int | None) -> tuple[float, float]:
+        """The least and the largest value of a state, or of all of them (``None``)."""
+        if (name, step) not in self._ranges:
+            steps = [step] if step is not None else range(len(self.source.times))
+            values = np.stack([self._values(name, k) for k in steps])
+            low, high = float(np.nanmin(values)), float(np.nanmax(values))
+            if name == "difference":
+                high = max(abs(low), abs(high))
+                low = -high
+            # What is left of a zero by rounding and by the solution's error would be the bar's least readable label.
+            low = 0.0 if abs(low) < 1e-3 * abs(high) else low
+            self._ranges[name, step] = (low, high if high > low else low + 1.0)
+        return self._ranges[name, step]
+
+    def _values(self, name: str, step: int) -> np.ndarray:
+        state = self.source.grid(step)
+        values = np.asarray(state.point_data[name] if name in state.point_data else state.cell_data[name])
+        return np.linalg.norm(values, axis=1) if values.ndim > 1 else values
+
+    def _keys(self, view: View) -> str:
+        return (
+            keys_text(view, max(1, int(self.plotter.window_size[0] / (COLUMN_WIDE * self._ink)))) if view.keys else ""
+        )
+
+    def _text(self, number: int, text: str, size: int, font: str) -> None:
+        """Text at a part's upper left."""
+        if not text:
+            return
+        self.plotter.subplot(number, 0)
+        _, low, _, high = self.plotter.renderers[number].GetViewport()
+        top = int((high - low) * self.plotter.window_size[1]) - 6
+        actor = self.plotter.add_text(text, position=(10, top), font_size=size, font=font, color=INK, render=False)
+        self._drawn.append((number, actor))
+        actor.prop.justification_vertical = "top"
+        actor.prop.font_size = round((size + 3) * self._ink)
+
+    def _probe(self, view: View) -> None:
+        if not view.probe:
+            return
+        line = probe.through(self.source, self._bounds)
+        self._add(0, pv.lines_from_points(line.points[[0, -1]]), view, color="#2b6cb0", line_width=3)
+        self.plotter.subplot(PLOT, 0)
+        self._chart = probe.plot(self.source, line, view)
+        self.plotter.add_chart(self._chart)
+
+
+def label_format(low: float, high: float, labels: int) -> str:
+    """A printf format with as many digits as tell a colour bar's labels apart, and three at least."""
+    step = (high - low) / (labels - 1)
+    digits = math.ceil(math.log10(max(abs(low), abs(high)) / step)) + 1
+    return f"%.{min(max(digits, 3), 12)}g"
+
+
+def _colours(name: str) -> Any:
+    if name == "difference":
+        return DIVERGING
+    from matplotlib.colors import ListedColormap
+
+    return ListedColormap(table() / 255)

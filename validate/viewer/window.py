@@ -1,0 +1,211 @@
+"""The process that owns the graphics: reads what to show on standard input, then draws a picture, a film or a window.
+
+A process of its own because VTK without a working OpenGL may end it. What a user did wrong is one line on standard
+error with ``FAULT`` in front, and exit status 2.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from scenes.errors import SceneError, quoted
+from validate.report.figures.colours import table
+from validate.viewer.source import find
+from validate.viewer.state import KEYS, QUANTITIES, View
+
+FAULT = "fault: "
+FILM, NOTE = "film ", "note "
+STEPS_PER_SECOND = 4
+"""Stored states that the window plays."""
+FRAMES, FRAMES_PER_SECOND, HOLD = 40, 10, 10
+"""Of a film, the last the frames for which it stays on its end."""
+
+
+def main() -> int:
+    """Does what is asked; returns the exit status."""
+    asked = json.loads(sys.stdin.read())
+    try:
+        _show(asked)
+    except SceneError as error:
+        print(f"{FAULT}{error}", file=sys.stderr, flush=True)
+        return 2
+    return 0
+
+
+def _show(asked: dict[str, Any]) -> None:
+    source = find(Path(asked["path"]))
+    first = source.grid(0)
+    view = begin(asked, source, first)
+    if asked["movie"]:
+        _check_film(view, Path(asked["movie"]))
+    from validate.viewer.stage import Stage
+
+    size = tuple(asked["size"])
+    if asked["screenshot"] or not asked["off_screen"]:
+        stage = Stage(source, bool(asked["off_screen"]), size)
+        stage.show(view)
+        if asked["screenshot"]:
+            stage.plotter.screenshot(asked["screenshot"])
+    if asked["movie"]:
+        film(Stage(source.evenly(FRAMES, view.quantity), True, size), view, Path(asked["movie"]))
+    if not asked["off_screen"]:
+        interact(stage, view)
+
+
+def begin(asked: dict[str, Any], source: Any, grid: Any) -> View:
+    """The first view: the last state, unless another time is asked for; SceneError for what isn't there."""
+    from validate.report.figures.render import exaggeration
+
+    names = [n for n in QUANTITIES if n in grid.point_data or n in grid.cell_data]
+    if asked["show"] == "compare" and source.reduction is None:
+        raise SceneError("--show compare needs the 1D model: a run of the sink in its folder, made with both models")
+    quantity = "rise" if asked["show"] == "compare" else asked["show"]
+    if quantity not in names:
+        raise SceneError(f"--show {quantity}: the field has no such data, but {', '.join(names)}")
+    step = len(source.times) - 1
+    if asked["time"] is not None:
+        if any(time is None for time in source.times):
+            raise SceneError("--time needs a transient, and this is a steady state")
+        step = nearest(source.times, asked["time"])
+    factor = asked["exaggerate"] or exaggeration(grid.points)
+    axis, place = asked["clip"] or ("", 0.5)
+    return View(
+        tuple(names), len(source.times), factor, step, quantity, asked["show"] == "compare",
+        source.reduction is not None, asked["edges"], axis, place, asked["probe"],
+        bool(asked["screenshot"]) and not asked["movie"], not asked["off_screen"],
+    )  # fmt: skip
+
+
+def nearest(times: tuple[float, ...], asked: float) -> int:
+    """The stored time next to the one asked for (s), with a note where it is another; SceneError outside of them."""
+    step = min(range(len(times)), key=lambda k: abs(times[k] - asked))
+    there = f"{asked * 1e3:.6g} ms"
+    if not times[0] <= asked <= times[-1] * (1 + 1e-6):
+        raise SceneError(f"--time {there} is not in this run, which goes from {times[0] * 1e3:.4g} to "
+                         f"{times[-1] * 1e3:.4g} ms")  # fmt: skip
+    if abs(times[step] - asked) > 1e-6 * asked:
+        print(f"{NOTE}{there} is not stored: this is {times[step] * 1e3:.4g} ms, the nearest (a run with --field-times "
+              f"{asked * 1e3:.6g}ms stores it)", flush=True)  # fmt: skip
+    return step
+
+
+def _check_film(view: View, path: Path) -> None:
+    """SceneError where a film can't be made, before anything is drawn."""
+    if view.steps < 2:
+        raise SceneError("--movie needs a transient, and this is one state: run without --steady, view the folder")
+    if path.suffix.lower() == ".mp4":
+        try:
+            import imageio.v2  # noqa: F401
+            import imageio_ffmpeg
+
+            imageio_ffmpeg.get_ffmpeg_exe()
+        except (ImportError, RuntimeError) as error:
+            raise SceneError(
+                f"--movie {quoted(path)} needs the package imageio with its ffmpeg (pip install 'imageio[ffmpeg]'); a "
+                f".gif needs nothing more ({type(error).__name__})"
+            ) from None
+
+
+def film(stage: Any, view: View, path: Path) -> None:
+    """The whole transient at an even pace into a .gif or .mp4."""
+    frames = []
+    view = replace(view, steps=FRAMES, own_scale=False)
+    for step in range(FRAMES):
+        stage.show(view.at(step))
+        stage.plotter.render()
+        frames.append(stage.plotter.screenshot(return_img=True))
+        print(f"{FILM}{step + 1} of {FRAMES}", flush=True)
+    if path.suffix.lower() == ".gif":
+        from PIL import Image
+
+        colours = _palette()
+        palette = Image.new("P", (1, 1))
+        palette.putpalette(colours)
+        images = [Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
+        each = 1000 // FRAMES_PER_SECOND
+        lasting = [each] * (FRAMES - 1) + [each * (1 + HOLD)]
+        images[0].save(path, save_all=True, append_images=images[1:], duration=lasting, loop=0, palette=bytes(colours))
+        return
+    import imageio.v2 as imageio
+
+    # The codec wants even sides.
+    even = [frame[: frame.shape[0] // 2 * 2, : frame.shape[1] // 2 * 2] for frame in frames + [frames[-1]] * HOLD]
+    imageio.mimwrite(path, even, fps=FRAMES_PER_SECOND, macro_block_size=2)
+
+
+def _palette() -> list[int]:
+    """256 colours for all frames, else they would flicker: those of the field, of the difference, and of ink."""
+    from matplotlib import colormaps
+
+    from validate.viewer.stage import DIVERGING
+
+    inks = np.linspace((34, 34, 34), (255, 255, 255), 24)
+    difference = colormaps[DIVERGING](np.linspace(0, 1, 104))[:, :3] * 255
+    return [int(part) for part in np.concatenate([table()[::2], difference, inks]).round().ravel()]
+
+
+def interact(stage: Any, view: View) -> None:
+    """A window with the keys, a time slider and playback, until it is closed."""
+    now = [view]
+    plotter = stage.plotter
+    slider = _slider(stage, now) if view.steps > 1 else None
+
+    def pressed(change: Any) -> None:
+        before, now[0] = now[0], change(now[0])
+        if now[0] == before:
+            return
+        stage.show(now[0])
+        if slider is not None:
+            slider.GetRepresentation().SetValue(now[0].step)
+            _say_time(slider, stage.source.times, now[0].step)
+        plotter.render()
+
+    plotter.reset_key_events()
+    for name, (_, _, change) in KEYS.items():
+        plotter.add_key_event(name, lambda change=change: pressed(change))
+
+    def tick(*_: object) -> None:
+        if now[0].playing:
+            pressed(lambda v: v.at(v.step + 1))
+
+    if view.steps > 1:
+        plotter.iren.initialize()
+        plotter.iren.add_observer("TimerEvent", tick)
+        plotter.iren.create_timer(1000 // STEPS_PER_SECOND, repeating=True)
+    plotter.show(title=f"validate view {stage.source.name}", auto_close=False)
+
+
+def _slider(stage: Any, now: list[View]) -> Any:
+    def moved(value: float, widget: Any) -> None:
+        step = round(value)
+        _say_time(widget, stage.source.times, step)
+        if step != now[0].step:
+            now[0] = now[0].at(step)
+            stage.show(now[0])
+            stage.plotter.render()
+
+    from validate.viewer.stage import SLIDER
+
+    stage.plotter.subplot(SLIDER, 0)
+    return stage.plotter.add_slider_widget(
+        moved, (0, now[0].steps - 1), value=now[0].step, title=" ", pointa=(0.2, 0.55), pointb=(0.8, 0.55),
+        style="modern", interaction_event="always", title_height=0.3, slider_width=0.25, tube_width=0.06,
+        pass_widget=True,
+    )  # fmt: skip
+
+
+def _say_time(slider: Any, times: tuple[float, ...], step: int) -> None:
+    """Under the slider the stored time that it is at; the number beside it would be only that of the state."""
+    shown = slider.GetRepresentation()
+    shown.ShowSliderLabelOff()
+    shown.SetTitleText(f"{times[step] * 1e3:.4g} ms, stored time {step + 1} of {len(times)}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
