@@ -38,6 +38,7 @@ def run(arguments: argparse.Namespace) -> int:
     from compare.scope import OVER_TIME
     from validate.sweep.axes import Axis, parse
     from validate.sweep.design import Design
+    from validate.sweep.job import checked
 
     cells = _cells(arguments.cells)
     solves = whole("--solves", arguments.solves or str(SOLVES), 16, 1_000_000)
@@ -49,7 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
     if len(arguments.vary) != 2:
         raise SceneError(f"a map is over two keys, and {len(arguments.vary)} are varied: give --vary KEY=FROM:TO twice")
     steady = arguments.check not in OVER_TIME
-    sweep.checked(base, arguments.check, steady)
+    checked(base, arguments.check, steady)
     if arguments.tolerance is not None:
         setting = f"checks.tolerances.{arguments.check}={arguments.tolerance}"
         base.read(*setting.split("=", 1))

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import os
 from typing import TYPE_CHECKING, Any
 
-from scenes.errors import SceneError, did_you_mean, quoted
+from scenes.errors import SceneError, quoted
 from validate.cli import common
 from validate.cli.tables import whole
 from validate.cli.terminal import FINE, INTERRUPTED, NUMERICS, Progress, complain, show
@@ -16,8 +15,8 @@ if TYPE_CHECKING:
 
     from validate.sweep.base import Base
     from validate.sweep.design import Design
+    from validate.sweep.job import Means
     from validate.sweep.output import Outcome
-    from validate.sweep.run import Means
 
 ACCURACY, PAPER = "1e-2", "paper"
 EXIT = "exit status: 0 finished (points without an answer are rows that say why), 2 bad input, 3 no point has an answer"
@@ -114,9 +113,10 @@ def execute(arguments: argparse.Namespace, base: Base, design: Design, solves: i
     """Runs a job and reports on it; both commands end here."""
     import time
 
+    from validate.sweep.job import Job, checked
     from validate.sweep.output import write
     from validate.sweep.point import Asked
-    from validate.sweep.run import Job, run
+    from validate.sweep.run import run
     from validate.sweep.store import Store
 
     base.at(())
@@ -156,30 +156,6 @@ def _report(arguments: argparse.Namespace, outcome: Outcome, folder: Path, secon
     show(f"{wrapped(said)}\n\nResults in {folder}/\n{wrapped(f'{files}. Took {seconds:.1f} s.', '  ', '  ')}")
 
 
-def checked(base: Base, given: str | None, steady: bool) -> str:
-    """The check that was asked for; SceneError for one that there isn't, or that the sweep doesn't make."""
-    from compare import scope
-    from scenes.checks import DEFAULT_TOLERANCES
-    from scenes.plan import Request
-
-    scene: Any = base.at(())
-    if base.kind == "free":
-        probes = [probe.name for probe in scene.probes]
-        if given is not None and given not in probes:
-            raise SceneError(
-                f"{quoted(given)} is no probe of the scene: give {', '.join(probes)}{did_you_mean(given, probes)}"
-            )
-        return given or next(iter(probes), "")
-    check = given or "fig4"
-    if check not in DEFAULT_TOLERANCES:
-        known = tuple(DEFAULT_TOLERANCES)
-        raise SceneError(f"{quoted(check)} is no check: give {', '.join(known)}{did_you_mean(check, known)}")
-    skipped = scope.skipped_checks(scene, Request(transient=not steady))
-    if check in skipped:
-        raise SceneError(f"there is no check {quoted(check)} here: {skipped[check]}")
-    return check
-
-
 def _reductions(given: str) -> tuple[str, ...]:
     from reduced1d.ladder import canonical
 
@@ -196,7 +172,7 @@ def _refuse_set_and_varied(base: Base, design: Design) -> None:
 def _means(arguments: argparse.Namespace) -> Means:
     from scenes.dimensions import TIME
     from scenes.kinds import Quantity
-    from validate.sweep.run import Means
+    from validate.sweep.job import Means, processors
 
     if arguments.scheduler is not None and arguments.workers is not None:
         raise SceneError("--workers are those of this machine, and a --scheduler has its own: give one of the two")
@@ -205,11 +181,6 @@ def _means(arguments: argparse.Namespace) -> Means:
         seconds = Quantity(TIME, 0.01, 1e6).read("--point-timeout", arguments.point_timeout)
     workers = processors() if arguments.workers is None else whole("--workers", arguments.workers, 1, 256)
     return Means(workers, arguments.scheduler, seconds)
-
-
-def processors() -> int:
-    """How many processors this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _folder(arguments: argparse.Namespace, base: Base, mapped: bool) -> Path:

@@ -22,8 +22,8 @@ from validate.sweep.table import TITLES, Table, blames
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from validate.sweep.job import Job
     from validate.sweep.mapping import Map
-    from validate.sweep.run import Job
 
 COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#999999", "#f0e442")
 """Okabe and Ito's, which stay apart for colour-blind readers."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from validate.sweep.run import Job
+    from validate.sweep.job import Job
     from validate.sweep.table import Table
 
 DRAWS = 4096

@@ -15,9 +15,10 @@ from validate.sweep import axes
 from validate.sweep.axes import Axis
 from validate.sweep.base import Base, base
 from validate.sweep.design import Design
+from validate.sweep.job import Job, Means, checked, processors
 from validate.sweep.output import Outcome, write
 from validate.sweep.point import Asked
-from validate.sweep.run import Job, Means, run
+from validate.sweep.run import run
 from validate.sweep.store import Store
 
 if TYPE_CHECKING:
@@ -54,7 +55,6 @@ def sweep(
     cluster is lost, ImportError without xarray.
     """
     from reduced1d.ladder import canonical
-    from validate.cli.sweep import checked, processors
 
     try:
         import xarray  # noqa: F401

@@ -4,15 +4,13 @@ before it have shown, so that a map goes on as it would have after any interrupt
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
-from validate.sweep.cluster import Cluster
-from validate.sweep.point import Row
-from validate.sweep.run import Job, Pace, gather
+from validate.sweep.job import Job
+from validate.sweep.point import Row, Work
 from validate.sweep.store import Store
 from validate.sweep.surface import Record, Surface, surface
 
@@ -59,9 +57,10 @@ class Map:
         return found
 
 
-def refine(job: Job, store: Store, cluster: Cluster, pace: Pace) -> Map:
+def refine(job: Job, store: Store, gather: Callable[[Iterable[Work], int, str], None]) -> Map:
     """Solves cells until few are unresolved, or as many are solved as may be. Cells that are refused, which costs
-    nothing, don't count."""
+    nothing, don't count. ``gather`` solves tasks and stores their rows; it is told of how many in all, and what else to
+    say."""
     shape = (job.design.shape[0], job.design.shape[1])
     tolerance = job.base.at(()).tolerance(job.asked.check)  # type: ignore[union-attr]
     limit = job.solves or 0
@@ -74,7 +73,7 @@ def refine(job: Job, store: Store, cluster: Cluster, pace: Pace) -> Map:
         numbers = [int(n) for n in np.ravel_multi_index(tuple(wanted.T), shape)]
         work = (job.work([n], found is None and job.asked.blame) for n in numbers if n not in store)
         said = "" if found is None else f", {np.mean(found.verdicts == 'unresolved'):.1%} unresolved"
-        gather(cluster, store, work, partial(_say, pace, store, limit, said))
+        gather(work, limit, said)
         solved |= {row.point: row for row in store.some(numbers)}
         if found is not None:
             record.add(found.surface, wanted, _values(job, solved, numbers)[0])
@@ -84,10 +83,6 @@ def refine(job: Job, store: Store, cluster: Cluster, pace: Pace) -> Map:
         wanted = _next(found, rounds, min(ROUND, limit - paid))
         if not len(wanted):
             return found
-
-
-def _say(pace: Pace, store: Store, limit: int, said: str) -> None:
-    pace.at(len(store), limit, said)
 
 
 def _values(job: Job, solved: dict[int, Row], numbers: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from validate.sweep import table as tables
-from validate.sweep.run import Job
+from validate.sweep.job import Job
 from validate.sweep.store import ASKED, Store
 from validate.sweep.table import Table
 

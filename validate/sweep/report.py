@@ -17,8 +17,8 @@ from validate.sweep.figures import COLOURS
 from validate.sweep.table import Table, blames
 
 if TYPE_CHECKING:
+    from validate.sweep.job import Job
     from validate.sweep.mapping import Map
-    from validate.sweep.run import Job
 
 _CAPTIONS = {
     "figure_map": "Where the reduction is within the tolerance, and which assumption is to blame where it is not.",

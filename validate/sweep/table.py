@@ -17,8 +17,8 @@ from validate.sweep.point import Asked, blame
 from validate.sweep.store import Store
 
 if TYPE_CHECKING:
+    from validate.sweep.job import Job
     from validate.sweep.mapping import Map
-    from validate.sweep.run import Job
 
 _STATUS = ("status", "because", "seconds")
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -12,9 +11,9 @@ import pytest
 from validate.sweep.axes import Axis
 from validate.sweep.base import base
 from validate.sweep.design import Design
+from validate.sweep.job import Job
 from validate.sweep.mapping import Map, refine
 from validate.sweep.point import Asked, Row, Work
-from validate.sweep.run import Job, Pace
 from validate.sweep.store import Store
 
 Formula = Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -23,28 +22,28 @@ PLACES = tuple((np.arange(CELLS) + 0.5) / CELLS)
 
 
 class Formulas:
-    """Answers like a cluster, and counts."""
+    """Stores rows like a cluster's, and counts."""
 
-    def __init__(self, formula: Formula) -> None:
-        self.formula, self.solved = formula, 0
+    def __init__(self, formula: Formula, store: Store) -> None:
+        self.formula, self.store, self.solved = formula, store, 0
 
-    def solve(self, tasks: Iterable[Work]) -> Iterator[list[list[Row]]]:
+    def __call__(self, tasks: Iterable[Work], total: int, said: str) -> None:
         for work in tasks:
             self.solved += 1
             value = float(self.formula(*np.array(work.points[0], float)))
             values = {"fig4_difference": value, "fig4_u_num": U_NUM}
             row = Row(work.numbers[0], "ok", "", 0.0, values) if np.isfinite(value) else Row(
                 work.numbers[0], "runaway", "none", 0.0, {})  # fmt: skip
-            yield [[row]]
+            self.store.append([[row]])
 
 
 def mapped(formula: Formula, folder: Path, solves: int = 400) -> tuple[Map, Formulas, np.ndarray]:
     sink = base("sink", ["checks.tolerances.fig4=0.05"])
     axes = tuple(Axis(key, PLACES) for key in ("sink.width", "sink.length"))
     job = Job(sink, Design(axes), Asked(steady=True, blame=False), solves)
-    formulas = Formulas(formula)
     with Store(folder, job.document()) as store:
-        found = refine(job, store, cast(Any, formulas), Pace(lambda _: None, 0))
+        formulas = Formulas(formula, store)
+        found = refine(job, store, formulas)
     truth = formula(*np.meshgrid(PLACES, PLACES, indexing="ij"))
     return found, formulas, truth
 

@@ -250,7 +250,7 @@ def test_from_python(tmp_path: Path) -> None:
     pytest.importorskip("xarray")
     import compare
 
-    found = validate.sweep("sink", {"sink.width": [60e-6, "100 um"]}, steady=True, blame=False, out=tmp_path / "s")
+    found = compare.sweep("sink", {"sink.width": [60e-6, "100 um"]}, steady=True, blame=False, out=tmp_path / "s")
     assert found["fig4_difference"].dims == ("sink.width",)
     assert found["sink.width"].attrs["units"] == "m"
     assert float(found["fig4_difference"].sel({"sink.width": 100e-6})) == pytest.approx(-0.0656, abs=1e-3)
