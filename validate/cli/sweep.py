@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from scenes.errors import SceneError, quoted
 from validate.cli import common
@@ -185,18 +185,13 @@ def _means(arguments: argparse.Namespace) -> Means:
 
 def _folder(arguments: argparse.Namespace, base: Base, mapped: bool) -> Path:
     """results/<scene>-sweep-<what varies>, with what else is asked for."""
-    from types import SimpleNamespace
+    from validate.report.names import of_sweep
 
-    from validate.report.solve.names import results_folder
-
-    named = [
-        text.replace(":", "-").replace(",", "-")
-        for text in (*arguments.vary, *common.settings(arguments, ("drive.voltage", arguments.voltage)))
+    settings = [*arguments.vary, *common.settings(arguments, ("drive.voltage", arguments.voltage))]
+    given = [
+        (name, getattr(arguments, name, None)) for name in ("sample", "seed", "cells", "check", "tolerance", "solves")
     ]
-    for option in ("sample", "seed", "cells", "check", "tolerance", "solves"):
-        if getattr(arguments, option, None) is not None:
-            named.append(f"asked.{option}={getattr(arguments, option)}")
-    named += [f"asked.{word}=" for word in ("steady",) if getattr(arguments, word, False)]
-    named += [f"asked.={arguments.reduction.replace(',', '-')}"] if arguments.reduction else []
-    scene: Any = SimpleNamespace(name=f"{base.name}-{'map' if mapped else 'sweep'}")
-    return results_folder(scene, named)
+    words = [f"{name}{value}" for name, value in given if value is not None]
+    words += ["steady"] * getattr(arguments, "steady", False)
+    words += [arguments.reduction.replace(",", "-")] if arguments.reduction else []
+    return of_sweep(base.name, "map" if mapped else "sweep", settings, *words)

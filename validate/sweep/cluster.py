@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from itertools import chain, islice
@@ -77,10 +78,12 @@ class Cluster:
                 logging.getLogger(name).setLevel(logging.CRITICAL + 1)
         dask.config.set({"distributed.scheduler.allowed-failures": solver.ATTEMPTS})
         if self._scheduler is None:
-            self._local = LocalCluster(
-                n_workers=self._workers, threads_per_worker=1, processes=False, memory_limit=0,
-                dashboard_address=":8787" if _draws() else None, silence_logs=logging.CRITICAL,
-            )  # fmt: skip
+            # Where another has the port, with or without a dashboard, Dask takes the next one.
+            with warnings.catch_warnings(action="ignore", category=UserWarning):
+                self._local = LocalCluster(
+                    n_workers=self._workers, threads_per_worker=1, processes=False, memory_limit=0,
+                    dashboard_address=":8787" if _draws() else None, silence_logs=logging.CRITICAL,
+                )  # fmt: skip
         try:
             self._client = Client(self._local or self._scheduler, timeout=ANSWERS_WITHIN)
         except (OSError, ValueError, TypeError, ImportError) as error:

@@ -6,10 +6,12 @@ import csv
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -234,10 +236,13 @@ def test_an_open_verdict_is_solved_again_more_accurately() -> None:
     assert again.values["accuracy"] < 1e-2
 
 
-def test_a_free_scene_has_its_probes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    folder = tmp_path / "free"
+def test_a_free_scene_has_its_probes_and_a_folder_of_its_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
     moved = "box.beam.upper.x+probe.beam mean.upper.x=8um,10um,1nm"
-    assert main(["sweep", "bridge", "--vary", moved, "--out", str(folder), "--no-figures", "--quiet"]) == 0
+    assert main(["sweep", "bridge", "--vary", moved, "--no-figures", "--quiet"]) == 0
+    (folder,) = Path("results").glob("bridge-sweep-beam.upper.x*8um-10um-1nm")
     rows = table(folder)
     assert [row["status"] for row in rows[:2]] == ["ok", "ok"]
     # Narrower is hotter here: the same current density, and less oxide below.
@@ -264,3 +269,12 @@ def test_a_cluster_that_is_slow_to_end_is_no_failure() -> None:
 
     with cluster_of.Cluster(1, None, None) as cluster:
         cluster._client = cluster._local = Slow()
+
+
+def test_a_port_that_is_taken_warns_nobody(monkeypatch: pytest.MonkeyPatch, recwarn: pytest.WarningsRecorder) -> None:
+    monkeypatch.setattr(solver, "start", lambda count: None)
+    with socket.socket() as other, cluster_of.Cluster(1, None, None) as cluster:
+        with suppress(OSError):  # whoever has it, it is taken
+            other.bind(("", 8787))
+        cluster._start()
+    assert not [w for w in recwarn if "Port" in str(w.message)]
