@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compare.against.chosen import Meaning
+from compare.against.chosen import QUANTITIES, Meaning
 from compare.against.columns import Column, Table, in_si, unit_of
 from scenes.dimensions import POWER, TEMPERATURE, TIME, VOLTAGE
 from scenes.errors import SceneError, quoted
@@ -61,25 +61,29 @@ def match(column: Column, meaning: Meaning | None, sink: Sink, spice: bool) -> M
         return "is of a 1D model"
     if unit is None:
         return _refused(meaning, column, "has no unit that is known")
+    # SPICE calls volts what it knows no unit of.
+    volts = spice and unit.powers == VOLTAGE.powers
+    if volts and meaning is not None and meaning.what in ("current_A", "power_W"):
+        unit = unit_of(meaning.what.rpartition("_")[2]) or unit
     values = in_si(column.values, unit)
     if unit.powers == CURRENT_POWERS:
         found = _positive(Match("current_A", column.name, values), sink)
     elif unit.powers == POWER.powers:
         found = Match("power_W", column.name, values)
-    elif unit.powers == TEMPERATURE.powers or (spice and unit.powers == VOLTAGE.powers):
+    elif unit.powers == TEMPERATURE.powers or volts:
         key, note = (meaning.what, "") if meaning else _place(column.name, sink)
         if not key.endswith("_K"):
             return _refused(meaning, column, note or "is a temperature")
         # A rise in degrees Celsius is one in kelvins.
         rise = (meaning is not None and meaning.rise) or bool(words & _RISE or _DIFFERENCE.search(column.name))
         found = _temperature(key, column, values - (273.15 if rise and unit.celsius else 0.0), rise, note, sink)
-        if unit.powers == VOLTAGE.powers:
-            volts = "volts taken for kelvins"
-            found = Match(key, found.header, found.values, ", ".join(filter(None, (found.note, volts))))
+        if volts:
+            note = ", ".join(filter(None, (found.note, "volts taken for kelvins")))
+            found = Match(key, found.header, found.values, note)
     else:
         return _refused(meaning, column, "is no temperature, current or power")
     if meaning is not None and meaning.what != found.key:
-        return _refused(meaning, column, f"is the {found.key} by its unit")
+        return _refused(meaning, column, f"is the {_called(found.key)} by its unit")
     return found
 
 
@@ -103,7 +107,12 @@ def refusal(table: Table, found: dict[str, str]) -> str:
 def _refused(meaning: Meaning | None, column: Column, why: str) -> str:
     if meaning is None:
         return why
-    raise SceneError(f"--column: {quoted(column.name)} can't be the {meaning.what}: it {why}")
+    raise SceneError(f"--column: {quoted(column.name)} can't be the {_called(meaning.what)}: it {why}")
+
+
+def _called(what: str) -> str:
+    """What a user calls a quantity."""
+    return next((name for name, key in QUANTITIES.items() if key == what), what)
 
 
 def _temperature(key: str, column: Column, values: np.ndarray, rise: bool, note: str, sink: Sink) -> Match:

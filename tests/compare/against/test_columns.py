@@ -145,7 +145,7 @@ def test_wrdata(names: bool, single: bool, tmp_path: Path) -> None:
     if not names:
         with pytest.raises(SceneError, match="no names"):
             found(tmp_path, wrdata(names, single))
-        told = ("peak=2", "end=3", "current (A)=4") if single else ("peak=2", "end=4", "current (A)=6")
+        told = ("peak=2", "end=3", "current=4") if single else ("peak=2", "end=4", "current (A)=6")
     data = found(tmp_path, wrdata(names, single), *told)
     assert data.kind == "ngspice wrdata"
     assert data.time == pytest.approx(1e-3 * TIMES)

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 
+from scenes.dimensions import LENGTH
 from validate.report.figures.colours import table
 
 SIZE = [1400, 700]
@@ -86,19 +87,19 @@ def _add_bars(plotter: Any, drawn: np.ndarray, factor: float) -> None:
     """A corner in front of the solid with a bar of a round length (um) along each axis, and what it stands for."""
     lower, upper = drawn.min(axis=0), drawn.max(axis=0)
     longest = float((upper - lower).max())
-    corner = np.array([upper[0] + 0.1 * longest, lower[1] + 0.55 * (upper[1] - lower[1]), lower[2]])
-    ends, texts = [], []
+    corner = np.array([upper[0] + 0.16 * longest, lower[1] + 0.55 * (upper[1] - lower[1]), lower[2]])
     for axis, (extent, scale) in enumerate(zip(upper - lower, (1.0, 1.0, factor), strict=True)):
         length = round_length(max(0.3 * extent, 0.04 * longest) / scale)
         end = corner.copy()
         end[axis] += length * scale
         plotter.add_mesh(pv.Line(corner, end), color="#222222", line_width=3, lighting=False)
-        ends.append(end + np.array([0.0, 0.012 * longest, 0.0]))
-        texts.append(f"{'xyz'[axis]} {length:g} \N{MICRO SIGN}m")
-    plotter.add_point_labels(
-        np.array(ends), texts, font_size=17, text_color="#222222", shape=None, show_points=False, always_visible=True,
-        justification_horizontal="left", justification_vertical="center",
-    )  # fmt: skip
+        text = f"{'xyz'[axis]} {LENGTH.show(float(f'{1e-6 * length:.0e}'))}".replace(" um", " \N{MICRO SIGN}m")
+        # The upright bar's stands to its left, where no other bar is.
+        side, away = ("right", -0.012) if axis == 2 else ("left", 0.012)
+        plotter.add_point_labels(
+            (end + np.array([0.0, away * longest, 0.0]))[None], [text], font_size=17, text_color="#222222", shape=None,
+            show_points=False, always_visible=True, justification_horizontal=side, justification_vertical="center",
+        )  # fmt: skip
 
 
 def round_length(wanted: float) -> float:
