@@ -156,8 +156,9 @@ def _map(job: Job, table: Table, tolerance: float, found: Map | None, reduction:
             handles=[Patch(color=COLOURS[i], label=n) for i, n in enumerate(names)], loc="lower right", ncols=4
         )
         axes[1].set_title("to blame beyond the tolerance", fontsize=10)
+    crossed = percents[known].min() < 100 * tolerance < most
     for ax in axes:
-        if percents[known].min() < 100 * tolerance < most:
+        if crossed:
             ax.tricontour(net, percents, levels=[100 * tolerance], colors=[INK], linewidths=2.4)
         ax.plot(x[~ok], y[~ok], "x", color="#d55e00", ms=5, clip_on=False)
         ax.set(xlabel=label_x, ylabel=label_y, xlim=(across.min(), across.max()), ylim=(up.min(), up.max()))
@@ -165,7 +166,10 @@ def _map(job: Job, table: Table, tolerance: float, found: Map | None, reduction:
             _scale(ax, job, key, side)
         ax.grid(False)
     axes[0].plot(x[ok], y[ok], "o", color="white", ms=2.2, mec=INK, mew=0.4, clip_on=False)
-    notes = [f"bold: {100 * tolerance:g} %", "dots: solved"] + ([] if ok.all() else ["crosses: no answer"])
+    notes = [
+        f"bold: {100 * tolerance:g} %" if crossed else f"the line of {100 * tolerance:g} % is not in the range",
+        "dots: solved",
+    ] + ([] if ok.all() else ["crosses: no answer"])
     figure.text(0.012, 0.02, "; ".join(notes), fontsize=9, color=INK)
     figure.subplots_adjust(wspace=0.24)
     return figure
