@@ -3,9 +3,10 @@
     run = compare.run("sink", voltage=1)         # both models of a sink, and the checks; reduction="plate", why=True
     found = compare.solve("bridge")              # any scene of boxes or on a mesh, in 3D
     sensor = compare.device("device")            # the whole sensor in 1D
+    table = compare.sweep("sink", {"sink.width": "10um:200um:20"})    # many designs, as an xarray.Dataset
 
-Each prints as its answer and has .traces (named columns), .report() and .outcome, which holds everything. Scenes are
-what ``scenes.load`` returns, or what it takes. ``compare.testing`` has assertions for tests of your own.
+The first three print as their answer and have .traces (named columns), .report() and .outcome, which holds everything.
+Scenes are what ``scenes.load`` returns, or what it takes. ``compare.testing`` has assertions for tests of your own.
 """
 
 from __future__ import annotations
@@ -19,8 +20,9 @@ if TYPE_CHECKING:
     from compare.interface import device as device
     from compare.interface import run as run
     from compare.interface import solve as solve
+    from validate.sweep.interface import sweep as sweep
 
-__all__ = ["DeviceRun", "Run", "Solution", "device", "run", "solve", "testing"]
+__all__ = ["DeviceRun", "Run", "Solution", "device", "run", "solve", "sweep", "testing"]
 
 
 def __getattr__(name: str) -> Any:
@@ -28,6 +30,10 @@ def __getattr__(name: str) -> Any:
 
     if name in ("device", "solve", "testing"):
         return import_module(f"compare.{name}")
+    if name == "sweep":
+        from validate.sweep.interface import sweep
+
+        return sweep
     if name in __all__:
         return getattr(import_module("compare.interface"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -58,12 +58,22 @@ def run(
 
 
 def answer(
-    sink: Sink, request: Request, progress: Callable[[str], None] | None = None, against: Data | None = None
+    sink: Sink,
+    request: Request,
+    progress: Callable[[str], None] | None = None,
+    against: Data | None = None,
 ) -> Outcome:
     """The same without any file: solved and compared. Raises RunawayError and NumericsError."""
     clock = Clock()
     solved = _solve(sink, whole(request), progress or (lambda _: None), clock)
     return replace(_with_data(solved, against), timing=clock.all())
+
+
+def compared(sink: Sink, request: Request, earlier: Result | None = None) -> Outcome:
+    """Both models and the checks alone: no answer in words, no warnings of what gets too hot. ``earlier`` is the 3D
+    result of the same sink at another voltage, whose meshes and fields may serve again. Raises as `answer` does."""
+    asked = whole(request)
+    return _compared(sink, asked, _levels(sink, asked), lambda _: None, Clock(), earlier)
 
 
 def _with_data(outcome: Outcome, against: Data | None) -> Outcome:
@@ -79,9 +89,26 @@ def _with_data(outcome: Outcome, against: Data | None) -> Outcome:
 
 
 def _solve(sink: Sink, request: SinkRequest, say: Callable[[str], None], clock: Clock) -> Outcome:
-    """Both models and the checks, without any file."""
-    fem3d = reduced1d = why = exported = None
+    """Both models, the checks and the answer, without any file."""
+    from compare.answer import answered
+
     levels = _levels(sink, request)
+    outcome = _compared(sink, request, levels, say, clock)
+    with clock.stage("checks"):
+        warnings = (*outcome.warnings, *_too_hot(sink, outcome.fem3d, outcome.reduced1d))
+    with clock.stage("answer"):
+        return answered(replace(outcome, warnings=warnings), levels)
+
+
+def _compared(
+    sink: Sink,
+    request: SinkRequest,
+    levels: Levels | None,
+    say: Callable[[str], None],
+    clock: Clock,
+    earlier: Result | None = None,
+) -> Outcome:
+    fem3d = reduced1d = why = exported = None
     if request.export is not None and levels is not None:
         from reduced1d.export import export
 
@@ -97,7 +124,7 @@ def _solve(sink: Sink, request: SinkRequest, say: Callable[[str], None], clock: 
         say("solving in 3D")
         with clock.stage("fem3d"):
             try:
-                fem3d = solve_3d(sink, request, say)
+                fem3d = solve_3d(sink, request, say) if earlier is None else solve_3d(sink, request, say, earlier)
             except NumericsError as error:
                 if isinstance(error, RunawayError):
                     raise
@@ -119,14 +146,8 @@ def _solve(sink: Sink, request: SinkRequest, say: Callable[[str], None], clock: 
         with clock.stage("why"):
             why = budget(sink, request.reduction, fem3d, levels, say)
     warnings = tuple(text for model in (fem3d, reduced1d) if model for text in model.details.get("warnings", ()))
-    with clock.stage("checks"):
-        warnings += _too_hot(sink, fem3d, reduced1d)
-    from compare.answer import answered
-
     plan = assemble(sink, request, solver_steps)
-    outcome = Outcome(sink, request, plan, fem3d, reduced1d, checks, warnings, why=why, exported=exported)
-    with clock.stage("answer"):
-        return answered(outcome, levels)
+    return Outcome(sink, request, plan, fem3d, reduced1d, checks, warnings, why=why, exported=exported)
 
 
 def _too_hot(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tuple[str, ...]:

@@ -28,13 +28,14 @@ def load(source: str | Path, overrides: Sequence[str] = ()) -> AnyScene:
     example = isinstance(source, str) and source in examples.names()
     text = examples.text(str(source)) if example else file_text(source, examples.names())
     found, folder = toml(text, source), "" if example else str(Path(source).parent)
-    given = override(found, overrides, _tables(found))
-    return from_dict(given, str(source) if example else file_name(Path(source)), folder)
+    return from_dict(found, str(source) if example else file_name(Path(source)), folder, overrides)
 
 
-def from_dict(given: Mapping[str, Any], name: str = "scene", folder: str = "") -> AnyScene:
-    """The scene of nested tables such as `as_dict` returns, checked; raises SceneError."""
-    found = document.read(given, _tables(given))
+def from_dict(
+    given: Mapping[str, Any], name: str = "scene", folder: str = "", overrides: Sequence[str] = ()
+) -> AnyScene:
+    """The scene of nested tables such as `as_dict` returns, with overrides put over it, checked; raises SceneError."""
+    found = values(given, overrides)
     if "mesh" in given:
         return meshed.build(found, name, folder)
     return check(build.build(found, name))
@@ -43,9 +44,16 @@ def from_dict(given: Mapping[str, Any], name: str = "scene", folder: str = "") -
 def overridden(scene: AnyScene, overrides: Sequence[str]) -> AnyScene:
     """A scene with "KEY=VALUE" overrides put over it as `load` puts them over a file's, checked; raises SceneError."""
     found = as_dict(scene)
-    return from_dict(override(found, overrides, _tables(found)), scene.name, getattr(scene, "folder", ""))
+    return from_dict(override(found, overrides, tables_of(found)), scene.name, getattr(scene, "folder", ""))
 
 
-def _tables(given: Mapping[str, Any]) -> document.Tables:
+def values(given: Mapping[str, Any], overrides: Sequence[str] = ()) -> document.Document:
+    """The values that nested tables and overrides say, each read by its kind, before anything is made of them; raises
+    SceneError for what is unknown, of the wrong type or out of bounds."""
+    tables = tables_of(given)
+    return document.read(override(given, overrides, tables), tables)
+
+
+def tables_of(given: Mapping[str, Any]) -> document.Tables:
     """What a document may say: a [mesh] makes the difference."""
     return meshed_tables.TABLES if "mesh" in given else tables.TABLES

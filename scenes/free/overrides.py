@@ -1,4 +1,5 @@
-"""Overrides of a free scene: "run.accuracy=1e-4", and "boundary.left.voltage=2" for an item by its name."""
+"""Overrides of a free scene: "run.accuracy=1e-4", "boundary.left.voltage=2" for an item by its name, and for one
+coordinate of a point "box.arm.upper.x=9um"."""
 
 from __future__ import annotations
 
@@ -13,6 +14,8 @@ from scenes.free.document import Tables, label_of
 from scenes.free.kinds import Instants
 from scenes.kinds import Quantity
 from scenes.overrides import toml_value
+
+_COORDINATES = ("x", "y", "z")
 
 
 def override(document: Mapping[str, Any], settings: Sequence[str], tables: Tables) -> dict[str, Any]:
@@ -78,9 +81,14 @@ def _find(table: str, rest: str, items: object) -> tuple[dict[str, Any], list[st
 
 
 def _put(item: dict[str, Any], path: list[str], value: object) -> None:
-    """Sets a key, or one within a table such as convection; a condition given so takes the place of no other."""
+    """Sets a key, one within a table such as convection, or a coordinate of a point; a condition given so takes the
+    place of no other."""
     *tables, key = path
     for table in tables:
+        point = item.get(table)
+        if isinstance(point, list) and len(point) == 3 and key in _COORDINATES and table == tables[-1]:
+            item[table] = [value if axis == key else old for axis, old in zip(_COORDINATES, point, strict=True)]
+            return
         inner = item.get(table)
         item[table] = item = dict(inner) if isinstance(inner, Mapping) else {}
     item[key] = value

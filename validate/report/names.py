@@ -45,12 +45,21 @@ def of_device(device: Device, request: DeviceRequest, settings: Sequence[str] = 
 
 def of_scene(scene: AnyScene, settings: Sequence[str], fields: bool) -> Path:
     """ "results/bridge", or with an override "results/bridge-left-electrode.voltage2"."""
+    return _folder(scene.name, *_words(settings), *["fields"] * fields)
+
+
+def of_sweep(scene: str, kind: str, settings: Sequence[str], *words: str) -> Path:
+    """ "results/sink-sweep-width10um-200um-20-steady": what varies and what is overridden, then other options."""
+    return _folder(f"{scene}-{kind}", *_words([re.sub("[:,]", "-", text) for text in settings]), *words)
+
+
+def _words(settings: Sequence[str]) -> list[str]:
     words = []
     for setting in settings:
         key, _, value = setting.partition("=")
         value = "" if value.strip() == "true" else value.strip()  # "results/hotplate-steady"
         words.append((key.strip().partition(".")[2] or key) + re.sub("^-", "minus", value))
-    return _folder(scene.name, *words, *["fields"] * fields)
+    return words
 
 
 def _folder(name: str, *words: str) -> Path:

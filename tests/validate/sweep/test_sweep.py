@@ -1,0 +1,280 @@
+"""Small sweeps by the real solver: tables, interruptions, time limits, a cluster that is there."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from tests import browser
+from validate.cli import main
+from validate.sweep import cluster as cluster_of
+from validate.sweep import solver
+from validate.sweep.base import base
+from validate.sweep.design import Design
+from validate.sweep.point import Asked, Work
+
+SWEEP = [
+    "sweep", "sink", "--steady", "--no-blame", "--no-figures", "--workers", "2",
+    "--vary", "sink.width=60um:140um:3", "--vary", "anchor.oxide_thickness=1um:2um:3",
+]  # fmt: skip
+
+
+def table(folder: Path) -> list[dict[str, str]]:
+    with (folder / "points.csv").open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def stored(folder: Path) -> int:
+    try:
+        return (folder / "points.jsonl").read_bytes().count(b"\n")
+    except FileNotFoundError:
+        return 0
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("sweep") / "undisturbed"
+    assert main([*SWEEP, "--quiet", "--out", str(folder)]) == 0
+    return folder
+
+
+def assert_same(found: list[dict[str, str]], expected: list[dict[str, str]]) -> None:
+    assert len(found) == len(expected)
+    for one, other in zip(found, expected, strict=True):
+        assert one.keys() == other.keys()
+        for name in one.keys() - {"seconds"}:
+            if name.startswith(("sink.", "anchor.")) or not _number(one[name]):
+                assert one[name] == other[name]
+            else:
+                # Rounding: the same factorizations in the same order, on this or another processor.
+                assert float(one[name]) == pytest.approx(float(other[name]), rel=1e-9, abs=1e-9)
+
+
+def _number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def test_the_table_has_what_single_runs_have(undisturbed: Path) -> None:
+    import compare
+    from scenes import load
+
+    rows = table(undisturbed)
+    assert [row["sink.width"] for row in rows] == [w for w in ("6e-05", "0.0001", "0.00014") for _ in range(3)]
+    assert {row["status"] for row in rows} == {"ok"}
+    sink = load("sink", ["run.accuracy=1e-2", "sink.width=140um", "anchor.oxide_thickness=1.5um"])
+    alone = compare.run(sink, steady=True)
+    row = rows[7]
+    assert float(row["anchor.oxide_thickness"]) == 1.5e-6
+    assert float(row["fem3d_peak_rise_K"]) == pytest.approx(alone.fem3d.steady["peak_rise_K"].value, rel=1e-9)
+    assert float(row["fig4_difference"]) == pytest.approx(alone.check("fig4").difference, rel=1e-6)
+    assert row["fig4_verdict"] == alone.check("fig4").verdict
+    # Another point is another answer.
+    assert float(rows[6]["fem3d_peak_rise_K"]) != pytest.approx(float(row["fem3d_peak_rise_K"]), rel=1e-3)
+
+
+def test_a_worker_and_then_all_of_it_killed_goes_on_to_the_same_table(undisturbed: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "killed"
+    command = [sys.executable, "-m", "validate", *SWEEP, "--out", str(folder)]
+    run = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    _until(lambda: stored(folder) >= 1, run)
+    workers = _children(run.pid)
+    assert len(workers) == 2
+    os.kill(workers[0], signal.SIGKILL)
+    before = stored(folder)
+    _until(lambda: stored(folder) >= before + 2, run)
+    # Stopped it still has the folder, which nobody else gets.
+    run.send_signal(signal.SIGSTOP)
+    other = subprocess.run(command, capture_output=True, text=True)
+    assert (other.returncode, "is in use by another" in other.stderr) == (2, True)
+    run.kill()
+    run.wait()
+    kept = (folder / "points.jsonl").read_bytes()
+    assert 0 < stored(folder) < 9
+    assert main([*SWEEP, "--quiet", "--out", str(folder)]) == 0
+    assert (folder / "points.jsonl").read_bytes().startswith(kept[: kept.rfind(b"\n") + 1])
+    points = [json.loads(line)["point"] for line in (folder / "points.jsonl").read_text().splitlines()]
+    assert sorted(points) == list(range(9))
+    assert_same(table(folder), table(undisturbed))
+
+
+def _children(pid: int) -> list[int]:
+    found = Path(f"/proc/{pid}/task/{pid}/children")
+    if not found.exists():
+        pytest.skip("no /proc to find the workers in")
+    return [
+        int(child) for task in Path(f"/proc/{pid}/task").iterdir() for child in (task / "children").read_text().split()
+    ]
+
+
+def _until(true: Callable[[], bool], run: subprocess.Popen[bytes]) -> None:
+    for _ in range(6000):
+        if true():
+            return
+        assert run.poll() is None, run.stderr
+        time.sleep(0.01)
+    pytest.fail("nothing was stored within a minute")
+
+
+def test_a_finished_sweep_solves_nothing_and_another_is_refused(
+    undisturbed: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(solver, "start", lambda count: pytest.fail("nothing is left to solve"))
+    rows = table(undisturbed)
+    assert main([*SWEEP, "--quiet", "--out", str(undisturbed)]) == 0
+    assert table(undisturbed) == rows
+    said = capsys.readouterr().out
+    assert "is within 5 % of 3D in the steady peak in 0 of 9 designs; it fails first where" in said
+    assert main([*SWEEP[:-2], "--out", str(undisturbed)]) == 2
+    assert "holds another sweep (its vary differs)" in capsys.readouterr().err
+
+
+def test_the_page_reads_out_the_point_under_the_pointer(undisturbed: Path) -> None:
+    if browser.find() is None:
+        pytest.skip("no browser")
+    drawn = [word for word in SWEEP if word != "--no-figures"]
+    assert main([*drawn, "--quiet", "--out", str(undisturbed)]) == 0
+    assert (undisturbed / "figure_map.png").stat().st_size > 10_000
+    with browser.Browser() as page:
+        page.open(undisturbed / "report.html", 1000)
+        point = """(() => { const c = document.querySelector(".hover canvas"), r = c.getBoundingClientRect();
+            c.dispatchEvent(new PointerEvent("pointermove", {clientX: r.left + r.width - 50, clientY: r.top + 50}));
+            return document.querySelector(".said").textContent; })()"""
+        said = page.run(point)
+        assert page.errors == []
+        assert page.run("document.documentElement.scrollWidth") == 1000
+    # The upper right corner is the last point of the table.
+    row = table(undisturbed)[-1]
+    assert said.startswith("sink.width 140 um, anchor.oxide_thickness 2 um\nfig4 ")
+    assert float(said.split()[7]) == pytest.approx(100 * float(row["fig4_difference"]), rel=0.01)
+    assert f"verdict: {row['fig4_verdict']}" in said
+
+
+def test_a_cluster_that_is_there_gives_the_same_table(
+    undisturbed: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from distributed import LocalCluster
+
+    alone = [word for word in SWEEP if word not in ("--workers", "2")]
+    with LocalCluster(2, threads_per_worker=1, processes=False, protocol="tcp", dashboard_address=None) as cluster:  # type: ignore[no-untyped-call]
+        address = cluster.scheduler_address
+        assert main([*alone, "--quiet", "--scheduler", address, "--out", str(tmp_path / "there")]) == 0
+    assert_same(table(tmp_path / "there"), table(undisturbed))
+    solver.close()
+    monkeypatch.setattr(cluster_of, "ANSWERS_WITHIN", 0.5)
+    assert main([*alone, "--scheduler", "tcp://127.0.0.1:9", "--out", str(tmp_path / "gone")]) == 2
+    assert 'no scheduler answers at "tcp://127.0.0.1:9"' in capsys.readouterr().err
+
+
+def test_points_without_an_answer_are_rows_that_say_why(tmp_path: Path) -> None:
+    given = ["--vary", "anchor.oxide_length=50um,200um", "--vary", "drive.voltage=1,900", "--set",
+             "materials.silicon.temperature_coefficient=-1e-3"]  # fmt: skip
+    assert main([*SWEEP[:7], *given, "--out", str(tmp_path / "s")]) == 0
+    rows = {(float(r["anchor.oxide_length"]), float(r["drive.voltage"])): r for r in table(tmp_path / "s")}
+    assert [rows[50e-6, v]["status"] for v in (1.0, 900.0)] == ["ok", "runaway"]
+    assert "the largest voltage with a steady state is" in rows[50e-6, 900.0]["because"]
+    assert rows[200e-6, 1.0]["status"] == "refused"
+    assert "lets the oxide stick out of its pad" in rows[200e-6, 1.0]["because"]
+    assert rows[200e-6, 1.0]["fem3d_peak_rise_K"] == ""
+
+
+def test_a_point_that_takes_too_long_is_stopped_and_the_next_is_solved() -> None:
+    sink = base("sink", ["run.accuracy=1e-2"])
+    keys, points = ("run.accuracy", "sink.width"), ((1e-6, 57e-6), (1e-2, -1.0))
+    work = Work(sink, Asked(steady=True, blame=False), keys, (0, 1), points)
+    solver.start(1)
+    process = solver._waiting[0]._process
+    rows = solver.solve(work, 0.3)
+    assert [row.status for row in rows] == ["timeout", "refused"]
+    assert "more than 0.3 s" in rows[0].because
+    assert process.poll() == -signal.SIGKILL
+    solver.close()
+
+
+def test_voltages_share_fields_and_still_are_what_they_are_alone(tmp_path: Path) -> None:
+    from validate.sweep.axes import listed
+    from validate.sweep.point import solve
+
+    sink = base("sink", ["run.accuracy=1e-2"])
+    design = Design((listed(sink, "drive.voltage", [0.5, 1, 2]),))
+    (numbers,) = design.tasks()
+    asked = Asked(steady=True, blame=False)
+    together = list(solve(Work(sink, asked, design.keys, numbers, tuple(map(design.point, numbers)))))
+    for row in together[1:]:
+        (alone,) = solve(Work(sink, asked, design.keys, (row.point,), (design.point(row.point),)))
+        for name in ("peak_rise_K", "current_A"):
+            both = [r.values[f"fem3d_{name}"] for r in (row, alone)]
+            allowed = sum(r.values[f"fem3d_{name}_error"] for r in (row, alone))
+            assert abs(both[0] - both[1]) <= allowed
+        assert "fig6_peak_difference" not in row.values
+    # They share: the others take a part of the first one's time.
+    assert min(row.seconds for row in together[1:]) < 0.5 * together[0].seconds
+
+
+def test_an_open_verdict_is_solved_again_more_accurately() -> None:
+    from validate.sweep.point import solve
+
+    (first,) = solve(Work(base("sink", ["run.accuracy=1e-2"]), Asked(steady=True, blame=False), (), (0,), ((),)))
+    size, error = abs(first.values["fig4_difference"]), first.values["fig4_u_num"]
+    near = base("sink", ["run.accuracy=1e-2", f"checks.tolerances.fig4={size + 0.8 * error!r}"])
+    (again,) = solve(Work(near, Asked(steady=True, blame=False), (), (0,), ((),)))
+    assert (first.values["accuracy"], first.values["fig4_verdict"]) == (1e-2, "differs")
+    assert again.values["accuracy"] < 1e-2
+
+
+def test_a_free_scene_has_its_probes_and_a_folder_of_its_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    moved = "box.beam.upper.x+probe.beam mean.upper.x=8um,10um,1nm"
+    assert main(["sweep", "bridge", "--vary", moved, "--no-figures", "--quiet"]) == 0
+    (folder,) = Path("results").glob("bridge-sweep-beam.upper.x*8um-10um-1nm")
+    rows = table(folder)
+    assert [row["status"] for row in rows[:2]] == ["ok", "ok"]
+    # Narrower is hotter here: the same current density, and less oxide below.
+    assert float(rows[0]["fem3d_middle"]) != pytest.approx(float(rows[1]["fem3d_middle"]), rel=1e-4)
+    assert float(rows[0]["fem3d_middle_error"]) > 0
+    assert "middle is from" in capsys.readouterr().out
+
+
+def test_from_python(tmp_path: Path) -> None:
+    pytest.importorskip("xarray")
+    import compare
+
+    found = compare.sweep("sink", {"sink.width": [60e-6, "100 um"]}, steady=True, blame=False, out=tmp_path / "s")
+    assert found["fig4_difference"].dims == ("sink.width",)
+    assert found["sink.width"].attrs["units"] == "m"
+    assert float(found["fig4_difference"].sel({"sink.width": 100e-6})) == pytest.approx(-0.0656, abs=1e-3)
+    assert list(found["status"].values) == ["ok", "ok"]
+
+
+def test_a_cluster_that_is_slow_to_end_is_no_failure() -> None:
+    class Slow:
+        def close(self, timeout: float) -> None:
+            raise TimeoutError(f"timed out after {timeout} s")
+
+    with cluster_of.Cluster(1, None, None) as cluster:
+        cluster._client = cluster._local = Slow()
+
+
+def test_a_port_that_is_taken_warns_nobody(monkeypatch: pytest.MonkeyPatch, recwarn: pytest.WarningsRecorder) -> None:
+    monkeypatch.setattr(solver, "start", lambda count: None)
+    with socket.socket() as other, cluster_of.Cluster(1, None, None) as cluster:
+        with suppress(OSError):  # whoever has it, it is taken
+            other.bind(("", 8787))
+        cluster._start()
+    assert not [w for w in recwarn if "Port" in str(w.message)]

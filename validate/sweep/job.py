@@ -1,0 +1,89 @@
+"""What a sweep or a map is asked to do, and with what."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from scenes.errors import SceneError, did_you_mean, quoted
+from validate.sweep.axes import Axis
+from validate.sweep.base import Base
+from validate.sweep.design import Design
+from validate.sweep.point import Asked, Work
+
+
+@dataclass(frozen=True)
+class Job:
+    """What is asked for: a ``design`` of a ``base``, each point as ``asked``. Of a map the design is the cells, and not
+    many more than ``solves`` of them are solved."""
+
+    base: Base
+    design: Design
+    asked: Asked
+    solves: int | None = None
+
+    def document(self) -> dict[str, Any]:
+        """All of it as JSON types: what a folder's earlier run must have been asked as well."""
+        from validate.report.summary import version
+
+        def axis(given: Axis) -> dict[str, Any]:
+            return {"values": given.values, "log": given.log, "range": given.range}
+
+        found = {
+            "program": version(),
+            "kind": "sweep" if self.solves is None else "map",
+            "scene": {"name": self.base.name, "kind": self.base.kind, "document": self.base.document},
+            "settings": self.base.settings,
+            "vary": {given.key: axis(given) for given in self.design.axes},
+            **({} if self.design.sample is None else {"sample": self.design.sample, "seed": self.design.seed}),
+            **asdict(self.asked),
+            **({} if self.solves is None else {"solves": self.solves}),
+        }
+        plain: dict[str, Any] = json.loads(json.dumps(found, default=str))
+        return plain
+
+    def work(self, numbers: Sequence[int], blamed: bool = True) -> Work:
+        """A task."""
+        points = tuple(self.design.point(number) for number in numbers)
+        return Work(self.base, self.asked, self.design.keys, tuple(numbers), points, blamed)
+
+
+@dataclass(frozen=True)
+class Means:
+    """What a job is done with: ``workers`` processes here or those of a ``scheduler``, ``seconds`` for each point."""
+
+    workers: int
+    scheduler: str | None = None
+    seconds: float | None = None
+
+
+def processors() -> int:
+    """How many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def checked(base: Base, given: str | None, steady: bool) -> str:
+    """The check that was asked for; SceneError for one that there isn't, or that the sweep doesn't make."""
+    from compare import scope
+    from scenes.checks import DEFAULT_TOLERANCES
+    from scenes.plan import Request
+
+    scene: Any = base.at(())
+    if base.kind == "free":
+        probes = [probe.name for probe in scene.probes]
+        if given is not None and given not in probes:
+            raise SceneError(
+                f"{quoted(given)} is no probe of the scene: give {', '.join(probes)}{did_you_mean(given, probes)}"
+            )
+        return given or next(iter(probes), "")
+    check = given or "fig4"
+    if check not in DEFAULT_TOLERANCES:
+        known = tuple(DEFAULT_TOLERANCES)
+        raise SceneError(f"{quoted(check)} is no check: give {', '.join(known)}{did_you_mean(check, known)}")
+    skipped = scope.skipped_checks(scene, Request(transient=not steady))
+    if check in skipped:
+        raise SceneError(f"there is no check {quoted(check)} here: {skipped[check]}")
+    return check

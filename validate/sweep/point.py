@@ -1,0 +1,216 @@
+"""The points of one task, solved one after the other: a row of numbers for each, or why there are none."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, cast
+
+from compare.asked import SinkRequest
+from scenes.errors import SceneError
+from scenes.sink import Sink
+from validate.sweep.base import Base, Value
+from validate.sweep.design import settings
+
+if TYPE_CHECKING:
+    from compare.verdict import Check
+    from reduced1d.ladder.levels import Levels
+    from scenes.free.asks import AnyScene
+    from scenes.result import Result
+
+FINEST = 1e-4
+"""The accuracy down to which a verdict is sought that the error leaves open; finer ones take seconds to minutes."""
+
+SHARED = 3
+"""Voltages from which on it pays to solve a steady state with its fields over time, which another voltage can use."""
+
+BLAMED = {"fig4": ("steady", "peak"), "fig6_peak": ("transient", "peak"), "fig6_end": ("transient", "end"),
+          "fig7_current": ("transient", "current")}  # fmt: skip
+"""The difference that each check of a reduction is of, among those that `compare.why` splits by assumption."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is wanted at every point: ``check`` is the one that is blamed on assumptions, ``all_checks`` whether every
+    verdict that the error leaves open is solved again more accurately, or that one's alone."""
+
+    reductions: tuple[str, ...] = ("paper",)
+    steady: bool = False
+    check: str = "fig4"
+    blame: bool = True
+    all_checks: bool = True
+
+
+@dataclass(frozen=True)
+class Row:
+    """What came of a point: the ``status`` is "ok" or a word, then ``because`` is a sentence. ``values`` are by the
+    columns' names; ``parts`` what each assumption adds to the check's difference, relative as that is."""
+
+    point: int
+    status: str
+    because: str
+    seconds: float
+    values: dict[str, Any]
+    parts: dict[str, float] | None = None
+
+
+@dataclass(frozen=True)
+class Work:
+    """A task: points by number with the values of the keys."""
+
+    base: Base
+    asked: Asked
+    keys: tuple[str, ...]
+    numbers: tuple[int, ...]
+    points: tuple[tuple[Value, ...], ...]
+    blamed: bool = True
+
+
+def solve(work: Work) -> Iterator[Row]:
+    """A row for every point, as it is found; never raises for what a scene can cause."""
+    earlier: Result | None = None
+    for number, point in zip(work.numbers, work.points, strict=True):
+        row, result = _solved(work, number, settings(work.keys, point), earlier)
+        earlier = earlier or result
+        yield row
+
+
+def _solved(work: Work, number: int, given: Sequence[str], earlier: Result | None) -> tuple[Row, Result | None]:
+    from fem3d.errors import RunawayError
+    from reduced1d.errors import RunawayError as RunawayIn1D
+
+    started = time.perf_counter()
+    values: dict[str, Any] = {}
+    parts, result, status, because = None, None, "ok", ""
+    try:
+        scene = work.base.at(given)
+        if isinstance(scene, Sink):
+            values, parts, result = _sink(scene, work, earlier)
+        else:
+            values = _free(scene)
+    except SceneError as error:
+        status, because = "refused", str(error)
+    except (RunawayError, RunawayIn1D) as error:
+        status, because = "runaway", str(error)
+    except ArithmeticError as error:
+        status, because = "failed", str(error)
+    except MemoryError:
+        status, because = "failed", "out of memory: ask for a larger accuracy"
+    except Exception as error:
+        status, because = "failed", f"a fault of this program, {type(error).__name__}: {error}"
+    seconds = round(time.perf_counter() - started, 4)
+    return Row(number, status, " ".join(because.split()), seconds, values, parts), result
+
+
+def _sink(sink: Sink, work: Work, earlier: Result | None) -> tuple[dict[str, Any], dict[str, float] | None, Result]:
+    """The columns of a sink, and its 3D result; solved again more accurately while a verdict is open."""
+    from compare.scope import OVER_TIME
+    from compare.sink_run import compared
+    from reduced1d.ladder.levels import Levels
+
+    asked = work.asked
+    over_time = not asked.steady or len(work.points) >= SHARED
+    request = SinkRequest(transient=over_time, figures=False, reduction=asked.reductions[0])
+    first: Result | None = None
+    while True:
+        outcome = compared(sink, request, earlier)
+        fem3d, levels = cast("Result", outcome.fem3d), Levels(sink)
+        first = first or fem3d
+        dropped = OVER_TIME if asked.steady else ()
+        kept = [c for c in outcome.checks if c.id not in dropped]
+        others = {}
+        for name in asked.reductions[1:]:
+            made, result = _of_another(sink, replace(request, reduction=name), fem3d, levels)
+            others[name] = [check for check in made if check.id not in dropped], result
+        watched = [*kept, *(check for checks, _ in others.values() for check in checks)]
+        open_ = [c for c in watched if c.verdict == "unresolved" and (asked.all_checks or c.id == asked.check)]
+        finer = max(sink.accuracy / 10, FINEST)
+        if not open_ or finer >= sink.accuracy:
+            break
+        sink = replace(sink, accuracy=finer)
+    values = {
+        f"fem3d_{name}{end}": number
+        for name, given in fem3d.steady.items()
+        for end, number in (("", given.value), ("_error", given.error))
+    }
+    if outcome.reduced1d is not None:
+        values |= {f"reduced1d_{name}": found.value for name, found in outcome.reduced1d.steady.items()}
+    values |= _columns(kept)
+    for name, (checks, found) in others.items():
+        values |= {f"{name}_{key}": given.value for key, given in (found.steady if found else {}).items()}
+        values |= {f"{name}_{column}": value for column, value in _columns(checks).items()}
+    parts = _parts(sink, asked, fem3d, levels) if asked.blame and work.blamed else None
+    values |= blame(parts) | {"accuracy": sink.accuracy}
+    return values, parts, first
+
+
+def _columns(checks: Sequence[Check]) -> dict[str, Any]:
+    return {
+        f"{check.id}_{name}": value
+        for check in checks
+        for name, value in (("difference", check.difference), ("u_num", check.u_num), ("verdict", check.verdict))
+    }
+
+
+def _of_another(
+    sink: Sink, request: SinkRequest, fem3d: Result, levels: Levels
+) -> tuple[tuple[Check, ...], Result | None]:
+    """The checks of another reduction against the same 3D result; none where it has no answer."""
+    from compare.checks import evaluate
+    from compare.scope import OF_THE_REDUCTION
+    from reduced1d.errors import RunawayError
+    from reduced1d.ladder import solve as solve_1d
+
+    times = fem3d.traces.time if fem3d.traces is not None else None
+    try:
+        found = solve_1d(sink, request.reduction, steady_only=not request.transient, times=times, levels=levels)
+    except RunawayError:
+        return (), None
+    return tuple(c for c in evaluate(sink, request, fem3d, found) if c.id in OF_THE_REDUCTION), found
+
+
+def _parts(sink: Sink, asked: Asked, fem3d: Result, levels: Levels) -> dict[str, float] | None:
+    """The difference that the check is of, split by assumption."""
+    from compare.why import budget
+    from reduced1d.errors import RunawayError
+
+    kind, quantity = BLAMED.get(asked.check, ("steady", "peak"))
+    if kind == "steady":
+        fem3d = replace(fem3d, traces=None)
+    try:
+        found = budget(sink, asked.reductions[0], fem3d, levels)
+    except RunawayError:
+        return None
+    splits = found.steady if kind == "steady" else found.transient
+    split = next((s for s in splits if s.quantity == quantity and s.scale), None)
+    if split is None:
+        return None
+    # A part within its own error is no ground to blame anything on.
+    return {part.blame: part.value / split.scale if abs(part.value) > part.error else 0.0 for part in split.parts}
+
+
+def blame(parts: dict[str, float] | None) -> dict[str, Any]:
+    """The assumption with the largest part, and that part's share of the sum of all, taken without their signs."""
+    total = sum(abs(part) for part in parts.values()) if parts else 0.0
+    if not parts or not total:
+        return {"blame": "", "blame_share": None}
+    name = max(parts, key=lambda n: abs(parts[n]))
+    return {"blame": name, "blame_share": abs(parts[name]) / total}
+
+
+def _free(scene: AnyScene) -> dict[str, Any]:
+    """The columns of a free scene: every probe, at the end where it is over time."""
+    from compare.solve import scope
+
+    scene = scope.reported(scene, scope.SolveRequest(figures=False))
+    result = scope.solver(scene)(scene)
+    values: dict[str, Any] = {}
+    for probe in scene.probes:
+        if scene.steady or result.traces is None:
+            found = result.steady[probe.name]
+            value, error = found.value, found.error
+        else:
+            value, error = float(result.traces.values[probe.name][-1]), float(result.traces.errors[probe.name])
+        values |= {f"fem3d_{probe.name}": value, f"fem3d_{probe.name}_error": error}
+    return values | {"accuracy": scene.accuracy}

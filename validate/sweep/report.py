@@ -1,0 +1,131 @@
+"""report.html of a sweep: the sentence, the points to hover over, the figures, and what was asked."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from validate.report import html as report
+from validate.report.html.parts import section, table, values
+from validate.report.html.sections import figures
+from validate.report.html.words import text
+from validate.sweep.figures import COLOURS
+from validate.sweep.table import Table, blames
+
+if TYPE_CHECKING:
+    from validate.sweep.job import Job
+    from validate.sweep.mapping import Map
+
+_CAPTIONS = {
+    "figure_map": "Where the reduction is within the tolerance, and which assumption is to blame where it is not.",
+    "figure_lines": "Differences from 3D over the varied key, with their errors; grey is within the tolerance.",
+    "figure_pairs": "Every pair of keys; the largest differences on top.",
+    "figure_indices": "How much of the difference's variance each key explains.",
+}
+MOST = 40_000
+"""Points that the page shows; of more it shows some, evenly chosen."""
+
+
+def page(
+    job: Job,
+    folder: Path,
+    found: Table,
+    cells: Map | None,
+    tolerances: Mapping[str, float],
+    document: Mapping[str, Any],
+) -> str:
+    """The page as text, with nothing outside of it; figures are read from ``folder``."""
+    style = (Path(report.__file__).parent / "style.css").read_text(encoding="utf-8")
+    script = Path(__file__).with_name("hover.js").read_text(encoding="utf-8")
+    data = json.dumps(_data(job, found, cells, tolerances), separators=(",", ":")).replace("</", "<\\/")
+    counts, sentence = document["counts"], document["sentence"]
+    said = f"{sentence[0].upper()}{sentence[1:]}."
+    rows = [
+        [
+            text(check),
+            *(f'<span class="{word}">{n.get(word, 0)}</span>' for word in ("agrees", "differs", "unresolved")),
+        ]
+        for check, n in document["verdicts"].items()
+    ]
+    asked = {key: value for key, value in document["asked"].items() if key not in ("scene", "vary")}
+    varied = {
+        key: f"{len(axis['values'])} values" if not axis["range"] else "range"
+        for key, axis in document["asked"]["vary"].items()
+    }
+    parts = [
+        section(
+            "Points",
+            '<div class="hover"><p class="choose"></p><canvas></canvas>',
+            '<p class="said">Point at a place to read it.</p></div>',
+        ),
+        section("Checks", table(("check", "agrees", "differs", "unresolved"), rows, (1, 2, 3)) if rows else ""),
+        figures(folder, document, _CAPTIONS),
+        section("Asked", f'<div class="columns">{values({"scene": job.base.name, "varied": varied, **asked})}</div>'),
+        section(
+            "Versions and counts", f'<div class="columns">{values({"counts": counts, **document["provenance"]})}</div>'
+        ),
+    ]
+    return (
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n<link rel="icon" href="data:,">\n'
+        f"<title>{text(job.base.name)}</title>\n<style>\n{style}{_STYLE}</style>\n</head>\n<body>\n<header>\n"
+        f'<h1>{text(job.base.name)}</h1>\n<p class="verdict">{text(said)}</p>\n</header>\n<main>\n'
+        + "\n".join(parts)
+        + f'\n</main>\n<script type="application/json" id="rows">{data}</script>\n'
+        f"<script>\n{script}</script>\n</body>\n</html>\n"
+    )
+
+
+_STYLE = """
+.verdict { font-size: 1.35rem; }
+.hover canvas { width: 100%; height: 30rem; max-width: 60rem; border: 1px solid var(--line); cursor: crosshair; }
+.hover .choose { display: flex; flex-wrap: wrap; gap: 0.3rem 1.2rem; }
+.hover .said { min-height: 3rem; white-space: pre-wrap; font-variant-numeric: tabular-nums; }
+"""
+
+
+def _data(job: Job, found: Table, cells: Map | None, tolerances: Mapping[str, float]) -> dict[str, Any]:
+    """What the page draws: keys, values with errors, words, each a column over the points or the cells."""
+    if cells is not None:
+        grid = [job.design.point(n) for n in range(job.design.count)]
+        keys = {key: np.array([point[i] for point in grid]) for i, key in enumerate(job.design.keys)}
+        check, how = job.asked.check, np.full(job.design.count, "interpolated", object)
+        how[list(cells.solved)] = "solved"
+        numbers = {check: (cells.surface.value.ravel(), cells.surface.error.ravel())}
+        words = {"verdict": cells.verdicts.ravel(), "to blame": blames(cells).ravel(), "how": how}
+    else:
+        keys = found.keys
+        ends = ("_difference", "_u_num") if job.base.kind == "sink" else ("", "_error")
+        names = [
+            n.removesuffix(ends[0])
+            for n in found.columns
+            if n.endswith(ends[0]) and n.startswith("fem3d_" if not ends[0] else "")
+        ]
+        names = [n for n in names if f"{n}{ends[1]}" in found.columns]
+        names.sort(key=lambda n: n != job.asked.check)
+        numbers = {n: (found.columns[f"{n}{ends[0]}"], found.columns[f"{n}{ends[1]}"]) for n in names}
+        names_of = {f"{job.asked.check}_verdict": "verdict", "blame": "to blame", "status": "status"}
+        words = {word: found.columns[name] for name, word in names_of.items() if name in found.columns}
+    size = len(next(iter(keys.values())))
+    some = np.unique(np.linspace(0, size - 1, min(size, MOST)).round().astype(int))
+
+    def column(values: np.ndarray) -> list[Any]:
+        if values.dtype == object:
+            return [str(value) for value in values[some]]
+        return [float(f"{value:.6g}") if np.isfinite(value) else None for value in values[some]]
+
+    return {
+        "keys": {key: column(values) for key, values in keys.items()},
+        "units": found.units,
+        "log": [axis.key for axis in job.design.axes if axis.log],
+        "relative": job.base.kind == "sink",
+        "values": {name: [column(value), column(error)] for name, (value, error) in numbers.items()},
+        "words": {name: column(given) for name, given in words.items() if given.dtype == object},
+        "tolerances": dict(tolerances),
+        "cells": list(job.design.shape) if cells is not None else None,
+        "colours": COLOURS,
+    }

@@ -1,0 +1,182 @@
+"""The folder of a sweep: what was asked, and the rows found so far, each on disk before it is spoken of."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from types import TracebackType
+from typing import Any, TextIO
+
+from scenes.errors import SceneError, quoted, reason
+from validate.sweep.point import Row
+
+ROWS, ASKED = "points.jsonl", "sweep.json"
+_LOCK = ".lock"
+_OURS = re.compile(r"points\.(jsonl|csv)|map\.csv|report\.html|figure_\w+\.(png|svg)")
+
+
+class Store:
+    """A context in which a folder is ours alone: rows are appended to it, and those of an earlier run are there.
+
+    A file of rows has one line a row. The rows of a task are written in one piece, each with the task's first point and
+    its number of points, and what a kill leaves of a piece is cut off, so that a task is there whole or not at all. In
+    memory are only the places of the lines.
+    """
+
+    def __init__(self, folder: Path, asked: Mapping[str, Any], fresh: bool = False) -> None:
+        self.folder = Path(os.path.realpath(folder))
+        self._shown, self._asked, self._fresh = quoted(folder), dict(asked), fresh
+        self._places: dict[int, int] = {}
+
+    def __enter__(self) -> Store:
+        """Raises SceneError for a folder that can't be written, holds something else, or is in use."""
+        from locket import LockError, lock_file
+
+        try:
+            self._refuse_others()
+            self.folder.mkdir(parents=True, exist_ok=True)
+            self._lock = lock_file(str(self.folder / _LOCK), timeout=0)
+            self._lock.acquire()
+        except LockError:
+            raise SceneError(
+                f"{self._shown} is in use by another sweep or map: wait for it, or give another folder with --out"
+            ) from None
+        except (OSError, ValueError) as error:
+            raise SceneError(
+                f"folder {self._shown} cannot be written ({reason(error)}): give another with --out"
+            ) from None
+        try:
+            self._begin()
+        except BaseException:
+            self._lock.release()
+            raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        # The file of the lock stays: were it removed, two others could each lock one of that name.
+        self._rows.close()
+        self._lock.release()
+
+    def __contains__(self, point: int) -> bool:
+        return point in self._places
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    def append(self, tasks: Sequence[Sequence[Row]]) -> None:
+        """Writes the rows of some tasks; they are on disk when this returns. ValueError for a row that is there."""
+        pieces = b""
+        end = self._rows.seek(0, os.SEEK_END)
+        for rows in tasks:
+            for row in rows:
+                if row.point in self._places:
+                    raise ValueError(f"point {row.point} is stored already")
+                self._places[row.point] = end + len(pieces)
+                pieces += (json.dumps({"task": [rows[0].point, len(rows)], **asdict(row)}) + "\n").encode()
+        self._rows.write(pieces)
+        self._rows.flush()
+        os.fsync(self._rows.fileno())
+
+    def rows(self) -> Iterator[Row]:
+        """The rows in the order of their points, read one by one."""
+        return self.some(sorted(self._places))
+
+    def some(self, points: Iterable[int]) -> Iterator[Row]:
+        """The rows of some points."""
+        with (self.folder / ROWS).open("rb") as file:
+            for point in points:
+                file.seek(self._places[point])
+                found = json.loads(file.readline())
+                del found["task"]
+                yield Row(**found)
+
+    @contextmanager
+    def writing(self, name: str) -> Iterator[TextIO]:
+        """A file to write to, which is then put into the folder, whole or not at all."""
+        partial = self.folder / f".{name}"
+        with partial.open("w", encoding="utf-8", newline="") as file:
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+        partial.replace(self.folder / name)
+
+    def write(self, name: str, document: Mapping[str, Any]) -> None:
+        """Puts a JSON document into the folder."""
+        with self.writing(name) as file:
+            json.dump(document, file, indent=1)
+            file.write("\n")
+
+    def _refuse_others(self) -> None:
+        if not self.folder.exists():
+            return
+        if not self.folder.is_dir():
+            raise SceneError(f"{self._shown} is a file: give a folder with --out")
+        names = {path.name for path in self.folder.iterdir() if not path.name.startswith(".")}
+        if names and ASKED not in names:
+            raise SceneError(
+                f"{self._shown} has files that are not a sweep, and is left as it is: give another folder with --out"
+            )
+
+    def _begin(self) -> None:
+        """The rows of an earlier run of the same; those of another are refused, or removed for a fresh start."""
+        earlier = _asked(self.folder / ASKED)
+        if self._fresh:
+            for path in self.folder.iterdir():
+                if _OURS.fullmatch(path.name):
+                    path.unlink()
+        elif earlier is not None and earlier != self._asked:
+            raise SceneError(
+                f"{self._shown} holds another sweep ({_difference(earlier, self._asked)}): give another folder with "
+                "--out, or --fresh to start over"
+            )
+        if self._fresh or earlier is None:
+            self.write(ASKED, {"schema": 1, "asked": self._asked, "finished": False})
+        (self.folder / ROWS).touch()
+        self._rows = (self.folder / ROWS).open("r+b")
+        self._rows.truncate(self._read())
+        self._rows.seek(0, os.SEEK_END)
+
+    def _read(self) -> int:
+        """Finds the rows that are there; returns where the last whole task ends."""
+        whole = place = 0
+        task: list[int] = []
+        at: dict[int, int] = {}
+        for line in self._rows:
+            try:
+                found = json.loads(line) if line.endswith(b"\n") else {}
+                given, point = found["task"], found["point"]
+            except (ValueError, KeyError, TypeError):
+                break
+            if given != task:
+                task, at = given, {}
+            at[point] = place
+            place += len(line)
+            if len(at) == task[1]:
+                self._places |= at
+                whole = place
+        return whole
+
+
+def _asked(path: Path) -> Any:
+    """What an earlier run was asked; ``None`` where there was none, or its file is no longer readable."""
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))["asked"]
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError, KeyError, TypeError):
+        return {}
+
+
+def _difference(earlier: Mapping[str, Any], asked: Mapping[str, Any]) -> str:
+    """The first thing that is asked differently."""
+    for key in asked:
+        if earlier.get(key) != asked[key]:
+            return f"its {key.replace('_', ' ')} differs"
+    return "it says more"
