@@ -25,7 +25,6 @@ from meshes.grid import Grid
 SLOWEST = 1.0  # of the rates a, next to an edge: that of an exponent of 1/4
 REGULAR = 2.0  # elsewhere: as slow as next to an edge of exponent 1/2
 FASTEST = 40.0
-PARITY = 1e-2  # of the part before: a last part below it is one that symmetry leaves out
 
 Spread = list[np.ndarray]
 """Per axis (intervals,): what is missing there."""
@@ -78,9 +77,7 @@ class Estimator:
         found = []
         for p, cap, least, x, y in zip(self._degrees, self._cap, self._least, before, last, strict=True):
             a = np.minimum(rate(p, y / np.maximum(x, 1e-300)), cap).clip(least)
-            # Where the last degree adds next to nothing it is of the wrong parity, and says nothing of the rate.
-            b = np.where(y < PARITY * x, least, a)
-            earlier = np.where(p > 2, x * left(np.maximum(p - 1, 2), b) * ((p - 1.0) / p) ** b, 0.0)
+            earlier = np.where(p > 2, x * left(np.maximum(p - 1, 2), a) * ((p - 1.0) / p) ** a, 0.0)
             found.append(np.maximum(y * left(p, a), earlier))
         return found
 

@@ -77,7 +77,7 @@ class Cells:
     error = 1e-3
 
     def __init__(self, sink: Sink, times: int) -> None:
-        from fem3d.hex27 import ORDER
+        from fem3d.quadratic import ORDER
 
         self._room, self._rises = sink.room_temperature, np.linspace(7.0, 0.0, 1 + times)
         self.points = np.array(ORDER) / 2 * [sink.width, sink.length, sink.thickness]
