@@ -8,14 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from fem3d import adapt, another_voltage, sink_quantities
+from fem3d import adapt, alike, another_voltage, sink_quantities, span_quantities
 from fem3d.adapt import Answer
 from fem3d.fields import Fields, grid_of
 from fem3d.steady import SteadyState
 from meshes import connected, statistics, symmetry
 from meshes.symmetry import Symmetry
+from scenes import row
 from scenes.plan import Request, Step
-from scenes.result import Estimate, Result, Traces
+from scenes.result import Result
 from scenes.sink import Sink
 
 
@@ -27,19 +28,17 @@ def solve(
     ``earlier`` is a result of the same sink, perhaps at another voltage: its meshes and fields serve again, which
     costs a tenth. Raises fem3d.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
     """
-    part = symmetry.reduce(sink.scene())
-    study = sink_quantities.study(sink, part)
-    answer = None
-    if earlier is not None and request.transient:
-        first: Sink = earlier.details["sink"]
-        if replace(first, voltage=sink.voltage) == sink:
-            answer = another_voltage.solve(study, earlier.details["answer"], sink.voltage / first.voltage)
-    if answer is None:
-        answer = adapt.solve(study, request.transient, progress or (lambda _: None))
-    state, values = answer.fine.state, answer.fine.quantities
-    steady = {name: Estimate(float(values[name]), answer.errors[name]) for name in values}
-    response = answer.response
-    traces = None if response is None else Traces(response.times, response.traces, response.errors)
+    count = alike.modelled(sink)
+    while True:
+        part = symmetry.reduce(sink.scene(count))
+        answer = _answer(sink, count, part, request, progress or (lambda _: None), earlier)
+        off = alike.apart(sink, count, answer)
+        if off <= alike.SHARE * sink.accuracy:
+            break
+        count = alike.allowed(sink, count + 2)
+    state, response = answer.fine.state, answer.response
+    steady, traces = alike.of_all(sink, count, answer, off)
+    values = answer.fine.quantities
     details: dict[str, Any] = {
         "unknowns": state.heat.free,
         "electric_unknowns": 0 if state.conductor is None else len(state.conductor.free),
@@ -51,17 +50,32 @@ def solve(
         "symmetry": part.part,
         "plan": _plan(sink, part, request, answer),
         "warnings": _warnings(sink, float(values["peak_rise_K"])),
-        "profile": _profile(sink, state, part),
+        "profile": _profile(sink, count, state, part),
         "sink": sink,
+        "spans_solved": count,
+        "alike_error": off,
         "answer": answer,
         "fields": Fields(state.heat, state, part, None if response is None else response.transient),
     }
     return Result("fem3d", steady, traces, details)
 
 
+def _answer(
+    sink: Sink, count: int, part: Symmetry, request: Request, progress: Callable[[str], None], earlier: Result | None
+) -> Answer:
+    """The answer of ``count`` spans, where that can be from that of an earlier voltage."""
+    study = sink_quantities.study(sink, part) if sink.spans == 1 else span_quantities.study(sink, count, part)
+    answer = None
+    if earlier is not None and request.transient and earlier.details["spans_solved"] == count:
+        first: Sink = earlier.details["sink"]
+        if replace(first, voltage=sink.voltage) == sink:
+            answer = another_voltage.solve(study, earlier.details["answer"], sink.voltage / first.voltage)
+    return answer or adapt.solve(study, request.transient, progress)
+
+
 def plan(sink: Sink, request: Request) -> tuple[Step, ...]:
     """What `solve` will do for a scene and a request, before it does it."""
-    return _plan(sink, symmetry.reduce(sink.scene()), request, None)
+    return _plan(sink, symmetry.reduce(sink.scene(alike.modelled(sink))), request, None)
 
 
 def _plan(sink: Sink, part: Symmetry, request: Request, answer: Answer | None) -> tuple[Step, ...]:
@@ -74,6 +88,10 @@ def _plan(sink: Sink, part: Symmetry, request: Request, answer: Answer | None) -
         steps.append(Step("symmetry", "done", f"{part.part} is solved: mirror planes across {names}"))
     else:
         steps.append(Step("symmetry", "skipped", "the scene has no mirror plane; the whole is solved"))
+    count = sum(b.name.startswith("span-") for b in part.scene.boxes)
+    if count and sink.spans > 2 * count:
+        reason = f"the {count} outermost of each half are solved; the innermost of them stands for the others"
+        steps.append(Step(f"{sink.spans} spans", "done", reason))
     steps.append(Step("steady state", "done", f"refined until every estimated error is below {sink.accuracy:g}"))
     steps.append(Step("thermal factorization", "done", "one per mesh: the conductivity doesn't depend on temperature"))
     steps += _electric_steps(sink, part, answer)
@@ -133,9 +151,9 @@ def _warnings(sink: Sink, peak: float) -> list[str]:
     ]
 
 
-def _profile(sink: Sink, state: SteadyState, part: Symmetry) -> dict[str, np.ndarray]:
-    """The steady rise along the beam's axis."""
-    y = np.linspace(0.0, sink.length, 401)
+def _profile(sink: Sink, count: int, state: SteadyState, part: Symmetry) -> dict[str, np.ndarray]:
+    """The steady rise along the row's axis: of as many spans as are solved."""
+    y = np.linspace(0.0, row.start(sink, count) + sink.length, 400 * count + 1)
     points = part.mirrored(np.column_stack([np.zeros_like(y), y, np.full_like(y, sink.thickness / 2)]))
     heat = state.heat
     rise = heat.domain.space.sample(heat.field(state.rise), points[:1, 0], points[:, 1], points[:1, 2])

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from scenes import dimensions as d
 from scenes.checks import DEVICE_TOLERANCES, Differing, Tolerances
-from scenes.kinds import Choice, Insulator, Kind, Name, Quantity, Switch
+from scenes.kinds import Choice, Count, Insulator, Kind, Name, Quantity, Switch
 from scenes.schema import Key, Schema
 
 SIZE = Quantity(d.LENGTH, 1e-9, 1.0)
@@ -55,6 +55,8 @@ SINK = Schema((
     Key("sink.length", "length", SIZE),
     Key("sink.width", "width", SIZE),
     Key("sink.thickness", "thickness", SIZE),
+    Key("sink.spans", "spans", Count(1, 100)),
+    Key("sink.island_length", "island_length", Quantity(d.LENGTH, 1e-9, 1.0, word="as the anchors")),
     Key("anchor.pad_length", "pad_length", SIZE),
     Key("anchor.pad_width", "pad_width", SIZE),
     Key("anchor.oxide_length", "oxide_length", SIZE),

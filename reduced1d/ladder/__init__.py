@@ -85,6 +85,10 @@ def solve(
     does not conduct.
     """
     name = canonical(reduction)
+    if sink.spans > 1:
+        raise SceneError(
+            f"sink.spans = {sink.spans} makes a row, and the reduction {quoted(name)} knows one span: give --only 3d"
+        )
     if name == "paper":
         from reduced1d.sink import solve as solve_paper
 
