@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 import numpy as np
 from scipy.sparse import csc_array
 
-from fem3d.factorization import Factors
+from fem3d.factorization import Factors, Ordering
 from fem3d.inputs import Inputs
 from scenes.model import Schedule, Value
 
@@ -46,8 +46,8 @@ class HeatSystem:
     nodes,) of the reaction of each; ``edges`` (fixed nodes, fixed nodes): at each node where boundaries meet at an
     angle, what of the reactions belongs to its edge alone; ``anchored``: whether every part has an exit for heat, so
     that K is regular. ``unit`` (all nodes,) are the coefficients of the constant 1,
-    ``groups`` (all nodes,) numbers the vertex, edge, facet or cell that each belongs to, ``places`` (groups, 3) says
-    where these are.
+    ``groups`` (all nodes,) numbers the vertex, edge, facet or cell that each belongs to, ``ordering`` says when these
+    are eliminated.
     """
 
     inputs: Inputs
@@ -64,7 +64,7 @@ class HeatSystem:
     end_time: float
     unit: np.ndarray
     groups: np.ndarray
-    places: np.ndarray
+    ordering: Ordering
 
     @property
     def size(self) -> int:
@@ -95,7 +95,7 @@ class HeatSystem:
 
     def factors(self, matrix: csc_array) -> Factors:
         """The factors of a matrix of the free nodes."""
-        return Factors(matrix, self.groups[: self.free], self.places)
+        return Factors(matrix, self.groups[: self.free], self.ordering)
 
     def solve_steady(self, load: np.ndarray) -> np.ndarray:
         """The rise at the free nodes with K rise = load, from one factorization; without an exit for heat, the mean
