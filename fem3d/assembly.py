@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csc_array, diags_array
-from scipy.sparse.linalg import spsolve
+from scipy.sparse import csc_array, diags_array, lil_array
+from scipy.sparse.linalg import splu
 
 from fem3d.domain import Domain
 from fem3d.heat import Film, HeatSystem, above, coefficient
@@ -48,7 +48,7 @@ class HeatProblem(HeatSystem):
         return replace(
             self, free=free, stiffness=self._part(self.stiffness, kept), mass=self._part(self.mass, kept),
             loads=self.loads[:, kept], given=self.given[:, fixed],
-            held={name: part[fixed] for name, part in self.held.items()}, bent=self.bent[fixed],
+            held={name: part[fixed] for name, part in self.held.items()}, edges=self._part(self.edges, fixed),
             films={name: replace(f, per_kelvin=f.per_kelvin[kept]) for name, f in self.films.items()},
             unit=self.unit[kept], groups=self.groups[kept], order=self.order[kept],
             torn=self.torn[kept],
@@ -71,7 +71,7 @@ def assemble(domain: Domain) -> HeatProblem:
         given[:, own] = np.outer(above(channels, b.value, initial), space.unit[own])
         fixed |= own
     torn = _torn([b.value for b in held], faces, space.unit)
-    parts, bent = reactions([b.name for b in held], [b.value for b in held], faces, space.unit)
+    parts, edges = reactions([b.name for b in held], [b.value for b in held], faces, space.unit)
     stiffness, mass = space.matrices(
         domain.per_cell("thermal_conductivity"), domain.per_cell("density") * domain.per_cell("specific_heat")
     )
@@ -103,7 +103,8 @@ def assemble(domain: Domain) -> HeatProblem:
     return HeatProblem(
         channels, free, stiffness, mass, loads[:, order],
         given[:, order[free:]], generated, {name: part[order[free:]] for name, part in parts.items()},
-        bent[order[free:]], {name: Film(entering, row[order]) for name, (entering, row) in films.items()},
+        HeatProblem._part(edges, order[free:]),
+        {name: Film(entering, row[order]) for name, (entering, row) in films.items()},
         domain.anchored, scene.end_time, space.unit[order], space.entity[order], space.places, domain, order,
         torn[order],
     )  # fmt: skip
@@ -121,34 +122,45 @@ def _torn(values: Sequence[Value], faces: Sequence[Faces], unit: np.ndarray) -> 
 
 def reactions(
     names: Sequence[str], values: Sequence[Any], faces: Sequence[Any], unit: np.ndarray
-) -> tuple[dict[str, np.ndarray], np.ndarray]:
-    """For boundaries of given values their parts (functions,) of the reactions, and where they meet at an angle.
+) -> tuple[dict[str, np.ndarray], csc_array]:
+    """For boundaries of given values their parts (functions,) of the reactions, and (functions, functions) what of the
+    reactions belongs to the edges along which they meet at an angle, a row for each function there.
 
     The reactions are the integrals of a flux through all of these boundaries, times the functions there; that flux,
     projected on the functions, is integrated over each boundary. A boundary that touches no other takes the whole.
-    Where values differ the later boundary gives the value, and takes the reaction.
+    Where values differ the later boundary gives the value, and takes the reaction. An edge's own is tested with the
+    functions that have a value on it and are as small as can be elsewhere.
     """
     found = {name: np.where(face.functions, unit, 0.0) for name, face in zip(names, faces, strict=True)}
     count = np.sum([face.functions for face in faces], axis=0) if faces else np.zeros(len(unit))
-    bent = np.zeros(len(unit), bool)
+    edges = lil_array((len(unit), len(unit)))
     if not (count > 1).any():
-        return found, bent
+        return found, csc_array(edges)
     normals = [face.normals() for face in faces]
     lengths = np.sum([np.linalg.norm(n, axis=1) for n in normals], axis=0)
     bent = (count > 1) & (np.linalg.norm(np.sum(normals, axis=0), axis=1) < PLANE * lengths)
     last = np.max([np.where(face.functions, i, -1) for i, face in enumerate(faces)], axis=0)
     for value in dict.fromkeys(values):
         group = [i for i, other in enumerate(values) if other == value]
-        # With those of other values the parts at what is left would not add up to one.
-        on = np.flatnonzero(np.any([faces[i].functions for i in group], axis=0))
-        mass = csc_array(sum((faces[i].mass() for i in group), csc_array((len(unit),) * 2))[on][:, on])
-        scale = diags_array(1 / np.sqrt(mass.diagonal()))
-        matrix, own = csc_array(scale @ mass @ scale), np.isin(last[on], group)
-        for i in group if len(group) > 1 else []:
-            found[names[i]][on] = scale @ spsolve(matrix, scale @ faces[i].load()[on])
+        if len(group) > 1:
+            on = np.flatnonzero(np.any([faces[i].functions for i in group], axis=0))
+            mass = csc_array(sum((faces[i].mass() for i in group), csc_array((len(unit),) * 2))[on][:, on])
+            scale = diags_array(1 / np.sqrt(mass.diagonal()))
+            projected = splu(csc_array(scale @ mass @ scale))
+            for i in group:
+                found[names[i]][on] = scale @ projected.solve(scale @ faces[i].load()[on])
+            at, rest = np.flatnonzero(bent[on]), np.flatnonzero(~bent[on])
+            if len(at):
+                inner = scale.diagonal()[rest]
+                elsewhere = splu(csc_array((scale @ mass @ scale)[rest][:, rest]))
+                beside = elsewhere.solve((scale @ mass)[rest][:, at].toarray())
+                edges[np.ix_(on[at], on[at])] = np.eye(len(at))
+                edges[np.ix_(on[at], on[rest])] = -(inner[:, None] * beside).T
         for i in group:
-            found[names[i]][on[~own]] = 0.0
-    return found, bent
+            # With those of other values the parts at what is left would not add up to one.
+            taken = faces[i].functions & ~np.isin(last, group)
+            found[names[i]][taken] = 0.0
+    return found, csc_array(edges)
 
 
 def _conserve(stiffness: csc_array, unit: np.ndarray, cooled: np.ndarray) -> None:
