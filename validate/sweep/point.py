@@ -16,7 +16,7 @@ from validate.sweep.design import settings
 if TYPE_CHECKING:
     from compare.verdict import Check
     from reduced1d.ladder.levels import Levels
-    from scenes.free.asks import AnyScene
+    from scenes.model import AnyScene
     from scenes.result import Result
 
 FINEST = 1e-4
