@@ -1,9 +1,9 @@
 """How many spans of a long row are solved, and what the others add to the errors.
 
-Span by span the difference d_k that a row's outer end makes falls like r^k, so that those further inside are alike. In a
-row cut short both ends act on the innermost span m: what is there and wouldn't be in the long row is at most 2 d_m, and
-the difference of the last two, |T_m - T_(m-1)|, is at least d_(m-1) (1 - r)^2. r is that of the chain of resistances,
-along a span and down through an island, or what the last three spans show if that is larger.
+Span by span the difference d_k that a row's outer end makes falls like r^k, so that those further inside are alike. In
+a row cut short both ends act on the innermost span m: what is there and wouldn't be in the long row is at most 2 d_m,
+and the difference of the last two, |T_m - T_(m-1)|, is at least d_(m-1) (1 - r)^2. r is that of the chain of
+resistances, along a span and down through an island, or what the last three spans show if that is larger.
 """
 
 from __future__ import annotations

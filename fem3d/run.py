@@ -25,8 +25,8 @@ def solve(
 ) -> Result:
     """Steady state and, if asked for, transient of a sink in 3D, every number with its estimated error.
 
-    ``earlier`` is a result of the same sink, perhaps at another voltage: its meshes and fields serve again, which
-    costs a tenth. Raises fem3d.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
+    ``earlier`` is a result of the same sink, perhaps at another voltage: its meshes, factors and fields serve again.
+    Raises fem3d.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
     """
     count = alike.modelled(sink)
     while True:
@@ -66,10 +66,10 @@ def _answer(
     """The answer of ``count`` spans, where that can be from that of an earlier voltage."""
     study = sink_quantities.study(sink, part) if sink.spans == 1 else span_quantities.study(sink, count, part)
     answer = None
-    if earlier is not None and request.transient and earlier.details["spans_solved"] == count:
-        first: Sink = earlier.details["sink"]
-        if replace(first, voltage=sink.voltage) == sink:
-            answer = another_voltage.solve(study, earlier.details["answer"], sink.voltage / first.voltage)
+    if earlier is not None and earlier.details["spans_solved"] == count:
+        first, before = earlier.details["sink"], earlier.details["answer"]
+        if replace(first, voltage=sink.voltage) == sink and request.transient == (before.response is not None):
+            answer = another_voltage.solve(study, before, sink.voltage / first.voltage)
     return answer or adapt.solve(study, request.transient, progress)
 
 
@@ -155,6 +155,6 @@ def _profile(sink: Sink, count: int, state: SteadyState, part: Symmetry) -> dict
     """The steady rise along the row's axis: of as many spans as are solved."""
     y = np.linspace(0.0, row.start(sink, count) + sink.length, 400 * count + 1)
     points = part.mirrored(np.column_stack([np.zeros_like(y), y, np.full_like(y, sink.thickness / 2)]))
-    heat = state.heat
-    rise = heat.domain.space.sample(heat.field(state.rise), points[:1, 0], points[:, 1], points[:1, 2])
+    space: Any = state.heat.domain.space
+    rise = space.sample(state.heat.field(state.rise), points[:1, 0], points[:, 1], points[:1, 2])
     return {"y_m": y, "rise_K": rise[0, :, 0]}

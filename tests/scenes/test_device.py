@@ -34,7 +34,9 @@ CHANGED = {
     "checks.tolerances": {"fig9_settling": "10 %"}, "checks.expect_differs": ["fig12_same_time"],
 }  # fmt: skip
 EXPECTED = Device(
-    sink=replace(SINK_EXPECTED, spans=1, end_time=0.02, accuracy=1e-3, name="sink", tolerances={}, expected_to_differ=None),
+    sink=replace(
+        SINK_EXPECTED, spans=1, end_time=0.02, accuracy=1e-3, name="sink", tolerances={}, expected_to_differ=None
+    ),
     sensor_thickness=50e-9, insulator_thickness=5e-6, polymer_thickness=50e-6,
     gold=Material("gold", 300.0, 19000.0, 130.0, 3e-8, 3e-3, 293.15, 900.0),
     pdms=Material("pdms", 0.2, 1000.0, 1500.0, None, 1e-3, 300.0, 500.0),

@@ -33,8 +33,9 @@ CHANGED = {
     "scene.name": "mine", "checks.tolerances": {"eq12": "1 %"}, "checks.expect_differs": ["eq14"],
 }  # fmt: skip
 EXPECTED = Sink(
-    length=800e-6, width=80e-6, thickness=3e-6, spans=3, island_length=30e-6, pad_length=200e-6, pad_width=180e-6, oxide_length=60e-6,
-    oxide_width=40e-6, oxide_thickness=1e-6, oxide_offset=10e-6,
+    length=800e-6, width=80e-6, thickness=3e-6, spans=3, island_length=30e-6,
+    pad_length=200e-6, pad_width=180e-6, oxide_length=60e-6, oxide_width=40e-6,
+    oxide_thickness=1e-6, oxide_offset=10e-6,
     silicon=Material("silicon", 148.0, 2300.0, 700.0, 1e-4, 1e-3, 293.15, 1273.15),
     oxide=Material("oxide", 1.1, 2100.0, 1000.0, None, 1e-3, 300.0),
     voltage=-2.5, electrodes="pad-edge", room_temperature=300.15, convection_coefficient=12.0,
