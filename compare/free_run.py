@@ -9,11 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from compare.outcome import Clock, Outcome
 from compare.plan import free_fields_reason, of_free, skipped_free_figures
+from scenes import physics
 from scenes.errors import SceneError
-from scenes.free import asks
-from scenes.free.asks import AnyScene
-from scenes.meshed.model import GroupProbe, MeshScene
-from scenes.model import Probe
+from scenes.model import AnyScene, GroupProbe, MeshScene, Probe
 from scenes.plan import Request, Step
 
 if TYPE_CHECKING:
@@ -57,8 +55,12 @@ def solve(
         result: Result = model.solve(scene, say)
     shown, warnings = None, tuple(result.details.get("warnings", ()))
     with clock.stage("checks"):
-        if asks.heat(scene):
-            fields, times, materials = result.details["fields"], hottest.moments(result.traces), asks.materials(scene)
+        if physics.heat(scene):
+            fields, times, materials = (
+                result.details["fields"],
+                hottest.moments(result.traces),
+                physics.materials(scene),
+            )
             if any(material.valid_to is not None for material in materials):
                 warnings += tuple(hottest.warnings(materials, hottest.by_material(fields, times)))
             if result.traces is not None and "field" not in skipped_free_figures(scene, request):

@@ -17,7 +17,7 @@ from scenes.sink import Sink
 
 if TYPE_CHECKING:
     from compare.against.data import Data
-    from scenes.free.asks import AnyScene
+    from scenes.model import AnyScene
 
 SINK_FIGURES = {
     "figure4": "the steady 3D temperature field, rendered off screen",
@@ -234,7 +234,7 @@ def free_fields_reason(scene: AnyScene, request: Request) -> str:
 
 
 def _heat(scene: AnyScene) -> bool:
-    from scenes.free.asks import heat
+    from scenes.physics import heat
 
     return heat(scene)
 

@@ -24,16 +24,16 @@ def solve(
 ) -> Result:
     """Steady state and, if asked for, transient of a sink in 3D, every number with its estimated error.
 
-    ``earlier`` is a result of the same sink, perhaps at another voltage: its meshes and fields serve again, which
-    costs a tenth. Raises fem3d.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
+    ``earlier`` is a result of the same sink, perhaps at another voltage: its meshes, factors and fields serve again.
+    Raises fem3d.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
     """
     part = symmetry.reduce(sink.scene())
     study = sink_quantities.study(sink, part)
     answer = None
-    if earlier is not None and request.transient:
-        first: Sink = earlier.details["sink"]
-        if replace(first, voltage=sink.voltage) == sink:
-            answer = another_voltage.solve(study, earlier.details["answer"], sink.voltage / first.voltage)
+    if earlier is not None:
+        first, before = earlier.details["sink"], earlier.details["answer"]
+        if replace(first, voltage=sink.voltage) == sink and request.transient == (before.response is not None):
+            answer = another_voltage.solve(study, before, sink.voltage / first.voltage)
     if answer is None:
         answer = adapt.solve(study, request.transient, progress or (lambda _: None))
     state, values = answer.fine.state, answer.fine.quantities

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from compare.against.data import Data
     from compare.budget import Budget
     from compare.verdict import Check
-    from scenes.free.asks import AnyScene
+    from scenes.model import AnyScene
     from scenes.result import Estimate, Result
 
 Overrides = Sequence[str] | Mapping[str, object]

@@ -20,9 +20,7 @@ if TYPE_CHECKING:
 
     from compare.outcome import Outcome
     from compare.verdict import Check
-    from scenes.free.asks import AnyScene
-    from scenes.meshed.model import GroupProbe
-    from scenes.model import Probe
+    from scenes.model import AnyScene, GroupProbe, Probe
     from scenes.plan import Request
     from scenes.result import Result, Traces
     from validate.report.figures.render import Field

@@ -16,8 +16,7 @@ from fem3d.errors import RunawayError
 from fem3d.heat import HeatSystem
 from fem3d.solve_mesh import solve
 from scenes.free import from_dict
-from scenes.meshed.model import MeshScene
-from scenes.model import Scene
+from scenes.model import MeshScene, Scene
 from scenes.result import Result
 from tests.meshes.grouped import boxes
 from tests.meshes.grouped.scenes import bar, bridge

@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from scenes import physics
 from scenes.formats import cut, scale
-from scenes.free import asks
-from scenes.free.asks import AnyScene
-from scenes.meshed.model import GroupProbe
-from scenes.model import UNITS, Probe, Schedule
+from scenes.model import UNITS, AnyScene, GroupProbe, Probe, Schedule
 from scenes.result import Traces
 from validate.report.figures.drawing import new_figure, smooth
 
@@ -58,7 +56,7 @@ def draw(outcome: Outcome[AnyScene]) -> Figure:
 
 def _first(scene: AnyScene, traces: Traces) -> float:
     """Where a logarithmic axis starts (s): before any trace has moved visibly; 0 where a linear one is better."""
-    if any(t > 0 for value in asks.driving(scene) if isinstance(value, Schedule) for t in value.times):
+    if any(t > 0 for value in physics.driving(scene) if isinstance(value, Schedule) for t in value.times):
         return 0.0
     halves, starts = [], []
     for values in traces.values.values():
