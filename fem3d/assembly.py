@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 from scipy.sparse import csc_array, diags_array
-from scipy.sparse.linalg import spsolve
+from scipy.sparse.linalg import splu
 
 from fem3d.domain import Domain
+from fem3d.factorization import Ordering, part
 from fem3d.heat import Film, HeatSystem, above, coefficient
 from fem3d.space import Faces
 from scenes.model import Schedule, Value
@@ -46,17 +47,13 @@ class HeatProblem(HeatSystem):
         free = int(there[: self.free].sum())
         fixed = kept[free:] - self.free
         return replace(
-            self, free=free, stiffness=self._part(self.stiffness, kept), mass=self._part(self.mass, kept),
+            self, free=free, stiffness=part(self.stiffness, kept), mass=part(self.mass, kept),
             loads=self.loads[:, kept], given=self.given[:, fixed],
-            held={name: part[fixed] for name, part in self.held.items()}, bent=self.bent[fixed],
+            held={name: own[fixed] for name, own in self.held.items()}, edges=part(self.edges, fixed),
             films={name: replace(f, per_kelvin=f.per_kelvin[kept]) for name, f in self.films.items()},
             unit=self.unit[kept], groups=self.groups[kept], order=self.order[kept],
             torn=self.torn[kept],
         )  # fmt: skip
-
-    @staticmethod
-    def _part(matrix: csc_array, kept: np.ndarray) -> csc_array:
-        return csc_array(csc_array(matrix[:, kept])[kept])
 
 
 def assemble(domain: Domain) -> HeatProblem:
@@ -71,7 +68,7 @@ def assemble(domain: Domain) -> HeatProblem:
         given[:, own] = np.outer(above(channels, b.value, initial), space.unit[own])
         fixed |= own
     torn = _torn([b.value for b in held], faces, space.unit)
-    parts, bent = reactions([b.name for b in held], [b.value for b in held], faces, space.unit)
+    parts, edges = reactions([b.name for b in held], [b.value for b in held], faces, space.unit)
     stiffness, mass = space.matrices(
         domain.per_cell("thermal_conductivity"), domain.per_cell("density") * domain.per_cell("specific_heat")
     )
@@ -98,13 +95,14 @@ def assemble(domain: Domain) -> HeatProblem:
     order = np.lexsort((np.arange(space.size), level, fixed))
     order = order[space.nested[-1][order]]
     free = int((~fixed[order]).sum())
-    stiffness, mass = HeatProblem._part(stiffness, order), HeatProblem._part(mass, order)
+    stiffness, mass = part(stiffness, order), part(mass, order)
     _conserve(stiffness, space.unit[order], cooled[order])
     return HeatProblem(
         channels, free, stiffness, mass, loads[:, order],
-        given[:, order[free:]], generated, {name: part[order[free:]] for name, part in parts.items()},
-        bent[order[free:]], {name: Film(entering, row[order]) for name, (entering, row) in films.items()},
-        domain.anchored, scene.end_time, space.unit[order], space.entity[order], space.places, domain, order,
+        given[:, order[free:]], generated, {name: own[order[free:]] for name, own in parts.items()},
+        part(edges, order[free:]),
+        {name: Film(entering, row[order]) for name, (entering, row) in films.items()},
+        domain.anchored, scene.end_time, space.unit[order], space.entity[order], Ordering(space.places), domain, order,
         torn[order],
     )  # fmt: skip
 
@@ -121,34 +119,46 @@ def _torn(values: Sequence[Value], faces: Sequence[Faces], unit: np.ndarray) -> 
 
 def reactions(
     names: Sequence[str], values: Sequence[Any], faces: Sequence[Any], unit: np.ndarray
-) -> tuple[dict[str, np.ndarray], np.ndarray]:
-    """For boundaries of given values their parts (functions,) of the reactions, and where they meet at an angle.
+) -> tuple[dict[str, np.ndarray], csc_array]:
+    """For boundaries of given values their parts (functions,) of the reactions, and (functions, functions) what of the
+    reactions belongs to the edges along which they meet at an angle, a row for each function there.
 
     The reactions are the integrals of a flux through all of these boundaries, times the functions there; that flux,
     projected on the functions, is integrated over each boundary. A boundary that touches no other takes the whole.
-    Where values differ the later boundary gives the value, and takes the reaction.
+    Where values differ the later boundary gives the value, and takes the reaction. An edge's own is tested with the
+    functions that have a value on it and are as small as can be elsewhere.
     """
     found = {name: np.where(face.functions, unit, 0.0) for name, face in zip(names, faces, strict=True)}
     count = np.sum([face.functions for face in faces], axis=0) if faces else np.zeros(len(unit))
-    bent = np.zeros(len(unit), bool)
+    edges = csc_array((len(unit),) * 2)
     if not (count > 1).any():
-        return found, bent
+        return found, edges
     normals = [face.normals() for face in faces]
     lengths = np.sum([np.linalg.norm(n, axis=1) for n in normals], axis=0)
     bent = (count > 1) & (np.linalg.norm(np.sum(normals, axis=0), axis=1) < PLANE * lengths)
     last = np.max([np.where(face.functions, i, -1) for i, face in enumerate(faces)], axis=0)
     for value in dict.fromkeys(values):
         group = [i for i, other in enumerate(values) if other == value]
-        # With those of other values the parts at what is left would not add up to one.
-        on = np.flatnonzero(np.any([faces[i].functions for i in group], axis=0))
-        mass = csc_array(sum((faces[i].mass() for i in group), csc_array((len(unit),) * 2))[on][:, on])
-        scale = diags_array(1 / np.sqrt(mass.diagonal()))
-        matrix, own = csc_array(scale @ mass @ scale), np.isin(last[on], group)
-        for i in group if len(group) > 1 else []:
-            found[names[i]][on] = scale @ spsolve(matrix, scale @ faces[i].load()[on])
+        if len(group) > 1:
+            on = np.flatnonzero(np.any([faces[i].functions for i in group], axis=0))
+            mass = csc_array(sum((faces[i].mass() for i in group), csc_array((len(unit),) * 2))[on][:, on])
+            scale = diags_array(1 / np.sqrt(mass.diagonal()))
+            matrix = csc_array(scale @ mass @ scale)
+            projected = splu(matrix)
+            for i in group:
+                found[names[i]][on] = scale @ projected.solve(scale @ faces[i].load()[on])
+            at, rest = np.flatnonzero(bent[on]), np.flatnonzero(~bent[on])
+            if len(at):
+                beside = splu(part(matrix, rest)).solve((scale @ mass)[rest][:, at].toarray())
+                own = np.zeros((len(at), len(on)))
+                own[:, at], own[:, rest] = np.eye(len(at)), -(scale.diagonal()[rest, None] * beside).T
+                pairs = np.repeat(on[at], len(on)), np.tile(on, len(at))
+                edges = csc_array(edges + csc_array((own.ravel(), pairs), edges.shape))
         for i in group:
-            found[names[i]][on[~own]] = 0.0
-    return found, bent
+            # With those of other values the parts at what is left would not add up to one.
+            taken = faces[i].functions & ~np.isin(last, group)
+            found[names[i]][taken] = 0.0
+    return found, edges
 
 
 def _conserve(stiffness: csc_array, unit: np.ndarray, cooled: np.ndarray) -> None:

@@ -15,7 +15,7 @@ from scipy.sparse.linalg import LinearOperator, cg
 
 from fem3d.assembly import HeatProblem, reactions
 from fem3d.conduction import Field, Pattern, Potential
-from fem3d.factorization import Factors
+from fem3d.factorization import Factors, Ordering, part
 from fem3d.joule import Tested
 from fem3d.resistivity import law
 from fem3d.space import Cells, Faces
@@ -48,6 +48,7 @@ class Conductor:
     electrodes: dict[str, np.ndarray]
     sections: dict[str, Section]
     matrix: csc_array
+    ordering: Ordering
     solved: float = SOLVED
 
     def lower(self, level: int, heat: HeatProblem) -> Conductor:
@@ -69,7 +70,7 @@ class Conductor:
     @property
     def span(self) -> float:
         """The largest difference of voltages at the start (V)."""
-        given = [self.voltages[0][part > 0] for part in self.electrodes.values()]
+        given = [self.voltages[0][own > 0] for own in self.electrodes.values()]
         return float(np.ptp(np.concatenate(given)))
 
     def conducts(self, rise: np.ndarray) -> bool:
@@ -78,9 +79,7 @@ class Conductor:
 
     @cached_property
     def _cold(self) -> Factors:
-        inner = csc_array(csc_array(self.matrix[:, self.free])[self.free])
-        space = self.heat.domain.space
-        return Factors(inner, space.entity[self.free], space.places)
+        return Factors(part(self.matrix, self.free), self.heat.domain.space.entity[self.free], self.ordering)
 
     def solve_cold(self, load: np.ndarray) -> np.ndarray:
         """(free,): the potential at the initial temperature for charges (free,) between earthed electrodes."""
@@ -158,7 +157,7 @@ class Conductor:
         """The current field of a potential."""
         reaction = potential.reaction.copy()
         reaction[self.free] = 0.0
-        currents = {name: float(part @ reaction) for name, part in self.electrodes.items()}
+        currents = {name: float(own @ reaction) for name, own in self.electrodes.items()}
         currents |= {f"through:{name}": current for name, current in potential.through.items()}
         return Pattern(potential.density, self.voltages @ reaction, currents)
 
@@ -221,5 +220,5 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
     cold, warm = laws[cells, :1], laws[cells, 1:]
     return Conductor(
         heat, cells, space.on(cells), np.flatnonzero(mine & ~fixed & space.nested[-1]), cold, warm, voltages, parts,
-        sections, space.stiffness(1 / cold[:, 0], cells), solved,
+        sections, space.stiffness(1 / cold[:, 0], cells), Ordering(space.places), solved,
     )  # fmt: skip

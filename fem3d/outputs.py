@@ -50,8 +50,8 @@ def of_steady(state: SteadyState, symmetry: Symmetry) -> Outputs:
         symmetry, np.zeros(1), read, flows, {name: np.array(value) for name, value in currents.items()},
         {name: np.array(value) for name, value in state.joule.items()},
     )  # fmt: skip
-    for name, weights in _disputed(heat).items():
-        left[name] = symmetry.copies * weights @ np.abs(reaction)
+    for name, fields in _disputed(heat).items():
+        left[name] = symmetry.copies * np.abs(fields[:, heat.free :] @ reaction).sum()
     found |= {f"doubt:{name}": value for name, value in left.items()}
     found["power"], found["generated"] = symmetry.copies * np.array(state.power), symmetry.copies * heat.generated[0]
     found["dissipated"] = symmetry.copies * np.array(sum(state.joule.values()))
@@ -102,15 +102,11 @@ def of_transient(transient: Transient, symmetry: Symmetry, times: np.ndarray) ->
             read[probe.name] = sum((flows[name] for name in how.boundaries), own)
     heats = {name: joule(tested, c, a, g) for name, tested in reduced.in_box.items()}
     found = _whole(symmetry, times, read, flows, currents, heats)
-    for name, weights in _disputed(heat).items():
-        of_nodes = np.zeros(len(times))
-        for node in heat.free + np.flatnonzero(weights):
-            one = np.zeros(heat.size)
-            one[node] = 1.0
-            # Joule heat at the node itself is left out: it is the load of one node, not of an edge.
-            entering = along(heat.stiffness @ one, a, g) + along(heat.mass @ one, rates, changing)
-            of_nodes += weights[node - heat.free] * np.abs(entering - g @ heat.loads[:, node])
-        left[name] = symmetry.copies * of_nodes
+    for name, fields in _disputed(heat).items():
+        # Joule heat at the edge itself is left out: it is the load of an edge, not of a face.
+        given = g @ (heat.loads @ fields.T)
+        entering = [along(heat.stiffness @ f, a, g) + along(heat.mass @ f, rates, changing) for f in fields]
+        left[name] = symmetry.copies * np.abs(np.array(entering).T - given).sum(axis=1)
     found |= {f"doubt:{name}": value for name, value in left.items()}
     power = np.einsum("tm,tm->t", c, g @ reduced.supply) if base.patterns else zero
     found["power"], found["generated"] = symmetry.copies * power, symmetry.copies * (g @ heat.generated)
@@ -118,14 +114,10 @@ def of_transient(transient: Transient, symmetry: Symmetry, times: np.ndarray) ->
 
 
 def _disputed(heat: HeatProblem) -> dict[str, np.ndarray]:
-    """For each probe of a heat flow that shares nodes with other boundaries its weights (`HeatSystem.disputed`)."""
-    found = {}
-    for probe in heat.domain.scene.probes:
-        if probe.quantity == "heat_flow":
-            weights = heat.disputed(reading(heat, probe).boundaries)
-            if weights.any():
-                found[probe.name] = weights
-    return found
+    """For each probe of a heat flow that shares edges with other boundaries the fields of `HeatSystem.disputed`."""
+    flows = [p for p in heat.domain.scene.probes if p.quantity == "heat_flow"]
+    found = {p.name: heat.disputed(reading(heat, p).boundaries) for p in flows}
+    return {name: fields for name, fields in found.items() if len(fields)}
 
 
 def joule(tested: Split, c: np.ndarray, a: np.ndarray, g: np.ndarray) -> np.ndarray:

@@ -50,11 +50,6 @@ def parabola(y: Values, dT0: float, dT_end: float, L: float) -> Values:
     return dT0 * (1 - 4 * (y / L - 0.5) ** 2) + dT_end
 
 
-def uniform_power(current: Values, dT_c: Values, resistivity: float, a: float, L: float, A_c: float) -> Values:
-    """Power (W) of a beam at the uniform rise dT_c: I^2 rho_e L / A_c (1 + a dT_c). Eq 10."""
-    return current**2 * resistance(dT_c, resistivity, a, L, A_c)
-
-
 def power(
     current: Values, dT0: Values, dT_end: Values, resistivity: float, a: float, L: float, A_c: float
 ) -> Values:  # fmt: skip

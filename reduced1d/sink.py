@@ -69,9 +69,9 @@ def lump(sink: Sink) -> Lump:
 def solve(sink: Sink, *, steady_only: bool = False, times: np.ndarray | None = None) -> Result:
     """The steady state and, unless ``steady_only``, the traces of the paper's reduction of a sink.
 
-    The traces are eq 20's exact solution, so ``error`` is rounding alone (``rk4.solve_rk4`` is the paper's way). They
-    are at ``times`` (s, 1D) where given; else at times up to the sink's end time, so dense that linear interpolation
-    stays within the sink's accuracy: temperatures relative to the final rise, current and power to themselves.
+    The traces are eq 20's exact solution, so ``error`` is rounding alone. They are at ``times`` (s, 1D) where given;
+    else at times up to the sink's end time, so dense that linear interpolation stays within the sink's accuracy:
+    temperatures relative to the final rise, current and power to themselves.
     Temperatures in the traces are absolute; "mean" is the equivalent uniform temperature. "heat_out_W" leaves through
     both anchors; what the air takes is ``details["air_loss_W"]``.
 

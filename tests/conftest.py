@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from reduced1d import sink as reduction
-from reduced1d.fin import solve_fin
 from scenes.plan import Request, Step
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
+from tests.fin import solve_fin
 
 RESISTANCE = 2663.0
 

@@ -29,8 +29,9 @@ def locate(grouped: GroupedMesh, point: np.ndarray, inside: np.ndarray | None = 
         slopes = np.moveaxis(mapping.DF(x, tind=cells)[..., 0], -1, 0)
         away = (point[:, None] - mapping.F(x, tind=cells)[..., 0]).T
         step = np.linalg.solve(slopes, away[..., None])[..., 0].T
-        x = np.clip(x + step[..., None], -0.5, 1.5)
-        if np.abs(step).max() < 1e-13:
+        # Where the point is in another cell the iteration ends at the bounds.
+        before, x = x, np.clip(x + step[..., None], -0.5, 1.5)
+        if np.abs(x - before).max() < 1e-13:
             break
     at = x[..., 0]
     outside = np.maximum(-at, at - 1).max(axis=0)

@@ -163,14 +163,14 @@ def _march(
                 z[-1] = steps[i]
             np.dot(M, z, out=y)
             into, through, out = y[-3:].tolist()
-            sink = _runge_kutta(sink, -into, loss, heat_sink, a_sink, dt / c_sink)
-            sensor = _runge_kutta(sensor, through - out, 0.0, heat_sensor, a_sensor, dt / c_sensor)
+            sink = runge_kutta_step(sink, -into, loss, heat_sink, a_sink, dt / c_sink)
+            sensor = runge_kutta_step(sensor, through - out, 0.0, heat_sensor, a_sensor, dt / c_sensor)
             y[-3:] = sink, sensor, z[-1]
             z, y = y, z
     return traces[: k + 1]
 
 
-def _runge_kutta(rise: float, flow: float, loss: float, heat: float, change: float, dt: float) -> float:
+def runge_kutta_step(rise: float, flow: float, loss: float, heat: float, change: float, dt: float) -> float:
     """One step of C dT/dt = flow - loss T + heat/(1 + change T) over ``dt`` (here divided by C) with a held flow."""
     k1 = flow - loss * rise + heat / (1 + change * rise)
     t = rise + dt / 2 * k1

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from fem3d import outputs
-from reduced1d.fin import solve_fin
 from scenes.sink import Sink
 from tests.fem3d import BAR, bar_grid, off, steady_on, whole
 from tests.fem3d.test_exact import joule_bar
+from tests.fin import solve_fin
 
 SINK = Sink(width=BAR[0], voltage=9.0)
 

@@ -7,10 +7,10 @@ import pytest
 
 from fem3d import adapt, outputs, sink_quantities
 from meshes import symmetry
-from reduced1d.fin import solve_fin
 from scenes.model import Box, Material
 from scenes.sink import SILICON, Sink
 from tests.fem3d import BAR, bar, bar_grid, end, grid_of, krylov, march, off, silicon, steady_on, whole
+from tests.fin import solve_fin
 
 K, LENGTH, AREA = 130.0, BAR[1], BAR[0] * BAR[2]
 OXIDE = Material("oxide", 1.38, 2200.0, 703.0)

@@ -16,7 +16,6 @@ from reduced1d.equations import (
     resistance,
     room_resistivity,
     series_resistance,
-    uniform_power,
 )
 from reduced1d.sink import anchor_series_resistance, lump
 from scenes.model import Material
@@ -87,7 +86,7 @@ def test_eq_13_is_the_mean_of_the_parabola_and_gives_eq_10_the_power_of_eq_12():
     mean = np.sum(weights / 2 * parabola(L / 2 * (1 + nodes), 16.0, 3.0, L))
     dT_c = equivalent_rise(16.0, 3.0)
     assert dT_c == relative(mean, ROUNDING)
-    assert uniform_power(3.3e-3, dT_c, RHO, A, L, A_C) == power(3.3e-3, 16.0, 3.0, RHO, A, L, A_C)
+    assert 3.3e-3**2 * resistance(dT_c, RHO, A, L, A_C) == relative(power(3.3e-3, 16.0, 3.0, RHO, A, L, A_C), ROUNDING)
 
 
 def test_eq_14_of_the_default_sink():

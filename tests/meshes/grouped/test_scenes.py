@@ -99,7 +99,8 @@ def test_transient_of_the_same_scene_as_boxes(cell: str, tmp_path: Path) -> None
 
 
 def test_a_drive_over_time_ends_in_its_steady_state(tmp_path: Path) -> None:
-    document = bar(end_time=1e-3, accuracy=1e-3)
+    document = bar(end_time=1e-3, accuracy=1e-2)
+    document["probe"] = [probe for probe in document["probe"] if probe["name"] != "hottest"]
     document["boundary"][2]["voltage"] = {"times": [1e-4, 1e-4, 2e-4], "values": [0, 0.05, 0.4]}
     document["boundary"][1]["temperature"] = {"times": [0, 1e-4], "values": [300, 310]}
     found = on_mesh(document, "hexahedron", 1, tmp_path)

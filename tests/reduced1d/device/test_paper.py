@@ -10,7 +10,7 @@ from reduced1d.device.lumped import lump
 from reduced1d.device.paper import (
     PaperScheme,
     UnstableStepError,
-    _runge_kutta,
+    runge_kutta_step,
     solve_paper,
     spectral_radius,
     stability_limit,
@@ -79,7 +79,7 @@ def test_runge_kutta_is_of_fourth_order():
     def end(n):
         T = 1.0
         for _ in range(n):
-            T = _runge_kutta(T, 2.0, 3.0, 5.0, 0.1, 1.0 / n)
+            T = runge_kutta_step(T, 2.0, 3.0, 5.0, 0.1, 1.0 / n)
         return T
 
     exact = end(400)

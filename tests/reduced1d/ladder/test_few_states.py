@@ -9,7 +9,6 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from reduced1d.errors import RunawayError
-from reduced1d.fin import fin_runaway_voltage, solve_fin
 from reduced1d.ladder.anchor import Anchor
 from reduced1d.ladder.answer import over_time, steady
 from reduced1d.ladder.few_states import FewStates
@@ -18,6 +17,7 @@ from reduced1d.ladder.steady import runaway_voltage, steady_state
 from reduced1d.ladder.transient import trajectory
 from reduced1d.sink import anchor_series_resistance, solve
 from scenes.sink import SILICON, Sink
+from tests.fin import fin_runaway_voltage, solve_fin
 from tests.reduced1d import relative
 
 FALLING = replace(SILICON, temperature_coefficient=-1e-3)

@@ -1,10 +1,12 @@
 """The exact values that scenes are held to: series against the Laplace domain, printed numbers, known limits."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from reduced1d.fin import solve_fin
 from scenes.sink import SILICON, Sink
+from tests.fin import solve_fin
 from validate.verify import exact_bodies, published, series
 from validate.verify.laplace import HELD, Layer, step_response
 
@@ -51,10 +53,9 @@ def test_straight_lines_approach_the_sine():
     assert np.log2(off[0] / off[1]) == pytest.approx(2, abs=0.05)
 
 
-@pytest.mark.parametrize("coefficient", [5e-4, -5e-4])
-def test_the_hottest_place_by_the_voltage_alone_is_that_of_the_fin(coefficient):
-    from dataclasses import replace
-
-    sink = Sink(silicon=replace(SILICON, temperature_coefficient=coefficient), voltage=5.0)
-    found = exact_bodies.hottest(130.0, 6e-5, coefficient, 5.0)
-    assert found == pytest.approx(solve_fin(sink, 0.0).peak_rise, rel=1e-10)
+@pytest.mark.parametrize("coefficient", [5e-4, -5e-4, 0.0])
+def test_the_heated_bar_is_the_fin(coefficient):
+    material = replace(SILICON, temperature_coefficient=coefficient)
+    fin = solve_fin(Sink(silicon=material, voltage=5.0), 0.0)
+    found = exact_bodies.heated_bar(material, 1e-3, 2e-10, 5.0)
+    assert found == pytest.approx((fin.peak_rise, fin.mean_rise, fin.current), rel=1e-10)
