@@ -16,9 +16,8 @@ import numpy as np
 
 from fem3d import span_quantities
 from fem3d.adapt import Answer
-from scenes import row
 from scenes.result import Estimate, Traces
-from scenes.sink import Sink
+from scenes.sink import Sink, different
 
 T = TypeVar("T")
 
@@ -50,7 +49,7 @@ def apart(sink: Sink, count: int, answer: Answer) -> float:
     over time; 0 where all are solved."""
     if count == sink.spans:
         return 0.0
-    m, worst = row.kinds(count), 0.0
+    m, worst = different(count), 0.0
     for what in span_quantities.OF_SPAN:
         rises = [np.atleast_1d(answer.fine.quantities[f"span{k}_{what}_rise_K"]) for k in range(m, max(m - 3, 0), -1)]
         if answer.response is not None:
@@ -85,7 +84,7 @@ def of_all(sink: Sink, count: int, answer: Answer, off: float) -> tuple[dict[str
 def _repeated(sink: Sink, count: int, of: Mapping[str, T]) -> dict[str, T]:
     """What is known of each span and island, by names such as "span2_mean_K", of those too that are not solved."""
     found = dict(of)
-    kinds = (("span", row.kinds(count), row.kinds(sink.spans)), ("island", count // 2, sink.spans // 2))
+    kinds = (("span", different(count), different(sink.spans)), ("island", count // 2, sink.spans // 2))
     for name, value in of.items():
         for kind, last, number in kinds:
             if name.startswith(f"{kind}{last}_"):

@@ -14,10 +14,9 @@ from fem3d.fields import Fields, grid_of
 from fem3d.steady import SteadyState
 from meshes import connected, statistics, symmetry
 from meshes.symmetry import Symmetry
-from scenes import row
 from scenes.plan import Request, Step
 from scenes.result import Result
-from scenes.sink import Sink
+from scenes.sink import Sink, start
 
 
 def solve(
@@ -153,7 +152,7 @@ def _warnings(sink: Sink, peak: float) -> list[str]:
 
 def _profile(sink: Sink, count: int, state: SteadyState, part: Symmetry) -> dict[str, np.ndarray]:
     """The steady rise along the row's axis: of as many spans as are solved."""
-    y = np.linspace(0.0, row.start(sink, count) + sink.length, 400 * count + 1)
+    y = np.linspace(0.0, start(sink, count) + sink.length, 400 * count + 1)
     points = part.mirrored(np.column_stack([np.zeros_like(y), y, np.full_like(y, sink.thickness / 2)]))
     space: Any = state.heat.domain.space
     rise = space.sample(state.heat.field(state.rise), points[:1, 0], points[:, 1], points[:1, 2])

@@ -17,19 +17,18 @@ from fem3d import sink_quantities
 from fem3d.outputs import Outputs
 from fem3d.study import Quantities, Study
 from meshes.symmetry import Symmetry
-from scenes import row
-from scenes.sink import Sink
+from scenes.sink import Sink, different
 
 OF_SPAN = ("peak", "middle", "mean")
 
 
 def study(sink: Sink, count: int, part: Symmetry) -> Study:
     """What is to be found of a sink of which ``count`` spans are solved."""
-    names = [f"span{k}_{what}" for k in range(1, row.kinds(count) + 1) for what in OF_SPAN]
+    names = [f"span{k}_{what}" for k in range(1, different(count) + 1) for what in OF_SPAN]
     middles = {f"{n}_rise_K": f"{n.replace('middle', 'peak')}_rise_K" for n in names if n.endswith("middle")}
     # The middle is next to the peak and shares its error: half of the duals are saved.
     goals = ["end", *(n for n in names if not n.endswith("middle"))]
-    inner = f"span{row.kinds(count)}"
+    inner = f"span{different(count)}"
 
     def read(out: Outputs) -> Quantities:
         return steady(sink, count, out)
@@ -73,7 +72,7 @@ def traces(sink: Sink, count: int, out: Outputs) -> Quantities:
 
 def _both(sink: Sink, count: int, out: Outputs) -> Quantities:
     """What is read in the steady state and over time, with rises in place of temperatures."""
-    kinds = row.kinds(count)
+    kinds = different(count)
     spans = {f"span{k}_{what}_K": out[f"probe:span{k}_{what}"] for k in range(1, kinds + 1) for what in OF_SPAN}
     means = [spans[f"span{k}_mean_K"] for k in range(1, kinds + 1)]
     inner = sink.spans - 2 * (kinds - 1)

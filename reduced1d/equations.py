@@ -114,8 +114,9 @@ def unequal_ends(
     return (1 - e1 - e2) / 4 * s, e1 * s, e2 * s
 
 
-def unequal_peak(dT0: Values, dT_end1: Values, dT_end2: Values) -> Values:
+def unequal_peak(dT0: float, dT_end1: float, dT_end2: float) -> float:
     """The largest rise (K) of `parabola_between`: dT0 + the ends' mean + (their difference)^2 / (16 dT0), or an end's
     where the parabola rises all the way to it."""
-    top = dT0 + (dT_end1 + dT_end2) / 2 + (dT_end2 - dT_end1) ** 2 / (16 * dT0)
-    return np.where(np.abs(dT_end2 - dT_end1) < 4 * dT0, top, np.maximum(dT_end1, dT_end2))
+    if abs(dT_end2 - dT_end1) >= 4 * dT0:
+        return max(dT_end1, dT_end2)
+    return dT0 + (dT_end1 + dT_end2) / 2 + (dT_end2 - dT_end1) ** 2 / (16 * dT0)

@@ -1,13 +1,18 @@
-"""The parametric sink: the paper's beam on two anchored pads (section 2 of the paper, Figures 4 to 7)."""
+"""The parametric sink: the paper's beam on two anchored pads (section 2 of the paper, Figures 4 to 7), or a row of them
+with islands between.
+
+Spans and islands are numbered from the lower outer end. A long row need not be solved whole: where it ends matters to
+the first few spans only, and those further inside are alike. ``Sink.scene`` can put fewer spans into the row, of which
+the innermost *stand for* the others too, so that the current meets the resistance of all.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from typing import Literal
 
-from scenes import row
 from scenes.checks import AGAINST_TOLERANCES, DEFAULT_TOLERANCES
-from scenes.model import Material, Scene
+from scenes.model import Boundary, Box, Material, Point, Probe, Scene
 
 SILICON = Material("silicon", 130.0, 2330.0, 712.0, 6e-5, 5e-4, 293.0, valid_to=1687.0)
 OXIDE = Material("oxide", 1.38, 2200.0, 703.0, valid_to=1858.0)
@@ -65,7 +70,7 @@ class Sink:
     @property
     def row_length(self) -> float:
         """From pad to pad (m)."""
-        return row.start(self, self.spans) + self.length
+        return start(self, self.spans) + self.length
 
     @property
     def cross_section(self) -> float:
@@ -80,6 +85,108 @@ class Sink:
         """The sink as boxes, conditions and probes; with so many spans, the innermost of which stand for the rest."""
         count = self.spans if count is None else count
         return Scene(
-            self.name, row.boxes(self, count), row.boundaries(self, count), row.probes(self, count),
+            self.name, _boxes(self, count), _boundaries(self, count), _probes(self, count),
             self.room_temperature, self.end_time, self.accuracy,
         )  # fmt: skip
+
+
+def different(count: int) -> int:
+    """How many spans of a row differ, as its halves mirror each other."""
+    return (count + 1) // 2
+
+
+def _stand_for(sink: Sink, count: int) -> tuple[float, float]:
+    """How many spans, and how many islands, each of the innermost of a row of ``count`` stands for."""
+    spans, islands = (1, 2) if count % 2 else (2, 1)
+    left_out = sink.spans - count
+    return 1 + left_out / spans, 1 + left_out / islands
+
+
+def start(sink: Sink, number: int) -> float:
+    """Where along y a span begins (m)."""
+    return (number - 1) * (sink.length + sink.island)
+
+
+def _boxes(sink: Sink, count: int) -> tuple[Box, ...]:
+    """The boxes of a row of ``count`` spans."""
+    end = start(sink, count) + sink.length
+    t, oxide, depth = sink.thickness, sink.oxide_width / 2, sink.oxide_thickness
+    pad, near, far = sink.pad_width / 2, sink.anchor_distance, sink.anchor_distance + sink.oxide_length
+    return (
+        *_row(sink, count),
+        Box("pad-0", sink.silicon, (-pad, -sink.pad_length, 0.0), (pad, 0.0, t)),
+        Box("pad-1", sink.silicon, (-pad, end, 0.0), (pad, end + sink.pad_length, t)),
+        Box("oxide-0", sink.oxide, (-oxide, -far, -depth), (oxide, -near, 0.0)),
+        Box("oxide-1", sink.oxide, (-oxide, end + near, -depth), (oxide, end + far, 0.0)),
+    )
+
+
+def _row(sink: Sink, count: int) -> list[Box]:
+    """The beam, cut at the islands, and the islands."""
+    w, t, oxide = sink.width / 2, sink.thickness, sink.island_width / 2
+    if sink.spans == 1:
+        return [Box("beam", sink.silicon, (-w, 0.0, 0.0), (w, sink.length, t))]
+    of_span, of_island = _stand_for(sink, count)
+    found = []
+    for number in range(1, count + 1):
+        a, b = start(sink, number), start(sink, number) + sink.length
+        inner = of_span if different(count) in (number, count + 1 - number) else 1.0
+        found.append(Box(f"span-{number}", sink.silicon, (-w, a, 0.0), (w, b, t), stands_for=inner))
+        if number < count:
+            c = start(sink, number + 1)
+            inner = of_island if count // 2 in (number, count - number) else 1.0
+            found += [
+                Box(f"bridge-{number}", sink.silicon, (-w, b, 0.0), (w, c, t), stands_for=inner),
+                Box(f"island-{number}", sink.oxide, (-oxide, b, -sink.oxide_thickness), (oxide, c, 0.0)),
+            ]
+    return found
+
+
+def _boundaries(sink: Sink, count: int) -> tuple[Boundary, ...]:
+    """The conditions on a row of ``count`` spans."""
+    all_boxes = {b.name: b for b in _boxes(sink, count)}
+    room = sink.room_temperature
+    beams = [b for n, b in all_boxes.items() if n.startswith(("beam", "span", "bridge"))]
+    found = [
+        Boundary(f"substrate-{n.removeprefix('oxide-')}", "temperature", *_face(b, 2, 0), room)
+        for n, b in all_boxes.items()
+        if n.startswith(("oxide", "island"))
+    ]
+    first, last = (beams[0], beams[-1]) if sink.electrodes == "beam-end" else (all_boxes["pad-0"], all_boxes["pad-1"])
+    found += [
+        Boundary("electrode-0", "voltage", *_face(first, 1, 0), sink.spans * sink.voltage),
+        Boundary("electrode-1", "voltage", *_face(last, 1, 1), 0.0),
+    ]
+    if sink.convection_coefficient:
+        found += [
+            Boundary(f"air-{b.name}", "convection", *_face(b, 2, 1), sink.convection_coefficient, room)
+            for b in (*beams, all_boxes["pad-0"], all_boxes["pad-1"])
+        ]
+    return tuple(found)
+
+
+def _probes(sink: Sink, count: int) -> tuple[Probe, ...]:
+    """What is read off a row of ``count`` spans: "end", and of one span "peak" and "mean"; of more, for each span of
+    the lower half, "span<k>_" with "peak", the largest along the middle of its underside, "middle" and "mean"."""
+    spans = [b for b in _row(sink, count) if b.name.startswith(("beam", "span"))]
+    end = Probe("end", *_face(spans[0], 1, 0))
+    if sink.spans == 1:
+        centre = (0.0, sink.length / 2, sink.thickness / 2)
+        return Probe("peak", centre, centre), end, Probe("mean", spans[0].lower, spans[0].upper)
+    found = [end]
+    for number, span in enumerate(spans[: different(count)], start=1):
+        a, b = (0.0, span.lower[1], 0.0), (0.0, span.upper[1], 0.0)
+        middle = (0.0, (a[1] + b[1]) / 2, sink.thickness / 2)
+        found += [
+            Probe(f"span{number}_peak", a, b, reduce="max"),
+            Probe(f"span{number}_middle", middle, middle),
+            Probe(f"span{number}_mean", span.lower, span.upper),
+        ]
+    return tuple(found)
+
+
+def _face(box: Box, axis: int, side: int) -> tuple[Point, Point]:
+    """The flat box of a box's lower (0) or upper (1) face along an axis."""
+    lower, upper = list(box.lower), list(box.upper)
+    lower[axis] = upper[axis] = (box.lower, box.upper)[side][axis]
+    return (lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2])

@@ -18,8 +18,7 @@ from reduced1d.ladder.anchor import Anchor
 from reduced1d.ladder.few_states import FewStates, Matrices, in_modes
 from reduced1d.ladder.fin import line
 from reduced1d.ladder.quads import film
-from scenes import row
-from scenes.sink import Sink
+from scenes.sink import Sink, different, start
 
 _SPAN = (0.0, 0.04, 0.2, 0.5, 0.8, 0.96, 1.0)  # of a span: heat spreads from its ends at 10 us, and long after
 _DEGREE = 4
@@ -50,15 +49,15 @@ def row_fin(sink: Sink, anchor: Anchor, *, pad_capacity: bool, oxide_capacity: b
         "air": 2 * air * integral + 2 * anchor.air * end,
     }  # fmt: skip
     for number, of in enumerate(spans, start=1):
-        middle = row.start(sink, number) + sink.length / 2
+        middle = start(sink, number) + sink.length / 2
         at = int(np.abs(breaks - middle).argmin())
         whole = line(breaks, degrees, of)[0]
         outputs[f"span{number}_middle"] = np.eye(len(integral))[at]
         outputs[f"span{number}_mean"] = whole / (whole @ _unit(breaks, integral))
-        places = row.start(sink, number) + sink.length * np.linspace(0, 1, _PLACES)
+        places = start(sink, number) + sink.length * np.linspace(0, 1, _PLACES)
         # Of the innermost of an odd number the other half is the mirror image of what there is.
         outputs[f"span{number}_peak"] = _at(breaks, degrees, np.minimum(places, sink.row_length - places))
-    firsts = [row.start(sink, n) + sink.length for n in range(1, sink.spans // 2 + 1)]
+    firsts = [start(sink, n) + sink.length for n in range(1, sink.spans // 2 + 1)]
     for number, first in enumerate(firsts, start=1):
         of = islands & (breaks[:-1] > first - sink.island / 9) & (breaks[1:] < first + sink.island * 1.1)
         inside = float(np.diff(breaks)[of].sum()) / sink.island
@@ -98,13 +97,13 @@ def _breaks(sink: Sink) -> tuple[np.ndarray, list[np.ndarray], np.ndarray]:
     """Breakpoints (m) from the pad to the row's middle; which intervals are each span's, and which are on islands."""
     middle = sink.row_length / 2
     found: list[float] = []
-    for number in range(1, row.kinds(sink.spans) + 1):
-        first = row.start(sink, number)
+    for number in range(1, different(sink.spans) + 1):
+        first = start(sink, number)
         found += [first + part * sink.length for part in _SPAN]
         found += [first + sink.length + sink.island / 2]
     breaks = np.array([c for c in found if c < middle * (1 + 1e-9)])
     at = (breaks[1:] + breaks[:-1]) / 2
     period = sink.length + sink.island
     islands = at % period > sink.length
-    spans = [~islands & (at // period == n) for n in range(row.kinds(sink.spans))]
+    spans = [~islands & (at // period == n) for n in range(different(sink.spans))]
     return breaks, spans, islands

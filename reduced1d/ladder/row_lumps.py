@@ -13,8 +13,7 @@ import numpy as np
 from reduced1d.equations import resistance, room_resistivity, unequal_ends, unequal_peak
 from reduced1d.ladder.few_states import FewStates, Matrices, in_modes
 from reduced1d.sink import air_conductance
-from scenes import row
-from scenes.sink import Sink
+from scenes.sink import Sink, different
 
 
 def half_island(sink: Sink) -> float:
@@ -34,11 +33,12 @@ def lumps(sink: Sink, anchor_resistance: float) -> FewStates:
     number = np.array([2.0, sink.spans - 2.0])[:count]
     # Of each kind: dT0, the rise of the outer end and that of the inner one, per equivalent rise.
     shapes = [unequal_ends(1.0, R, island, k, A_c, L) for R in (anchor_resistance, island)]
-    flows = np.array([outer / R + inner / island for (_, outer, inner), R in zip(shapes, (anchor_resistance, island))])
+    ends = zip(shapes, (anchor_resistance, island), strict=True)
+    flows = np.array([outer / R + inner / island for (_, outer, inner), R in ends])
     kinds, cold = np.eye(count), number * resistance(0.0, resistivity, a, L, A_c)
     air = number * air_conductance(sink)
     outputs = {"end": kinds[0] * shapes[0][1], "mean": number / sink.spans, "air": air}
-    for span in range(1, row.kinds(sink.spans) + 1):
+    for span in range(1, different(sink.spans) + 1):
         own = min(span, 2) - 1
         dT0, outer, inner = shapes[own]
         outputs |= {

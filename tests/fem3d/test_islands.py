@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from fem3d import alike, run
-from scenes import row
 from scenes.plan import Request
-from scenes.sink import Sink
+from scenes.sink import Sink, different
 from tests.fem3d.row_second_path import Rises, SecondRow
 
 STEADY = Request(models=("fem3d",), transient=False)
@@ -66,7 +65,7 @@ def test_spans_that_stand_for_others_differ_by_no_more_than_their_error(monkeypa
     # On meshes that differ, so that their errors count as well; without them the spans are closer than what is said.
     for name, exact in whole.steady.items():
         assert abs(short.steady[name].value - exact.value) < short.steady[name].error + exact.error, name
-    inner = f"span{row.kinds(12)}_mean_rise_K"
+    inner = f"span{different(12)}_mean_rise_K"
     assert abs(short.steady[inner].value / whole.steady[inner].value - 1) < short.details["alike_error"]
 
 
