@@ -22,7 +22,7 @@ from scenes.sink import Sink
 if TYPE_CHECKING:
     from compare.verdict import Check
     from compare.why import Budget
-    from scenes.free.asks import AnyScene
+    from scenes.model import AnyScene
     from scenes.result import Estimate, Result
 
 Overrides = Sequence[str] | Mapping[str, object]

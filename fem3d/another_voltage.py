@@ -1,4 +1,4 @@
-"""The same sink at another voltage, from the reduced problems of a run that is there already.
+"""The same sink at another voltage, from the mesh, the factors and the reduced problem of a run that is there already.
 
 The power that the electrodes supply to each current field scales with the voltage; nothing else changes. One step of
 the full problem at the new state shows whether the fields still hold it.
@@ -10,11 +10,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from fem3d import level, operating_point, outputs, steady, time_response
+from fem3d import level, operating_point, outputs, time_response
 from fem3d.adapt import Answer
-from fem3d.conduction import combined
+from fem3d.conductor import combined
 from fem3d.level import Solution
-from fem3d.reduced import Reduced
+from fem3d.reduced import Reduced, project
 from fem3d.steady import SteadyState
 from fem3d.study import Study
 from fem3d.transient import Base
@@ -27,10 +27,13 @@ def solve(study: Study, before: Answer, factor: float) -> Answer | None:
     """The answer at ``factor`` times the voltage of ``before``; None where its meshes or fields don't suffice, or
     see no steady state: that is for the full solution to say.
     """
-    if before.response is None:
-        return None
-    reduced = _scaled(before.response.reduced, factor)
-    found = _solution(study, before.fine.state, reduced, factor)
+    state, response = before.fine.state, before.response
+    if response is None:
+        reduced = project(state.heat, state.conductor, state.fields, state.patterns)
+    else:
+        reduced = response.reduced
+    reduced = replace(reduced, supply=reduced.supply * factor)
+    found = _solution(study, state, reduced, factor)
     if found is None:
         return None
     fine, moved = found
@@ -43,13 +46,9 @@ def solve(study: Study, before: Answer, factor: float) -> Answer | None:
         errors[name] = abs(float(value)) * (share * grows + moved)
     if max(errors[name] / abs(float(fine.quantities[name])) for name in errors) > study.accuracy:
         return None
-    base = Base.of_steady(fine.state)
-    response = time_response.repeat(study, base, reduced, fine.out, before.response)
+    if response is not None:
+        response = time_response.repeat(study, Base.of_steady(fine.state), reduced, fine.out, response)
     return Answer(fine, errors, response, before.levels)
-
-
-def _scaled(reduced: Reduced, factor: float) -> Reduced:
-    return replace(reduced, supply=reduced.supply * factor)
 
 
 def _solution(study: Study, before: SteadyState, reduced: Reduced, factor: float) -> tuple[Solution, float] | None:
@@ -61,7 +60,7 @@ def _solution(study: Study, before: SteadyState, reduced: Reduced, factor: float
     rise = lift + heat.whole(reduced.basis @ point.a)
     patterns = [replace(p, supply=p.supply * factor) for p in before.patterns]
     density = combined(patterns, point.c)
-    source = steady.joule_load(conductor, density, rise) + heat.loads[0]
+    source = conductor.joule_load(density, rise) + heat.loads[0]
     answer = lift + heat.whole(heat.solve_steady(source[:n]))
     probes = {p.name: p for p in heat.domain.scene.probes}
     goals = [level.goal_row(heat, probes[name], rise) for name in study.goals.values()]
@@ -74,7 +73,7 @@ def _solution(study: Study, before: SteadyState, reduced: Reduced, factor: float
     if hotter and conductor.warms:
         # The current patterns are those of the first voltage's heat: see whether they still hold.
         true = conductor.solve(rise, factor * before.drive * conductor.voltages[0], potential)
-        load = steady.joule_load(conductor, true.density, rise) + heat.loads[0]
+        load = conductor.joule_load(true.density, rise) + heat.loads[0]
         if heat.norm(heat.solve_steady((load - source)[:n])) > LEFT_OUT * study.accuracy * heat.norm(rise[:n]):
             return None
     joule = conductor.joule(density, rise)

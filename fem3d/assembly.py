@@ -3,60 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csc_array, diags_array, lil_array
+from scipy.sparse import csc_array, diags_array
 from scipy.sparse.linalg import splu
 
 from fem3d.domain import Domain
-from fem3d.heat import Film, HeatSystem, above, coefficient
+from fem3d.factorization import Ordering, part
+from fem3d.heat import Film, HeatProblem, above, coefficient
 from fem3d.space import Faces
 from scenes.model import Schedule, Value
 
 PLANE = 0.95  # of normals' lengths that their sum keeps: faces that bend by less pass for one plane
-
-
-@dataclass(frozen=True, eq=False)
-class HeatProblem(HeatSystem):
-    """The system of a domain; ``order`` (all nodes,) is the function of the space that each unknown is of, ``torn``
-    (all nodes,) by how much temperatures given there contradict each other (K)."""
-
-    domain: Domain
-    order: np.ndarray
-    torn: np.ndarray
-
-    def field(self, u: np.ndarray) -> np.ndarray:
-        """(..., functions): a field (free or all nodes) as coefficients of the space's functions."""
-        whole = self.whole(u)
-        found = np.zeros((*whole.shape[:-1], self.domain.space.size))
-        found[..., self.order] = whole
-        return found
-
-    def take(self, row: np.ndarray) -> np.ndarray:
-        """(..., all nodes): what belongs to the unknowns of (..., functions)."""
-        found: np.ndarray = row[..., self.order]
-        return found
-
-    def lower(self, level: int) -> HeatProblem:
-        """The problem in a lower space that this one's holds (`Space.nested`): leading parts of the same matrices."""
-        there = self.domain.space.nested[level][self.order]
-        kept = np.flatnonzero(there)
-        free = int(there[: self.free].sum())
-        fixed = kept[free:] - self.free
-        return replace(
-            self, free=free, stiffness=self._part(self.stiffness, kept), mass=self._part(self.mass, kept),
-            loads=self.loads[:, kept], given=self.given[:, fixed],
-            held={name: part[fixed] for name, part in self.held.items()}, edges=self._part(self.edges, fixed),
-            films={name: replace(f, per_kelvin=f.per_kelvin[kept]) for name, f in self.films.items()},
-            unit=self.unit[kept], groups=self.groups[kept], order=self.order[kept],
-            torn=self.torn[kept],
-        )  # fmt: skip
-
-    @staticmethod
-    def _part(matrix: csc_array, kept: np.ndarray) -> csc_array:
-        return csc_array(csc_array(matrix[:, kept])[kept])
 
 
 def assemble(domain: Domain) -> HeatProblem:
@@ -98,14 +57,14 @@ def assemble(domain: Domain) -> HeatProblem:
     order = np.lexsort((np.arange(space.size), level, fixed))
     order = order[space.nested[-1][order]]
     free = int((~fixed[order]).sum())
-    stiffness, mass = HeatProblem._part(stiffness, order), HeatProblem._part(mass, order)
+    stiffness, mass = part(stiffness, order), part(mass, order)
     _conserve(stiffness, space.unit[order], cooled[order])
     return HeatProblem(
         channels, free, stiffness, mass, loads[:, order],
-        given[:, order[free:]], generated, {name: part[order[free:]] for name, part in parts.items()},
-        HeatProblem._part(edges, order[free:]),
+        given[:, order[free:]], generated, {name: own[order[free:]] for name, own in parts.items()},
+        part(edges, order[free:]),
         {name: Film(entering, row[order]) for name, (entering, row) in films.items()},
-        domain.anchored, scene.end_time, space.unit[order], space.entity[order], space.places, domain, order,
+        domain.anchored, scene.end_time, space.unit[order], space.entity[order], Ordering(space.places), domain, order,
         torn[order],
     )  # fmt: skip
 
@@ -133,9 +92,9 @@ def reactions(
     """
     found = {name: np.where(face.functions, unit, 0.0) for name, face in zip(names, faces, strict=True)}
     count = np.sum([face.functions for face in faces], axis=0) if faces else np.zeros(len(unit))
-    edges = lil_array((len(unit), len(unit)))
+    edges = csc_array((len(unit),) * 2)
     if not (count > 1).any():
-        return found, csc_array(edges)
+        return found, edges
     normals = [face.normals() for face in faces]
     lengths = np.sum([np.linalg.norm(n, axis=1) for n in normals], axis=0)
     bent = (count > 1) & (np.linalg.norm(np.sum(normals, axis=0), axis=1) < PLANE * lengths)
@@ -146,21 +105,22 @@ def reactions(
             on = np.flatnonzero(np.any([faces[i].functions for i in group], axis=0))
             mass = csc_array(sum((faces[i].mass() for i in group), csc_array((len(unit),) * 2))[on][:, on])
             scale = diags_array(1 / np.sqrt(mass.diagonal()))
-            projected = splu(csc_array(scale @ mass @ scale))
+            matrix = csc_array(scale @ mass @ scale)
+            projected = splu(matrix)
             for i in group:
                 found[names[i]][on] = scale @ projected.solve(scale @ faces[i].load()[on])
             at, rest = np.flatnonzero(bent[on]), np.flatnonzero(~bent[on])
             if len(at):
-                inner = scale.diagonal()[rest]
-                elsewhere = splu(csc_array((scale @ mass @ scale)[rest][:, rest]))
-                beside = elsewhere.solve((scale @ mass)[rest][:, at].toarray())
-                edges[np.ix_(on[at], on[at])] = np.eye(len(at))
-                edges[np.ix_(on[at], on[rest])] = -(inner[:, None] * beside).T
+                beside = splu(part(matrix, rest)).solve((scale @ mass)[rest][:, at].toarray())
+                own = np.zeros((len(at), len(on)))
+                own[:, at], own[:, rest] = np.eye(len(at)), -(scale.diagonal()[rest, None] * beside).T
+                pairs = np.repeat(on[at], len(on)), np.tile(on, len(at))
+                edges = csc_array(edges + csc_array((own.ravel(), pairs), edges.shape))
         for i in group:
             # With those of other values the parts at what is left would not add up to one.
             taken = faces[i].functions & ~np.isin(last, group)
             found[names[i]][taken] = 0.0
-    return found, csc_array(edges)
+    return found, edges
 
 
 def _conserve(stiffness: csc_array, unit: np.ndarray, cooled: np.ndarray) -> None:

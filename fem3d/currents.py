@@ -14,8 +14,7 @@ import numpy as np
 
 from fem3d.inputs import Inputs
 from scenes.errors import SceneError, quoted
-from scenes.free.asks import AnyScene
-from scenes.model import Schedule, Value
+from scenes.model import AnyScene, Schedule, Value
 from scenes.plan import Step
 from scenes.result import Result, Traces
 

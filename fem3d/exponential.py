@@ -18,7 +18,7 @@ from numpy.polynomial import legendre
 
 from fem3d.errors import NumericsError
 
-FAST = 200.0  # beyond this decay over a step the convolution is summed by parts, below it by Gauss's rule
+FAST = 200.0  # beyond this decay over a step the convolution is summed by parts, below it by Gauss's rule of 48 points
 SWEEPS = 30
 
 
@@ -146,17 +146,15 @@ class Convolution:
 
     def __call__(self, decay: np.ndarray) -> np.ndarray:
         """(tau, count, decay) for decays (decay,) over the unit interval."""
-        slow = self._tau[:, None] * decay < FAST
-        exponent = np.where(slow[..., None], decay[:, None] * self._before[:, None], 0.0)
-        found = np.exp(-exponent) @ self._polynomials
-        if not slow.all():
-            found = np.where(slow[..., None], found, self._by_parts(decay))
+        slow = decay < FAST
+        found = np.empty((len(self._tau), len(decay), self._polynomials.shape[-1]))
+        found[:, slow] = np.exp(-decay[slow, None] * self._before[:, None]) @ self._polynomials
+        found[:, ~slow] = self._by_parts(decay[~slow])
         return found.transpose(0, 2, 1)
 
     def _by_parts(self, decay: np.ndarray) -> np.ndarray:
         """By repeated integration by parts, a finite sum in 1 / decay: (tau, decay, count)."""
-        rate = np.maximum(decay, 1.0)
-        powers = -np.cumprod(np.broadcast_to(-1 / rate, (len(self._at_zero), len(rate))), axis=0)
+        powers = -np.cumprod(np.broadcast_to(-1 / decay, (len(self._at_zero), len(decay))), axis=0)
         vanishing = np.exp(-np.minimum(np.outer(self._tau, decay), 700.0))
         end = np.einsum("mr,mtk->trk", powers, self._at_tau)
         start = np.einsum("mr,mk->rk", powers, self._at_zero)

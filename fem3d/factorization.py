@@ -11,26 +11,43 @@ MANY = 2_500  # groups from which on a dissection is tried beside minimum degree
 LEAF = 40  # groups up to which a piece isn't dissected further
 
 
-class Factors:
-    """LU factors of a symmetric positive definite matrix without pivoting, its unknowns eliminated by ``groups`` (n,):
-    all functions of one vertex, edge, facet or cell at once, for orderings of the matrix itself are slow and poor on
-    the cliques of high degrees. The groups go by minimum degree or, where that fills in less, as a large solid body's
-    do, by nested dissection of their ``places`` (groups of all unknowns, 3).
+class Ordering:
+    """When the groups of a mesh's functions, those of one vertex, edge, facet or cell at ``places`` (groups, 3), are
+    eliminated: a group at once, for orderings of a matrix itself are slow and poor on the cliques of high degrees.
+
+    The groups go by minimum degree or, where that fills in less, as a large solid body's do, by nested dissection. It
+    is found for the first matrix, and serves all others whose groups that one has too.
     """
 
-    def __init__(self, matrix: csc_array, groups: np.ndarray, places: np.ndarray) -> None:
-        own, group = np.unique(groups, return_inverse=True)
-        n = len(own)
+    def __init__(self, places: np.ndarray) -> None:
+        self._places, self._rank = places, np.full(len(places), -1)
+
+    def rank(self, matrix: csc_array, groups: np.ndarray) -> np.ndarray:
+        """(n,): when the group of each unknown of a matrix is eliminated."""
+        if (self._rank[groups] < 0).any():
+            own, group = np.unique(groups, return_inverse=True)
+            self._rank[own] = self._found(matrix, self._places[own], group)
+        found: np.ndarray = self._rank[groups]
+        return found
+
+    @staticmethod
+    def _found(matrix: csc_array, places: np.ndarray, group: np.ndarray) -> np.ndarray:
+        n = len(places)
         columns = np.repeat(group, np.diff(matrix.indptr))
         graph = csc_array((np.full(matrix.nnz, -1.0), (group[matrix.indices], columns)), shape=(n, n))
         # Made definite, for what is known of an ordering comes with factors of it.
         graph = csc_array(graph - graph.sum() * eye_array(n))
         # Of groups of one function each its factors take as long as the matrix's: none are made to choose by.
         single = MANY < n == len(group)
-        rank = np.argsort(dissection(places[own], graph)) if single else _better(graph, places[own])
-        self._order = np.argsort(rank[group], kind="stable")
-        ordered = csc_array(csc_array(matrix[self._order])[:, self._order])
-        self._lu = splu(ordered, permc_spec="NATURAL", **SYMMETRIC)
+        return np.argsort(dissection(places, graph)) if single else _better(graph, places)
+
+
+class Factors:
+    """LU factors of a symmetric positive definite matrix without pivoting, its unknowns being of ``groups`` (n,)."""
+
+    def __init__(self, matrix: csc_array, groups: np.ndarray, ordering: Ordering) -> None:
+        self._order = np.argsort(ordering.rank(matrix, groups), kind="stable")
+        self._lu = splu(part(matrix, self._order), permc_spec="NATURAL", **SYMMETRIC)
 
     def solve(self, b: np.ndarray) -> np.ndarray:
         """The solution for one right-hand side (n,)."""
@@ -39,12 +56,23 @@ class Factors:
         return x
 
 
+def part(matrix: csc_array, kept: np.ndarray) -> csc_array:
+    """The rows and columns (n,) of a square matrix, in their order; faster than by scipy's indices of rows."""
+    place = np.full(matrix.shape[0], -1, matrix.indices.dtype)
+    place[kept] = np.arange(len(kept))
+    columns = csc_array(matrix[:, kept])
+    rows = place[columns.indices]
+    there = rows >= 0
+    starts = np.concatenate([[0], np.cumsum(there)])[columns.indptr]
+    return csc_array((columns.data[there], rows[there], starts), (len(kept),) * 2)
+
+
 def _better(graph: csc_array, places: np.ndarray) -> np.ndarray:
     """(n,): when each node of a graph is eliminated, in that of two orders which fills in less."""
     by_degree = splu(graph, permc_spec="MMD_AT_PLUS_A", **SYMMETRIC)
     if len(places) > MANY:
         order = dissection(places, graph)
-        if splu(csc_array(graph[order][:, order]), permc_spec="NATURAL", **SYMMETRIC).L.nnz < by_degree.L.nnz:
+        if splu(part(graph, order), permc_spec="NATURAL", **SYMMETRIC).L.nnz < by_degree.L.nnz:
             return np.argsort(order)
     found: np.ndarray = by_degree.perm_c
     return found

@@ -11,7 +11,7 @@ from fem3d.mapped import MappedSpace
 from meshes.grouped.locate import locate
 from meshes.grouped.place import Placed
 from scenes.free.parts import is_exit
-from scenes.meshed.model import GroupBoundary, GroupProbe
+from scenes.model import GroupBoundary, GroupProbe
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,17 +15,18 @@ from skfem.refdom import RefHex
 
 from fem3d import conductor as conductors
 from fem3d import estimate, steady
-from fem3d.assembly import HeatProblem, assemble
+from fem3d.assembly import assemble
 from fem3d.conductor import Conductor
 from fem3d.domain import Domain
 from fem3d.errors import NumericsError
 from fem3d.estimate import Estimator, Spread
+from fem3d.heat import HeatProblem
 from fem3d.outputs import Outputs, of_steady
 from fem3d.probes import extreme, reading
 from fem3d.steady import SteadyState
 from fem3d.study import Quantities, Study
 from meshes.grading import Features
-from scenes.free import asks
+from scenes import physics
 
 OF_WORST = 0.5  # of the worst relative error of any temperature: none is taken to be known better (docs/stress.md)
 SOLVED = 1e-3  # part of the accuracy: the error of potentials in the energy norm, of which powers see the square
@@ -67,7 +68,7 @@ def problems(domain: Domain, accuracy: float) -> Problems:
 class Solution:
     """A steady state, what is read off it, and its quantities."""
 
-    state: SteadyState[HeatProblem, Conductor]
+    state: SteadyState
     out: Outputs
     quantities: Quantities
 
@@ -75,7 +76,7 @@ class Solution:
 def solution(study: Study, given: Problems, level: int = 2, follow: bool | None = None) -> Solution:
     """The steady state in one of the nested spaces; ``follow`` as of `steady.coupled`."""
     heat, conductor = given.heats[level], given.conductors[level]
-    thermal = asks.heat(given.domain.scene)
+    thermal = physics.heat(given.domain.scene)
     state = steady.coupled(heat, conductor, thermal, study.voltage, study.accuracy, follow)
     out = of_steady(state, study.part)
     return Solution(state, out, study.steady(out))
@@ -160,7 +161,7 @@ def steady_parts(
 ) -> dict[str, tuple[Spread, Spread]]:
     """For each goal what the degrees p - 1 and p take away, relative to its scale."""
     heat, state = given.heat, low.state
-    if not asks.heat(given.domain.scene):
+    if not physics.heat(given.domain.scene):
         return {name: parts for name, parts in _potentials(study, given, scales).items()}
     source = heat.loads[0].copy()
     if state.conductor is not None:

@@ -24,16 +24,16 @@ def solve(
 ) -> Result:
     """Steady state and, if asked for, transient of a sink in 3D, every number with its estimated error.
 
-    ``earlier`` is a result of the same sink, perhaps at another voltage: its meshes and fields serve again, which
-    costs a tenth. Raises fem3d.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
+    ``earlier`` is a result of the same sink, perhaps at another voltage: its meshes, factors and fields serve again.
+    Raises fem3d.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
     """
     part = symmetry.reduce(sink.scene())
     study = sink_quantities.study(sink, part)
     answer = None
-    if earlier is not None and request.transient:
-        first: Sink = earlier.details["sink"]
-        if replace(first, voltage=sink.voltage) == sink:
-            answer = another_voltage.solve(study, earlier.details["answer"], sink.voltage / first.voltage)
+    if earlier is not None:
+        first, before = earlier.details["sink"], earlier.details["answer"]
+        if replace(first, voltage=sink.voltage) == sink and request.transient == (before.response is not None):
+            answer = another_voltage.solve(study, before, sink.voltage / first.voltage)
     if answer is None:
         answer = adapt.solve(study, request.transient, progress or (lambda _: None))
     state, values = answer.fine.state, answer.fine.quantities
@@ -137,6 +137,6 @@ def _profile(sink: Sink, state: SteadyState, part: Symmetry) -> dict[str, np.nda
     """The steady rise along the beam's axis."""
     y = np.linspace(0.0, sink.length, 401)
     points = part.mirrored(np.column_stack([np.zeros_like(y), y, np.full_like(y, sink.thickness / 2)]))
-    heat = state.heat
-    rise = heat.domain.space.sample(heat.field(state.rise), points[:1, 0], points[:, 1], points[:1, 2])
+    space: Any = state.heat.domain.space
+    rise = space.sample(state.heat.field(state.rise), points[:1, 0], points[:, 1], points[:1, 2])
     return {"y_m": y, "rise_K": rise[0, :, 0]}

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from fem3d import currents, level, probe_quantities, solve_scene, start, time_response, transient
-from fem3d.assembly import HeatProblem
 from fem3d.groups import groups
+from fem3d.heat import HeatProblem
 from fem3d.level import Problems, Solution
 from fem3d.mesh_fields import MeshFields
 from fem3d.probes import reading
@@ -26,8 +26,8 @@ from meshes.grouped.check import check, remarks
 from meshes.grouped.place import Placed
 from meshes.grouped.read import read
 from meshes.grouped.refine import refine
-from scenes.free import asks
-from scenes.meshed.model import MeshScene
+from scenes import physics
+from scenes.model import MeshScene
 from scenes.plan import Step
 from scenes.result import Estimate, Result, Traces
 
@@ -46,7 +46,7 @@ def solve(scene: MeshScene, progress: Callable[[str], None] | None = None) -> Re
     scene, a warning says so. Raises SceneError where mesh and scene do not fit, RunawayError where no steady
     state exists, NumericsError where the numerics fail.
     """
-    if not scene.steady and not asks.heat(scene):
+    if not scene.steady and not physics.heat(scene):
         return currents.over_time(scene, lambda alone: solve(alone, progress), plan(scene))
     say = progress or (lambda _: None)
     placed = _placed(scene)
@@ -207,7 +207,7 @@ def _details(placed: Placed, space: Space, relative: dict[str, float], study: St
     functions = space.problems.domain.space
     electric = 0 if conductor is None else len(conductor.free)
     return {
-        "unknowns": space.heat.free if asks.heat(placed.scene) else electric,
+        "unknowns": space.heat.free if physics.heat(placed.scene) else electric,
         "electric_unknowns": electric,
         "levels": levels,
         "symmetry": "whole",
@@ -258,18 +258,18 @@ def _plan(placed: Placed, space: Space | None) -> tuple[Step, ...]:
         steps.append(Step("refinement", "skipped", "degrees 1 and 2 agree within the accuracy on the mesh as it is"))
     else:
         steps.append(Step("refinement", "done", "every cell into eight, once, where degrees 1 and 2 differ by more"))
-    if asks.heat(scene):
+    if physics.heat(scene):
         steps.append(Step("heat", "done", "one factorization per level: conductivities don't depend on temperature"))
     else:
         steps.append(Step("heat", "skipped", "nothing thermal is asked for: the currents at the initial temperature"))
-    if asks.electric(scene) and any(b.kind == "voltage" for b in scene.boundaries):
+    if physics.electric(scene) and any(b.kind == "voltage" for b in scene.boundaries):
         steps.append(Step("electric problem", "done", "in the cells that conduct"))
     else:
         steps.append(Step("electric problem", "skipped", "there is no electrode"))
     if scene.steady:
         steps.append(Step("steady state", "done", f"errors estimated, and compared with {scene.accuracy:g}"))
         steps.append(Step("transient", "skipped", "only the steady state was asked for"))
-    elif asks.heat(scene):
+    elif physics.heat(scene):
         steps.append(Step("steady state", "skipped", "only the transient was asked for"))
         steps.append(Step("transient", "done", f"to {scene.end_time:g} s, projected on Krylov fields"))
     else:

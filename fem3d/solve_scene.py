@@ -11,7 +11,7 @@ from fem3d.fields import Fields, grid_of
 from fem3d.study import Study
 from meshes import connected, statistics, symmetry
 from meshes.symmetry import Symmetry
-from scenes.free import asks
+from scenes import physics
 from scenes.model import Point, Scene
 from scenes.plan import Step
 from scenes.result import Estimate, Result, Traces
@@ -23,7 +23,7 @@ def solve(scene: Scene, progress: Callable[[str], None] | None = None) -> Result
     Steady keys and trace names are the probes' names; temperatures in K, potentials in V, flows in W, currents in A.
     Raises fem3d.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
     """
-    if not scene.steady and not asks.heat(scene):
+    if not scene.steady and not physics.heat(scene):
         return currents.over_time(scene, lambda alone: solve(alone, progress), plan(scene))
     say = progress or (lambda _: None)
     part = symmetry.reduce(clipped(scene))
@@ -51,7 +51,7 @@ def _steady(study: Study, scene: Scene, say: Callable[[str], None]) -> Result:
     state = answer.fine.state
     found = {name: Estimate(float(v), answer.errors[name]) for name, v in answer.fine.quantities.items()}
     electric = 0 if state.conductor is None else len(state.conductor.free)
-    details: dict[str, Any] = _details(study, state.heat.free if asks.heat(scene) else electric, answer.levels) | {
+    details: dict[str, Any] = _details(study, state.heat.free if physics.heat(scene) else electric, answer.levels) | {
         "electric_unknowns": electric,
         "steps": 0,
         "energy_imbalance": imbalance(answer.fine.out),
@@ -107,19 +107,19 @@ def plan(scene: Scene) -> tuple[Step, ...]:
     part: Symmetry = symmetry.reduce(clipped(scene))
     steps = [_symmetry(part)]
     warm = any(b.material.resistivity and b.material.temperature_coefficient for b in part.scene.boxes)
-    if asks.heat(scene):
+    if physics.heat(scene):
         steps.append(Step("heat", "done", "one factorization per mesh: the conductivity doesn't depend on temperature"))
     else:
         steps.append(Step("heat", "skipped", "nothing thermal is asked for: the currents at the initial temperature"))
     if connected.live(part.scene).any():
-        follows = ", whose resistance follows the temperature" if warm and asks.heat(scene) else ""
+        follows = ", whose resistance follows the temperature" if warm and physics.heat(scene) else ""
         steps.append(Step("electric problem", "done", f"in the parts that touch electrodes of two voltages{follows}"))
     else:
         steps.append(Step("electric problem", "skipped", "no part touches electrodes of two voltages"))
     if scene.steady:
         steps.append(Step("steady state", "done", f"refined until every estimated error is below {scene.accuracy:g}"))
         steps.append(Step("transient", "skipped", "only the steady state was asked for"))
-    elif asks.heat(scene):
+    elif physics.heat(scene):
         steps.append(Step("steady state", "skipped", "only the transient was asked for"))
         reason = f"to {scene.end_time:g} s, projected on Krylov fields, errors below {scene.accuracy:g}"
         steps.append(Step("transient", "done", reason))

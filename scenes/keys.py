@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from scenes import dimensions as d
 from scenes.checks import DEVICE_TOLERANCES, Differing, Tolerances
-from scenes.kinds import Choice, Insulator, Kind, Name, Quantity, Switch
+from scenes.kinds import NAME, Choice, Insulator, Kind, Quantity, Switch
 from scenes.schema import Key, Schema
 
 SIZE = Quantity(d.LENGTH, 1e-9, 1.0)
@@ -51,7 +51,7 @@ def material(name: str, resistivity: Kind) -> tuple[Key, ...]:
 
 
 SINK = Schema((
-    Key("scene.name", "name", Name(), physical=False),
+    Key("scene.name", "name", NAME, physical=False),
     Key("sink.length", "length", SIZE),
     Key("sink.width", "width", SIZE),
     Key("sink.thickness", "thickness", SIZE),
@@ -90,7 +90,7 @@ def _of_the_sink() -> tuple[Key, ...]:
 GAIN = Quantity(d.VOLTAGE, 0.0, 1e6)
 
 DEVICE = Schema((
-    Key("scene.name", "name", Name(), physical=False),
+    Key("scene.name", "name", NAME, physical=False),
     *_of_the_sink(),
     Key("device.sensor_thickness", "sensor_thickness", SIZE),
     Key("device.insulator_thickness", "insulator_thickness", SIZE),

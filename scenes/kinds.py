@@ -1,8 +1,8 @@
 """The kinds of value that a key of a scene may take: how each is read and checked, written back and shown.
 
-Every kind has the same three methods: ``read`` turns what stands in a file into the value of a scene or raises
-SceneError, ``write`` turns the value into what ``read`` takes (SI numbers, plain JSON types), and ``show`` is for a
-person. ``path`` is the key's full name, such as "sink.width".
+``read`` turns what stands in a file into the value of a scene or raises SceneError; ``path`` is the key's full name,
+such as "sink.width". A kind of the parametric scenes also has ``write``, which turns the value into what ``read`` takes
+(SI numbers, plain JSON types), and ``show``, which is for a person.
 """
 
 from __future__ import annotations
@@ -19,10 +19,15 @@ from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.units import UnitError, parse_quantity
 
 
-class Kind(Protocol):
+class Readable(Protocol):
     """What a key's values are like."""
 
     def read(self, path: str, given: object) -> Any: ...
+
+
+class Kind(Readable, Protocol):
+    """The same, of a value that is also written and shown."""
+
     def write(self, value: Any) -> Any: ...
     def show(self, value: Any) -> str: ...
 
@@ -152,19 +157,18 @@ class Switch:
 
 
 @dataclass(frozen=True)
-class Name:
-    """A short text that is safe as part of a folder's name."""
+class Text:
+    """A text of a form (a regular expression); ``refusal`` ends the sentence on any other."""
 
+    form: str
+    refusal: str
     longest: int = 60
 
     def read(self, path: str, given: object) -> str:
         """The text itself."""
-        if isinstance(given, str) and len(given) <= self.longest and re.fullmatch(r"\w([\w .-]*\w)?", given):
+        if isinstance(given, str) and len(given) <= self.longest and re.fullmatch(self.form, given):
             return given
-        raise SceneError(
-            f"{path} = {quoted(given)} cannot name a results folder: give text of 1 to {self.longest} letters, digits, "
-            f"spaces, dots, - and _, with a letter or digit at either end"
-        )
+        raise SceneError(f"{path} = {quoted(given)} {self.refusal}")
 
     def write(self, value: Any) -> Any:
         """The text itself."""
@@ -173,6 +177,14 @@ class Name:
     def show(self, value: Any) -> str:
         """The text itself."""
         return str(value)
+
+
+NAME = Text(
+    r"\w([\w .-]*\w)?",
+    "cannot name a results folder: give text of 1 to 60 letters, digits, spaces, dots, - and _, with a letter or digit "
+    "at either end",
+)
+"""A short text that is safe as part of a folder's name."""
 
 
 def _type_name(given: object) -> str:

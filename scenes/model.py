@@ -2,12 +2,14 @@
 
 A *scene* is a union of axis-parallel boxes of materials with conditions on flat boxes (one extent zero), SI units
 throughout. Where nothing is said a surface is adiabatic and electrically insulated; of overlapping boxes the later one
-wins. The z axis points up, y runs along a beam.
+wins. The z axis points up, y runs along a beam. A scene on a mesh file names groups of the mesh where others have
+corners; it is checked against the mesh itself only when that has been read (`meshes.grouped`).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 
 Point = tuple[float, float, float]
@@ -25,6 +27,16 @@ class Schedule:
 
 
 Value = float | Schedule
+
+
+def values(value: Value) -> tuple[float, ...]:
+    """Every value that a possibly varying one takes at its given times."""
+    return value.values if isinstance(value, Schedule) else (value,)
+
+
+def is_zero(value: Value) -> bool:
+    """Whether a possibly varying value is zero throughout."""
+    return not any(values(value))
 
 
 @dataclass(frozen=True)
@@ -113,3 +125,75 @@ class Scene:
     accuracy: float = 1e-3
     steady: bool = False
     output_times: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Body:
+    """The volume groups that are of one material."""
+
+    material: Material
+    groups: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Source:
+    """A heat source (W/m3) in every cell of a volume group; sources that overlap add up."""
+
+    name: str
+    group: str
+    heat_source: Value
+
+
+@dataclass(frozen=True)
+class GroupBoundary:
+    """A condition on a surface group: ``kind``, ``value`` and ``ambient`` as of `Boundary`."""
+
+    name: str
+    kind: Literal["temperature", "heat_flux", "convection", "voltage"]
+    group: str
+    value: Value
+    ambient: Value = 293.0
+
+
+@dataclass(frozen=True)
+class GroupProbe:
+    """What is reported at a point (m) or over a group, one of the two being ``None``.
+
+    "temperature" (K) and "potential" (V): the mean, largest or smallest value over a volume or a surface group.
+    "heat_flow" (W) and "current" (A): what enters the solid through the conditions on a surface group, or, where the
+    group lies inside the solid and has none, what passes it in the direction of its faces' normals.
+    """
+
+    name: str
+    at: Point | None = None
+    group: str | None = None
+    quantity: Literal["temperature", "potential", "heat_flow", "current"] = "temperature"
+    reduce: Literal["mean", "max", "min"] = "mean"
+
+
+@dataclass(frozen=True)
+class MeshScene:
+    """A scene on a mesh: ``file`` as the scene gives it, relative to ``folder``, in units of ``unit`` (m)."""
+
+    name: str
+    file: str
+    unit: float
+    bodies: tuple[Body, ...]
+    sources: tuple[Source, ...]
+    boundaries: tuple[GroupBoundary, ...]
+    probes: tuple[GroupProbe, ...]
+    initial_temperature: float = 293.0
+    end_time: float = 0.02
+    accuracy: float = 1e-3
+    steady: bool = False
+    output_times: tuple[float, ...] = ()
+    folder: str = ""
+
+    @property
+    def path(self) -> Path:
+        """Where the mesh is."""
+        return Path(self.folder) / self.file
+
+
+AnyScene = Scene | MeshScene
+"""A scene of boxes, or one on a mesh."""

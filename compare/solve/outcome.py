@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from compare.solve.scope import SolveRequest
-from scenes.free.asks import AnyScene
+from scenes.model import AnyScene
 from scenes.plan import Step
 
 if TYPE_CHECKING:

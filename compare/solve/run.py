@@ -14,8 +14,8 @@ from compare.clock import Clock
 from compare.solve import scope
 from compare.solve.outcome import SolveOutcome
 from compare.solve.scope import SolveRequest
-from scenes.free import asks
-from scenes.free.asks import AnyScene
+from scenes import physics
+from scenes.model import AnyScene
 from validate.report.figures.render import Renderer
 from validate.report.folder import Folder
 
@@ -60,8 +60,8 @@ def _looked_at(outcome: SolveOutcome) -> SolveOutcome:
 
     scene, result, shown = outcome.scene, outcome.result, None
     warnings = tuple(result.details.get("warnings", ()))
-    if asks.heat(scene):
-        fields, times, materials = result.details["fields"], hottest.moments(result.traces), asks.materials(scene)
+    if physics.heat(scene):
+        fields, times, materials = result.details["fields"], hottest.moments(result.traces), physics.materials(scene)
         if any(material.valid_to is not None for material in materials):
             warnings += tuple(hottest.warnings(materials, hottest.by_material(fields, times)))
         if result.traces is not None and "field" not in scope.skipped_figures(scene, outcome.request):

@@ -6,11 +6,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from scenes import physics
 from scenes.errors import SceneError
-from scenes.free import asks
-from scenes.free.asks import AnyScene
-from scenes.meshed.model import GroupProbe, MeshScene
-from scenes.model import Probe
+from scenes.model import AnyScene, GroupProbe, MeshScene, Probe
 from scenes.plan import Step
 
 if TYPE_CHECKING:
@@ -52,7 +50,7 @@ def fields_reason(scene: AnyScene, request: SolveRequest) -> str:
     """Why no field files are written; empty where they are."""
     if not request.fields:
         return "not asked for (--fields)"
-    return "" if asks.heat(scene) else "no temperature is solved for"
+    return "" if physics.heat(scene) else "no temperature is solved for"
 
 
 def skipped_figures(scene: AnyScene, request: SolveRequest) -> dict[str, str]:
@@ -60,7 +58,7 @@ def skipped_figures(scene: AnyScene, request: SolveRequest) -> dict[str, str]:
     if not request.figures:
         return dict.fromkeys(("field", "traces"), "no figures were asked for")
     skipped = {}
-    if not asks.heat(scene):
+    if not physics.heat(scene):
         skipped["field"] = "no temperature is solved for"
     if traces_reason(scene):
         skipped["traces"] = traces_reason(scene)

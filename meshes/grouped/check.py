@@ -7,7 +7,7 @@ import numpy as np
 from meshes.grouped import check_groups, check_parts
 from meshes.grouped.model import GroupedMesh
 from meshes.grouped.place import Placed
-from scenes.meshed.model import MeshScene
+from scenes.model import MeshScene
 
 
 def check(scene: MeshScene, mesh: GroupedMesh) -> Placed:

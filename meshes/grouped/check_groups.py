@@ -8,10 +8,10 @@ import numpy as np
 
 from meshes.grouped.model import GroupedMesh
 from meshes.grouped.place import Placed
+from scenes import physics
 from scenes.errors import SceneError, did_you_mean, quoted
-from scenes.free import asks
 from scenes.free.words import listed
-from scenes.meshed.model import GroupBoundary, GroupProbe, MeshScene
+from scenes.model import GroupBoundary, GroupProbe, MeshScene
 
 
 def named(scene: MeshScene, mesh: GroupedMesh) -> None:
@@ -74,7 +74,7 @@ def materials(placed: Placed) -> None:
             f"{int(bare.sum())} volume cells of {len(owner)} have no material{where}: give a [[material]] whose groups "
             "hold them"
         )
-    if asks.electric(scene):
+    if physics.electric(scene):
         for m in placed.materials:
             factor = 1 + m.temperature_coefficient * (scene.initial_temperature - m.reference_temperature)
             if m.resistivity is not None and factor <= 0:

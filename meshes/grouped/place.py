@@ -9,8 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from meshes.grouped.model import GroupedMesh
-from scenes.meshed.model import GroupBoundary, GroupProbe, MeshScene
-from scenes.model import Material, Value
+from scenes.model import GroupBoundary, GroupProbe, Material, MeshScene, Value
 
 
 @dataclass(frozen=True, eq=False)

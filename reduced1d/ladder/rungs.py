@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 from reduced1d import ladder
@@ -40,11 +41,15 @@ def rungs(levels: Levels, start: str = "paper") -> list[Rung]:
 
 
 def solve(levels: Levels, rung: Rung, steady_only: bool, times: np.ndarray | None) -> Result:
-    """The answer of a rung's model. Raises RunawayError."""
-    build = _BETWEEN.get(rung.name)
-    if build is None:
-        return ladder.solve(levels.sink, rung.name, steady_only=steady_only, times=times, levels=levels)
-    return result(rung.name, levels.sink, build(levels.fine), build(levels.coarse), steady_only, times)
+    """The answer of a rung's model, without the remarks on it. Raises RunawayError."""
+    if rung.name == "paper":
+        return ladder.solve(levels.sink, rung.name, steady_only=steady_only, times=times)
+    build = _BETWEEN.get(rung.name, partial(ladder.build, name=rung.name))
+    if rung is _PLATE and steady_only:
+        build = partial(Level.moments, states=1)  # that field is the steady state itself
+    fine = build(levels.fine)
+    coarse = fine if levels.rough else build(levels.coarse)
+    return result(rung.name, levels.sink, fine, coarse, steady_only, times)
 
 
 _WITHOUT_CIRCUIT = "fin-massless, no current in the pads"

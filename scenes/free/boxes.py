@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from scenes import physics
 from scenes.errors import SceneError, quoted
-from scenes.free import asks
 from scenes.free.grid import ROUNDING, Grid
 from scenes.free.words import extent
 from scenes.model import Scene
@@ -37,7 +37,7 @@ def check_hidden(scene: Scene, grid: Grid) -> None:
 
 def check_resistivity(scene: Scene) -> None:
     """Refuses resistivities that are not positive at the initial temperature."""
-    if not asks.electric(scene):
+    if not physics.electric(scene):
         return
     for material in dict.fromkeys(box.material for box in scene.boxes):
         factor = 1 + material.temperature_coefficient * (scene.initial_temperature - material.reference_temperature)

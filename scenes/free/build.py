@@ -3,37 +3,77 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeVar
 
+from scenes import physics
 from scenes.errors import SceneError, did_you_mean, quoted
-from scenes.free import asks
-from scenes.free.asks import AnyScene
 from scenes.free.document import Document, Item
 from scenes.free.tables import CONDITIONS, HEAT_KEYS
-from scenes.model import Boundary, Box, Material, Point, Probe, Scene, Schedule
+from scenes.model import (
+    AnyScene,
+    Body,
+    Boundary,
+    Box,
+    GroupBoundary,
+    GroupProbe,
+    Material,
+    MeshScene,
+    Point,
+    Probe,
+    Scene,
+    Schedule,
+    Source,
+)
+
+S = TypeVar("S", Scene, MeshScene)
 
 UNUSED = 1.0
 """Stands in a Material for what the scene does not need and the file does not give."""
 
 
-def build(document: Document, name: str) -> Scene:
-    """The scene; ``name`` is for one that has none. Raises SceneError."""
-    materials = {item.name: material(item) for item in document.items["material"]}
+def of_boxes(document: Document, name: str) -> Scene:
+    """The scene of boxes; ``name`` is for one that has none. Raises SceneError."""
+    materials = {item.name: _material(item.values) for item in document.items["material"]}
     boxes = tuple(_box(item, materials) for item in document.items["box"])
     if not boxes:
         raise SceneError("the scene has no [[box]]: give at least one, with material, lower and upper")
-    boundaries = tuple(_boundary(item) for item in document.items["boundary"])
-    probes = tuple(_probe(item) for item in document.items["probe"])
-    given = {"name": name, **document.sections["scene"], **run_keys(document.sections["run"])}
-    scene = replace(Scene(name, boxes, boundaries, probes), **given)
-    refuse_schedules(scene)
-    refuse_missing(scene, document, {box.material.name for box in boxes})
+    boundaries = tuple(
+        Boundary(item.name, lower=item.values["lower"], upper=item.values["upper"], **_condition(item))
+        for item in document.items["boundary"]
+    )
+    probes = tuple(Probe(item.name, *_corners(item), **_reading(item)) for item in document.items["probe"])
+    return _with_run(Scene(name, boxes, boundaries, probes), document, {box.material.name for box in boxes})
+
+
+def on_mesh(document: Document, name: str, folder: str) -> MeshScene:
+    """The scene on a mesh; ``name`` is for one that has none, ``folder`` where its file lies. Raises SceneError."""
+    mesh = document.sections["mesh"]
+    if "file" not in mesh:
+        raise SceneError('mesh.file is missing: give the path of a mesh, relative to the scene, such as "chip.msh"')
+    bodies = tuple(_body(item) for item in document.items["material"])
+    if not bodies:
+        raise SceneError("the scene has no [[material]]: give one for every volume group of the mesh")
+    sources = tuple(
+        Source(item.name, item.values["group"], item.values["heat_source"]) for item in document.items["source"]
+    )
+    boundaries = tuple(
+        GroupBoundary(item.name, group=item.values["group"], **_condition(item)) for item in document.items["boundary"]
+    )
+    probes = tuple(GroupProbe(item.name, *_place(item), **_reading(item)) for item in document.items["probe"])
+    scene = MeshScene(name, mesh["file"], mesh.get("unit", 1.0), bodies, sources, boundaries, probes, folder=folder)
+    return _with_run(scene, document, {body.material.name for body in bodies})
+
+
+def _with_run(scene: S, document: Document, used: set[str]) -> S:
+    """The scene with what [scene] and [run] say; ``used`` are the names of its materials."""
+    scene = replace(scene, **document.sections["scene"], **_run_keys(document.sections["run"]))
+    _refuse_schedules(scene)
+    _refuse_missing(scene, document, used)
     return scene
 
 
-def material(item: Item) -> Material:
-    """The material of an item, with a stand-in for what is not given."""
-    given = item.values
+def _material(given: dict[str, Any]) -> Material:
+    """The material, with a stand-in for what is not given."""
     return Material(**{**dict.fromkeys(HEAT_KEYS, UNUSED), **given})
 
 
@@ -47,31 +87,27 @@ def _box(item: Item, materials: dict[str, Material]) -> Box:
     return Box(**{**given, "name": item.name, "material": materials[material]})
 
 
-def _boundary(item: Item) -> Boundary:
-    given = item.values
-    kind, value = condition(item)
-    if kind == "convection":
-        return Boundary(item.name, kind, given["lower"], given["upper"], *value)
-    return Boundary(item.name, kind, given["lower"], given["upper"], value)
+def _body(item: Item) -> Body:
+    given = dict(item.values)
+    groups = given.pop("groups", (item.name,))
+    return Body(_material(given), groups)
 
 
-def condition(item: Item) -> tuple[Any, Any]:
-    """The kind and the value of a boundary's one condition."""
+def _condition(item: Item) -> dict[str, Any]:
+    """The kind and the value of a boundary's one condition, with the ambient temperature where it has one."""
     given = item.values
     kinds = [kind for kind in CONDITIONS if kind in given]
     if len(kinds) != 1:
         has = f"has {' and '.join(kinds)}" if kinds else "has no condition"
         raise SceneError(f"{item.label} {has}: give exactly one of {', '.join(CONDITIONS)}")
-    return kinds[0], given[kinds[0]]
+    (kind,) = kinds
+    if kind == "convection":
+        coefficient, ambient = given[kind]
+        return {"kind": kind, "value": coefficient, "ambient": ambient}
+    return {"kind": kind, "value": given[kind]}
 
 
-def _probe(item: Item) -> Probe:
-    lower, upper = _where(item)
-    quantity, reduce = asked_of(item)
-    return Probe(item.name, lower, upper, quantity, reduce)
-
-
-def asked_of(item: Item) -> tuple[Any, Any]:
+def _reading(item: Item) -> dict[str, Any]:
     """The quantity and the reduction of a probe."""
     quantity, reduce = item.values.get("quantity", "temperature"), item.values.get("reduce", "mean")
     if item.name == "time_s":
@@ -81,10 +117,11 @@ def asked_of(item: Item) -> tuple[Any, Any]:
             f"{item.label}.reduce = {quoted(reduce)} says nothing about a {quantity}, which is a total: leave it out, "
             "or give quantity temperature or potential"
         )
-    return quantity, reduce
+    return {"quantity": quantity, "reduce": reduce}
 
 
-def _where(item: Item) -> tuple[Point, Point]:
+def _corners(item: Item) -> tuple[Point, Point]:
+    """The corners of a probe's box; of a point both are the same."""
     given = item.values
     corners = [key for key in ("lower", "upper") if key in given]
     if "at" in given and not corners:
@@ -95,7 +132,19 @@ def _where(item: Item) -> tuple[Point, Point]:
     raise SceneError(f"{item.label} has {has}: give at = [x, y, z], or lower and upper")
 
 
-def run_keys(given: dict[str, Any]) -> dict[str, Any]:
+def _place(item: Item) -> tuple[Point | None, str | None]:
+    """The point or the group of a probe."""
+    at, group = item.values.get("at"), item.values.get("group")
+    if (at is None) == (group is None):
+        has = "no place" if at is None else "at and group"
+        raise SceneError(f"{item.label} has {has}: give at = [x, y, z], or group")
+    if at is not None and item.values.get("quantity") in ("heat_flow", "current"):
+        quantity = quoted(item.values["quantity"])
+        raise SceneError(f"{item.label}.quantity = {quantity} needs a surface: give group in place of at")
+    return at, group
+
+
+def _run_keys(given: dict[str, Any]) -> dict[str, Any]:
     """The keys of [run] as attributes of a scene."""
     found = {key: value for key, value in given.items() if key in ("accuracy", "steady")}
     times: tuple[float, ...] = given.get("output_times", ())
@@ -112,14 +161,14 @@ def run_keys(given: dict[str, Any]) -> dict[str, Any]:
     return {**found, "end_time": end, "output_times": times}
 
 
-def refuse_schedules(scene: AnyScene) -> None:
+def _refuse_schedules(scene: AnyScene) -> None:
     """Refuses values that vary in a steady state."""
     if not scene.steady:
         return
     for path, value in (
         *((f"boundary {quoted(b.name)}.{b.kind}", b.value) for b in scene.boundaries),
         *((f"boundary {quoted(b.name)}.convection.ambient", b.ambient) for b in scene.boundaries),
-        *((f"{what}.heat_source", value) for what, value in asks.heat_sources(scene)),
+        *((f"{what}.heat_source", value) for what, value in physics.heat_sources(scene)),
     ):
         if isinstance(value, Schedule):
             raise SceneError(
@@ -128,9 +177,9 @@ def refuse_schedules(scene: AnyScene) -> None:
             )
 
 
-def refuse_missing(scene: AnyScene, document: Document, used: set[str]) -> None:
+def _refuse_missing(scene: AnyScene, document: Document, used: set[str]) -> None:
     """What the physics that the scene asks for needs to know of the materials that are used."""
-    needed = HEAT_KEYS if asks.capacity(scene) else HEAT_KEYS[:1] if asks.heat(scene) else ()
+    needed = HEAT_KEYS if physics.capacity(scene) else HEAT_KEYS[:1] if physics.heat(scene) else ()
     for item in document.items["material"]:
         missing = [key for key in needed if key not in item.values]
         if item.name in used and missing:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from scenes.errors import SceneError, did_you_mean, printable, quoted
-from scenes.kinds import Kind
+from scenes.kinds import Readable
 
 
 @dataclass(frozen=True)
@@ -33,8 +33,8 @@ class Tables:
     of the latter that have no default. ``called`` names the kind in messages."""
 
     called: str
-    sections: dict[str, dict[str, Kind]]
-    lists: dict[str, dict[str, Kind]]
+    sections: dict[str, dict[str, Readable]]
+    lists: dict[str, dict[str, Readable]]
     required: dict[str, tuple[str, ...]]
 
 
@@ -80,7 +80,7 @@ def _items(table: str, given: object, tables: Tables) -> tuple[Item, ...]:
     return tuple(found.values())
 
 
-def _values(path: str, table: str, given: Mapping[Any, object], kinds: Mapping[str, Kind]) -> dict[str, Any]:
+def _values(path: str, table: str, given: Mapping[Any, object], kinds: Mapping[str, Readable]) -> dict[str, Any]:
     found = {}
     for key, value in given.items():
         if key not in kinds:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+from scenes import physics
 from scenes.errors import SceneError
-from scenes.free import asks
 from scenes.free.boxes import conducting
 from scenes.free.grid import Grid
 from scenes.free.parts import connected, labels_at
-from scenes.meshed.model import GroupBoundary
-from scenes.model import Boundary, Box, Scene, Value
+from scenes.model import Boundary, Box, GroupBoundary, Scene, Value, is_zero, values
 
 
 def check(scene: Scene, grid: Grid) -> None:
@@ -17,7 +16,7 @@ def check(scene: Scene, grid: Grid) -> None:
         return
     if _carries_current(scene, grid):
         return
-    has = "no voltage across a conductor, " if asks.electric(scene) else ""
+    has = "no voltage across a conductor, " if physics.electric(scene) else ""
     raise SceneError(
         f"nothing happens in this scene: it has {has}no heat source, no flux, and no temperature other than "
         f"scene.initial_temperature = {scene.initial_temperature:g} K: give at least one"
@@ -29,16 +28,16 @@ def heats(boundary: Boundary | GroupBoundary, initial: float) -> bool:
     if boundary.kind == "temperature":
         return _other_than(boundary.value, initial)
     if boundary.kind == "heat_flux":
-        return not asks.is_zero(boundary.value)
+        return not is_zero(boundary.value)
     return boundary.kind == "convection" and boundary.value != 0 and _other_than(boundary.ambient, initial)
 
 
 def _generates(box: Box) -> bool:
-    return not asks.is_zero(box.heat_source)
+    return not is_zero(box.heat_source)
 
 
 def _other_than(value: Value, fixed: float) -> bool:
-    return any(v != fixed for v in asks.values(value))
+    return any(v != fixed for v in values(value))
 
 
 def _carries_current(scene: Scene, grid: Grid) -> bool:

@@ -1,19 +1,21 @@
-"""The kinds of value that only a free scene has: points, lists of times, values that vary in time, convection."""
+"""The kinds of value that only a free scene has: points, lists of times, values that vary in time, convection, groups
+of a mesh."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
-from scenes.dimensions import TEMPERATURE, TIME
+from scenes.dimensions import LENGTH, TEMPERATURE, TIME
 from scenes.errors import SceneError, did_you_mean, quoted
-from scenes.kinds import Quantity
+from scenes.kinds import Quantity, Text
 from scenes.model import Schedule, Value
+from scenes.units import UnitError, parse_quantity
 
 INSTANT = Quantity(TIME, 0.0, 1e9)
+_LENGTHS = (1e-12, 1e6)
 
 
 @dataclass(frozen=True)
@@ -31,14 +33,6 @@ class Place:
         x, y, z = (self.coordinate.read(f"{path}[{'xyz'[d]}]", c) or 0.0 for d, c in enumerate(given))
         return x, y, z
 
-    def write(self, value: Any) -> Any:
-        """A list of three numbers."""
-        return [self.coordinate.write(c) for c in value]
-
-    def show(self, value: Any) -> str:
-        """Between brackets, with units."""
-        return f"[{', '.join(self.coordinate.show(c) for c in value)}]"
-
 
 @dataclass(frozen=True)
 class Instants:
@@ -49,14 +43,6 @@ class Instants:
         if not isinstance(given, (list, tuple)) or not given:
             raise SceneError(f'{path} = {quoted(given)} is not a list of times: give some, such as [0.1, "200 ms"]')
         return tuple(sorted({INSTANT.read(f"{path}[{i}]", t) or 0.0 for i, t in enumerate(given, 1)}))
-
-    def write(self, value: Any) -> Any:
-        """A list of numbers."""
-        return [INSTANT.write(t) for t in value]
-
-    def show(self, value: Any) -> str:
-        """With commas between."""
-        return ", ".join(INSTANT.show(t) for t in value)
 
 
 @dataclass(frozen=True)
@@ -95,12 +81,6 @@ class Varying:
             return {"times": list(value.times), "values": list(value.values)}
         return self.quantity.write(value)
 
-    def show(self, value: Any) -> str:
-        """The value, or its range."""
-        if isinstance(value, Schedule):
-            return f"{self.quantity.show(min(value.values))} to {self.quantity.show(max(value.values))}"
-        return self.quantity.show(value)
-
 
 @dataclass(frozen=True)
 class Convection:
@@ -130,35 +110,56 @@ class Convection:
         """A table."""
         return {"coefficient": self.coefficient.write(value[0]), "ambient": self.ambient.write(value[1])}
 
-    def show(self, value: Any) -> str:
-        """The coefficient and the ambient temperature."""
-        return f"{self.coefficient.show(value[0])} to {self.ambient.show(value[1])}"
+
+@dataclass(frozen=True)
+class GroupName:
+    """The name of a group of a mesh, or the number of one that has no name."""
+
+    def read(self, path: str, given: object) -> str:
+        """The name as text."""
+        if isinstance(given, int) and not isinstance(given, bool):
+            return str(given)
+        if isinstance(given, str) and given.strip():
+            return given
+        raise SceneError(f"{path} = {quoted(given)} is not a group: give its name, or its number where it has none")
 
 
 @dataclass(frozen=True)
-class Label:
-    """The name of a part, by which messages, overrides and columns call it."""
+class GroupNames:
+    """A list of names of groups."""
 
-    longest: int = 60
+    def read(self, path: str, given: object) -> tuple[str, ...]:
+        """The names."""
+        if isinstance(given, (list, tuple)) and given:
+            return tuple(GROUP.read(f"{path}[{i}]", name) for i, name in enumerate(given, 1))
+        raise SceneError(f'{path} = {quoted(given)} is not a list of groups: give some, such as ["silicon"]')
 
-    def read(self, path: str, given: object) -> str:
-        """The text itself."""
-        if isinstance(given, str) and len(given) <= self.longest and re.fullmatch(r"\w([\w .+-]*\w)?", given):
-            return given
-        raise SceneError(
-            f"{path} = {quoted(given)} is not a name: give text of 1 to {self.longest} letters, digits, spaces, dots, "
-            "+, - and _, with a letter or digit at either end"
-        )
 
-    def write(self, value: Any) -> Any:
-        """The text itself."""
+@dataclass(frozen=True)
+class LengthUnit:
+    """The unit of a file's coordinates: "um", or the length in m."""
+
+    def read(self, path: str, given: object) -> float:
+        """The unit in m."""
+        text = f"1 {given}" if isinstance(given, str) and not given[:1].isdigit() else given
+        try:
+            value, unit = parse_quantity(text) if isinstance(text, str) else (float(text), None)  # type: ignore[arg-type]
+        except (UnitError, TypeError, ValueError):
+            value, unit = 0.0, None
+        fine = unit is None or unit.powers == LENGTH.powers
+        if isinstance(given, bool) or not fine or not _LENGTHS[0] <= value <= _LENGTHS[1]:
+            raise SceneError(f'{path} = {quoted(given)} is not a unit of length: give "um", "mm" or 1e-6')
         return value
 
-    def show(self, value: Any) -> str:
-        """The text itself."""
-        return str(value)
 
-
+LABEL = Text(
+    r"\w([\w .+-]*\w)?",
+    "is not a name: give text of 1 to 60 letters, digits, spaces, dots, +, - and _, with a letter or digit at either "
+    "end",
+)
+"""The name of a part, by which messages, overrides and columns call it."""
+MESH_FILE = Text(r"[^\0]*[^\0\s][^\0]*", 'is no path of a mesh: give one such as "chip.msh"', longest=4096)
+GROUP = GroupName()
 KELVIN = Quantity(TEMPERATURE, 0.0, 1e6)
 
 

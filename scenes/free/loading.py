@@ -8,13 +8,11 @@ from typing import Any
 
 from scenes import examples
 from scenes.free import build, document, tables
-from scenes.free.asks import AnyScene
 from scenes.free.overrides import override
 from scenes.free.validity import check
 from scenes.free.write import as_dict
 from scenes.loading import file_name, file_text, toml
-from scenes.meshed import build as meshed
-from scenes.meshed import tables as meshed_tables
+from scenes.model import AnyScene
 
 __all__ = ["as_dict", "check", "from_dict", "load", "overridden"]
 
@@ -37,8 +35,8 @@ def from_dict(
     """The scene of nested tables such as `as_dict` returns, with overrides put over it, checked; raises SceneError."""
     found = values(given, overrides)
     if "mesh" in given:
-        return meshed.build(found, name, folder)
-    return check(build.build(found, name))
+        return build.on_mesh(found, name, folder)
+    return check(build.of_boxes(found, name))
 
 
 def overridden(scene: AnyScene, overrides: Sequence[str]) -> AnyScene:
@@ -56,4 +54,4 @@ def values(given: Mapping[str, Any], overrides: Sequence[str] = ()) -> document.
 
 def tables_of(given: Mapping[str, Any]) -> document.Tables:
     """What a document may say: a [mesh] makes the difference."""
-    return meshed_tables.TABLES if "mesh" in given else tables.TABLES
+    return tables.MESH_TABLES if "mesh" in given else tables.TABLES

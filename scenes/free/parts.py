@@ -6,25 +6,25 @@ from collections.abc import Callable
 
 import numpy as np
 
+from scenes import physics
 from scenes.errors import SceneError
-from scenes.free import asks, words
+from scenes.free import words
 from scenes.free.boxes import conducting, solid
 from scenes.free.conditions import acting, sheet_of
 from scenes.free.grid import VOID, Grid
-from scenes.meshed.model import GroupBoundary
-from scenes.model import Boundary, Scene
+from scenes.model import Boundary, GroupBoundary, Scene, is_zero
 
 
 def check(scene: Scene, grid: Grid) -> None:
     """Refuses, by their boxes' names, conductors without a fixed voltage, floating parts and parts without an exit."""
-    if asks.electric(scene):
+    if physics.electric(scene):
         labels = connected(grid, conducting(scene))
         _refuse(scene, grid, labels, _touched(scene, grid, labels, lambda b: b.kind == "voltage"), UNFIXED)
     labels = connected(grid, solid(scene))
     acted = _touched(scene, grid, labels, lambda b: True)
     acted |= _sources(scene, grid, labels)
     _refuse(scene, grid, labels, acted, FLOATING)
-    if scene.steady and asks.heat(scene):
+    if scene.steady and physics.heat(scene):
         _refuse(scene, grid, labels, _touched(scene, grid, labels, is_exit), KEPT)
 
 
@@ -84,7 +84,7 @@ def _touched(scene: Scene, grid: Grid, labels: np.ndarray, which: Callable[[Boun
 
 
 def _sources(scene: Scene, grid: Grid, labels: np.ndarray) -> set[int]:
-    hot = np.array([*(not asks.is_zero(box.heat_source) for box in scene.boxes), False])
+    hot = np.array([*(not is_zero(box.heat_source) for box in scene.boxes), False])
     return set(np.unique(labels[hot[grid.owner]]).tolist()) - {0}
 
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.sparse.linalg import splu
 
 from fem3d import run
-from fem3d.factorization import SYMMETRIC, Factors
+from fem3d.factorization import SYMMETRIC, Factors, Ordering
 from meshes import grading, symmetry
 from scenes.plan import Request
 from scenes.sink import Sink
@@ -61,8 +61,8 @@ def test_factors_solve_and_eliminate_entities_with_less_fill_than_minimum_degree
     heat = problem(part.scene, grading.first_grid(part.scene, 1e-3, grading.features(part.scene)))
     matrix = heat.inner_stiffness
     u = np.random.default_rng(0).random(heat.free)
-    factors = Factors(matrix, heat.groups[: heat.free], heat.places)
+    factors = Factors(matrix, heat.groups[: heat.free], heat.ordering)
     assert np.abs(factors.solve(matrix @ u) - u).max() < 1e-9
     assert factors._lu.nnz < splu(matrix, permc_spec="MMD_AT_PLUS_A", **SYMMETRIC).nnz
-    alone = Factors(matrix, np.arange(heat.free), heat.places[heat.groups[: heat.free]])
+    alone = Factors(matrix, np.arange(heat.free), Ordering(heat.domain.space.places[heat.groups[: heat.free]]))
     assert np.abs(alone.solve(matrix @ u) - u).max() < 1e-9

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from fem3d import solve_scene
-from fem3d.heat import HeatSystem
-from scenes.free import asks, from_dict
+from fem3d.heat import HeatProblem
+from scenes import physics
+from scenes.free import from_dict
 
 
 def bar(**changes):
@@ -42,8 +43,8 @@ SCENES = {
 
 def spy(monkeypatch, name, solved):
     """Every factorization of a heat problem, noted."""
-    own = getattr(HeatSystem, name)
-    monkeypatch.setattr(HeatSystem, name, lambda *given: solved.append(name) or own(*given))
+    own = getattr(HeatProblem, name)
+    monkeypatch.setattr(HeatProblem, name, lambda *given: solved.append(name) or own(*given))
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -55,7 +56,7 @@ def test_heat_is_solved_where_the_plan_says_so_and_nowhere_else(name, monkeypatc
         spy(monkeypatch, way, solved)
     result = solve_scene.solve(scene)
     planned = {step.step: step.state for step in solve_scene.plan(scene)}
-    assert (planned["heat"] == "done") == asks.heat(scene) == bool(solved) == thermal
+    assert (planned["heat"] == "done") == physics.heat(scene) == bool(solved) == thermal
     assert result.details["plan"] == solve_scene.plan(scene)
     assert planned["transient"] == "done"
     if not thermal:

@@ -18,7 +18,7 @@ from scenes.slug import distinguishes, shortened
 if TYPE_CHECKING:
     from compare.asked import SinkRequest
     from compare.device.scope import DeviceRequest
-    from scenes.free.asks import AnyScene
+    from scenes.model import AnyScene
     from scenes.sink import Sink
 
 

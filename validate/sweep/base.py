@@ -17,7 +17,7 @@ from scenes.types import SINK, TYPES
 from scenes.units import UnitError, parse_quantity
 
 if TYPE_CHECKING:
-    from scenes.free.asks import AnyScene
+    from scenes.model import AnyScene
 
 Value = float | str
 VOLTAGE = "drive.voltage"

@@ -77,6 +77,8 @@ class Cluster:
             if name.startswith(("distributed", "bokeh", "tornado")):
                 logging.getLogger(name).setLevel(logging.CRITICAL + 1)
         dask.config.set({"distributed.scheduler.allowed-failures": solver.ATTEMPTS})
+        # The workers' threads only wait: to sample them a hundred times a second would cost more than all else here.
+        dask.config.set({"distributed.worker.profile.enabled": False, "distributed.admin.tick.interval": "500ms"})
         if self._scheduler is None:
             # Where another has the port, with or without a dashboard, Dask takes the next one.
             with warnings.catch_warnings(action="ignore", category=UserWarning):

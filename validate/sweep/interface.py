@@ -24,7 +24,7 @@ from validate.sweep.store import Store
 if TYPE_CHECKING:
     import xarray
 
-    from scenes.free.asks import AnyScene
+    from scenes.model import AnyScene
 
 
 def sweep(

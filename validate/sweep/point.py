@@ -16,14 +16,11 @@ from validate.sweep.design import settings
 if TYPE_CHECKING:
     from compare.verdict import Check
     from reduced1d.ladder.levels import Levels
-    from scenes.free.asks import AnyScene
+    from scenes.model import AnyScene
     from scenes.result import Result
 
 FINEST = 1e-4
 """The accuracy down to which a verdict is sought that the error leaves open; finer ones take seconds to minutes."""
-
-SHARED = 3
-"""Voltages from which on it pays to solve a steady state with its fields over time, which another voltage can use."""
 
 BLAMED = {"fig4": ("steady", "peak"), "fig6_peak": ("transient", "peak"), "fig6_end": ("transient", "end"),
           "fig7_current": ("transient", "current")}  # fmt: skip
@@ -105,25 +102,22 @@ def _solved(work: Work, number: int, given: Sequence[str], earlier: Result | Non
 
 def _sink(sink: Sink, work: Work, earlier: Result | None) -> tuple[dict[str, Any], dict[str, float] | None, Result]:
     """The columns of a sink, and its 3D result; solved again more accurately while a verdict is open."""
-    from compare.scope import OVER_TIME
     from compare.sink_run import compared
     from reduced1d.ladder.levels import Levels
 
     asked = work.asked
-    over_time = not asked.steady or len(work.points) >= SHARED
-    request = SinkRequest(transient=over_time, figures=False, reduction=asked.reductions[0])
+    request = SinkRequest(transient=not asked.steady, figures=False, reduction=asked.reductions[0])
+    # Which part is the largest the coarser models of the ladder tell; a reduction that stands on it needs both.
+    rough = asked.reductions == ("paper",)
     first: Result | None = None
     while True:
         outcome = compared(sink, request, earlier)
-        fem3d, levels = cast("Result", outcome.fem3d), Levels(sink)
+        fem3d, levels = cast("Result", outcome.fem3d), Levels(sink, rough)
         first = first or fem3d
-        dropped = OVER_TIME if asked.steady else ()
-        kept = [c for c in outcome.checks if c.id not in dropped]
-        others = {}
-        for name in asked.reductions[1:]:
-            made, result = _of_another(sink, replace(request, reduction=name), fem3d, levels)
-            others[name] = [check for check in made if check.id not in dropped], result
-        watched = [*kept, *(check for checks, _ in others.values() for check in checks)]
+        others = {
+            name: _of_another(sink, replace(request, reduction=name), fem3d, levels) for name in asked.reductions[1:]
+        }
+        watched = [*outcome.checks, *(check for checks, _ in others.values() for check in checks)]
         open_ = [c for c in watched if c.verdict == "unresolved" and (asked.all_checks or c.id == asked.check)]
         finer = max(sink.accuracy / 10, FINEST)
         if not open_ or finer >= sink.accuracy:
@@ -136,7 +130,7 @@ def _sink(sink: Sink, work: Work, earlier: Result | None) -> tuple[dict[str, Any
     }
     if outcome.reduced1d is not None:
         values |= {f"reduced1d_{name}": found.value for name, found in outcome.reduced1d.steady.items()}
-    values |= _columns(kept)
+    values |= _columns(outcome.checks)
     for name, (checks, found) in others.items():
         values |= {f"{name}_{key}": given.value for key, given in (found.steady if found else {}).items()}
         values |= {f"{name}_{column}": value for column, value in _columns(checks).items()}

@@ -17,8 +17,7 @@ from meshes.grouped.read import read
 from meshes.grouped.refine import refine
 from scenes.errors import SceneError
 from scenes.free import as_dict, from_dict, load
-from scenes.meshed.model import MeshScene
-from scenes.model import Scene
+from scenes.model import MeshScene, Scene
 from tests.meshes.grouped import boxes
 from tests.meshes.grouped.scenes import bar, bridge
 

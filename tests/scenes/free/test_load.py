@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from scenes import examples
+from scenes import examples, physics
 from scenes.errors import SceneError
-from scenes.free import as_dict, asks, from_dict, load
-from scenes.free.toml import as_toml
+from scenes.free import as_dict, from_dict, load
+from scenes.free.write import as_toml
 from scenes.loading import builtin_text
 from scenes.model import Schedule
 
@@ -70,9 +70,9 @@ def test_units_defaults_and_names() -> None:
 
 def test_what_the_scene_does_not_need_may_be_left_out_and_is_not_written() -> None:
     scene = from_dict(bar())
-    assert not asks.electric(scene)
-    assert asks.heat(scene)
-    assert not asks.capacity(scene)
+    assert not physics.electric(scene)
+    assert physics.heat(scene)
+    assert not physics.capacity(scene)
     (material,) = as_dict(scene)["material"]
     assert material == {"name": "silicon", "thermal_conductivity": 130.0, "resistivity": "insulator"}
 
@@ -92,10 +92,10 @@ def electric(steady: bool = True, coefficient: float = 0.0) -> dict:
 
 def test_electric_scene_needs_no_thermal_data_until_its_resistivity_follows_the_temperature() -> None:
     scene = from_dict(electric())
-    assert asks.electric(scene)
-    assert not asks.heat(scene)
-    assert not asks.heat(from_dict(electric(coefficient=1e-3)))
-    assert not asks.heat(from_dict(electric(steady=False)))
+    assert physics.electric(scene)
+    assert not physics.heat(scene)
+    assert not physics.heat(from_dict(electric(coefficient=1e-3)))
+    assert not physics.heat(from_dict(electric(steady=False)))
     with pytest.raises(SceneError, match=r'material "silicon".thermal_conductivity is missing'):
         from_dict(electric(steady=False, coefficient=1e-3))
 

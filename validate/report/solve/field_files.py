@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from scenes.free.asks import AnyScene
+from scenes.model import AnyScene
 from scenes.result import Result
 from validate.report import fields
 

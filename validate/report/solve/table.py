@@ -16,8 +16,7 @@ from validate.report.table import Style, plan_text, warnings_text, where_text, w
 
 if TYPE_CHECKING:
     from compare.solve.outcome import SolveOutcome
-    from scenes.meshed.model import GroupProbe
-    from scenes.model import Probe
+    from scenes.model import GroupProbe, Probe
     from scenes.plan import Step
     from scenes.result import Result, Traces
 

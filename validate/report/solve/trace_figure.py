@@ -9,10 +9,8 @@ from matplotlib.figure import Figure
 
 from compare.solve.scope import UNITS
 from compare.words import scale
-from scenes.free import asks
-from scenes.free.asks import AnyScene
-from scenes.meshed.model import GroupProbe
-from scenes.model import Probe, Schedule
+from scenes import physics
+from scenes.model import AnyScene, GroupProbe, Probe, Schedule
 from scenes.result import Result, Traces
 from validate.report.figures.drawing import new_figure
 from validate.report.figures.interpolation import smooth
@@ -58,7 +56,7 @@ def draw(scene: AnyScene, result: Result) -> Figure:
 
 def _first(scene: AnyScene, traces: Traces) -> float:
     """Where a logarithmic axis starts (s): before any trace has moved visibly; 0 where a linear one is better."""
-    if any(t > 0 for value in asks.driving(scene) if isinstance(value, Schedule) for t in value.times):
+    if any(t > 0 for value in physics.driving(scene) if isinstance(value, Schedule) for t in value.times):
         return 0.0
     halves, starts = [], []
     for values in traces.values.values():

@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 from scenes.errors import quoted
-from scenes.meshed.model import MeshScene
-from scenes.model import Material, Scene, Schedule, Value
-
-AnyScene = Scene | MeshScene
-"""A scene of boxes, or one on a mesh."""
+from scenes.model import AnyScene, Material, MeshScene, Value, is_zero
 
 
 def materials(scene: AnyScene) -> tuple[Material, ...]:
@@ -56,16 +52,6 @@ def heat(scene: AnyScene) -> bool:
 def capacity(scene: AnyScene) -> bool:
     """Whether density and specific heat matter."""
     return heat(scene) and not scene.steady
-
-
-def values(value: Value) -> tuple[float, ...]:
-    """Every value that a possibly varying one takes at its given times."""
-    return value.values if isinstance(value, Schedule) else (value,)
-
-
-def is_zero(value: Value) -> bool:
-    """Whether a possibly varying value is zero throughout."""
-    return not any(values(value))
 
 
 def _varies(material: Material) -> bool:
