@@ -16,6 +16,7 @@ from scenes.plan import Request, Step
 
 if TYPE_CHECKING:
     from compare.against.data import Data
+    from compare.row_runs import Varied
     from compare.verdict import Check
     from reduced1d.ladder.levels import Levels
     from scenes.result import Result
@@ -71,7 +72,8 @@ def _compared(
     earlier: Result | None = None,
     data: Data | None = None,
 ) -> Outcome[Sink]:
-    fem3d = reduced1d = why = exported = None
+    fem3d = reduced1d = single = why = exported = None
+    runs: tuple[Varied, ...] = ()
     if request.export is not None and levels is not None:
         from reduced1d.export import export
 
@@ -102,15 +104,21 @@ def _compared(
         from compare.checks import evaluate
 
         with clock.stage("checks"):
-            checks = evaluate(sink, request, fem3d, reduced1d)
+            if sink.spans > 1:
+                single = solve_3d(replace(sink, spans=1), replace(request, transient=False), say)
+            checks = evaluate(sink, request, fem3d, reduced1d, single)
     if request.why and fem3d is not None and levels is not None:
         from compare.budget import budget
 
         with clock.stage("why"):
             why = budget(sink, request.reduction, fem3d, levels, say)
+            if single is not None:
+                from compare.row_runs import varied
+
+                runs = varied(sink, request.reduction, single, say)
     warnings = tuple(text for model in (fem3d, reduced1d) if model for text in model.details.get("warnings", ()))
     steps = of_sink(sink, request, solver_steps, data)
-    return Outcome(sink, request, steps, fem3d, reduced1d, checks, warnings, why=why, exported=exported)
+    return Outcome(sink, request, steps, fem3d, reduced1d, checks, warnings, why=why, exported=exported, varied=runs)
 
 
 def _too_hot(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tuple[str, ...]:
@@ -119,10 +127,13 @@ def _too_hot(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tupl
 
     if fem3d is not None:
         reached = hottest.by_material(fem3d.details["fields"], hottest.moments(fem3d.traces, FEW))
-    elif reduced1d is not None:
+    elif reduced1d is not None and sink.spans == 1:
         from reduced1d.painted import of_result
 
         reached = hottest.of_painted(of_result(sink, reduced1d))
+    elif reduced1d is not None:
+        hot = sink.room_temperature + reduced1d.steady["peak_rise_K"].value
+        reached = {sink.silicon.name: hottest.Hottest(hot)}
     else:
         return ()
     return tuple(hottest.warnings((sink.silicon, sink.oxide), reached))

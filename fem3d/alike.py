@@ -10,12 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import pairwise
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from fem3d import span_quantities
 from fem3d.adapt import Answer
+from fem3d.span_quantities import OF_SPAN
 from scenes.result import Estimate, Traces
 from scenes.sink import Sink, different
 
@@ -44,38 +44,64 @@ def decay(sink: Sink) -> float:
     return min(half - float(np.sqrt(half**2 - 1)), SLOWEST)
 
 
-def apart(sink: Sink, count: int, answer: Answer) -> float:
-    """By how much of its rise a span that is not solved may differ from the innermost of ``count`` that are, steady or
-    over time; 0 where all are solved."""
+class Apart(NamedTuple):
+    """By how much of its rises a span, and of its heat an island, that is not solved may differ from the innermost that
+    is, steady or over time."""
+
+    spans: float = 0.0
+    islands: float = 0.0
+
+    def within(self, accuracy: float) -> bool:
+        """Whether that is little enough: rises are what an accuracy is of, heats are known far better than it."""
+        return self.spans <= SHARE * accuracy and self.islands <= accuracy / 2
+
+
+def apart(sink: Sink, count: int, answer: Answer) -> Apart:
+    """How the spans and islands that are not solved differ, by those of the ``count`` that are."""
     if count == sink.spans:
-        return 0.0
-    m, worst = different(count), 0.0
-    for what in span_quantities.OF_SPAN:
-        rises = [np.atleast_1d(answer.fine.quantities[f"span{k}_{what}_rise_K"]) for k in range(m, max(m - 3, 0), -1)]
-        if answer.response is not None:
-            over_time = [answer.response.traces[f"span{k}_{what}_K"] for k in range(m, max(m - 3, 0), -1)]
-            rises = [np.append(a, b - sink.room_temperature) for a, b in zip(rises, over_time, strict=True)]
-        differences = [float(np.abs(a - b).max()) for a, b in pairwise(rises)]
-        seen = differences[0] / max(differences[1], 1e-300) if m > 2 else 0.0
-        r = min(max(decay(sink), seen), SLOWEST)
-        worst = max(worst, 2 * r / (1 - r) ** 2 * differences[0] / float(np.abs(rises[0]).max()))
-    return worst
+        return Apart()
+    # An island is nearer to the other end than a span by half a period, and half of the bound does.
+    spans = [_far(sink, answer, [f"span{k}_{what}" for k in range(different(count), 0, -1)]) for what in OF_SPAN]
+    slowest = max(r for r, _ in spans)
+    islands = _far(sink, answer, [f"island{k}_heat" for k in range(count // 2, 0, -1)])[1]
+    bounds = [2 * r / (1 - r) ** 2 * last for r, last in spans]
+    return Apart(max(bounds), slowest / (1 - slowest) ** 2 * islands)
 
 
-def of_all(sink: Sink, count: int, answer: Answer, off: float) -> tuple[dict[str, Estimate], Traces | None]:
+def _far(sink: Sink, answer: Answer, names: list[str]) -> tuple[float, float]:
+    """r, and the last difference over the innermost value, of what is the same of each span or island, from the
+    innermost on."""
+    steady = answer.fine.quantities
+    values = [np.atleast_1d(steady[f"{n}_W" if f"{n}_W" in steady else f"{n}_rise_K"]) for n in names[:3]]
+    if answer.response is not None:
+        traces = answer.response.traces
+        room = sink.room_temperature
+        over_time = [traces[f"{n}_W"] if f"{n}_W" in traces else traces[f"{n}_K"] - room for n in names[:3]]
+        values = [np.append(a, b) for a, b in zip(values, over_time, strict=True)]
+    differences = [float(np.abs(a - b).max()) for a, b in pairwise(values)]
+    seen = differences[0] / max(differences[1], 1e-300) if len(differences) > 1 else 0.0
+    return min(max(decay(sink), seen), SLOWEST), differences[0] / float(np.abs(values[0]).max())
+
+
+def of_all(sink: Sink, count: int, answer: Answer, off: Apart) -> tuple[dict[str, Estimate], Traces | None]:
     """The steady quantities and the traces of all spans, with errors in which those that are not solved are ``off``."""
     rise = float(answer.fine.quantities["mean_rise_K"])
     warm = sink.silicon.temperature_coefficient * rise
-    # The current follows a rise by what that changes the resistance.
-    share = {name: off * min(abs(warm / (1 + warm)), 1.0) for name in ("current_A", "power_W")}
+
+    def share(name: str) -> float:
+        if name in ("current_A", "power_W"):
+            # The current follows a rise by what that changes the resistance.
+            return off.spans * min(abs(warm / (1 + warm)), 1.0)
+        return off.islands if name.startswith(("island", "heat_out")) else off.spans
+
     values, scales = answer.fine.quantities, {n: abs(float(v)) for n, v in answer.fine.quantities.items()}
-    errors = {n: e + share.get(n, off) * scales[n] for n, e in answer.errors.items()}
+    errors = {n: e + share(n) * scales[n] for n, e in answer.errors.items()}
     steady = _repeated(sink, count, {n: Estimate(float(v), errors[n]) for n, v in values.items()})
     response = answer.response
     if response is None:
         return steady, None
     scales |= {n.replace("_rise_K", "_K"): v for n, v in scales.items()}
-    of_traces = {n: e + share.get(n, off) * scales[n] for n, e in response.errors.items()}
+    of_traces = {n: e + share(n) * scales[n] for n, e in response.errors.items()}
     return steady, Traces(
         response.times, _repeated(sink, count, response.traces), _repeated(sink, count, of_traces)
     )  # fmt: skip

@@ -11,9 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.polynomial import legendre
 
-from fem3d.domain import Patch
+from fem3d.domain import Patch, Space
 from fem3d.extreme import Place
-from fem3d.space import Space
 
 PER_DEGREE = 8  # points of the lattice in a cell, for each degree
 

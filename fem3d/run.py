@@ -16,7 +16,7 @@ from meshes import connected, statistics, symmetry
 from meshes.symmetry import Symmetry
 from scenes.plan import Request, Step
 from scenes.result import Result
-from scenes.sink import Sink, start
+from scenes.sink import Sink, different
 
 
 def solve(
@@ -32,7 +32,7 @@ def solve(
         part = symmetry.reduce(sink.scene(count))
         answer = _answer(sink, count, part, request, progress or (lambda _: None), earlier)
         off = alike.apart(sink, count, answer)
-        if off <= alike.SHARE * sink.accuracy:
+        if off.within(sink.accuracy):
             break
         count = alike.allowed(sink, count + 2)
     state, response = answer.fine.state, answer.response
@@ -52,7 +52,7 @@ def solve(
         "profile": _profile(sink, count, state, part),
         "sink": sink,
         "spans_solved": count,
-        "alike_error": off,
+        "alike_error": off.spans,
         "answer": answer,
         "fields": Fields(state.heat, state, part, None if response is None else response.transient),
     }
@@ -151,9 +151,12 @@ def _warnings(sink: Sink, peak: float) -> list[str]:
 
 
 def _profile(sink: Sink, count: int, state: SteadyState, part: Symmetry) -> dict[str, np.ndarray]:
-    """The steady rise along the row's axis: of as many spans as are solved."""
-    y = np.linspace(0.0, start(sink, count) + sink.length, 400 * count + 1)
-    points = part.mirrored(np.column_stack([np.zeros_like(y), y, np.full_like(y, sink.thickness / 2)]))
+    """The steady rise along the axis of the whole row: that of a span that is not solved is the innermost's."""
+    y = np.linspace(0.0, sink.row_length, 401 if sink.spans == 1 else 100 * sink.spans + 1)
+    outward, period = np.minimum(y, sink.row_length - y), sink.length + sink.island
+    before = np.minimum(outward // period, different(count) - 1)
+    solved = np.where(outward // period > before, before * period + outward % period, outward)
+    points = part.mirrored(np.column_stack([np.zeros_like(y), solved, np.full_like(y, sink.thickness / 2)]))
     space: Any = state.heat.domain.space
     rise = space.sample(state.heat.field(state.rise), points[:1, 0], points[:, 1], points[:1, 2])
     return {"y_m": y, "rise_K": rise[0, :, 0]}

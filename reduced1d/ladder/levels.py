@@ -57,10 +57,11 @@ class Level:
         """What a fin on one-node anchors may leave out at its ends (-)."""
         return one_node_remainder(self._assembled)
 
-    def lump(self) -> FewStates:
-        """The paper's model on the plate's anchor resistance."""
-        of = lump if self.sink.spans == 1 else lumps
-        return of(self.sink, self.anchor.resistance)
+    def lump(self, circuit: bool = False) -> FewStates:
+        """The paper's model on the plate's anchor resistance; of a row perhaps with the islands in the circuit."""
+        if self.sink.spans > 1:
+            return lumps(self.sink, self.anchor.resistance, circuit)
+        return lump(self.sink, self.anchor.resistance)
 
     def fin(self, pad_capacity: bool = True, oxide_capacity: bool = True, circuit: bool = True) -> FewStates:
         """The fin on the plate's anchor, with what is asked for of the anchor's capacity and of the circuit in it."""

@@ -22,8 +22,9 @@ def half_island(sink: Sink) -> float:
     return sink.oxide_thickness / (sink.oxide.thermal_conductivity * area)
 
 
-def lumps(sink: Sink, anchor_resistance: float) -> FewStates:
-    """The spans of a row as lumps between an anchor of some resistance (K/W) and the islands' blocks.
+def lumps(sink: Sink, anchor_resistance: float, circuit: bool = False) -> FewStates:
+    """The spans of a row as lumps between an anchor of some resistance (K/W) and the islands' blocks; ``circuit`` adds
+    the cold resistance of the beam over the islands.
 
     Raises ValueError where the silicon does not conduct.
     """
@@ -35,6 +36,7 @@ def lumps(sink: Sink, anchor_resistance: float) -> FewStates:
     shapes = [unequal_ends(1.0, R, island, k, A_c, L) for R in (anchor_resistance, island)]
     ends = zip(shapes, (anchor_resistance, island), strict=True)
     flows = np.array([outer / R + inner / island for (_, outer, inner), R in ends])
+    over = resistance(0.0, resistivity, a, (sink.spans - 1) * sink.island, A_c)
     kinds, cold = np.eye(count), number * resistance(0.0, resistivity, a, L, A_c)
     air = number * air_conductance(sink)
     outputs = {"end": kinds[0] * shapes[0][1], "mean": number / sink.spans, "air": air}
@@ -54,6 +56,6 @@ def lumps(sink: Sink, anchor_resistance: float) -> FewStates:
         outputs[f"island{number_of}_heat"] = (kinds[before] * shapes[before][2] + kinds[after] * second) / island
     matrices = Matrices(
         np.diag(number * sink.silicon.heat_capacity * L * A_c), np.diag(number * flows[:count] + air), cold,
-        np.diag(cold), float(cold.sum()), cold, float(cold.sum()), outputs,
+        np.diag(cold), float(cold.sum()) + circuit * over, cold, float(cold.sum()), outputs,
     )  # fmt: skip
     return in_modes(matrices, a, sink.spans * sink.voltage)
