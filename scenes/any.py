@@ -8,8 +8,8 @@ from typing import Any, Literal, overload
 
 from scenes import examples, loading
 from scenes.device import Device
+from scenes.keys import DEVICE, SINK, TYPES
 from scenes.sink import Sink
-from scenes.types import DEVICE, SINK, TYPES
 
 
 @overload

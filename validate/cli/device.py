@@ -46,8 +46,8 @@ def run(arguments: argparse.Namespace) -> int:
     from dataclasses import replace
 
     from compare.device import scope
+    from scenes.keys import DEVICE
     from scenes.loading import load
-    from scenes.types import DEVICE
     from validate.report.names import of_device
 
     device = load(arguments.scene, common.settings(arguments), of=DEVICE)

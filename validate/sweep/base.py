@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any, Literal
 from scenes import examples, free
 from scenes.errors import SceneError, quoted
 from scenes.free.loading import values
+from scenes.keys import SINK, TYPES
 from scenes.loading import as_dict, builtin_text, check, file_name, file_text, toml
 from scenes.overrides import override
 from scenes.sink import Sink
-from scenes.types import SINK, TYPES
 from scenes.units import UnitError, parse_quantity
 
 if TYPE_CHECKING:
@@ -78,12 +78,12 @@ class Base:
         if self.kind == "sink":
             found = SINK.schema.paths.get(key)
             return found.kind.dimension.unit if found and isinstance(found.kind, Quantity) else ""
-        from scenes.free.kinds import Place
-        from scenes.free.loading import tables_of
+        from scenes.free.loading import schema_of
+        from scenes.kinds import Place
 
-        tables = tables_of(self.document)
+        schema = schema_of(self.document)
         table, *_, last = key.split(".")
-        kinds = (tables.sections | tables.lists).get(table, {})
+        kinds = schema.lists.get(table) or {path.rpartition(".")[2]: found.kind for path, found in schema.paths.items()}
         point, coordinate = ([*key.split("."), ""])[-3:-1]
         kind: object = kinds.get(last) or (kinds.get(point) if coordinate in "xyz" else None)
         kind = kind.coordinate if isinstance(kind, Place) else getattr(kind, "quantity", kind)

@@ -15,8 +15,8 @@ from compare.verdict import Check
 from reduced1d.device import solve
 from scenes.checks import DEVICE_TOLERANCES
 from scenes.device import Control, Device, External
+from scenes.keys import DEVICE
 from scenes.loading import load
-from scenes.types import DEVICE
 
 SLOPE = 0.15 * 1e-3 * 100e-6 / 100e-6
 METERS = ("meter_resistance", "meter_power", "meter_rate")

@@ -22,8 +22,8 @@ from compare.device.outcome import DeviceOutcome
 from compare.device.scope import FIGURES, DeviceRequest
 from reduced1d.device import QUANTITIES
 from scenes.checks import DEVICE_TOLERANCES
+from scenes.keys import DEVICE
 from scenes.loading import from_dict, load
-from scenes.types import DEVICE
 from validate.cli import main
 from validate.report.device import figures
 from validate.report.device.table import columns

@@ -15,8 +15,8 @@ from reduced1d.device.controller import law
 from reduced1d.device.lumped import lump
 from reduced1d.device.timetable import timetable
 from scenes.device import Device
+from scenes.keys import DEVICE
 from scenes.loading import load
-from scenes.types import DEVICE
 
 
 def prepare(options: dict[str, Any]) -> tuple[Callable[[], np.ndarray], Callable[[np.ndarray], dict[str, Any]]]:
