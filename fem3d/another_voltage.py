@@ -10,9 +10,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from fem3d import level, operating_point, outputs, steady, time_response
+from fem3d import level, operating_point, outputs, time_response
 from fem3d.adapt import Answer
-from fem3d.conduction import combined
+from fem3d.conductor import combined
 from fem3d.level import Solution
 from fem3d.reduced import Reduced, project
 from fem3d.steady import SteadyState
@@ -60,7 +60,7 @@ def _solution(study: Study, before: SteadyState, reduced: Reduced, factor: float
     rise = lift + heat.whole(reduced.basis @ point.a)
     patterns = [replace(p, supply=p.supply * factor) for p in before.patterns]
     density = combined(patterns, point.c)
-    source = steady.joule_load(conductor, density, rise) + heat.loads[0]
+    source = conductor.joule_load(density, rise) + heat.loads[0]
     answer = lift + heat.whole(heat.solve_steady(source[:n]))
     probes = {p.name: p for p in heat.domain.scene.probes}
     goals = [level.goal_row(heat, probes[name], rise) for name in study.goals.values()]
@@ -73,7 +73,7 @@ def _solution(study: Study, before: SteadyState, reduced: Reduced, factor: float
     if hotter and conductor.warms:
         # The current patterns are those of the first voltage's heat: see whether they still hold.
         true = conductor.solve(rise, factor * before.drive * conductor.voltages[0], potential)
-        load = steady.joule_load(conductor, true.density, rise) + heat.loads[0]
+        load = conductor.joule_load(true.density, rise) + heat.loads[0]
         if heat.norm(heat.solve_steady((load - source)[:n])) > LEFT_OUT * study.accuracy * heat.norm(rise[:n]):
             return None
     joule = conductor.joule(density, rise)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,48 +11,11 @@ from scipy.sparse.linalg import splu
 
 from fem3d.domain import Domain
 from fem3d.factorization import Ordering, part
-from fem3d.heat import Film, HeatSystem, above, coefficient
+from fem3d.heat import Film, HeatProblem, above, coefficient
 from fem3d.space import Faces
 from scenes.model import Schedule, Value
 
 PLANE = 0.95  # of normals' lengths that their sum keeps: faces that bend by less pass for one plane
-
-
-@dataclass(frozen=True, eq=False)
-class HeatProblem(HeatSystem):
-    """The system of a domain; ``order`` (all nodes,) is the function of the space that each unknown is of, ``torn``
-    (all nodes,) by how much temperatures given there contradict each other (K)."""
-
-    domain: Domain
-    order: np.ndarray
-    torn: np.ndarray
-
-    def field(self, u: np.ndarray) -> np.ndarray:
-        """(..., functions): a field (free or all nodes) as coefficients of the space's functions."""
-        whole = self.whole(u)
-        found = np.zeros((*whole.shape[:-1], self.domain.space.size))
-        found[..., self.order] = whole
-        return found
-
-    def take(self, row: np.ndarray) -> np.ndarray:
-        """(..., all nodes): what belongs to the unknowns of (..., functions)."""
-        found: np.ndarray = row[..., self.order]
-        return found
-
-    def lower(self, level: int) -> HeatProblem:
-        """The problem in a lower space that this one's holds (`Space.nested`): leading parts of the same matrices."""
-        there = self.domain.space.nested[level][self.order]
-        kept = np.flatnonzero(there)
-        free = int(there[: self.free].sum())
-        fixed = kept[free:] - self.free
-        return replace(
-            self, free=free, stiffness=part(self.stiffness, kept), mass=part(self.mass, kept),
-            loads=self.loads[:, kept], given=self.given[:, fixed],
-            held={name: own[fixed] for name, own in self.held.items()}, edges=part(self.edges, fixed),
-            films={name: replace(f, per_kelvin=f.per_kelvin[kept]) for name, f in self.films.items()},
-            unit=self.unit[kept], groups=self.groups[kept], order=self.order[kept],
-            torn=self.torn[kept],
-        )  # fmt: skip
 
 
 def assemble(domain: Domain) -> HeatProblem:

@@ -6,25 +6,55 @@ Potentials are functions of the whole space, zero where no current flows. Voltag
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import LinearOperator, cg
 
-from fem3d.assembly import HeatProblem, reactions
-from fem3d.conduction import Field, Pattern, Potential
+from fem3d.assembly import reactions
 from fem3d.factorization import Factors, Ordering, part
-from fem3d.joule import Tested
-from fem3d.resistivity import law
+from fem3d.heat import HeatProblem
 from fem3d.space import Cells, Faces
-from fem3d.tested import tested
+from scenes.model import Material
 
+SAME = 1e-9  # relative size below which a current field is taken for a sum of others
 SOLVED = 1e-12  # the error of a potential over that of its first guess, in the energy norm, if nothing looser is asked
 
 Section = list[tuple[Faces, float, np.ndarray, np.ndarray]]
 """Faces inside a conductor, half the sign of their normal, and the law of the resistivity (facets, 1) there."""
+
+
+@dataclass(frozen=True, eq=False)
+class Potential:
+    """The potential (V) at the nodes of the conductor, the current density (A/m2), and the current (A) that enters at
+    each node (zero at free ones); ``through``: that through sections, where it isn't read off the density; ``steps`` of
+    the iteration."""
+
+    potential: np.ndarray
+    density: np.ndarray
+    reaction: np.ndarray
+    steps: int = 0
+    through: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Pattern:
+    """A current field: its density, the power (channels,) that the electrodes supply to it at their voltages, and the
+    current (A) that enters at each electrode or passes a probe. All three are linear in the field."""
+
+    density: np.ndarray
+    supply: np.ndarray
+    currents: dict[str, float]
+
+    def plus(self, factor: float, other: Pattern, scale: float) -> Pattern:
+        """(self + factor * other) * scale."""
+        return Pattern(
+            (self.density + factor * other.density) * scale,
+            (self.supply + factor * other.supply) * scale,
+            {name: (i + factor * other.currents[name]) * scale for name, i in self.currents.items()},
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,8 +64,7 @@ class Conductor:
     (channels, functions) the given ones.
 
     ``matrix`` is that of the initial temperature. ``electrodes``: for each its part (functions,) of the currents that
-    enter. ``sections``: the current probes inside. A field is one array (3, cells, points). It is a
-    `fem3d.conduction.Conduction`.
+    enter. ``sections``: the current probes inside. Current densities are (3, cells, points).
     """
 
     heat: HeatProblem
@@ -85,7 +114,7 @@ class Conductor:
         """(free,): the potential at the initial temperature for charges (free,) between earthed electrodes."""
         return self._cold.solve(load)
 
-    def influence(self, row: np.ndarray) -> tuple[np.ndarray, Field]:
+    def influence(self, row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """What a row (functions,) reads off the potential of any current density J, without solving for it.
 
         With w the solution for the row as a source, in the cold conductor between earthed electrodes, and D its current
@@ -97,10 +126,10 @@ class Conductor:
         left = row - self.on.flow(density)
         left[self.free] = 0.0
         shares: np.ndarray = self.voltages @ left
-        return shares, [density]
+        return shares, density
 
     @cached_property
-    def influences(self) -> dict[str, tuple[np.ndarray, Field]]:
+    def influences(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """`influence` of each probe of a mean potential that lies in the conductor."""
         domain, found = self.heat.domain, {}
         mine = np.zeros(domain.space.size, bool)
@@ -138,7 +167,7 @@ class Conductor:
             start[free] += cg(operator, -charge(start)[free], rtol=0.0, atol=0.0, maxiter=steps, M=inverse)[0]
         density = -self.on.gradient(start) / resistivity
         through = {name: self._through(section, start, rise) for name, section in self.sections.items()}
-        return Potential(start, [density], -self.on.flow(density), steps, through)
+        return Potential(start, density, -self.on.flow(density), steps, through)
 
     def _steps(self, ratio: np.ndarray) -> int:
         """How many steps of conjugate gradients the spread of a resistivity over the cold one asks for."""
@@ -161,20 +190,20 @@ class Conductor:
         currents |= {f"through:{name}": current for name, current in potential.through.items()}
         return Pattern(potential.density, self.voltages @ reaction, currents)
 
-    def product(self, a: Field, b: Field) -> float:
+    def product(self, a: np.ndarray, b: np.ndarray) -> float:
         """The integral of rho Ja . Jb at the initial temperature (W)."""
-        return float((self.on.weights * self.cold * (a[0] * b[0]).sum(axis=0)).sum())
+        return float((self.on.weights * self.cold * (a * b).sum(axis=0)).sum())
 
-    def heating(self, a: Field, b: Field, rise: np.ndarray) -> np.ndarray:
+    def heating(self, a: np.ndarray, b: np.ndarray, rise: np.ndarray) -> np.ndarray:
         """(cells, points): rho Ja . Jb (W/m3)."""
-        found: np.ndarray = self.resistivity(rise) * (a[0] * b[0]).sum(axis=0)
+        found: np.ndarray = self.resistivity(rise) * (a * b).sum(axis=0)
         return found
 
-    def joule_load(self, a: Field, b: Field, rise: np.ndarray) -> np.ndarray:
-        """(all nodes of the heat problem,): integral of rho Ja . Jb v, in W."""
-        return self.heat.take(self.on.load(self.heating(a, b, rise)))
+    def joule_load(self, a: np.ndarray, rise: np.ndarray, b: np.ndarray | None = None) -> np.ndarray:
+        """(all nodes of the heat problem,): integral of rho Ja . Jb v, or of rho |Ja|^2 v, in W."""
+        return self.heat.take(self.on.load(self.heating(a, a if b is None else b, rise)))
 
-    def joule(self, density: Field, rise: np.ndarray) -> dict[str, float]:
+    def joule(self, density: np.ndarray, rise: np.ndarray) -> dict[str, float]:
         """The Joule heat of each conducting body by its name (W)."""
         return self.by_body((self.on.weights * self.heating(density, density, rise)).sum(axis=1))
 
@@ -187,9 +216,42 @@ class Conductor:
             found[name] = found[name] + value if name in found else value
         return found
 
-    def tested(self, basis: np.ndarray, patterns: Sequence[Pattern]) -> Tested:
-        """The Joule heat of pairs of current fields, tested with temperature fields (free nodes, r)."""
-        return tested(self, basis, patterns)
+
+def independent(conductor: Conductor, potentials: Sequence[Potential]) -> list[Pattern]:
+    """The current fields of some potentials, each without what earlier ones hold of it, orthogonal in the cold
+    resistance and of the size of the first; those that add nothing are left out."""
+    found: list[Pattern] = []
+    product = conductor.product
+    for potential in potentials:
+        new = conductor.pattern(potential)
+        whole = product(new.density, new.density)
+        for pattern in found:
+            share = product(pattern.density, new.density) / product(pattern.density, pattern.density)
+            new = new.plus(-share, pattern, 1.0)
+        left = product(new.density, new.density)
+        if left > SAME**2 * whole:
+            size = product(found[0].density, found[0].density) if found else left
+            found.append(new.plus(0.0, new, np.sqrt(size / left)))
+    return found
+
+
+def supplies(patterns: Sequence[Pattern], channels: int) -> np.ndarray:
+    """(channels, patterns): the power that the electrodes supply to each."""
+    return np.stack([p.supply for p in patterns], axis=1) if patterns else np.zeros((channels, 0))
+
+
+def combined(parts: Sequence[Pattern | Potential], c: np.ndarray) -> np.ndarray:
+    """The current density with coefficients c."""
+    return np.sum([f * p.density for f, p in zip(c, parts, strict=True)], axis=0)
+
+
+def law(material: Material, initial: float) -> tuple[float, float]:
+    """The resistivity at the initial temperature (ohm m) and its change per kelvin (ohm m/K), eq 7; ValueError for a
+    material that doesn't conduct."""
+    if material.resistivity is None:
+        raise ValueError(f"{material.name} doesn't conduct")
+    a = material.temperature_coefficient
+    return material.resistivity * (1 + a * (initial - material.reference_temperature)), material.resistivity * a
 
 
 def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:

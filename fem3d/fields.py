@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from skfem.refdom import RefHex
 
-from fem3d.assembly import HeatProblem
+from fem3d.heat import HeatProblem
 from fem3d.steady import SteadyState
 from fem3d.transient import Transient
 from meshes.grid import VOID, Grid

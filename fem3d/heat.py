@@ -4,20 +4,21 @@ The unknown is the rise above the scene's initial temperature, as coefficients o
 numbered with the free ones first and the fixed ones (a given temperature) last, so that the reactions, the heat that
 enters at the fixed nodes, are the last rows of the same equations. A field that vanishes at the fixed nodes is a vector
 of the free ones, any other one of all. Sources and given rises come as channels (`fem3d.inputs`). `fem3d.assembly`
-makes it of a scene; what follows needs no mesh.
+makes it of a scene.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from scipy.sparse import csc_array
 
-from fem3d.factorization import Factors, Ordering
+from fem3d.domain import Domain
+from fem3d.factorization import Factors, Ordering, part
 from fem3d.inputs import Inputs
 from scenes.model import Schedule, Value
 
@@ -38,7 +39,7 @@ class Film:
 
 
 @dataclass(frozen=True, eq=False)
-class HeatSystem:
+class HeatProblem:
     """Matrices (all nodes) in W/K and J/K; ``free`` is the count of free nodes, ``end_time`` that of the run (s).
 
     Per channel: ``loads`` (channels, all nodes) in W, ``given`` (channels, fixed nodes), the given rises, and
@@ -47,7 +48,8 @@ class HeatSystem:
     angle, what of the reactions belongs to its edge alone; ``anchored``: whether every part has an exit for heat, so
     that K is regular. ``unit`` (all nodes,) are the coefficients of the constant 1,
     ``groups`` (all nodes,) numbers the vertex, edge, facet or cell that each belongs to, ``ordering`` says when these
-    are eliminated.
+    are eliminated. ``order`` (all nodes,) is the function of the domain's space that each is of, ``torn`` (all nodes,)
+    by how much temperatures given there contradict each other (K).
     """
 
     inputs: Inputs
@@ -65,6 +67,36 @@ class HeatSystem:
     unit: np.ndarray
     groups: np.ndarray
     ordering: Ordering
+    domain: Domain
+    order: np.ndarray
+    torn: np.ndarray
+
+    def field(self, u: np.ndarray) -> np.ndarray:
+        """(..., functions): a field (free or all nodes) as coefficients of the space's functions."""
+        whole = self.whole(u)
+        found = np.zeros((*whole.shape[:-1], self.domain.space.size))
+        found[..., self.order] = whole
+        return found
+
+    def take(self, row: np.ndarray) -> np.ndarray:
+        """(..., all nodes): what belongs to the unknowns of (..., functions)."""
+        found: np.ndarray = row[..., self.order]
+        return found
+
+    def lower(self, level: int) -> HeatProblem:
+        """The problem in a lower space that this one's holds (`Space.nested`): leading parts of the same matrices."""
+        there = self.domain.space.nested[level][self.order]
+        kept = np.flatnonzero(there)
+        free = int(there[: self.free].sum())
+        fixed = kept[free:] - self.free
+        return replace(
+            self, free=free, stiffness=part(self.stiffness, kept), mass=part(self.mass, kept),
+            loads=self.loads[:, kept], given=self.given[:, fixed],
+            held={name: own[fixed] for name, own in self.held.items()}, edges=part(self.edges, fixed),
+            films={name: replace(f, per_kelvin=f.per_kelvin[kept]) for name, f in self.films.items()},
+            unit=self.unit[kept], groups=self.groups[kept], order=self.order[kept],
+            torn=self.torn[kept],
+        )  # fmt: skip
 
     @property
     def size(self) -> int:
@@ -193,9 +225,6 @@ class HeatSystem:
     def held_rows(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """For each boundary of given temperature the rows (all nodes,) of its heat flow per rise and per rate."""
         return {name: (self.stiffness @ v, self.mass @ v) for name, v in self.held_fields.items()}
-
-
-H = TypeVar("H", bound=HeatSystem)
 
 
 def _combined(a: csc_array, factor: float, b: csc_array) -> csc_array:

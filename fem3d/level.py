@@ -15,11 +15,12 @@ from skfem.refdom import RefHex
 
 from fem3d import conductor as conductors
 from fem3d import estimate, steady
-from fem3d.assembly import HeatProblem, assemble
+from fem3d.assembly import assemble
 from fem3d.conductor import Conductor
 from fem3d.domain import Domain
 from fem3d.errors import NumericsError
 from fem3d.estimate import Estimator, Spread
+from fem3d.heat import HeatProblem
 from fem3d.outputs import Outputs, of_steady
 from fem3d.probes import extreme, reading
 from fem3d.steady import SteadyState
@@ -67,7 +68,7 @@ def problems(domain: Domain, accuracy: float) -> Problems:
 class Solution:
     """A steady state, what is read off it, and its quantities."""
 
-    state: SteadyState[HeatProblem, Conductor]
+    state: SteadyState
     out: Outputs
     quantities: Quantities
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.assembly import HeatProblem
 from fem3d.conductor import Conductor
+from fem3d.heat import HeatProblem
 from fem3d.mapped import MappedSpace
 from fem3d.quadratic import Snapshot, State
 from fem3d.steady import SteadyState
@@ -150,7 +150,7 @@ class OwnCells:
         potential = np.full(len(self.points), np.nan)
         if conductor is not None:
             found = conductor.solve(state.rise, state.inputs @ conductor.voltages)
-            density[:, conductor.cells] = found.density[0]
+            density[:, conductor.cells] = found.density
             heating[conductor.cells] += conductor.heating(found.density, found.density, state.rise)
             live = np.unique(self.hexes[self._placed.conductors[0]])
             potential[live] = self._at_points(found.potential)[live]

@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from fem3d import inputs, voltmeter
-from fem3d.assembly import HeatProblem
+from fem3d.heat import HeatProblem
 from fem3d.joule import Split
 from fem3d.probes import reading
 from fem3d.steady import SteadyState
@@ -114,7 +114,7 @@ def of_transient(transient: Transient, symmetry: Symmetry, times: np.ndarray) ->
 
 
 def _disputed(heat: HeatProblem) -> dict[str, np.ndarray]:
-    """For each probe of a heat flow that shares edges with other boundaries the fields of `HeatSystem.disputed`."""
+    """For each probe of a heat flow that shares edges with other boundaries the fields of `HeatProblem.disputed`."""
     flows = [p for p in heat.domain.scene.probes if p.quantity == "heat_flow"]
     found = {p.name: heat.disputed(reading(heat, p).boundaries) for p in flows}
     return {name: fields for name, fields in found.items() if len(fields)}

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.assembly import HeatProblem
 from fem3d.domain import Domain
 from fem3d.extreme import Extreme
+from fem3d.heat import HeatProblem
 from scenes.model import Schedule
 
 

@@ -12,11 +12,10 @@ from functools import cached_property
 
 import numpy as np
 
-from fem3d.assembly import HeatProblem
 from fem3d.bricks import BrickSpace
-from fem3d.conductor import Conductor
+from fem3d.conductor import Conductor, law
+from fem3d.heat import HeatProblem
 from fem3d.pieces import GAUSS, Pieces, cut, samples
-from fem3d.resistivity import law
 from meshes.grid import VOID
 from meshes.symmetry import Symmetry
 

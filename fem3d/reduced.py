@@ -19,9 +19,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fem3d.conduction import Conduction, Pattern, supplies
-from fem3d.heat import HeatSystem
-from fem3d.joule import Tested
+from fem3d import joule
+from fem3d.conductor import Conductor, Pattern, supplies
+from fem3d.heat import HeatProblem
+from fem3d.joule import JouleHeat
 
 DEPENDENT = 1e-6  # fields are dropped whose part independent of earlier ones is smaller than this
 
@@ -111,7 +112,7 @@ def _weighted(g: np.ndarray, channels: np.ndarray) -> np.ndarray:
 
 
 def project(
-    heat: HeatSystem, conductor: Conduction | None, fields: np.ndarray, patterns: Sequence[Pattern] = ()
+    heat: HeatProblem, conductor: Conductor | None, fields: np.ndarray, patterns: Sequence[Pattern] = ()
 ) -> Reduced:
     """The reduced problem on temperature fields (free nodes, r) and current fields."""
     basis = orthonormal(heat, fields)
@@ -122,8 +123,8 @@ def project(
             inertia[c] = (heat.mass @ lift)[:n] @ basis
             if not heat.anchored:
                 source[c] -= (heat.stiffness @ lift)[:n] @ basis
-    nothing = Tested.nothing(channels, 0, basis.shape[1])
-    tested = nothing if conductor is None else conductor.tested(basis, patterns)
+    nothing = JouleHeat.nothing(channels, 0, basis.shape[1])
+    tested = nothing if conductor is None else joule.of_pairs(conductor, basis, patterns)
     stiffness = basis.T @ (heat.inner_stiffness @ basis)
     return Reduced(
         basis, stiffness, source, inertia, supplies(patterns, channels), tested.cold, tested.warm, tested.cold_load,
@@ -131,7 +132,7 @@ def project(
     )  # fmt: skip
 
 
-def orthonormal(heat: HeatSystem, fields: np.ndarray) -> np.ndarray:
+def orthonormal(heat: HeatProblem, fields: np.ndarray) -> np.ndarray:
     """The fields (free nodes, r) made orthonormal in the mass matrix, those dropped that depend on earlier ones.
 
     Gram-Schmidt, twice for each field (Giraud et al., Numer. Math. 101, 2005), and a last pass by Cholesky.

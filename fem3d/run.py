@@ -137,6 +137,6 @@ def _profile(sink: Sink, state: SteadyState, part: Symmetry) -> dict[str, np.nda
     """The steady rise along the beam's axis."""
     y = np.linspace(0.0, sink.length, 401)
     points = part.mirrored(np.column_stack([np.zeros_like(y), y, np.full_like(y, sink.thickness / 2)]))
-    heat = state.heat
-    rise = heat.domain.space.sample(heat.field(state.rise), points[:1, 0], points[:, 1], points[:1, 2])
+    space: Any = state.heat.domain.space
+    rise = space.sample(state.heat.field(state.rise), points[:1, 0], points[:, 1], points[:1, 2])
     return {"y_m": y, "rise_K": rise[0, :, 0]}

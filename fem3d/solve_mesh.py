@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from fem3d import currents, level, probe_quantities, solve_scene, start, time_response, transient
-from fem3d.assembly import HeatProblem
 from fem3d.groups import groups
+from fem3d.heat import HeatProblem
 from fem3d.level import Problems, Solution
 from fem3d.mesh_fields import MeshFields
 from fem3d.probes import reading

@@ -12,9 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from fem3d import transient
-from fem3d.conduction import C, Potential, combine, combined, independent
-from fem3d.heat import H
-from fem3d.steady import joule_load
+from fem3d.conductor import Conductor, Potential, combined, independent
+from fem3d.heat import HeatProblem
 from fem3d.transient import Base, Krylov
 
 ROUGH, GENERATIONS = 1e-3, 6  # accuracy and generations of fields of a response that only shows where to look
@@ -22,7 +21,7 @@ ROUNDS = 5
 SAME = 5e-2  # part of the accuracy below which what heating does to the currents is left out
 
 
-def of(heat: H, conductor: C | None, shift: float, end: float, accuracy: float) -> Base[H, C]:
+def of(heat: HeatProblem, conductor: Conductor | None, shift: float, end: float, accuracy: float) -> Base:
     """The base of the response of a heat problem and its conductor up to ``end`` (s)."""
     none = np.empty((heat.free, 0))
     loads = transient.heat_loads(heat)
@@ -32,14 +31,14 @@ def of(heat: H, conductor: C | None, shift: float, end: float, accuracy: float) 
     cold = [conductor.solve(lift, v) for v in conductor.voltages if v.any()]
     patterns = independent(conductor, cold)
     pairs = [(a, b) for i, a in enumerate(patterns) for b in patterns[: i + 1]]
-    loads += [conductor.joule_load(a.density, b.density, lift) for a, b in pairs]
+    loads += [conductor.joule_load(a.density, lift, b.density) for a, b in pairs]
     found = Base(heat, conductor, patterns, none, loads, potentials=[p.potential for p in cold])
     return _followed(found, conductor, cold, shift, end, accuracy) if conductor.warms and cold else found
 
 
 def _followed(
-    start: Base[H, C], conductor: C, potentials: list[Potential], shift: float, end: float, accuracy: float
-) -> Base[H, C]:
+    start: Base, conductor: Conductor, potentials: list[Potential], shift: float, end: float, accuracy: float
+) -> Base:
     """The base with the currents and loads that heating brings."""
     drive = start.heat.inputs
     driven = [c for c, v in enumerate(conductor.voltages) if v.any()]
@@ -54,9 +53,9 @@ def _followed(
             if not (g[i] @ conductor.voltages).any():
                 continue
             hot = [conductor.solve(rise, conductor.voltages[channel]) for channel in driven]
-            true = combine([h.density for h in hot], g[i][driven])
-            load = joule_load(conductor, true, rise)
-            reached = joule_load(conductor, combined(start.patterns, c[i]), rise)
+            true = combined(hot, g[i][driven])
+            load = conductor.joule_load(true, rise)
+            reached = conductor.joule_load(combined(start.patterns, c[i]), rise)
             size = max(size, float(np.abs(load).sum()))
             change = float(np.abs(load - reached).sum())
             if change >= worst:

@@ -9,14 +9,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Generic
 
 import numpy as np
 
 from fem3d import operating_point
-from fem3d.conduction import C, Conduction, Field, Pattern, combine, combined, independent
+from fem3d.conductor import Conductor, Pattern, combined, independent
 from fem3d.errors import ConvergenceError, NumericsError, RunawayError
-from fem3d.heat import H
+from fem3d.heat import HeatProblem
 from fem3d.reduced import project
 
 CONVERGED = 1e-3  # part of the accuracy that the last step may change the rise by
@@ -28,7 +27,7 @@ UNIFORM = 5e-2  # part of the accuracy below which a change of the current's pat
 
 
 @dataclass(frozen=True, eq=False)
-class SteadyState(Generic[H, C]):
+class SteadyState:
     """The converged state of one mesh.
 
     ``rise`` (all nodes), the ``source`` (W per node, all nodes) that it answers, the Joule heat of each box and the
@@ -38,8 +37,8 @@ class SteadyState(Generic[H, C]):
     current pattern that wasn't followed, relative to the rise. ``density``: the current's (A/m2).
     """
 
-    heat: H
-    conductor: C | None
+    heat: HeatProblem
+    conductor: Conductor | None
     rise: np.ndarray
     source: np.ndarray
     joule: dict[str, float]
@@ -53,7 +52,7 @@ class SteadyState(Generic[H, C]):
     steps: int
     drive: float = 1.0
     unsettled: float = 0.0
-    density: Field = field(default_factory=list)
+    density: np.ndarray = field(default_factory=lambda: np.zeros((3, 0, 0)))
 
     @cached_property
     def hot_potential(self) -> np.ndarray:
@@ -63,7 +62,7 @@ class SteadyState(Generic[H, C]):
         return c.solve(self.rise, self.drive * c.voltages[0], self.potential).potential
 
 
-def _electric(heat: H, conductor: C) -> SteadyState[H, C]:
+def _electric(heat: HeatProblem, conductor: Conductor) -> SteadyState:
     """The currents at the initial temperature, where nothing thermal is asked for."""
     still = np.zeros(heat.size)
     cold = conductor.solve(still, conductor.voltages[0])
@@ -76,8 +75,13 @@ def _electric(heat: H, conductor: C) -> SteadyState[H, C]:
 
 
 def coupled(
-    heat: H, conductor: C | None, thermal: bool, voltage: float, accuracy: float, follow: bool | None = None
-) -> SteadyState[H, C]:
+    heat: HeatProblem,
+    conductor: Conductor | None,
+    thermal: bool,
+    voltage: float,
+    accuracy: float,
+    follow: bool | None = None,
+) -> SteadyState:
     """The steady state at constant inputs; without ``thermal`` the currents alone. ``voltage`` (V) names the drive in
     messages. Whether the current's pattern is followed as it heats up is decided by its effect, or given by
     ``follow``.
@@ -96,7 +100,7 @@ def coupled(
         return SteadyState(heat, None, rise, given, {}, {}, 0.0, None, (rise - lift)[:n, None], [], 0.0, False, 1)
     cold = conductor.solve(lift, conductor.voltages[0])
     potentials, patterns = [cold], [conductor.pattern(cold)]
-    fields = heat.solve_steady((joule_load(conductor, cold.density, lift) + given)[:n])[:, None]
+    fields = heat.solve_steady((conductor.joule_load(cold.density, lift) + given)[:n])[:, None]
     follows, change, before = conductor.warms and follow is not False, 0.0, np.inf
     for step in range(1, 61):
         reduced = project(heat, conductor, fields, patterns)
@@ -110,8 +114,8 @@ def coupled(
         size = heat.norm(own) or 1.0
         if follows:
             hot = conductor.solve(rise, conductor.voltages[0], potentials[-1].potential)
-            load = joule_load(conductor, hot.density, rise)
-            expected = point.fraction**-2 * joule_load(conductor, combined(patterns, point.c), rise)
+            load = conductor.joule_load(hot.density, rise)
+            expected = point.fraction**-2 * conductor.joule_load(combined(patterns, point.c), rise)
             if step == 1:
                 change = heat.norm(heat.solve_steady((load - expected)[:n])) / size
             if step == 1 and follow is None and change < UNIFORM * accuracy:
@@ -125,7 +129,7 @@ def coupled(
                 )
                 load *= point.fraction**2
         if not follows:
-            load = joule_load(conductor, combined(patterns, point.c), rise)
+            load = conductor.joule_load(combined(patterns, point.c), rise)
         source = load + given
         answer = heat.solve_steady(source[:n])
         moved = float(np.abs(answer - own).max(initial=0.0) / (np.abs(answer).max(initial=0.0) or 1.0))
@@ -140,7 +144,7 @@ def coupled(
         raise RunawayError(voltage, point.fraction * abs(voltage))
     final = potentials[-1]
     scale = 1.0 if follows else float(point.c[0])
-    density = combine([final.density], np.array([scale]))
+    density = scale * final.density
     joule = conductor.joule(density, rise)
     last = conductor.pattern(final)
     return SteadyState(
@@ -150,8 +154,3 @@ def coupled(
         independent(conductor, [cold, final]) if follows else [last], change, follows, step,
         unsettled=moved + (0.0 if follows else 2 * change), density=density,
     )  # fmt: skip
-
-
-def joule_load(conductor: Conduction, density: Field, rise: np.ndarray) -> np.ndarray:
-    """(all nodes,): integral of rho |J|^2 v, in W."""
-    return conductor.joule_load(density, density, rise)

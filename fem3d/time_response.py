@@ -10,7 +10,7 @@ import numpy as np
 from fem3d import estimate, level, outputs, probes, rows, transient
 from fem3d.domain import Domain
 from fem3d.estimate import Estimator, Spread
-from fem3d.heat import HeatSystem
+from fem3d.heat import HeatProblem
 from fem3d.level import Problems
 from fem3d.outputs import Outputs
 from fem3d.reduced import Reduced
@@ -180,7 +180,7 @@ class _Judged:
         return found
 
 
-def instants(study: Study, heat: HeatSystem) -> np.ndarray:
+def instants(study: Study, heat: HeatProblem) -> np.ndarray:
     """Times (s) at which meshes and spaces are compared: early and late, and after bends and jumps of the inputs; after
     a jump of a given temperature from the earliest time of interest on, as after the start."""
     end, first = study.end, min(study.earliest, study.end)

@@ -8,19 +8,19 @@ Source: Saad, SIAM J. Numer. Anal. 29, 1992; Druskin and Knizhnerman, J. Comput.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any, Generic
+from typing import Any
 
 import numpy as np
 
-from fem3d.conduction import C, Pattern
+from fem3d.conductor import Conductor, Pattern
 from fem3d.exponential import Source, Trajectory, integrate
-from fem3d.heat import H, HeatSystem
+from fem3d.heat import HeatProblem
 from fem3d.reduced import Reduced, project
-from fem3d.steady import SteadyState, joule_load
+from fem3d.steady import SteadyState
 
 
 @dataclass(frozen=True, eq=False)
-class Base(Generic[H, C]):
+class Base:
     """What a transient starts from on one mesh: current patterns, temperature fields (free nodes, any number) that the
     space shall hold, and the loads (W, each all nodes) whose responses it shall hold.
 
@@ -28,8 +28,8 @@ class Base(Generic[H, C]):
     the conductor) those that the mesh must resolve.
     """
 
-    heat: H
-    conductor: C | None
+    heat: HeatProblem
+    conductor: Conductor | None
     patterns: list[Pattern]
     fields: np.ndarray
     loads: list[np.ndarray]
@@ -37,12 +37,12 @@ class Base(Generic[H, C]):
     potentials: list[np.ndarray] = field(default_factory=list)
 
     @staticmethod
-    def of_steady(state: SteadyState[H, C]) -> Base[H, C]:
+    def of_steady(state: SteadyState) -> Base:
         """The base of a response to a constant drive, whose steady state is known."""
         heat = state.heat
         load = heat.loads[0].copy()
         if state.conductor is not None:
-            load += joule_load(state.conductor, state.patterns[0].density, heat.lifts[0])
+            load += state.conductor.joule_load(state.patterns[0].density, heat.lifts[0])
         own = (state.rise - heat.lifts[0])[: heat.free]
         return Base(heat, state.conductor, state.patterns, state.fields, _with_inertia(heat, [load]), heat.norm(own))
 
@@ -51,22 +51,22 @@ class Base(Generic[H, C]):
         return project(self.heat, self.conductor, fields, self.patterns)
 
 
-def _with_inertia(heat: HeatSystem, loads: list[np.ndarray]) -> list[np.ndarray]:
+def _with_inertia(heat: HeatProblem, loads: list[np.ndarray]) -> list[np.ndarray]:
     """The loads, and those with which given temperatures act when they change."""
     return loads + [heat.mass @ lift for lift in heat.lifts if lift.any()]
 
 
-def heat_loads(heat: HeatSystem) -> list[np.ndarray]:
+def heat_loads(heat: HeatProblem) -> list[np.ndarray]:
     """The loads of a scene without any current: per channel its sources, and its given temperatures."""
     held = [] if heat.anchored else [heat.stiffness @ lift for lift in heat.lifts if lift.any()]
     return _with_inertia(heat, [*(load for load in heat.loads if load.any()), *held])
 
 
 @dataclass(frozen=True, eq=False)
-class Transient(Generic[H, C]):
+class Transient:
     """A trajectory of the diagonalised reduced problem of one mesh."""
 
-    base: Base[H, C]
+    base: Base
     reduced: Reduced
     trajectory: Trajectory
 
@@ -134,7 +134,7 @@ def shift(slowest: float, earliest: float) -> float:
     return float(np.sqrt(earliest * max(slowest, earliest)))
 
 
-def march(base: Base[H, C], reduced: Reduced, end: float, accuracy: float, drop: int = 0) -> Transient[H, C]:
+def march(base: Base, reduced: Reduced, end: float, accuracy: float, drop: int = 0) -> Transient:
     """The response of a reduced problem up to ``end`` (s), without its last ``drop`` fields."""
     modal, rates = diagonal(truncate(reduced, reduced.states - drop))
     inputs = base.heat.inputs

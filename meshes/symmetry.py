@@ -153,7 +153,8 @@ def _sum(a: Value, b: Value) -> Value | None:
     if isinstance(a, Schedule) and isinstance(b, Schedule):
         if a.times != b.times:
             return None
-        return Schedule(a.times, tuple(p + q for p, q in zip(a.values, b.values, strict=True)))
+        values = tuple(p + q for p, q in zip(a.values, b.values, strict=True))
+        return values[0] if len(set(values)) == 1 else Schedule(a.times, values)
     if isinstance(a, Schedule):
         assert not isinstance(b, Schedule)
         return Schedule(a.times, tuple(p + b for p in a.values))

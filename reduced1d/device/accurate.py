@@ -8,16 +8,18 @@ from typing import Literal
 import numpy as np
 
 from reduced1d.device.balance import balance
-from reduced1d.device.controller import law
 from reduced1d.device.findings import findings
 from reduced1d.device.lumped import lump
-from reduced1d.device.march import March, Resolution, Start, march
+from reduced1d.device.march import March, Resolution, march
 from reduced1d.device.result import QUANTITIES, DeviceResult, device_result
 from reduced1d.device.steady import steady
-from reduced1d.device.timetable import timetable
 from scenes.device import Device
+from scenes.loop.controller import law
+from scenes.loop.march import Start
+from scenes.loop.timetable import timetable
 
 FIRST = Resolution(12, 6)
+RESOLUTIONS = 3
 ROUNDS, LARGEST_DEGREE, LARGEST_NODES = 4, 36, 18
 
 
@@ -55,18 +57,19 @@ def solve_accurate(
     heat = balance(lumped, run)
     return device_result(
         "accurate", table.times[: len(run.traces)], run.traces[:, 0], device.sink.room_temperature, errors,
-        error_parts=parts, findings=findings(device, run, max(errors["sink_K"], errors["sensor_K"]), goal),
+        error_parts=parts, findings=findings(device, run.run, max(errors["sink_K"], errors["sensor_K"]), goal),
         details={
-            "states": run.modes.count, "degree": degree, "nodes": nodes, "rounds": attempt + 1,
-            "balance": heat, "energy_imbalance": heat.imbalance, "stopped": run.stopped,
+            "states": run.modes.modal.count, "degree": degree, "nodes": nodes, "rounds": attempt + 1,
+            "balance": heat, "energy_imbalance": heat.imbalance, "stopped": run.run.stopped,
         },
     )  # fmt: skip
 
 
 def _settled(device: Device) -> Start:
     state = steady(device, device.external.initial_temperature)
+    power = np.array([state.sink_power_W, state.sensor_power_W])
     return Start(
-        np.array([state.sink_power_W, state.sensor_power_W]), np.array([state.sink_V, state.sensor_V]),
+        [power] * RESOLUTIONS, np.array([state.sink_V, state.sensor_V]),
         device.external.initial_temperature - device.sink.room_temperature,
     )  # fmt: skip
 

@@ -32,9 +32,9 @@ def balance(lumped: Lumped, run: March) -> Balance:
     The time integral of each mode is exact, from its own equation. The heat into the polymer is that of the reported
     flux, from the temperature's slope at the sensor, not what the discretisation balances by construction.
     """
-    m = run.modes
-    heat = (run.energy @ m.shape - run.change + run.stepped) / m.rates
-    sink_time = m.shape[0] @ heat + m.external[0] * run.outer_time
-    polymer = m.flux @ heat + m.flux_external * run.outer_time
-    stored = m.content @ run.change + m.content_external * run.outer
-    return Balance(float(run.energy.sum()), float(lumped.sink.conductance * sink_time), float(polymer), float(stored))
+    m, found = run.modes.modal, run.run
+    heat = (found.energy @ m.shape - found.change + found.stepped) / m.rates
+    sink_time = m.shape[0] @ heat + m.external[0] * found.outer_time
+    polymer = m.flux[0] @ heat + m.flux_external[0] * found.outer_time
+    stored = run.modes.content @ found.change + run.modes.content_external * found.outer
+    return Balance(float(found.energy.sum()), float(lumped.sink.conductance * sink_time), float(polymer), float(stored))

@@ -7,14 +7,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from reduced1d.device.controller import law
 from reduced1d.device.lumped import lump
 from reduced1d.device.march import Resolution, march
 from reduced1d.device.meters import Meter, reading
-from reduced1d.device.stability import gain_limit, plant
+from reduced1d.device.stability import plant
 from reduced1d.device.steady import steady
-from reduced1d.device.timetable import timetable
 from scenes.device import Device, External
+from scenes.loop.controller import law
+from scenes.loop.stability import gain_limit
+from scenes.loop.timetable import timetable
 
 QUICK = Resolution(9, 4)
 START_TIME, START_SAMPLES = 0.05, 100
@@ -90,7 +91,7 @@ def limiter_acts(device: Device, element: int, duration: float | None = None) ->
     start = replace(device, external=quiet, control=control, end_time=duration)
     lumped = lump(start)
     run = march(lumped, law(start, lumped.resistance, lumped.coefficient), timetable(start), (QUICK,), 1e-5)
-    return bool(run.limited[:, element].any()) or run.stopped
+    return bool(run.run.limited[:, element].any()) or run.run.stopped
 
 
 def smooth_start_gain(device: Device, element: int) -> float:

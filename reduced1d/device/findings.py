@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from reduced1d.device.march import CEILING, March
-from reduced1d.device.stability import Stability, stability
+from reduced1d.device.stability import stability
 from reduced1d.device.steady import steady
 from scenes.device import Device
+from scenes.loop.march import CEILING, March
+from scenes.loop.stability import Stability
 
 ELEMENTS = ("sink", "sensor")
 MARGIN = 2.0
@@ -18,7 +19,7 @@ MARGIN = 2.0
 def findings(device: Device, run: March, error: float, goal: float) -> tuple[str, ...]:
     """Sentences on the limiter, saturation, stability about the steady states, a run that was stopped, and an error
     estimate (K) above its goal."""
-    h, end = device.control.sample_time, (len(run.traces) - 1) * device.control.sample_time
+    h, end = device.control.sample_time, (len(run.rises) - 1) * device.control.sample_time
     found = [*_stopped(run, end), *_limiter(run, h)]
     external = device.external
     seen = [("initial", external.initial_temperature)] if external.step_time > 0 else []
@@ -37,7 +38,7 @@ def findings(device: Device, run: March, error: float, goal: float) -> tuple[str
 def _stopped(run: March, end: float) -> list[str]:
     if not run.stopped:
         return []
-    rises, voltages = run.traces[-1, 0, :2], run.traces[-1, 0, 2:4]
+    rises, voltages = run.rises[-1, 0], run.voltages[-1, 0]
     hot = int(np.argmax(rises))
     reason = (
         "; its voltage is negative, where eq 21 raises the power of an element that is too hot"

@@ -15,30 +15,17 @@ import scipy.linalg
 
 from reduced1d.device.elements import assemble
 from reduced1d.device.lumped import Lumped
+from scenes.loop.modal import Modal
 
 
 @dataclass(frozen=True)
 class Modes:
-    """``rates`` (n,) in 1/s, ascending; ``shape`` (2, n), the modes at sink and sensor; ``jump`` (n,), see above.
+    """The modes, without local departures and with one flow, that from the sensor into the polymer; ``content`` (n,)
+    and ``content_external`` give the heat in J/K stored in sink, insulator and sensor."""
 
-    ``external`` (2,) is w at sink and sensor; ``flux`` (n,) and ``flux_external`` give the heat flow in W from the
-    sensor into the polymer, ``content`` (n,) and ``content_external`` the heat in J/K stored in sink, insulator and
-    sensor.
-    """
-
-    rates: np.ndarray
-    shape: np.ndarray
-    jump: np.ndarray
-    external: np.ndarray
-    flux: np.ndarray
-    flux_external: float
+    modal: Modal
     content: np.ndarray
     content_external: float
-
-    @property
-    def count(self) -> int:
-        """Number of modes."""
-        return len(self.rates)
 
 
 def modes(lumped: Lumped, degree: int, grids: tuple[np.ndarray, np.ndarray]) -> Modes:
@@ -62,7 +49,9 @@ def modes(lumped: Lumped, degree: int, grids: tuple[np.ndarray, np.ndarray]) -> 
     phi = vectors[:, ::-1] * np.sqrt(rates)
     into_polymer, content = stack.slopes[1][0], stack.contents[0]
     content[[sink, sensor]] += lumped.sink.capacity, lumped.sensor.capacity
-    return Modes(
-        rates, phi[[sink, sensor]], phi.T @ (mass[np.ix_(free, free)] @ (w - stack.step)[free]), w[[sink, sensor]],
-        into_polymer[free] @ phi, float(into_polymer @ w), content[free] @ phi, float(content @ w),
+    modal = Modal(
+        rates, phi[[sink, sensor]], np.array([0, 1]), lumped.resistance, lumped.coefficient, w[[sink, sensor]],
+        phi.T @ (mass[np.ix_(free, free)] @ (w - stack.step)[free]),
+        (into_polymer[free] @ phi)[None], np.array([into_polymer @ w]), np.zeros((1, 2)),
     )  # fmt: skip
+    return Modes(modal, content[free] @ phi, float(content @ w))

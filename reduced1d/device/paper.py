@@ -13,13 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from reduced1d.device.accurate import solve_accurate
-from reduced1d.device.controller import Law, law
 from reduced1d.device.crank_nicolson import layer_step
 from reduced1d.device.lumped import Lumped, Slab, lump
-from reduced1d.device.march import CEILING
 from reduced1d.device.result import QUANTITIES, DeviceResult, device_result
-from reduced1d.device.timetable import timetable
 from scenes.device import Device
+from scenes.loop.controller import Law, law
+from scenes.loop.march import CEILING
+from scenes.loop.timetable import timetable
 
 
 class UnstableStepError(ValueError):

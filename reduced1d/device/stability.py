@@ -1,120 +1,44 @@
-"""Stability of the sampled loop: the map from sample to sample, linearised about the steady state."""
+"""Stability of the sampled loop of the 1D device about its steady states."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-import scipy.linalg
 
 from reduced1d.device.lumped import lump
 from reduced1d.device.march import GRIDS
 from reduced1d.device.modes import modes
 from reduced1d.device.steady import steady
 from scenes.device import Device
+from scenes.loop.stability import Plant, Stability, linearised
+from scenes.loop.steady import State
 
 DEGREE = 9
-LARGEST_GAIN = 1e6
-
-
-@dataclass(frozen=True)
-class Plant:
-    """The linearised device from sample to sample: b' = a b + in dV (amplitudes, V), rises (K) = out b.
-
-    ``a`` (n, n), ``inlet`` (n, 2), ``out`` (2, n); ``active`` (2,) whether (sink, sensor) can respond to its voltage.
-    """
-
-    a: np.ndarray
-    inlet: np.ndarray
-    out: np.ndarray
-    active: np.ndarray
-    set_rise: float
-    sample_time: float
-
-    def eigenvalue(self, gain: np.ndarray) -> complex:
-        """The eigenvalue of largest size of the closed loop with these gains (V) of (sink, sensor), per sample: stable
-        below 1 in size; negative where the loop swings from sample to sample."""
-        at = np.flatnonzero(self.active & (np.asarray(gain) > 0))
-        feedback = -np.asarray(gain)[at, None] / self.set_rise * self.out[at]
-        inlet = self.inlet[:, at]
-        loop = np.block([[self.a + inlet @ feedback, inlet], [feedback, np.eye(len(at))]])
-        found = np.linalg.eigvals(loop)
-        largest = complex(found[np.abs(found).argmax()])
-        return complex(largest.real, abs(largest.imag))
 
 
 def plant(device: Device, external: float | None = None) -> Plant:
-    """Linearise a device about its steady state at an outer temperature (K; by default the final one).
-
-    Between samples P = V^2/R(T) changes by 2 V/R dV - P R'/R dT, exactly propagated. An element that has no power
-    there does not respond to its voltage to first order, and its loop is left out.
-    """
-    lumped, state = lump(device), steady(device, external)
-    m = modes(lumped, DEGREE, GRIDS)
-    room, h = device.sink.room_temperature, device.control.sample_time
-    rise = np.array([state.sink_K, state.sensor_K]) - room
-    voltage, power = np.array([state.sink_V, state.sensor_V]), np.array([state.sink_power_W, state.sensor_power_W])
-    resistance = lumped.resistance * (1 + lumped.coefficient * rise)
-    self_heating = power * lumped.coefficient / (1 + lumped.coefficient * rise)
-    rates, vectors = scipy.linalg.eigh(np.diag(m.rates) + (m.shape.T * self_heating) @ m.shape)
-    out = m.shape @ vectors
-    inlet = (-np.expm1(-rates * h) / rates)[:, None] * out.T * (2 * voltage / resistance)
-    return Plant(np.diag(np.exp(-rates * h)), inlet, out, power > 0, lumped.set_rise, h)
-
-
-@dataclass(frozen=True)
-class Stability:
-    """The loop's eigenvalue of largest size per sample, its growth rate in 1/s (negative: it decays), and the largest
-    stable gain (V) of each controller with the other at its own gain; infinite where no gain below 1e6 V is unstable.
-    """
-
-    eigenvalue: complex
-    growth_rate: float
-    sink_gain_limit: float
-    sensor_gain_limit: float
-
-    @property
-    def stable(self) -> bool:
-        """Whether small disturbances die out."""
-        return abs(self.eigenvalue) < 1
+    """Linearise a device about its steady state at an outer temperature (K; by default the final one)."""
+    lumped, found = lump(device), steady(device, external)
+    state = State(
+        np.array([found.sink_K, found.sensor_K]) - device.sink.room_temperature,
+        np.array([found.sink_power_W, found.sensor_power_W]), np.array([found.sink_V, found.sensor_V]),
+    )  # fmt: skip
+    return linearised(modes(lumped, DEGREE, GRIDS).modal, state, lumped.set_rise, device.control.sample_time)
 
 
 def stability(device: Device, external: float | None = None) -> Stability:
     """Stability of a device's controllers about the steady state at an outer temperature (K)."""
-    system, control = plant(device, external), device.control
-    gains = np.array([control.sink_gain, control.sensor_gain])
-    largest = system.eigenvalue(gains)
-    rate = float(np.log(abs(largest)) / control.sample_time)
-    return Stability(largest, rate, gain_limit(system, gains, 0), gain_limit(system, gains, 1))
+    return Stability.of(plant(device, external), _gains(device))
 
 
 def largest_eigenvalue(device: Device, external: float | None = None) -> complex:
     """That of ``stability`` alone, which takes a fraction of the time."""
-    return plant(device, external).eigenvalue(np.array([device.control.sink_gain, device.control.sensor_gain]))
+    return plant(device, external).eigenvalue(_gains(device))
 
 
-def gain_limit(system: Plant, gains: np.ndarray, element: int) -> float:
-    """The largest gain (V) of one element (0 sink, 1 sensor) below which the loop is stable, the other gain as given.
-
-    Zero where the other loop is unstable by itself; found by bracketing upwards and bisection to 1e-9.
-    """
-
-    def stable(gain: float) -> bool:
-        return abs(system.eigenvalue(np.where(np.arange(2) == element, gain, gains))) < 1
-
-    if not stable(0.0):
-        return 0.0
-    if not system.active[element]:
-        return float("inf")
-    low, high = 0.0, 1e-6
-    while stable(high):
-        low, high = high, high * 1.3
-        if high > LARGEST_GAIN:
-            return float("inf")
-    while high - low > 1e-9 * high:
-        middle = (low + high) / 2
-        low, high = (middle, high) if stable(middle) else (low, middle)
-    return low
+def _gains(device: Device) -> np.ndarray:
+    return np.array([device.control.sink_gain, device.control.sensor_gain])
 
 
 def at_sample_time(device: Device, sample_time: float) -> Device:

@@ -9,6 +9,7 @@ import numpy as np
 
 from reduced1d.device.lumped import lump
 from scenes.device import Device
+from scenes.loop.steady import complementary
 
 
 @dataclass(frozen=True)
@@ -42,28 +43,10 @@ def steady(device: Device, external: float | None = None) -> Steady:
     K = np.array([[sink + between, -between], [-between, between + polymer]])
     load = np.array([0.0, polymer * outer])
     gains = np.array([device.control.sink_gain, device.control.sensor_gain])
-    rise, power, held = _complementary(K, load, lumped.set_rise, gains > 0)
+    rise, power, held = complementary(K, load, lumped.set_rise, gains > 0)
     volts = np.sqrt(power * lumped.resistance * (1 + lumped.coefficient * rise))
     saturated = (gains > 0) & ~held
     return Steady(
         float(room + rise[0]), float(room + rise[1]), float(volts[0]), float(volts[1]), float(power[0]),
         float(power[1]), float(polymer * (rise[1] - outer)), bool(saturated[0]), bool(saturated[1]),
     )  # fmt: skip
-
-
-def _complementary(
-    K: np.ndarray, load: np.ndarray, target: float, controlled: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Rises and powers of both elements with K rise = load + power, where a controlled one has either the target rise
-    and a power of at least 0, or no power and more than the target; and which ones are held at the target."""
-    for choice in ((True, True), (True, False), (False, True), (False, False)):
-        held = np.array(choice) & controlled
-        rise = np.where(held, target, 0.0)
-        free = ~held
-        if free.any():
-            rise[free] = np.linalg.solve(K[np.ix_(free, free)], (load - K @ rise)[free])
-        power = np.where(held, K @ rise - load, 0.0)
-        tolerance = 1e-12 * np.abs(K).max() * max(abs(target), np.abs(rise).max())
-        if (power >= -tolerance).all() and (rise[controlled & free] >= target * (1 - 1e-12)).all():
-            return rise, np.maximum(power, 0.0), held
-    raise ArithmeticError("no steady state found: the conductances of the device are not positive")

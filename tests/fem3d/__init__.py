@@ -11,8 +11,9 @@ import numpy as np
 
 from fem3d import conductor as conductors
 from fem3d import outputs, sink_quantities, steady, transient
-from fem3d.assembly import HeatProblem, assemble
+from fem3d.assembly import assemble
 from fem3d.domain import boxes
+from fem3d.heat import HeatProblem
 from fem3d.steady import SteadyState
 from fem3d.study import Quantities
 from fem3d.transient import Base, Krylov, Transient

@@ -10,7 +10,6 @@ from fem3d import conductor as conductors
 from fem3d import forms, reference
 from fem3d.bricks import BrickSpace
 from fem3d.element import ElementHexTrunk
-from fem3d.steady import joule_load
 from meshes.grid import Grid
 from scenes.model import Box, Material
 from scenes.sink import Sink
@@ -124,14 +123,14 @@ def test_the_joule_load_is_that_of_the_form(degree):
     conductor, ours = conductors.find(heat), heat.domain.space
     rng = np.random.default_rng(1)
     rise, phi = 200 * rng.random(heat.size), rng.random(ours.size)
-    density = [-conductor.on.gradient(phi) / conductor.resistivity(rise)]
+    density = -conductor.on.gradient(phi) / conductor.resistivity(rise)
     # The quadrature is a part of the form's definition here: a conductivity is no polynomial.
     basis = Basis(ours.mesh, ElementHexTrunk(degree), intorder=2 * degree + 1, elements=conductor.cells)
     cold, warm = conductor.cold, conductor.warm
     sigma = 1 / (cold + warm * np.asarray(basis.interpolate(heat.field(rise))))
     theirs = forms.joule_heat.assemble(basis, conductivity=sigma, potential=basis.interpolate(phi))
-    assert off(joule_load(conductor, density, rise), theirs[heat.order]) < 1e-12
-    assert off(joule_load(conductor, density, (1 + 1e-6) * rise), theirs[heat.order]) > 1e-9
+    assert off(conductor.joule_load(density, rise), theirs[heat.order]) < 1e-12
+    assert off(conductor.joule_load(density, (1 + 1e-6) * rise), theirs[heat.order]) > 1e-9
 
 
 def test_a_uniform_rise_drives_no_heat_but_to_the_air():

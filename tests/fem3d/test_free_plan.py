@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fem3d import solve_scene
-from fem3d.heat import HeatSystem
+from fem3d.heat import HeatProblem
 from scenes import physics
 from scenes.free import from_dict
 
@@ -43,8 +43,8 @@ SCENES = {
 
 def spy(monkeypatch, name, solved):
     """Every factorization of a heat problem, noted."""
-    own = getattr(HeatSystem, name)
-    monkeypatch.setattr(HeatSystem, name, lambda *given: solved.append(name) or own(*given))
+    own = getattr(HeatProblem, name)
+    monkeypatch.setattr(HeatProblem, name, lambda *given: solved.append(name) or own(*given))
 
 
 @pytest.mark.parametrize("name", SCENES)

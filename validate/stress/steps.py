@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from scipy.linalg import eigh
 
-from fem3d.assembly import HeatProblem, assemble
+from fem3d.assembly import assemble
 from fem3d.domain import boxes
 from fem3d.exponential import integrate
+from fem3d.heat import HeatProblem
 from fem3d.reference import STAGES
 from meshes import grading, symmetry
 from scenes.sink import Sink

@@ -11,10 +11,10 @@ from scipy.sparse.linalg import spsolve
 
 from fem3d import conductor as conductors
 from fem3d import steady, transient
-from fem3d.assembly import HeatProblem, assemble
+from fem3d.assembly import assemble
 from fem3d.conductor import Conductor
 from fem3d.domain import boxes
-from fem3d.steady import joule_load
+from fem3d.heat import HeatProblem
 from fem3d.transient import Base, Krylov
 from meshes.grid import Grid
 from scenes.model import Scene
@@ -53,7 +53,7 @@ def transient_errors(heating: Heating, degree: int, cuts: int, times: np.ndarray
     final = heating.at(np.inf)
     heat = _problem(heating.scene, degree, cuts)
     heat = replace(heat, loads=manufactured_load(heat, final)[None])
-    state: steady.SteadyState[HeatProblem, Conductor] = steady.coupled(heat, None, True, 0.0, 1e-13)
+    state = steady.coupled(heat, None, True, 0.0, 1e-13)
     base = Base.of_steady(state)
     fields = Krylov(base, transient.shift(1 / heating.modes[0][0], float(times[0]))).fields(12)
     answer = transient.march(base, base.project(fields), float(times[-1]), 1e-12)
@@ -113,7 +113,7 @@ def _coupled(
     rise, electric = np.zeros(heat.free), conductor.solve(np.zeros(heat.free), fixed)
     for _ in range(PICARD):
         electric = conductor.solve(rise, fixed, electric.potential)
-        old, rise = rise, heat.solve_steady((load + joule_load(conductor, electric.density, rise))[: heat.free])
+        old, rise = rise, heat.solve_steady((load + conductor.joule_load(electric.density, rise))[: heat.free])
         if np.abs(rise - old).max() <= SETTLED * np.abs(rise).max():
             break
     on, phi = _finely(heat), electric.potential

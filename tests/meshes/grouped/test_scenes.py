@@ -13,7 +13,7 @@ import pytest
 
 from fem3d import solve_mesh, solve_scene
 from fem3d.errors import RunawayError
-from fem3d.heat import HeatSystem
+from fem3d.heat import HeatProblem
 from fem3d.solve_mesh import solve
 from scenes.free import from_dict
 from scenes.model import MeshScene, Scene
@@ -179,8 +179,8 @@ def test_currents_alone_over_time_solve_no_heat(tmp_path: Path, monkeypatch: pyt
     document["boundary"][0]["voltage"] = {"times": [0, 1e-3], "values": [0.4, -0.4]}
     document["probe"] = [p for p in document["probe"] if p.get("quantity") in ("potential", "current")]
     del document["material"][0]["thermal_conductivity"]
-    monkeypatch.setattr(HeatSystem, "solve_shifted", pytest.fail)
-    monkeypatch.setattr(HeatSystem, "solve_steady", pytest.fail)
+    monkeypatch.setattr(HeatProblem, "solve_shifted", pytest.fail)
+    monkeypatch.setattr(HeatProblem, "solve_steady", pytest.fail)
     found = on_mesh(document, "tetra", 1, tmp_path)
     assert {s.step: s.state for s in found.details["plan"]}["heat"] == "skipped"
     assert found.traces is not None

@@ -12,13 +12,13 @@ from scipy.integrate import solve_ivp
 from reduced1d.device import QUANTITIES, solve
 from reduced1d.device.accurate import solve_accurate
 from reduced1d.device.balance import balance
-from reduced1d.device.controller import law
 from reduced1d.device.lumped import lump
 from reduced1d.device.march import Resolution, march
 from reduced1d.device.modes import modes
 from reduced1d.device.steady import steady
-from reduced1d.device.timetable import timetable
 from scenes.device import Control, Device, External
+from scenes.loop.controller import law
+from scenes.loop.timetable import timetable
 
 GOAL = 1e-4
 
@@ -161,7 +161,7 @@ def test_order_in_space():
         errors = []
         for n in (2, 4, 8):
             grids = np.linspace(0, 1, n + 1), np.linspace(0, 1, 2 * n + 1)
-            errors.append(abs(modes(lumped, degree, grids).rates[2] / fine.rates[2] - 1))
+            errors.append(abs(modes(lumped, degree, grids).modal.rates[2] / fine.modal.rates[2] - 1))
         assert np.log2(errors[-2] / errors[-1]) == pytest.approx(2 * degree, abs=0.3)
 
 
@@ -184,7 +184,8 @@ def test_energy_balance():
     assert heat.stored > 1e-6 * heat.generated
     leaky = replace(lumped, sink=replace(lumped.sink, conductance=lumped.sink.conductance * 1.00001))
     assert abs(balance(leaky, good).imbalance) > 1e-7
-    backwards = replace(good, modes=replace(good.modes, flux=-good.modes.flux))
+    turned = replace(good.modes.modal, flux=-good.modes.modal.flux)
+    backwards = replace(good, modes=replace(good.modes, modal=turned))
     assert abs(balance(lumped, backwards).imbalance) > 0.1
 
 

@@ -12,16 +12,17 @@ from functools import lru_cache
 
 import numpy as np
 
-from reduced1d.device.modes import Modes
+from scenes.loop.modal import Modal
 
 
 @dataclass(frozen=True)
 class Interval:
-    """Tables for one length (s), with q + 1 nodes (the first at the start) and n modes; elements vary slowest.
+    """Tables for one length (s), with q + 1 nodes (the first at the start), n modes and m responses, which vary
+    slowest.
 
-    ``free`` (2q, n) rises at the nodes per mode at the start; ``first`` (2q, 2) and ``later`` (2q, 2q) rises per power
-    at the start and at the nodes; ``decay`` (n,), ``gain_first`` (n, 2) and ``gain_later`` (n, 2q) take the modes to
-    the interval's end; ``weights`` (q + 1,) integrate a power over it.
+    ``free`` (m q, n) rises at the nodes per mode at the start; ``first`` (m q, m) and ``later`` (m q, m q) rises per
+    heat at the start and at the nodes; ``decay`` (n,), ``gain_first`` (n, m) and ``gain_later`` (n, m q) take the modes
+    to the interval's end; ``weights`` (q + 1,) integrate a power over it.
     """
 
     length: float
@@ -35,18 +36,19 @@ class Interval:
     weights: np.ndarray
 
 
-def interval(modes: Modes, length: float, q: int, p: int) -> Interval:
-    """Tables for intervals of one length (s) with q unknown powers per element in t^(1/p)."""
+def interval(modes: Modal, length: float, q: int, p: int) -> Interval:
+    """Tables for intervals of one length (s) with q unknown heats per response in t^(1/p)."""
+    m = modes.responses
     x = (1 - np.cos(np.pi * np.arange(q + 1) / q)) / 2
-    response = np.stack([_response(modes.rates * length, x, m, p) for m in range(1, q + 1)]) * length
+    response = np.stack([_response(modes.rates * length, x, k, p) for k in range(1, q + 1)]) * length
     kernel = np.einsum("in,mnl,jn->imjl", modes.shape, response, modes.shape)
     free = np.einsum("in,mn->imn", modes.shape, np.exp(-np.outer(x[1:] ** p, modes.rates * length)))
     last = np.einsum("nl,jn->njl", response[-1], modes.shape)
     points, w = _graded(x[-1], 4, q + 8)
     return Interval(
-        length, length * x**p, free.reshape(2 * q, -1),
-        kernel[..., 0].reshape(2 * q, 2), kernel[..., 1:].reshape(2 * q, 2 * q),
-        np.exp(-modes.rates * length), last[..., 0], last[..., 1:].reshape(-1, 2 * q),
+        length, length * x**p, free.reshape(m * q, -1),
+        kernel[..., 0].reshape(m * q, m), kernel[..., 1:].reshape(m * q, m * q),
+        np.exp(-modes.rates * length), last[..., 0], last[..., 1:].reshape(-1, m * q),
         length * (w * p * points ** (p - 1)) @ _lagrange(x, points),
     )  # fmt: skip
 

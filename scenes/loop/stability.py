@@ -1,0 +1,114 @@
+"""Stability of the sampled loop: the map from sample to sample, linearised about a steady state."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from scenes.loop.modal import Modal
+from scenes.loop.steady import State
+
+LARGEST_GAIN = 1e6
+
+
+@dataclass(frozen=True)
+class Plant:
+    """The linearised device from sample to sample: b' = a b + in dV (amplitudes, V), rises (K) = out b.
+
+    ``a`` (n, n), ``inlet`` (n, 2), ``out`` (2, n); ``active`` (2,) whether (sink, sensor) can respond to its voltage.
+    """
+
+    a: np.ndarray
+    inlet: np.ndarray
+    out: np.ndarray
+    active: np.ndarray
+    set_rise: float
+    sample_time: float
+
+    def eigenvalue(self, gain: np.ndarray) -> complex:
+        """The eigenvalue of largest size of the closed loop with these gains (V) of (sink, sensor), per sample: stable
+        below 1 in size; negative where the loop swings from sample to sample."""
+        at = np.flatnonzero(self.active & (np.asarray(gain) > 0))
+        feedback = -np.asarray(gain)[at, None] / self.set_rise * self.out[at]
+        inlet = self.inlet[:, at]
+        loop = np.block([[self.a + inlet @ feedback, inlet], [feedback, np.eye(len(at))]])
+        found = np.linalg.eigvals(loop)
+        largest = complex(found[np.abs(found).argmax()])
+        return complex(largest.real, abs(largest.imag))
+
+
+def linearised(modal: Modal, state: State, set_rise: float, sample_time: float) -> Plant:
+    """The plant of a model about a steady state, for controllers that sample every ``sample_time`` (s).
+
+    Between samples P = V^2/R(T) changes by 2 V/R dV - P R'/R dT, and the heat of local departures with it, exactly
+    propagated. An element that has no power there does not respond to its voltage to first order, and its loop is left
+    out.
+    """
+    own, m = modal.film, modal.responses
+    a, ratio = modal.coefficient[own], (1 + modal.coefficient * state.rise[:2])[own]
+    # heat = per_power * P; along a row what a rise of each response changes of it.
+    per_power = modal.heat(np.ones(2), state.rise)
+    slope = np.zeros((m, m))
+    slope[np.arange(m), own] = -per_power * state.power[own] * a / ratio * np.where(np.arange(m) < 2, 1.0, 2.0)
+    departs = np.arange(2, m)
+    slope[departs, departs] += state.power[own[2:]] * a[2:] / ratio[2:]
+    per_volt = np.zeros((m, 2))
+    per_volt[np.arange(m), own] = per_power * 2 * state.voltage[own] / (modal.resistance[own] * ratio)
+    rates, vectors = np.linalg.eig(np.diag(modal.rates) - modal.shape.T @ slope @ modal.shape)
+    inverse = np.linalg.inv(vectors)
+    into = inverse @ (modal.shape.T @ per_volt)
+    h = sample_time
+    decay = np.exp(-rates * h)
+    return Plant(
+        ((vectors * decay) @ inverse).real, (vectors @ ((-np.expm1(-rates * h) / rates)[:, None] * into)).real,
+        modal.shape[:2], state.power > 0, set_rise, h,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Stability:
+    """The loop's eigenvalue of largest size per sample, its growth rate in 1/s (negative: it decays), and the largest
+    stable gain (V) of each controller with the other at its own gain; infinite where no gain below 1e6 V is unstable.
+    """
+
+    eigenvalue: complex
+    growth_rate: float
+    sink_gain_limit: float
+    sensor_gain_limit: float
+
+    @property
+    def stable(self) -> bool:
+        """Whether small disturbances die out."""
+        return abs(self.eigenvalue) < 1
+
+    @staticmethod
+    def of(system: Plant, gains: np.ndarray) -> Stability:
+        """That of a plant with some gains (V)."""
+        largest = system.eigenvalue(gains)
+        rate = float(np.log(abs(largest)) / system.sample_time)
+        return Stability(largest, rate, gain_limit(system, gains, 0), gain_limit(system, gains, 1))
+
+
+def gain_limit(system: Plant, gains: np.ndarray, element: int) -> float:
+    """The largest gain (V) of one element (0 sink, 1 sensor) below which the loop is stable, the other gain as given.
+
+    Zero where the other loop is unstable by itself; found by bracketing upwards and bisection to 1e-9.
+    """
+
+    def stable(gain: float) -> bool:
+        return abs(system.eigenvalue(np.where(np.arange(2) == element, gain, gains))) < 1
+
+    if not stable(0.0):
+        return 0.0
+    if not system.active[element]:
+        return float("inf")
+    low, high = 0.0, 1e-6
+    while stable(high):
+        low, high = high, high * 1.3
+        if high > LARGEST_GAIN:
+            return float("inf")
+    while high - low > 1e-9 * high:
+        middle = (low + high) / 2
+        low, high = (middle, high) if stable(middle) else (low, middle)
+    return low
