@@ -40,7 +40,7 @@ def override(flat: Mapping[str, object], settings: Sequence[str], schema: Schema
                 raise SceneError(f"{printable(key)} names no item of a [[{table}]]: give {table}.NAME.KEY")
             result[table] = _with_item(table, rest, value, result.get(table, []))
             continue
-        path, item = _locate(key, value, schema)
+        path, item = locate(key, value, schema)
         given.add(path)
         if item:
             tolerances = result.get(path)
@@ -65,8 +65,8 @@ def _of_one_length(flat: dict[str, object], given: set[str]) -> dict[str, object
     return flat
 
 
-def _locate(key: str, value: object, schema: Schema) -> tuple[str, str]:
-    """The path that a key stands for, and the item within it where that is a table of tolerances."""
+def locate(key: str, value: object, schema: Schema) -> tuple[str, str]:
+    """The path that a key stands for, and the item within it where that is a table of tolerances. Raises SceneError."""
     if key in schema.paths or key in schema.sections:
         return key, ""
     ends = [path for path in schema.paths if path.endswith(f".{key}")]
