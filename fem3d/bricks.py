@@ -56,14 +56,20 @@ class BrickSpace:
         return np.array([b[i] for b, i in zip(self.grid.breaks, self.ijk, strict=True)])
 
     @cached_property
+    def depth(self) -> np.ndarray:
+        """(functions,): from how many degrees less on each is not there any more, less one; negative for those that
+        the degrees of their intervals leave out, and more than any degree for vertices."""
+        (axes, at), k = self.along, np.zeros((self.size, 3), int)
+        k[self.dofs] = modes(self.p)[:, None]
+        own = np.array([d[i] for d, i in zip(self.grid.degrees, at.T, strict=True)]).T
+        slack = np.where(axes, own - k, self.p + 1).min(axis=1)
+        together = np.where(axes, own, 0).max(axis=1) - np.where(axes, k, 0).sum(axis=1)
+        return np.where(axes.any(axis=1), np.minimum(slack, together), slack)
+
+    @cached_property
     def nested(self) -> tuple[np.ndarray, ...]:
         """Three times (functions,)."""
-        found = np.zeros((3, self.size), bool)
-        for (x, y, z), cells in self._classes:
-            for k in range(3):
-                lower = max(x - 2 + k, 1), max(y - 2 + k, 1), max(z - 2 + k, 1)
-                found[k, self.dofs[np.ix_(np.flatnonzero(active(self.p, lower)), cells)]] = True
-        return tuple(found)
+        return self.depth >= 2, self.depth >= 1, self.depth >= 0
 
     @cached_property
     def unit(self) -> np.ndarray:
