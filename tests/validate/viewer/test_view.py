@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from compare import sink_run
 from scenes.loading import load
 from scenes.plan import Request
 from validate.cli import main
+from validate.report import output
 from validate.viewer import window
 from validate.viewer.source import find
 
@@ -28,7 +28,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with pytest.MonkeyPatch.context() as patch:
         # Enough states for a film.
         patch.setattr("validate.report.fields.TIMES", 4)
-        sink_run.run(load("sink", ["accuracy=1e-2"]), Request(figures=False, fields=True), folder)
+        output.run(load("sink", ["accuracy=1e-2"]), Request(figures=False, fields=True), folder)
     return folder
 
 

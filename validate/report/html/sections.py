@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from compare.device.scope import FIGURES
+from compare.plan import DEVICE_FIGURES as FIGURES
 from validate.report.html.field import PICTURES
 from validate.report.html.parts import anything, section, table, values
 from validate.report.html.values import Document

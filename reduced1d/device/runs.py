@@ -9,8 +9,6 @@ from functools import cached_property
 
 import numpy as np
 
-from compare.device import scope
-from compare.device.scope import DeviceRequest
 from reduced1d.device.accurate import solve_accurate
 from reduced1d.device.meters import METERS, in_the_loop
 from reduced1d.device.paper import UnstableStepError
@@ -121,36 +119,38 @@ class Runs:
     steps: tuple[Run, ...]
 
 
-def make(device: Device, request: DeviceRequest, say: Callable[[str], None]) -> Runs:
-    """Every run that a request needs.
+def make(
+    device: Device, scheme: str, meter_name: str | None, slow: bool, steps: bool, say: Callable[[str], None]
+) -> Runs:
+    """The scene's own run by a ``scheme``, with a meter in its loop if one is named; and where they are wanted the one
+    sampled slowly and those of the outer steps.
 
     Raises SceneError for what the model refuses, and ArithmeticError where its numerics fail.
     """
     try:
-        say(f"solving in 1D, {request.scheme} scheme")
-        meter = METERS[request.meter] if request.meter else None
+        say(f"solving in 1D, {scheme} scheme")
+        meter = METERS[meter_name] if meter_name else None
         base = Run(device, solve(device, meter=meter))
-        if request.scheme == "paper":
+        if scheme == "paper":
             base = Run(device, solve(device, scheme="paper", meter=meter), reference=base.result)
-        steps = in_the_loop(device, meter, device.external.initial_temperature) if meter else (0.0, 0.0)
-        slow = None
-        if scope.needs(device, request, "figure11"):
+        rounded = in_the_loop(device, meter, device.external.initial_temperature) if meter else (0.0, 0.0)
+        slowly = None
+        if slow:
             say("solving with slow sampling")
-            slow = Run(other := sampled_slowly(device), solve_accurate(other, meter=steps))
+            slowly = Run(other := sampled_slowly(device), solve_accurate(other, meter=rounded))
         outer: list[Run] = []
-        if scope.needs(device, request, "figure12", "figure13"):
-            for height in STEPS:
-                if _possible(device, device.sink.room_temperature + height):
-                    say(f"solving for a step of {height:+g} K")
-                    other = stepped(device, height)
-                    outer.append(Run(other, solve_accurate(other, meter=steps, start="settled"), height))
+        for height in STEPS if steps else ():
+            if _possible(device, device.sink.room_temperature + height):
+                say(f"solving for a step of {height:+g} K")
+                other = stepped(device, height)
+                outer.append(Run(other, solve_accurate(other, meter=rounded, start="settled"), height))
     except UnstableStepError as error:
         raise SceneError(f"{error}: use --scheme accurate, which has no such limit") from None
     except ArithmeticError:
         raise
     except ValueError as error:
         raise SceneError(str(error)) from None
-    return Runs(base, slow, tuple(outer))
+    return Runs(base, slowly, tuple(outer))
 
 
 def sampled_slowly(device: Device) -> Device:
@@ -164,7 +164,7 @@ def stepped(device: Device, height: float) -> Device:
     """The device settled at room temperature, and an outer step of ``height`` K soon after the start; the run goes on
     for as long as the scene's own does after its step."""
     room, before = device.sink.room_temperature, _SAMPLES_BEFORE * device.control.sample_time
-    after = device.end_time - (device.external.step_time if scope.steps(device) else 0.0)
+    after = device.end_time - (device.external.step_time if device.steps_outside else 0.0)
     return replace(device, external=External(room, room + height, before), end_time=before + after)
 
 

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compare.device.scope import DeviceRequest
-from compare.words import quantity
 from reduced1d.device.designer import ExternalStep, Range, measurable_range, resolution, smooth_start_gain
 from reduced1d.device.meters import METERS
 from reduced1d.device.stability import at_sample_time, stability
 from scenes.device import Device
+from scenes.formats import quantity
 
 SAMPLE_TIMES = (1e-4, 1e-3, 5e-3)
 
@@ -45,16 +44,17 @@ class Design:
     sources: dict[str, str]
 
 
-def answer(device: Device, request: DeviceRequest) -> Design:
-    """The answers for a device; raises ArithmeticError where its numerics fail."""
+def answer(device: Device, largest_voltage: float = np.inf, largest_power: float = np.inf) -> Design:
+    """The answers for a device whose sensor gets at most a voltage (V) and a power (W); raises ArithmeticError where
+    its numerics fail."""
     times = dict.fromkeys((device.control.sample_time, *SAMPLE_TIMES))
     span = abs(device.control.set_temperature - device.external.final_temperature)
     found = {name: _resolution(device, name) for name in METERS}
-    limited = request.largest_voltage < np.inf or request.largest_power < np.inf
+    limited = min(largest_voltage, largest_power) < np.inf
     return Design(
         tuple(_limits(at_sample_time(device, time)) for time in times),
         (smooth_start_gain(device, 0), smooth_start_gain(device, 1)),
-        measurable_range(device, voltage=request.largest_voltage, power=request.largest_power) if limited else None,
+        measurable_range(device, voltage=largest_voltage, power=largest_power) if limited else None,
         found,
         {name: step if isinstance(step, str) else _resolves(step, span) for name, step in found.items()},
         {name: meter.source for name, meter in METERS.items()},

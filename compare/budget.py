@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from compare.scope import FIRST_TIME
-from compare.words import percent, quantity, signed
+from compare.verdict import FIRST_TIME
+from scenes.formats import percent, quantity, signed
 
 if TYPE_CHECKING:
     from reduced1d.ladder.levels import Levels

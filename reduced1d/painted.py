@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.hottest import Hottest
 from reduced1d.equations import parabola
 from scenes.errors import SceneError
 from scenes.loading import from_dict
@@ -34,21 +33,6 @@ class Reduction:
         else:
             end, peak = (float(np.interp(time, self.time, values)) for values in (self.end, self.peak))
         return paint(self.sink, points, end, peak)
-
-    def hottest(self) -> dict[str, Hottest]:
-        """The beam's middle, and the top of an oxide block, at their hottest."""
-        sink = self.sink
-        beam = [0.0, sink.length / 2, sink.thickness / 2]
-        oxide = [0.0, -sink.anchor_distance - sink.oxide_length / 2, -1e-6 * sink.oxide_thickness]
-        points = np.array([beam, oxide])
-        found: dict[str, Hottest] = {}
-        for time in (None, *self.time):
-            rises = self.rise(points, time)
-            for material, rise in zip((sink.silicon, sink.oxide), rises, strict=True):
-                top = Hottest(sink.room_temperature + float(rise), time)
-                if material.name not in found or top.temperature > found[material.name].temperature:
-                    found[material.name] = top
-        return found
 
 
 def paint(sink: Sink, points: np.ndarray, end: float, peak: float) -> np.ndarray:

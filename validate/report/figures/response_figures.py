@@ -12,15 +12,16 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from compare.device.runs import Run
-from compare.device.words import drawn, with_mu
-from compare.words import scale
+from reduced1d.device.runs import Run
 from reduced1d.device.steady import steady
+from scenes.formats import scale
+from validate.report.claims import drawn, with_mu
 from validate.report.figures.colours import INK, LAYERS
 from validate.report.figures.drawing import new_figure
 
 if TYPE_CHECKING:
-    from compare.device.outcome import DeviceOutcome
+    from compare.outcome import Outcome
+    from scenes.device import Device
 
 Curve = tuple[str, str, str, dict[str, Any]]
 """A quantity with its label, its colour and how its line looks."""
@@ -31,21 +32,21 @@ FLOW: Curve = ("polymer_flux_W", "heat into the polymer", LAYERS["polymer"], {"l
 _START, _START_SAMPLES = 0.02, 30
 
 
-def power(outcome: DeviceOutcome) -> Figure:
+def power(outcome: Outcome[Device]) -> Figure:
     """Figure 9: the electrical power of sink and sensor."""
     run = outcome.runs.base
     text = f"Figure 9: power of sink and sensor, {_scene(run)}"
     return _draw(outcome, run, "fig9_", text, (SINK, SENSOR), "power")
 
 
-def flow(outcome: DeviceOutcome) -> Figure:
+def flow(outcome: Outcome[Device]) -> Figure:
     """Figure 10: the heat flow into the polymer, and the sensor's power, which it becomes."""
     run = outcome.runs.base
     text = f"Figure 10: heat flow into the polymer, {_scene(run)}"
     return _draw(outcome, run, "fig10_", text, (FLOW, SENSOR), "heat flow, power")
 
 
-def slow(outcome: DeviceOutcome) -> Figure:
+def slow(outcome: Outcome[Device]) -> Figure:
     """Figure 11: the power of sink and sensor when sampled every 5 ms."""
     run = outcome.runs.slow
     assert run is not None
@@ -78,7 +79,7 @@ def _scene(run: Run) -> str:
 
 
 def _draw(
-    outcome: DeviceOutcome, run: Run, family: str, text: str, curves: tuple[Curve, ...], label: str,
+    outcome: Outcome[Device], run: Run, family: str, text: str, curves: tuple[Curve, ...], label: str,
     beside: Run | None = None,
 ) -> Figure:  # fmt: skip
     """Left the start, at its own scale; right the whole run, at the scale of what follows, thin the run ``beside``."""

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from compare.solve.scope import UNITS
-from compare.words import scale
 from scenes import physics
-from scenes.model import AnyScene, GroupProbe, Probe, Schedule
-from scenes.result import Result, Traces
-from validate.report.figures.drawing import new_figure
-from validate.report.figures.interpolation import smooth
-from validate.report.solve.table import cut
-from validate.report.solve.traces import traces_of
+from scenes.formats import cut, scale
+from scenes.model import UNITS, AnyScene, GroupProbe, Probe, Schedule
+from scenes.result import Traces
+from validate.report.figures.drawing import new_figure, smooth
+
+if TYPE_CHECKING:
+    from compare.outcome import Outcome
 
 _COLOURS = ("#8b1a1a", "#3a86c8", "#f0a030", "#5e3c99", "#2a7f62", "#b04f8c", "#707070")
 _DASHES = ("-", (0, (5, 2.5)), (0, (1.5, 1.5)))
@@ -25,10 +24,11 @@ _EARLY = 0.05  # part of the run: what is half done before it is seen on a logar
 _SEEN = 0.01  # part of a trace's range that it has to move by to be seen
 
 
-def draw(scene: AnyScene, result: Result) -> Figure:
+def draw(outcome: Outcome[AnyScene]) -> Figure:
     """Every probe with a band for its estimated error, on a common axis of time: a logarithmic one where a trace has
     done half of all it does in the first twentieth of the run, and nothing that drives the scene changes later."""
-    traces = traces_of(result)
+    scene, traces = outcome.scene, outcome.solved.traces
+    assert traces is not None
     first = _first(scene, traces)
     times = np.geomspace(first, scene.end_time, 400) if first else traces.time
     panels = [q for q in UNITS if any(probe.quantity == q for probe in scene.probes)]

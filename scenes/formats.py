@@ -108,3 +108,18 @@ def _significant(value: float, digits: int) -> str:
 def sink_text(sink: Sink) -> str:
     """A sink with its voltage, as its folder is called: "sink at 2 mV"."""
     return f"{sink.name} at {VOLTAGE.show(sink.voltage)}"
+
+
+def milliseconds(time: float) -> str:
+    """A time in s as "50.7 ms", or "never"."""
+    return f"{time * 1e3:.3g} ms" if math.isfinite(time) else "never"
+
+
+def kelvin(difference: float) -> str:
+    """A temperature difference: "17.5 K"."""
+    return f"{difference:.3g} K"
+
+
+def cut(text: str, longest: int) -> str:
+    """The text, at most so long."""
+    return text if len(text) <= longest else f"{text[: longest - 2]}.."

@@ -8,29 +8,30 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullLocator
 
-from compare.device.runs import BAND
-from compare.device.words import drawn, with_mu
-from compare.words import percent, quantity
 from reduced1d.device.lumped import lump
+from reduced1d.device.runs import BAND
+from scenes.formats import percent, quantity
+from validate.report.claims import drawn, with_mu
 from validate.report.figures.colours import INK, LAYERS
 from validate.report.figures.drawing import new_figure
 
 if TYPE_CHECKING:
-    from compare.device.outcome import DeviceOutcome
+    from compare.outcome import Outcome
+    from scenes.device import Device
 
 _SHOWN, _BEFORE = 0.1, 0.02
 """How long after the step is shown (s), unless the runs have fewer than that many samples; and of that, before it."""
 _SAMPLES = 30
 
 
-def responses(outcome: DeviceOutcome) -> Figure:
+def responses(outcome: Outcome[Device]) -> Figure:
     """Figure 12: the sensor's power after each step, and how much of its change is still to come."""
     checks = [drawn(check) for check in outcome.checks if check.id.startswith("fig12")]
     text = "Figure 12: the sensor's power after outer steps from room temperature"
     figure = new_figure(9.5, 5.0, text, checks, bottom=0.95)
     power, rest = figure.subplots(1, 2, gridspec_kw={"wspace": 0.28})
     longest = max(float(run.result.time_s[-1]) - run.device.external.step_time for run in outcome.runs.steps)
-    shown = min(max(_SHOWN, _SAMPLES * outcome.device.control.sample_time), longest) * 1e3
+    shown = min(max(_SHOWN, _SAMPLES * outcome.scene.control.sample_time), longest) * 1e3
     for run, colour in zip(outcome.runs.steps, _colours(len(outcome.runs.steps)), strict=True):
         time = (run.result.time_s - run.device.external.step_time) * 1e3
         values = run.result.sensor_power_W * 1e3
@@ -63,10 +64,10 @@ def responses(outcome: DeviceOutcome) -> Figure:
     return figure
 
 
-def characteristic(outcome: DeviceOutcome) -> Figure:
+def characteristic(outcome: Outcome[Device]) -> Figure:
     """Figure 13: the steady power against the outer temperature, with the slope and the limit."""
     checks = [drawn(check) for check in outcome.checks if check.id.startswith("fig13")]
-    device = outcome.device
+    device = outcome.scene
     text = "Figure 13: steady power of the sensor against the outer temperature"
     figure = new_figure(9.5, 5.0, text, checks, bottom=0.95)
     ax = figure.subplots()

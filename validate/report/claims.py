@@ -1,4 +1,4 @@
-"""Quantities, times and checks of the device as a person reads them."""
+"""The paper's claims on the device as a person reads them: what is claimed, what comes out, how far off that is."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import math
 import re
 
 from compare.verdict import Check
-from compare.words import difference_text, percent, quantity
+from scenes.formats import difference_text, percent, quantity
 
-QUANTITIES = {
+NAMES = {
     "sink_K": ("sink temperature", "K"),
     "sensor_K": ("sensor temperature", "K"),
     "sink_V": ("sink voltage", "V"),
@@ -17,17 +17,8 @@ QUANTITIES = {
     "sensor_power_W": ("sensor power", "W"),
     "polymer_flux_W": ("heat into polymer", "W"),
 }
+"""What a reader calls the quantities of the device, and their units."""
 _SIDES = {"equal": "", "at least": ">=", "at most": "<="}
-
-
-def milliseconds(time: float) -> str:
-    """A time in s as "50.7 ms", or "never"."""
-    return f"{time * 1e3:.3g} ms" if math.isfinite(time) else "never"
-
-
-def kelvin(difference: float) -> str:
-    """A temperature difference: "17.5 K"."""
-    return f"{difference:.3g} K"
 
 
 def claimed(check: Check) -> str:

@@ -5,17 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from compare.words import difference_text, percent, quantity
+from scenes.formats import difference_text, percent, quantity
+from validate.report.table import Style, wrapped
 
 if TYPE_CHECKING:
-    from compare.why import Budget, Part, Split
-    from validate.report.table import Style
+    from compare.budget import Budget, Part, Split
 
 
 def budget_text(budget: Budget, style: Style) -> str:
     """Its parts in percent of the final rise or of the current's change, then the sentence."""
-    from validate.report.table import wrapped
-
     lines = [style.paint(f"Why {named(budget.start)} differs from 3D", "heading")]
     lines.append("  in % of the final rise, or of the current's change")
     lines += _table("steady state", budget.steady, style)
