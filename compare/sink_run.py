@@ -15,7 +15,7 @@ from compare.plan import ONLY_1D, of_sink
 from scenes.plan import Request, Step
 
 if TYPE_CHECKING:
-    from compare.against.data import Data
+    from compare.against import Data
     from compare.row_runs import Varied
     from compare.verdict import Check
     from reduced1d.ladder.levels import Levels
@@ -27,7 +27,8 @@ FEW = 16
 
 
 def plan(sink: Sink, request: Request, data: Data | None = None) -> tuple[Step, ...]:
-    """What `solve` will do, before it does it."""
+    """What `solve` will do, before it does it. Raises SceneError for what isn't made of a row of spans."""
+    _refuse(sink, request)
     if "fem3d" not in request.models:
         return of_sink(sink, request, (ONLY_1D,), data)
     from fem3d.run import plan as plan_3d
@@ -39,7 +40,8 @@ def solve(
     sink: Sink, request: Request, say: Callable[[str], None], clock: Clock, data: Data | None = None
 ) -> Outcome[Sink]:  # fmt: skip
     """Both models, the checks, with those of a user's own ``data``, and the answer. Raises RunawayError (of either
-    model) and NumericsError."""
+    model) and NumericsError, and SceneError as `plan` does."""
+    _refuse(sink, request)
     from compare.answer import answered
 
     levels = _levels(sink, request)
@@ -48,13 +50,47 @@ def solve(
         warnings = (*outcome.warnings, *_too_hot(sink, outcome.fem3d, outcome.reduced1d))
     with clock.stage("answer"):
         outcome = answered(replace(outcome, warnings=warnings), levels)
+    if request.sensitivities:
+        say("sensitivities")
+        with clock.stage("sensitivities"):
+            outcome = _with_sensitivities(outcome)
     if data is None or outcome.fem3d is None:
         return outcome
-    from compare.against.checks import evaluate
+    from compare.against import evaluate
 
     checks = (*outcome.checks, *evaluate(sink, data, outcome.fem3d))
     warnings = (*outcome.warnings, *(f"{data.name}: {text}" for text in data.warnings))
     return replace(outcome, checks=checks, warnings=warnings, against=data)
+
+
+def _with_sensitivities(outcome: Outcome[Sink]) -> Outcome[Sink]:
+    """With how the models follow the keys, the checks of that, and what these say at the end of the answer."""
+    from compare.inputs import sensitivities
+
+    found = sensitivities.of_sink(outcome.scene, outcome.fem3d, outcome.reduced1d)
+    made = sensitivities.checks(outcome.scene, found)
+    said = f"{outcome.answer} {sensitivities.sentence(made)}".rstrip()
+    left_out = tuple(f"no sensitivity to {key}: {why}" for key, why in found.left_out.items())
+    return replace(
+        outcome, sensitivities=found, checks=(*outcome.checks, *made), answer=said,
+        warnings=(*outcome.warnings, *left_out),
+    )  # fmt: skip
+
+
+def _refuse(sink: Sink, request: Request) -> None:
+    """SceneError for what is asked of a row of spans and made of one span only."""
+    if sink.spans == 1:
+        return
+    asked = {
+        f"--reduction {request.reduction}": request.reduction.startswith(("plate", "moments")),
+        "--export": request.export is not None,
+        "--sensitivities": request.sensitivities,
+    }
+    for what, is_asked in asked.items():
+        if is_asked:
+            from scenes.errors import SceneError
+
+            raise SceneError(f"{what} is made of one span, and sink.spans = {sink.spans} is a row: leave out either")
 
 
 def compared(sink: Sink, request: Request, earlier: Result | None = None) -> Outcome[Sink]:

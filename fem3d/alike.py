@@ -26,8 +26,8 @@ SLOWEST = 0.9  # of r: what falls more slowly is solved whole
 
 
 def modelled(sink: Sink) -> int:
-    """How many spans are solved at first."""
-    inner = max(2, int(np.ceil(np.log(SHARE * sink.accuracy) / np.log(decay(sink)))))
+    """How many spans are solved at first; five at least, to see how fast their differences fall."""
+    inner = max(3, int(np.ceil(np.log(SHARE * sink.accuracy) / np.log(decay(sink)))))
     return allowed(sink, 2 * inner - 1)
 
 

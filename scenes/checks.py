@@ -44,9 +44,12 @@ AGAINST_TOLERANCES: dict[str, float] = dict.fromkeys(
 )
 """The same of the checks of a user's own traces against the 3D model."""
 
+SLOPE_TOLERANCES: dict[str, float] = {"slope": 0.1}
+"""The same of how 1D follows a key of the scene, for every check slope_<key>: of the largest slope."""
+
 SINK_TOLERANCES = DEFAULT_TOLERANCES | ISLAND_TOLERANCES | AGAINST_TOLERANCES
 SINK_CHECKS = tuple(SINK_TOLERANCES)
-"""The ids of every check that a sink may have."""
+"""The ids of every check that a sink may have, but those of slopes, which are one for each key."""
 
 DEVICE_TOLERANCES: dict[str, float] = {
     "fig9_settling": 0.25,
@@ -70,7 +73,7 @@ _TOLERANCE = Quantity(NUMBER, 1e-15, 100.0)
 class Tolerances:
     """A table of relative tolerances by check id, of those ``known``; only those that a scene declares."""
 
-    known: tuple[str, ...] = SINK_CHECKS
+    known: tuple[str, ...] = (*SINK_CHECKS, *SLOPE_TOLERANCES)
 
     def read(self, path: str, given: object) -> dict[str, float]:
         """The tolerances as plain numbers."""
@@ -120,4 +123,6 @@ def _known(path: str, check: object, known: tuple[str, ...]) -> str:
     if isinstance(check, str) and check in known:
         return check
     hint = did_you_mean(check, known) if isinstance(check, str) else ""
-    raise SceneError(f"{path} names an unknown check {quoted(check)}: give {', '.join(known)}{hint}")
+    # A row's checks are many and of one kind: one of them stands for all.
+    shown = [name for name in known if not name.startswith("islands_") or name == "islands_mean"]
+    raise SceneError(f"{path} names an unknown check {quoted(check)}: give {', '.join(shown)}{hint}")
