@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 from scenes.plan import Request, Step
 
 if TYPE_CHECKING:
-    from compare.against.data import Data
+    from compare.against import Data
     from compare.budget import Budget
     from compare.inputs.sensitivities import Sensitivities
     from compare.verdict import Check

@@ -15,7 +15,7 @@ from compare.plan import ONLY_1D, of_sink
 from scenes.plan import Request, Step
 
 if TYPE_CHECKING:
-    from compare.against.data import Data
+    from compare.against import Data
     from compare.verdict import Check
     from reduced1d.ladder.levels import Levels
     from scenes.result import Result
@@ -53,7 +53,7 @@ def solve(
             outcome = _with_sensitivities(outcome)
     if data is None or outcome.fem3d is None:
         return outcome
-    from compare.against.checks import evaluate
+    from compare.against import evaluate
 
     checks = (*outcome.checks, *evaluate(sink, data, outcome.fem3d))
     warnings = (*outcome.warnings, *(f"{data.name}: {text}" for text in data.warnings))

@@ -18,7 +18,7 @@ from scenes.sink import Sink
 if TYPE_CHECKING:
     import numpy as np
 
-    from compare.against.data import Data
+    from compare.against import Data
     from compare.budget import Budget
     from compare.inputs.sensitivities import Sensitivities
     from compare.verdict import Check
@@ -254,7 +254,7 @@ def run(
         sink = replace(sink, expected_to_differ=None)
     data = None
     if against is not None:
-        from compare.against.data import read
+        from validate.against.read import read
 
         data = read(Path(against), sink, [f"{name}={column}" for name, column in (columns or {}).items()])
     return Run(_outcome(sink, request, out, data))

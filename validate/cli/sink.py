@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 from validate.cli import common
 
 if TYPE_CHECKING:
-    from compare.against.data import Data
+    from compare.against import Data
     from scenes.plan import Request
     from scenes.sink import Sink
 
@@ -81,7 +81,7 @@ def _data(arguments: argparse.Namespace, sink: Sink, request: Request) -> Data |
         return None
     if not request.transient or "fem3d" not in request.models:
         raise SceneError("--against compares with the 3D model over time: leave out --steady and --only 1d")
-    from compare.against.data import read
+    from validate.against.read import read
 
     return read(Path(arguments.against), sink, arguments.column)
 

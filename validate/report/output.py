@@ -24,7 +24,7 @@ from validate.report.kinds import of
 if TYPE_CHECKING:
     import numpy as np
 
-    from compare.against.data import Data
+    from compare.against import Data
 
 
 def run(
