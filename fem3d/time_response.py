@@ -169,7 +169,7 @@ class _Judged:
         rises += [given.lifted(t.rises(times), 1 - k) for k, t in enumerate(self._lesser)]
         found: dict[str, Spread] = {}
         knots = np.append(0.0, heat.inputs.knots(self._study.end))
-        for i, time in enumerate((t - knots[knots < t].max() for t in times.tolist())):
+        for i, time in enumerate(t - knots[knots < t].max() for t in times.tolist()):
             fine, low = rises[0][i], rises[1][i]
             # Without the lowest space, as if each degree took away as much as the last.
             lowest = rises[2][i] if len(rises) > 2 else 2 * low - fine
