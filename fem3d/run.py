@@ -81,12 +81,7 @@ def _plan(sink: Sink, part: Symmetry, request: Request, answer: Answer | None) -
     """The lines; with an answer, those that depend on the solution say what it turned out to be."""
     if "fem3d" not in request.models:
         return (Step("3D model", "skipped", "only the 1D model was asked for"),)
-    steps = []
-    names = " and ".join(f"{'xyz'[axis]} ({parity})" for axis, _, parity in part.planes)
-    if part.planes:
-        steps.append(Step("symmetry", "done", f"{part.part} is solved: mirror planes across {names}"))
-    else:
-        steps.append(Step("symmetry", "skipped", "the scene has no mirror plane; the whole is solved"))
+    steps = [part.step]
     count = sum(b.name.startswith("span-") for b in part.scene.boxes)
     if count and sink.spans > 2 * count:
         reason = f"the {count} outermost of each half are solved; the innermost of them stands for the others"
