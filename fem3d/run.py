@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fem3d import adapt, another_voltage, sink_quantities
+from fem3d import adapt, rescaled, sink_quantities
 from fem3d.adapt import Answer
 from fem3d.fields import Fields, grid_of
 from fem3d.steady import SteadyState
@@ -33,7 +33,7 @@ def solve(
     if earlier is not None:
         first, before = earlier.details["sink"], earlier.details["answer"]
         if replace(first, voltage=sink.voltage) == sink and request.transient == (before.response is not None):
-            answer = another_voltage.solve(study, before, sink.voltage / first.voltage)
+            answer = rescaled.solve(study, before, sink.voltage / first.voltage)
     if answer is None:
         answer = adapt.solve(study, request.transient, progress or (lambda _: None))
     state, values = answer.fine.state, answer.fine.quantities
