@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fem3d import adapt, alike, another_voltage, sink_quantities, span_quantities
+from fem3d import adapt, alike, rescaled, sink_quantities, span_quantities
 from fem3d.adapt import Answer
 from fem3d.fields import Fields, grid_of
 from fem3d.steady import SteadyState
@@ -68,7 +68,7 @@ def _answer(
     if earlier is not None and earlier.details["spans_solved"] == count:
         first, before = earlier.details["sink"], earlier.details["answer"]
         if replace(first, voltage=sink.voltage) == sink and request.transient == (before.response is not None):
-            answer = another_voltage.solve(study, before, sink.voltage / first.voltage)
+            answer = rescaled.solve(study, before, sink.voltage / first.voltage)
     return answer or adapt.solve(study, request.transient, progress)
 
 
