@@ -18,6 +18,7 @@ from fem3d.groups import groups
 from fem3d.heat import HeatProblem
 from fem3d.level import Problems, Solution
 from fem3d.mesh_fields import MeshFields
+from fem3d.plan import of_free
 from fem3d.probes import reading
 from fem3d.study import Study
 from fem3d.time_response import Marched, Response
@@ -28,7 +29,7 @@ from meshes.grouped.read import read
 from meshes.grouped.refine import refine
 from scenes import physics
 from scenes.model import MeshScene
-from scenes.plan import Step
+from scenes.plan import Step, noted, step
 from scenes.result import Estimate, Result, Traces
 
 LARGEST_REFINED = 60_000  # unknowns of a refined mesh; above, the mesh is taken as it is
@@ -223,7 +224,7 @@ def _details(placed: Placed, space: Space, relative: dict[str, float], study: St
             "volume_groups": sorted(mesh.volumes),
             "surface_groups": sorted(mesh.surfaces),
         },
-        "plan": _plan(placed, space),
+        "plan": noted(_plan(placed), _found(placed, space)),
     }
 
 
@@ -245,33 +246,29 @@ def _warnings(relative: dict[str, float], study: Study, space: Space) -> list[st
 
 def plan(scene: MeshScene) -> tuple[Step, ...]:
     """What `solve` will do, before it does it; reads the mesh."""
-    return _plan(_placed(scene), None)
+    return _plan(_placed(scene))
 
 
-def _plan(placed: Placed, space: Space | None) -> tuple[Step, ...]:
-    """The lines; with a space, as it turned out."""
+def _plan(placed: Placed) -> tuple[Step, ...]:
     scene, mesh = placed.scene, placed.mesh
-    steps = [Step("mesh", "done", f"{mesh.count} {mesh.file_type} cells of {scene.file}, as they are")]
-    if not _refines(placed):
-        steps.append(Step("refinement", "skipped", "the mesh has too many cells; errors between degrees 1 and 2"))
-    elif space is not None and not space.refined:
-        steps.append(Step("refinement", "skipped", "degrees 1 and 2 agree within the accuracy on the mesh as it is"))
-    else:
-        steps.append(Step("refinement", "done", "every cell into eight, once, where degrees 1 and 2 differ by more"))
-    if physics.heat(scene):
-        steps.append(Step("heat", "done", "one factorization per level: conductivities don't depend on temperature"))
-    else:
-        steps.append(Step("heat", "skipped", "nothing thermal is asked for: the currents at the initial temperature"))
-    if physics.electric(scene) and any(b.kind == "voltage" for b in scene.boundaries):
-        steps.append(Step("electric problem", "done", "in the cells that conduct"))
-    else:
-        steps.append(Step("electric problem", "skipped", "there is no electrode"))
-    if scene.steady:
-        steps.append(Step("steady state", "done", f"errors estimated, and compared with {scene.accuracy:g}"))
-        steps.append(Step("transient", "skipped", "only the steady state was asked for"))
-    elif physics.heat(scene):
-        steps.append(Step("steady state", "skipped", "only the transient was asked for"))
-        steps.append(Step("transient", "done", f"to {scene.end_time:g} s, projected on Krylov fields"))
-    else:
-        steps += currents.plan(scene)
-    return tuple(steps)
+    many = "" if _refines(placed) else "the mesh has too many cells; errors between degrees 1 and 2"
+    electric = physics.electric(scene) and any(b.kind == "voltage" for b in scene.boundaries)
+    lines = of_free(
+        scene,
+        "one factorization per level: conductivities don't depend on temperature",
+        "in the cells that conduct",
+        "" if electric else "there is no electrode",
+        f"errors estimated, and compared with {scene.accuracy:g}",
+        "projected on Krylov fields",
+    )
+    return (
+        Step("mesh", "done", f"{mesh.count} {mesh.file_type} cells of {scene.file}, as they are"),
+        step("refinement", "every cell into eight, once, where degrees 1 and 2 differ by more", many),
+        *lines,
+    )
+
+
+def _found(placed: Placed, space: Space) -> list[Step]:
+    """What the plan could not know."""
+    agree = "degrees 1 and 2 agree within the accuracy on the mesh as it is"
+    return [Step("refinement", "skipped", agree)] if _refines(placed) and not space.refined else []
