@@ -16,13 +16,13 @@ from skfem.assembly.dofs import Dofs
 from skfem.refdom import RefHex
 
 from fem3d.element import Degrees, ElementHexTrunk, active, factors, gauss, line, local, modes
-from fem3d.space import entities
+from fem3d.factorization import entities
 from meshes.grid import Grid
 from scenes.model import Point
 
 
 class BrickSpace:
-    """The functions on the cells of a grid that a box owns. It is a `fem3d.space.Space`.
+    """The functions on the cells of a grid that a box owns. It has the shape of `fem3d.mapped.MappedSpace`.
 
     ``mesh`` and ``dofs`` (functions of a cell, cells) are scikit-fem's; ``ijk`` (3, cells) says where in the grid each
     cell is, ``h`` (3, cells) its sides (m), ``degrees`` (3, cells) its degrees. ``nested``: which functions
@@ -212,7 +212,7 @@ def _rule(p: int, degrees: Degrees, more: int) -> tuple[np.ndarray, np.ndarray, 
 
 
 class BrickCells:
-    """Some cells of a `BrickSpace` with their Gauss points; a `fem3d.space.Cells`."""
+    """Some cells of a `BrickSpace` with their Gauss points."""
 
     def __init__(self, space: BrickSpace, cells: np.ndarray, more: int) -> None:
         x, y, z = space.degrees[:, cells].max(axis=1, initial=1).tolist()
@@ -250,7 +250,7 @@ class BrickCells:
 
 
 class BrickFaces:
-    """Some facets of a `BrickSpace`, each seen from one of its cells; a `fem3d.space.Faces`."""
+    """Some facets of a `BrickSpace`, each seen from one of its cells."""
 
     def __init__(self, space: BrickSpace, facets: np.ndarray, cells: np.ndarray) -> None:
         self._space, self._cells = space, cells

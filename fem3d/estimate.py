@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import csc_array
 
-from fem3d.space import Space
+from fem3d.bricks import BrickSpace
 from meshes.grading import Features
 from meshes.grid import Grid
 
@@ -114,11 +114,11 @@ def _part(p: np.ndarray) -> np.ndarray:
     return (p - 1.0) ** -REGULAR - p**-REGULAR
 
 
-def spread(space: Space, grid: Grid, functions: np.ndarray, parts: np.ndarray) -> Spread:
+def spread(space: BrickSpace, grid: Grid, functions: np.ndarray, parts: np.ndarray) -> Spread:
     """What functions (n,) of a brick space miss on the intervals that they stand on, in equal parts along the axes of
     their degree. Absolute values are added: a sum of parts that cancel would be small for a while by chance, and
     refining until it is small would look for just that."""
-    axes, index = (each[functions] for each in space.along)  # type: ignore[attr-defined]
+    axes, index = (each[functions] for each in space.along)
     share = np.abs(parts) / np.maximum(axes.sum(axis=1), 1)
     return [
         np.bincount(index[axes[:, d], d], share[axes[:, d]], len(degrees)) for d, degrees in enumerate(grid.degrees)
@@ -135,9 +135,9 @@ def weights(matrix: csc_array, u: np.ndarray, depth: np.ndarray) -> np.ndarray:
     return found
 
 
-def every_second(space: Space, grid: Grid, functions: np.ndarray, sizes: np.ndarray) -> Spread:
+def every_second(space: BrickSpace, grid: Grid, functions: np.ndarray, sizes: np.ndarray) -> Spread:
     """`Parts.every_second` of functions (n,): of the dual solution times the `weights` of the solution."""
-    depth = space.depth[functions]  # type: ignore[attr-defined]
+    depth = space.depth[functions]
     own, near, far = (spread(space, grid, functions[depth == d], sizes[depth == d]) for d in (1, 2, 3))
     with np.errstate(divide="ignore", invalid="ignore"):
         # Below degree 5 there is none two degrees lower: what one degree takes is taken twice.
