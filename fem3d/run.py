@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from fem3d import adapt, another_voltage, sink_quantities
+from fem3d import adapt, rescaled, sink_quantities
 from fem3d.adapt import Answer
 from fem3d.fields import Fields, grid_of
-from fem3d.plan import STEADY_ONLY, symmetry_step
 from fem3d.steady import SteadyState
 from meshes import connected, statistics, symmetry
 from meshes.symmetry import Symmetry
@@ -34,7 +33,7 @@ def solve(
     if earlier is not None:
         first, before = earlier.details["sink"], earlier.details["answer"]
         if replace(first, voltage=sink.voltage) == sink and request.transient == (before.response is not None):
-            answer = another_voltage.solve(study, before, sink.voltage / first.voltage)
+            answer = rescaled.solve(study, before, sink.voltage / first.voltage)
     if answer is None:
         answer = adapt.solve(study, request.transient, progress or (lambda _: None))
     state, values = answer.fine.state, answer.fine.quantities
@@ -70,7 +69,7 @@ def _plan(sink: Sink, part: Symmetry, request: Request) -> tuple[Step, ...]:
     live = {boxes[n].name for n in np.unique(grid.owner[connected.live(part.scene)])}
     dead = sorted(b.name for b in boxes if b.name not in live)
     steps = [
-        symmetry_step(part),
+        part.step,
         Step("steady state", "done", f"refined until every estimated error is below {sink.accuracy:g}"),
         Step("thermal factorization", "done", "one per mesh: the conductivity doesn't depend on temperature"),
         Step("electric problem", "done", f"in {', '.join(sorted(live))}, factorized once per mesh"),
@@ -82,7 +81,7 @@ def _plan(sink: Sink, part: Symmetry, request: Request) -> tuple[Step, ...]:
         checked = "checked once at the hot state; followed only if that matters at this accuracy"
         steps.append(Step("current pattern when hot", "done", checked))
     lasts = f"{_lasts(sink)}a few Krylov fields"
-    return *steps, step("transient", lasts, "" if request.transient else STEADY_ONLY)
+    return *steps, step("transient", lasts, "" if request.transient else "only the steady state was asked for")
 
 
 def _found(sink: Sink, answer: Answer) -> list[Step]:

@@ -8,11 +8,11 @@ from typing import Any
 
 from fem3d import adapt, currents, outputs, probe_quantities
 from fem3d.fields import Fields, grid_of
-from fem3d.plan import of_free, symmetry_step
 from fem3d.study import Study
 from meshes import connected, statistics, symmetry
+from meshes.symmetry import Symmetry
 from scenes import physics
-from scenes.model import Point, Scene
+from scenes.model import AnyScene, Point, Scene
 from scenes.plan import Step
 from scenes.result import Estimate, Result, Traces
 
@@ -104,15 +104,31 @@ def imbalance(out: outputs.Outputs) -> float:
 
 def plan(scene: Scene) -> tuple[Step, ...]:
     """What `solve` will do, before it does it."""
-    part = symmetry.reduce(clipped(scene))
+    part: Symmetry = symmetry.reduce(clipped(scene))
     warm = any(b.material.resistivity and b.material.temperature_coefficient for b in part.scene.boxes)
-    follows = ", whose resistance follows the temperature" if warm and physics.heat(scene) else ""
-    lines = of_free(
-        scene,
-        "one factorization per mesh: the conductivity doesn't depend on temperature",
-        f"in the parts that touch electrodes of two voltages{follows}",
-        "" if connected.live(part.scene).any() else "no part touches electrodes of two voltages",
-        f"refined until every estimated error is below {scene.accuracy:g}",
-        f"projected on Krylov fields, errors below {scene.accuracy:g}",
-    )
-    return symmetry_step(part), *lines
+    if connected.live(part.scene).any():
+        follows = ", whose resistance follows the temperature" if warm and physics.heat(scene) else ""
+        electric = Step("electric problem", "done", f"in the parts that touch electrodes of two voltages{follows}")
+    else:
+        electric = Step("electric problem", "skipped", "no part touches electrodes of two voltages")
+    reached = f"refined until every estimated error is below {scene.accuracy:g}"
+    return part.step, heat_step(scene), electric, *states(scene, reached)
+
+
+def heat_step(scene: AnyScene) -> Step:
+    """The line of the heat problem."""
+    if physics.heat(scene):
+        return Step("heat", "done", "one factorization per mesh: the conductivity doesn't depend on temperature")
+    return Step("heat", "skipped", "nothing thermal is asked for: the currents at the initial temperature")
+
+
+def states(scene: AnyScene, reached: str) -> tuple[Step, Step]:
+    """The lines of the steady state, with what is ``reached`` there, and of the transient."""
+    if scene.steady:
+        only = "only the steady state was asked for"
+        return Step("steady state", "done", reached), Step("transient", "skipped", only)
+    if not physics.heat(scene):
+        return currents.plan(scene)
+    how = f"to {scene.end_time:g} s, projected on Krylov fields, errors held against {scene.accuracy:g}"
+    only = "only the transient was asked for"
+    return Step("steady state", "skipped", only), Step("transient", "done", how)
