@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 from scenes.plan import Request, Step
 
 if TYPE_CHECKING:
-    from compare.against.data import Data
+    from compare.against import Data
     from compare.budget import Budget
+    from compare.inputs.sensitivities import Sensitivities
     from compare.verdict import Check
     from reduced1d.device.design import Design
     from reduced1d.device.runs import Runs
@@ -30,9 +31,9 @@ class Outcome(Generic[S]):
     earlier run it replaced.
 
     Of a sink also ``why``, the budget of the differences of the 1D model, and ``exported``, the few-state model's
-    folder, where asked for, and ``against``, a user's own traces if there are any. Of a device its ``simulated`` runs
-    and a designer's answers. Of a free scene over time ``shown``: the time (s) whose field is drawn, and whether it is
-    then above the initial temperature.
+    folder, where asked for, and ``against``, a user's own traces if there are any, and ``sensitivities`` where
+    asked for. Of a device its ``simulated`` runs and a designer's answers. Of a free scene over time ``shown``: the
+    time (s) whose field is drawn, and whether it is then above the initial temperature.
     """
 
     scene: S
@@ -50,6 +51,7 @@ class Outcome(Generic[S]):
     why: Budget | None = None
     exported: Path | None = None
     against: Data | None = None
+    sensitivities: Sensitivities | None = None
     simulated: Runs | None = None
     design: Design | None = None
     shown: tuple[float, bool] | None = None

@@ -16,7 +16,7 @@ from scenes.plan import Request, Step, skipped_together, step
 from scenes.sink import Sink
 
 if TYPE_CHECKING:
-    from compare.against.data import Data
+    from compare.against import Data
     from scenes.model import AnyScene
 
 SINK_FIGURES = {
@@ -118,6 +118,9 @@ def _where_asked_for(request: Request) -> list[Step]:
         steps.append(Step("why", "done", said))
     elif request.models == Request().models:
         steps.append(Step(BLAME, "done", "by the ladder between the models, where the 1D model differs"))
+    if request.sensitivities:
+        of = "by dual solutions in 3D, by the formulas in 1D" if len(request.models) > 1 else "of one model"
+        steps.append(Step("sensitivity", "done", f"how quantities follow each key, {of}"))
     if request.export is not None:
         from reduced1d.ladder import few_states_of
 

@@ -15,7 +15,7 @@ from compare.plan import ONLY_1D, of_sink
 from scenes.plan import Request, Step
 
 if TYPE_CHECKING:
-    from compare.against.data import Data
+    from compare.against import Data
     from compare.verdict import Check
     from reduced1d.ladder.levels import Levels
     from scenes.result import Result
@@ -47,13 +47,31 @@ def solve(
         warnings = (*outcome.warnings, *_too_hot(sink, outcome.fem3d, outcome.reduced1d))
     with clock.stage("answer"):
         outcome = answered(replace(outcome, warnings=warnings), levels)
+    if request.sensitivities:
+        say("sensitivities")
+        with clock.stage("sensitivities"):
+            outcome = _with_sensitivities(outcome)
     if data is None or outcome.fem3d is None:
         return outcome
-    from compare.against.checks import evaluate
+    from compare.against import evaluate
 
     checks = (*outcome.checks, *evaluate(sink, data, outcome.fem3d))
     warnings = (*outcome.warnings, *(f"{data.name}: {text}" for text in data.warnings))
     return replace(outcome, checks=checks, warnings=warnings, against=data)
+
+
+def _with_sensitivities(outcome: Outcome[Sink]) -> Outcome[Sink]:
+    """With how the models follow the keys, the checks of that, and what these say at the end of the answer."""
+    from compare.inputs import sensitivities
+
+    found = sensitivities.of_sink(outcome.scene, outcome.fem3d, outcome.reduced1d)
+    made = sensitivities.checks(outcome.scene, found)
+    said = f"{outcome.answer} {sensitivities.sentence(made)}".rstrip()
+    left_out = tuple(f"no sensitivity to {key}: {why}" for key, why in found.left_out.items())
+    return replace(
+        outcome, sensitivities=found, checks=(*outcome.checks, *made), answer=said,
+        warnings=(*outcome.warnings, *left_out),
+    )  # fmt: skip
 
 
 def compared(sink: Sink, request: Request, earlier: Result | None = None) -> Outcome[Sink]:

@@ -208,7 +208,8 @@ def contradicts(check: Check, scene: Declaring, strict: bool) -> bool:
         return False
     if check.expected is not None:
         return check.verdict != check.expected
-    return check.id in scene.tolerances and check.verdict == "differs"
+    declared = "slope" if check.id.startswith("slope_") else check.id
+    return declared in scene.tolerances and check.verdict == "differs"
 
 
 def contrary(checks: Iterable[Check], scene: Declaring, strict: bool = False) -> list[Check]:

@@ -260,9 +260,11 @@ def _imbalance(study: Study, answer: Transient) -> float:
     """
     points, weights = np.polynomial.legendre.leggauss(12)
     steps = answer.trajectory.steps
-    # The loss starts like a power of t below any step: halve the first step's interval a few times.
-    edges = np.concatenate([steps[0].length * 0.25 ** np.arange(8, 0, -1), [s.start + s.length for s in steps]])
-    edges = np.concatenate([[0.0], edges])
+    # After a jump the loss starts like a power of t below any step: such a step is graded towards its start.
+    starts = np.array([s.start for s in steps])
+    early = np.array([s.length for s in steps])[_jumps(answer, starts)]
+    graded = starts[_jumps(answer, starts), None] + early[:, None] * 0.25 ** np.arange(8, 0, -1)
+    edges = np.union1d(np.append(starts, steps[-1].start + steps[-1].length), graded)
     times = (edges[:-1, None] + np.diff(edges)[:, None] * (points + 1) / 2).ravel()
     out = outputs.of_transient(answer, study.part, times)
     flows = [v for name, v in out.items() if name.startswith("flow:")]

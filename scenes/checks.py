@@ -31,8 +31,11 @@ AGAINST_TOLERANCES: dict[str, float] = dict.fromkeys(
 )
 """The same of the checks of a user's own traces against the 3D model."""
 
+SLOPE_TOLERANCES: dict[str, float] = {"slope": 0.1}
+"""The same of how 1D follows a key of the scene, for every check slope_<key>: of the largest slope."""
+
 SINK_CHECKS = (*DEFAULT_TOLERANCES, *AGAINST_TOLERANCES)
-"""The ids of every check that a sink may have."""
+"""The ids of every check that a sink may have, but those of slopes, which are one for each key."""
 
 DEVICE_TOLERANCES: dict[str, float] = {
     "fig9_settling": 0.25,
@@ -56,7 +59,7 @@ _TOLERANCE = Quantity(NUMBER, 1e-15, 100.0)
 class Tolerances:
     """A table of relative tolerances by check id, of those ``known``; only those that a scene declares."""
 
-    known: tuple[str, ...] = SINK_CHECKS
+    known: tuple[str, ...] = (*SINK_CHECKS, *SLOPE_TOLERANCES)
 
     def read(self, path: str, given: object) -> dict[str, float]:
         """The tolerances as plain numbers."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from operator import attrgetter
 
+from scenes.keys import type_of
 from scenes.kinds import Quantity
-from scenes.types import type_of
 
 FAR = 30.0
 """Times the built-in scene's value: what is nearer is no extreme."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
-from scenes.checks import AGAINST_TOLERANCES, DEFAULT_TOLERANCES
+from scenes.checks import AGAINST_TOLERANCES, DEFAULT_TOLERANCES, SLOPE_TOLERANCES
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene
 
 SILICON = Material("silicon", 130.0, 2330.0, 712.0, 6e-5, 5e-4, 293.0, valid_to=1687.0)
@@ -54,7 +54,7 @@ class Sink:
 
     def tolerance(self, check: str) -> float:
         """The relative tolerance of a check: the declared one, or else its default (KeyError for an unknown id)."""
-        return {**DEFAULT_TOLERANCES, **AGAINST_TOLERANCES, **self.tolerances}[check]
+        return {**DEFAULT_TOLERANCES, **AGAINST_TOLERANCES, **SLOPE_TOLERANCES, **self.tolerances}[check]
 
     def scene(self) -> Scene:
         """The sink as boxes, conditions and probes."""

@@ -18,8 +18,9 @@ from scenes.sink import Sink
 if TYPE_CHECKING:
     import numpy as np
 
-    from compare.against.data import Data
+    from compare.against import Data
     from compare.budget import Budget
+    from compare.inputs.sensitivities import Sensitivities
     from compare.verdict import Check
     from scenes.model import AnyScene
     from scenes.result import Estimate, Result
@@ -167,6 +168,12 @@ class Run(_Found[Sink]):
         """The difference in parts, one for each assumption; None unless asked for with ``why=True``."""
         return self.outcome.why
 
+    @property
+    def sensitivities(self) -> Sensitivities | None:
+        """How both models follow each key: ``steady["sink.width"]["end_rise_K"].fem3d.value``; None unless asked for
+        with ``sensitivities=True``."""
+        return self.outcome.sensitivities
+
     def __repr__(self) -> str:
         from validate.report.sink import quantities_text
         from validate.report.table import Style
@@ -216,6 +223,7 @@ def run(
     steady: bool = False,
     reduction: str = "paper",
     why: bool = False,
+    sensitivities: bool = False,
     against: str | Path | None = None,
     columns: Mapping[str, str] | None = None,
     out: str | Path | None = None,
@@ -226,9 +234,10 @@ def run(
 
     ``scene`` is what ``scenes.load`` returns, or takes; ``voltage`` (V), ``accuracy`` and ``overrides`` change it.
     ``reduction`` is the 1D model, ``why`` splits its difference by assumption, ``steady`` leaves out the transient,
-    ``against`` is a file with traces of your own, of which ``columns`` may name some: {"peak": "T (K), Point 1"}. Only
-    into the folder ``out`` is anything written; ``figures`` and ``fields`` go there. Raises SceneError for bad input,
-    ArithmeticError where the numerics fail (a thermal runaway names its voltage).
+    ``sensitivities`` says how both models follow each key, ``against`` is a file with traces of your own, of which
+    ``columns`` may name some: {"peak": "T (K), Point 1"}. Only into the folder ``out`` is anything written;
+    ``figures`` and ``fields`` go there. Raises SceneError for bad input, ArithmeticError where the numerics fail (a
+    thermal runaway names its voltage).
     """
     from reduced1d.ladder import canonical
 
@@ -237,14 +246,15 @@ def run(
     if steady and against is not None:
         raise SceneError("against compares over time: leave out steady=True")
     request = Request(
-        transient=not steady, figures=figures, fields=fields, reduction=canonical(reduction), why=why
+        transient=not steady, figures=figures, fields=fields, reduction=canonical(reduction), why=why,
+        sensitivities=sensitivities,
     )  # fmt: skip
     if request.reduction != "paper":
         # What a scene declares is of the paper's model.
         sink = replace(sink, expected_to_differ=None)
     data = None
     if against is not None:
-        from compare.against.data import read
+        from validate.against.read import read
 
         data = read(Path(against), sink, [f"{name}={column}" for name, column in (columns or {}).items()])
     return Run(_outcome(sink, request, out, data))

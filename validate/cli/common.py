@@ -12,7 +12,7 @@ from validate.cli.terminal import DIFFERS, FINE, Progress, show, style
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from compare.against.data import Data
+    from compare.against import Data
     from scenes.plan import Request, Step
 
 STATUS = "exit status: 0 every check came out as the scene declares, 1 one did not, 2 bad input, 3 the numerics failed"

@@ -44,8 +44,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Simulates, checks, writes and reports."""
     from dataclasses import replace
 
+    from scenes.keys import DEVICE
     from scenes.loading import load
-    from scenes.types import DEVICE
 
     device = load(arguments.scene, common.settings(arguments), of=DEVICE)
     request = _request(arguments)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 from validate.cli import common
 
 if TYPE_CHECKING:
-    from compare.against.data import Data
+    from compare.against import Data
     from scenes.plan import Request
     from scenes.sink import Sink
 
@@ -27,6 +27,7 @@ def describe(parser: argparse.ArgumentParser) -> None:
         "  validate sink --voltage 2V --set sink.width=20um --set drive.electrodes=pad-edge\n"
         "  validate sink --reduction moments:4 --export mine\n"
         "  validate sink --why\n"
+        "  validate sink --sensitivities\n"
         "  validate scene sink > mine.toml; validate sink mine.toml --accuracy 1e-4 --strict\n\n"
         "results: summary.json, traces.csv and figures in results/<scene>-<what distinguishes it>/\n"
     ) + common.STATUS
@@ -45,6 +46,8 @@ def describe(parser: argparse.ArgumentParser) -> None:
     add("--reduction", metavar="R",
         help="the 1D model: paper (default), anchored, fin-massless, fin, plate or moments[:N]")  # fmt: skip
     add("--why", action="store_true", help="split the 1D model's differences from 3D by the assumptions behind them")
+    add("--sensitivities", action="store_true",
+        help="how both models follow each key: d ln quantity / d ln key, 1D against 3D")  # fmt: skip
     add("--export", metavar="DIR",
         help="write the few-state model to DIR: JSON, a Python function, a SPICE subcircuit")  # fmt: skip
     add("--fields", action="store_true", help="write the 3D fields (fem3d.pvd with .vtu files, fem3d.vtkhdf)")
@@ -78,7 +81,7 @@ def _data(arguments: argparse.Namespace, sink: Sink, request: Request) -> Data |
         return None
     if not request.transient or "fem3d" not in request.models:
         raise SceneError("--against compares with the 3D model over time: leave out --steady and --only 1d")
-    from compare.against.data import read
+    from validate.against.read import read
 
     return read(Path(arguments.against), sink, arguments.column)
 
@@ -114,6 +117,7 @@ def _request(arguments: argparse.Namespace, end_time: float) -> Request:
         field_times=_field_times(arguments, end_time),
         reduction=reduction,
         why=arguments.why,
+        sensitivities=arguments.sensitivities,
         export=Path(arguments.export) if arguments.export else None,
         command=arguments.command_line,
     )

@@ -24,7 +24,7 @@ from validate.report.kinds import of
 if TYPE_CHECKING:
     import numpy as np
 
-    from compare.against.data import Data
+    from compare.against import Data
 
 
 def run(
@@ -58,6 +58,8 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, clock: Clock)
         columns = kind.columns(outcome)
         if columns:
             names.append(write_columns(folder / "traces.csv", columns))
+        for name, more in getattr(kind, "more_columns", lambda _: {})(outcome).items():
+            names.append(write_columns(folder / name, more))
         if "field files" in planned:
             from validate.report.fields import write_fields
 

@@ -32,7 +32,7 @@ def bricks_layered() -> Iterator[Row]:
 
 def bricks_joule() -> Iterator[Row]:
     """The coupled problem on bricks."""
-    return orders.steady(manufactured.joule(), (1, 2))
+    return orders.steady(manufactured.joule(), (1, 2, 3, 4))
 
 
 def bricks_heating() -> Iterator[Row]:

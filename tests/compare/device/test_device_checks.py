@@ -14,9 +14,9 @@ from compare.verdict import Check, judged
 from reduced1d.device import runs, solve
 from scenes.checks import DEVICE_TOLERANCES
 from scenes.device import Control, Device, External
+from scenes.keys import DEVICE
 from scenes.loading import load
 from scenes.plan import Request
-from scenes.types import DEVICE
 from validate.report.claims import claimed, off_by
 
 SLOPE = 0.15 * 1e-3 * 100e-6 / 100e-6

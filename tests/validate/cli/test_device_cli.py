@@ -23,9 +23,9 @@ from compare.outcome import Outcome
 from compare.plan import DEVICE_FIGURES as FIGURES
 from reduced1d.device import QUANTITIES
 from scenes.checks import DEVICE_TOLERANCES
+from scenes.keys import DEVICE
 from scenes.loading import from_dict, load
 from scenes.plan import Request
-from scenes.types import DEVICE
 from validate.cli import main
 from validate.report.figures import response_figures, step_figures
 from validate.report.table import Style, columns_text

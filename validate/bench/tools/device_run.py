@@ -11,8 +11,8 @@ import numpy as np
 
 from reduced1d.device.accurate import solve_accurate
 from reduced1d.device.paper import PaperScheme, paper_traces
+from scenes.keys import DEVICE
 from scenes.loading import load
-from scenes.types import DEVICE
 
 
 def prepare(options: dict[str, Any]) -> tuple[Callable[[], np.ndarray], Callable[[np.ndarray], dict[str, Any]]]:

@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from compare.against.checks import compare, evaluate
-from compare.against.data import Data
+from compare.against import Data, compare, evaluate
 from scenes.errors import SceneError
 from scenes.result import Result
 from tests.conftest import Case

@@ -14,12 +14,12 @@ from operator import attrgetter
 
 import numpy as np
 
-from compare.against.columns import Column, in_si, split, unit_of
 from scenes.errors import SceneError, quoted
+from scenes.keys import SINK
 from scenes.kinds import Quantity
 from scenes.sink import Sink
-from scenes.types import SINK
 from scenes.units import UnitError, parse_quantity
+from validate.against.columns import Column, in_si, split, unit_of
 
 _CLOSE = 1e-4
 """Of a parameter: tables round to five digits, and nothing that is compared moves by more than a few times this."""

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from compare.against.data import read
 from scenes.errors import SceneError
 from scenes.sink import Sink
+from validate.against.read import read
 
 SINK = Sink()
 COMSOL = """% Model:              active_sink.mph

@@ -6,12 +6,11 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from compare.against.columns import Table, split
-from compare.against.parameters import key_of
+from compare.against import QUANTITIES
 from scenes.errors import SceneError, did_you_mean, printable, quoted
+from validate.against.columns import Table, split
+from validate.against.parameters import key_of
 
-QUANTITIES = {"peak": "peak_K", "end": "end_K", "mean": "mean_K", "current": "current_A", "power": "power_W"}
-"""What a user calls the quantities of traces.csv."""
 IGNORED = "ignore"
 """What a column is called that is to be left out."""
 

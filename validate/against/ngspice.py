@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.against.columns import Column, Table, numbers
 from scenes.errors import SceneError, quoted
+from validate.against.columns import Column, Table, numbers
 
 _UNITS = {"time": "s", "voltage": "V", "current": "A", "power": "W", "temperature": "K"}
 _VARIABLES = re.compile(rb"^(Variables:.*?)^(Values|Binary):[ \t]*\r?\n", re.DOTALL | re.MULTILINE)

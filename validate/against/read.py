@@ -3,73 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from compare.against import chosen, comsol, ngspice, plain, quantities, runs
-from compare.against.columns import Table, read_bytes, text_of
+from compare.against import QUANTITIES, Data
 from compare.verdict import FIRST_TIME
 from scenes.errors import SceneError, printable, quoted
 from scenes.formats import quantity
 from scenes.sink import Sink
+from validate.against import comsol, meanings, ngspice, quantities, runs, text_table
+from validate.against.columns import Table, read_bytes, text_of
 
 _NOTICED, _REFUSED = 0.005, 0.05
 """How far from room temperature a trace may start, of its own change: what is said, and what the checks' own tolerance
 would be spent on."""
 
 
-@dataclass(frozen=True)
-class Data:
-    """Traces from a file: ``time`` (s, ascending) and ``values`` by the keys of traces.csv, in SI units.
-
-    ``headers`` are the columns' own names, the time's among them, and ``how`` they were read where that is not plain,
-    ``left_out`` says why the others are none, ``run`` which of several runs it is, ``notes`` what else was done,
-    ``warnings`` what may be another scene's.
-    """
-
-    name: str
-    kind: str
-    time: np.ndarray
-    values: dict[str, np.ndarray]
-    headers: dict[str, str]
-    how: Mapping[str, str] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
-    left_out: Mapping[str, str] = field(default_factory=dict)
-    run: str = ""
-    warnings: tuple[str, ...] = ()
-
-    def document(self) -> dict[str, Any]:
-        """What the summary says of it."""
-        return {
-            "file": self.name, "kind": self.kind, "rows": len(self.time),
-            "from_s": float(self.time[0]), "to_s": float(self.time[-1]), "run": self.run or None,
-            "columns": self.headers, "read_as": dict(self.how), "left_out": dict(self.left_out),
-            "notes": list(self.notes),
-        }  # fmt: skip
-
-    def said(self) -> str:
-        """One sentence: which column is which quantity, of which run, and which are left out, and why."""
-        names = {"time_s": "time", **{key: name for name, key in chosen.QUANTITIES.items()}}
-        how = {key: f" ({text})" for key, text in self.how.items()}
-        parts = [", ".join(f"{names[k]} is {quoted(header)}{how.get(k, '')}" for k, header in self.headers.items())]
-        parts += [self.run] if self.run else []
-        parts += list(self.notes)
-        left = [f"{quoted(name)}, it {why}" for name, why in list(self.left_out.items())[:6]]
-        left += [f"{len(self.left_out) - 6} more"] if len(self.left_out) > 6 else []
-        parts += [f"left out: {'; '.join(left)}"] if left else []
-        first, last = (quantity(float(t), "s", 3) for t in (self.time[0], self.time[-1]))
-        span = f"{len(self.time)} rows, {first} to {last}"
-        return f"{self.name} ({self.kind}, {span}): {'; '.join(parts)}."
-
-
 def read(path: Path, sink: Sink, columns: Sequence[str] = ()) -> Data:
     """The traces in a file; ``columns`` say what some of its columns are, as `--column` does. SceneError where there
     are none that the sink has, saying what was found, and where it can't be told which of several is meant."""
     table, shown = _told_apart(_table(path)), quoted(path)
-    given = chosen.meanings(table, columns)
+    given = meanings.meanings(table, columns)
     picked = runs.pick(table, given, sink, shown)
     kept: dict[str, quantities.Match] = {}
     left = dict(picked.left_out)
@@ -81,7 +37,7 @@ def read(path: Path, sink: Sink, columns: Sequence[str] = ()) -> Data:
         elif meaning is None and found.key in (other.what for other in given.values()):
             left[column.name] = "is not the one that --column names"
         elif found.key in kept and given.get(kept[found.key].header) is None:
-            name = next(name for name, key in chosen.QUANTITIES.items() if key == found.key)
+            name = next(name for name, key in QUANTITIES.items() if key == found.key)
             raise SceneError(
                 f"--against {shown}: both {quoted(kept[found.key].header)} and {quoted(column.name)} may be the "
                 f'sink\'s {name}: say which, --column {name}="{printable(column.name)}"'
@@ -110,7 +66,7 @@ def _table(path: Path) -> Table:
         return comsol.read(path, text)
     if ngspice.is_printed(text):
         return ngspice.read_printed(path, text)
-    return plain.read(path, text)
+    return text_table.read(path, text)
 
 
 def _told_apart(table: Table) -> Table:
@@ -160,7 +116,7 @@ def _starts(time: np.ndarray, kept: Mapping[str, quantities.Match], sink: Sink, 
         if abs(off) <= _NOTICED * change:
             continue
         where = f"starts {abs(off):.4g} K {'above' if off > 0 else 'below'} the scene's room temperature"
-        name = next(name for name, known in chosen.QUANTITIES.items() if known == key)
+        name = next(name for name, known in QUANTITIES.items() if known == key)
         room = f"--set room_temperature={sink.room_temperature + off:.6g}"
         if abs(off) > _REFUSED * change:
             raise SceneError(

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from compare.against.chosen import QUANTITIES, Meaning
-from compare.against.columns import Column, Table, in_si, unit_of
+from compare.against import QUANTITIES
 from scenes.dimensions import POWER, TEMPERATURE, TIME, VOLTAGE
 from scenes.errors import SceneError, quoted
 from scenes.sink import Sink
+from validate.against.columns import Column, Table, in_si, unit_of
+from validate.against.meanings import Meaning
 
 _AMPERE = unit_of("A")
 assert _AMPERE is not None

@@ -1,10 +1,16 @@
-"""A user's traces against the 3D model's: the largest distance over time, with what it is known to."""
+"""A user's own traces against the 3D model's: the largest distance over time, with what it is known to.
+
+`validate.against` reads them from files of other programs.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
 import numpy as np
 
-from compare.against.data import Data
 from compare.verdict import FIRST_TIME, Check, Comparison, judged
 from scenes.checks import AGAINST_TOLERANCES
 from scenes.errors import SceneError, quoted
@@ -12,6 +18,8 @@ from scenes.formats import quantity, signed
 from scenes.result import Result
 from scenes.sink import Sink
 
+QUANTITIES = {"peak": "peak_K", "end": "end_K", "mean": "mean_K", "current": "current_A", "power": "power_W"}
+"""What a user calls the quantities of traces.csv."""
 _OF = {
     "peak_K": ("peak_rise_K", "final rise"),
     "end_K": ("end_rise_K", "final rise"),
@@ -19,6 +27,50 @@ _OF = {
     "current_A": ("current_A", "final change"),
     "power_W": ("power_W", "final value"),
 }
+
+
+@dataclass(frozen=True)
+class Data:
+    """Traces from a file: ``time`` (s, ascending) and ``values`` by the keys of traces.csv, in SI units.
+
+    ``headers`` are the columns' own names, the time's among them, and ``how`` they were read where that is not plain,
+    ``left_out`` says why the others are none, ``run`` which of several runs it is, ``notes`` what else was done,
+    ``warnings`` what may be another scene's.
+    """
+
+    name: str
+    kind: str
+    time: np.ndarray
+    values: dict[str, np.ndarray]
+    headers: dict[str, str]
+    how: Mapping[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    left_out: Mapping[str, str] = field(default_factory=dict)
+    run: str = ""
+    warnings: tuple[str, ...] = ()
+
+    def document(self) -> dict[str, Any]:
+        """What the summary says of it."""
+        return {
+            "file": self.name, "kind": self.kind, "rows": len(self.time),
+            "from_s": float(self.time[0]), "to_s": float(self.time[-1]), "run": self.run or None,
+            "columns": self.headers, "read_as": dict(self.how), "left_out": dict(self.left_out),
+            "notes": list(self.notes),
+        }  # fmt: skip
+
+    def said(self) -> str:
+        """One sentence: which column is which quantity, of which run, and which are left out, and why."""
+        names = {"time_s": "time", **{key: name for name, key in QUANTITIES.items()}}
+        how = {key: f" ({text})" for key, text in self.how.items()}
+        parts = [", ".join(f"{names[k]} is {quoted(header)}{how.get(k, '')}" for k, header in self.headers.items())]
+        parts += [self.run] if self.run else []
+        parts += list(self.notes)
+        left = [f"{quoted(name)}, it {why}" for name, why in list(self.left_out.items())[:6]]
+        left += [f"{len(self.left_out) - 6} more"] if len(self.left_out) > 6 else []
+        parts += [f"left out: {'; '.join(left)}"] if left else []
+        first, last = (quantity(float(t), "s", 3) for t in (self.time[0], self.time[-1]))
+        span = f"{len(self.time)} rows, {first} to {last}"
+        return f"{self.name} ({self.kind}, {span}): {'; '.join(parts)}."
 
 
 def check_id(key: str) -> str:

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compare.against import parameters, quantities
-from compare.against.chosen import IGNORED, Meaning
-from compare.against.columns import Column, Table, in_si, unit_of
-from compare.against.parameters import Parameter
 from scenes.dimensions import TIME
 from scenes.errors import SceneError, quoted
 from scenes.sink import Sink
+from validate.against import parameters, quantities
+from validate.against.columns import Column, Table, in_si, unit_of
+from validate.against.meanings import IGNORED, Meaning
+from validate.against.parameters import Parameter
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from compare.against.data import Data, read
+from compare.against import Data
 from scenes.errors import SceneError
 from scenes.sink import Sink
+from validate.against.read import read
 
 SINK = Sink()
 TIMES = np.array([0.0, 1.0, 5.0, 20.0])

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.against.columns import Column, Table, column, names, numbers, split, unit_of
 from scenes.errors import SceneError, printable, quoted
+from validate.against.columns import Column, Table, column, names, numbers, split, unit_of
 
 _MOST_POINTS = 200
 

@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.against.columns import Column, Table, column, names, numbers
-from compare.against.ngspice import unit_of_name
 from scenes.errors import SceneError, quoted
+from validate.against.columns import Column, Table, column, names, numbers
+from validate.against.ngspice import unit_of_name
 
 _WRDATA = re.compile(r"(?:[ -]\d\.\d+e[+-]\d{2,3} )+")
 _VECTOR = re.compile(r"[vi]\(|.*#branch$|@", re.IGNORECASE)
