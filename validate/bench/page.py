@@ -82,8 +82,8 @@ def _preface(found: Mapping[str, Any]) -> Lines:
 WHAT_EACH_DOES = (
     "## What each entry has to do, and has not",
     "",
-    f"- *{WHOLE}* gets the scene and an accuracy. It finds the mesh, solves on four meshes at each level to estimate "
-    "the error of every number, and writes traces between whose rows lines may be drawn.",
+    f"- *{WHOLE}* gets the scene and an accuracy. It finds the mesh, estimates the error of every number at each level "
+    "from nested spaces of lower degrees, and writes traces between whose rows lines may be drawn.",
     f"- *{GIVEN}* gets what the other programs get: the cells, one degree in x and y and one in z, and settings of "
     "the iterations and of the time integration that were found by trial beforehand. It seeks no mesh and estimates "
     "no error: that is known here only from the reference.",
