@@ -9,8 +9,19 @@ from typing import Any
 
 import numpy as np
 
+from fem3d.assembly import HeatProblem, assemble
+from fem3d.domain import boxes
 from scenes.loading import load
 from validate.bench import problem
+from validate.bench.tools.skfem_sink import factors, matrices
+from validate.verify import reference
+
+try:
+    import ngsolve as ng
+
+    from validate.bench.tools import hexahedra
+except ImportError:
+    pass  # it has no entries then
 
 SOLVES = 5
 Job = Callable[[], dict[str, Any]]
@@ -41,9 +52,6 @@ def _phases(assemble: Callable[[], Any], factorize: Callable[[Any], Callable[[],
 
 
 def _own(degree: int, cuts: int) -> Job:
-    from fem3d.assembly import HeatProblem, assemble
-    from fem3d.domain import boxes
-
     scene = problem.quarter(load("sink", []))
     grid = problem.graded(scene, 1e-2, cuts, degree)
 
@@ -55,9 +63,6 @@ def _own(degree: int, cuts: int) -> Job:
 
 
 def _scikit_fem(degree: int, cuts: int) -> Job:
-    from validate.bench.tools.skfem_sink import factors, matrices
-    from validate.verify import reference
-
     grid = problem.graded(problem.quarter(load("sink", [])), 1e-2, cuts, 1)
     mesh, owner = reference.hexahedra(grid)
 
@@ -70,15 +75,11 @@ def _scikit_fem(degree: int, cuts: int) -> Job:
 
 
 def _ngsolve(degree: int, cuts: int) -> Job:
-    import ngsolve as ng
-
-    from validate.bench.tools import hexahedra
-
     grid = problem.graded(problem.quarter(load("sink", [])), 1e-2, cuts, degree)
     mesh = hexahedra.of(grid)
     materials = {box.name: box.material for box in grid.boxes}
 
-    def assemble() -> tuple[Any, Any, Any]:
+    def assembled() -> tuple[Any, Any, Any]:
         space = ng.H1(mesh, order=degree, dirichlet="substrate")
         u, v = space.TnT()
         k = mesh.MaterialCF({n: m.thermal_conductivity for n, m in materials.items()})
@@ -86,8 +87,8 @@ def _ngsolve(degree: int, cuts: int) -> Job:
         stiffness = ng.BilinearForm(k * ng.grad(u) * ng.grad(v) * ng.dx, symmetric=True).Assemble().mat
         return space, stiffness, ng.BilinearForm(c * u * v * ng.dx, symmetric=True).Assemble().mat
 
-    def factorize(assembled: tuple[Any, Any, Any]) -> Callable[[], Any]:
-        space, stiffness, mass = assembled
+    def factorize(parts: tuple[Any, Any, Any]) -> Callable[[], Any]:
+        space, stiffness, mass = parts
         inverse = stiffness.Inverse(space.FreeDofs(), inverse="sparsecholesky")
         one, found = mass.CreateColVector(), mass.CreateColVector()
         one[:] = 1.0
@@ -97,7 +98,7 @@ def _ngsolve(degree: int, cuts: int) -> Job:
 
         return once
 
-    return _phases(assemble, factorize, lambda assembled: sum(assembled[0].FreeDofs()))
+    return _phases(assembled, factorize, lambda parts: sum(parts[0].FreeDofs()))
 
 
 PATHS: dict[str, Callable[[int, int], Job]] = {"own": _own, "scikit-fem": _scikit_fem, "ngsolve": _ngsolve}
