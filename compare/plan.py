@@ -6,7 +6,6 @@ decides it, and the plan that says so.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from compare.verdict import FIRST_TIME
@@ -266,8 +265,3 @@ def _heat(scene: AnyScene) -> bool:
 
 def _no_traces(scene: AnyScene) -> str:
     return f"{_STEADY} (run.steady)" if scene.steady else ""
-
-
-def noted(plan: tuple[Step, ...], notes: Mapping[str, Step]) -> tuple[Step, ...]:
-    """The plan as carried out: with what turned out otherwise, by the lines' names."""
-    return tuple(notes.get(line.step, line) for line in plan)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -58,3 +58,9 @@ def skipped_together(kind: str, skipped: Mapping[str, str]) -> list[Step]:
         names = [name for name, why in skipped.items() if why == reason]
         lines.append(Step(f"{kind} {', '.join(names)}", "skipped", reason))
     return lines
+
+
+def noted(plan: Iterable[Step], found: Iterable[Step]) -> tuple[Step, ...]:
+    """A plan as it was carried out: with the lines that a run found otherwise, by their names."""
+    instead = {line.step: line for line in found}
+    return tuple(instead.get(line.step, line) for line in plan)

@@ -17,6 +17,8 @@ _ACCURACY = "1e-3"
 
 def describe(parser: argparse.ArgumentParser) -> None:
     """What the command takes."""
+    from reduced1d.ladder import REDUCTIONS
+
     parser.description = (
         "Solve the paper's active sink in 3D and with its 1D reduction, and say how far they agree:\n"
         "a verdict for equations 12 to 18 and Figures 4 to 7, with the estimated numerical error."
@@ -43,8 +45,9 @@ def describe(parser: argparse.ArgumentParser) -> None:
         "drive.voltage=Va; as often as needed")  # fmt: skip
     add("--steady", action="store_true", help="the steady state only, no transient")
     add("--only", choices=("3d", "1d"), help="one model only")
+    first, *between, last = REDUCTIONS
     add("--reduction", metavar="R",
-        help="the 1D model: paper (default), anchored, fin-massless, fin, plate or moments[:N]")  # fmt: skip
+        help=f"the 1D model: {first} (default), {', '.join(between)} or {last}[:N]")  # fmt: skip
     add("--why", action="store_true", help="split the 1D model's differences from 3D by the assumptions behind them")
     add("--sensitivities", action="store_true",
         help="how both models follow each key: d ln quantity / d ln key, 1D against 3D")  # fmt: skip

@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from compare.outcome import Clock, Outcome
 from compare.pipeline import answer
-from compare.plan import noted
-from scenes.plan import Request, Step
+from scenes.plan import Request, Step, noted
 from validate.report import names
 from validate.report.figures.render import Field, Renderer
 from validate.report.folder import Folder
@@ -82,13 +81,13 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, clock: Clock)
 
 def _draw(
     outcome: Outcome[Any], planned: set[str], folder: Path, field: Field | None, renderer: Renderer
-) -> tuple[list[str], dict[str, Step]]:
+) -> tuple[list[str], list[Step]]:
     """Draws the figures as .png and .svg; returns the files' names, and the plan's lines that turned out otherwise."""
     from validate.report.figures.drawing import save, style
 
     kind = of(outcome.scene)
     files: list[str] = []
-    notes: dict[str, Step] = {}
+    notes: list[Step] = []
     with style():
         for name, draw in kind.FIGURES.items():
             if name in planned:
@@ -99,7 +98,7 @@ def _draw(
             # Last, because the picture comes from a process of its own.
             figure, note = kind.field_figure(outcome, field, renderer.image())
             files = [*([] if figure is None else save(figure, folder, kind.FIELD_FIGURE.replace(" ", "_"))), *files]
-            notes |= {} if note is None else {note.step: note}
+            notes += [] if note is None else [note]
     return files, notes
 
 
