@@ -139,6 +139,9 @@ def _where_asked_for(request: Request) -> list[Step]:
         steps.append(Step("why", "done", said))
     elif request.models == Request().models:
         steps.append(Step(BLAME, "done", "by the ladder between the models, where the 1D model differs"))
+    if request.uncertain is not None:
+        given = ", ".join(request.uncertain.given)
+        steps.append(Step("uncertain inputs", "done", f"{given}: u_input by the sensitivities, to first order"))
     if request.sensitivities:
         of = "by dual solutions in 3D, by the formulas in 1D" if len(request.models) > 1 else "of one model"
         steps.append(Step("sensitivity", "done", f"how quantities follow each key, {of}"))

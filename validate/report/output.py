@@ -32,8 +32,10 @@ def run(
     out: Path | None = None,
     progress: Callable[[str], None] | None = None,
     data: Data | None = None,
+    then: Callable[[Outcome[Any]], Outcome[Any]] | None = None,
 ) -> Outcome[Any]:
-    """Solve a scene as asked, compare, and write the results folder (``out``, or one named after the scene).
+    """Solve a scene as asked, compare, and write the results folder (``out``, or one named after the scene);
+    ``then`` adds to what was found before it is written.
 
     The folder is there, whole, when this returns, and as it was before when this raises. Raises SceneError for a folder
     that can't be used (before anything is solved), and what `compare.pipeline.answer` raises.
@@ -41,6 +43,7 @@ def run(
     say, clock, kind = progress or (lambda _: None), Clock(), of(scene)
     with Folder(out or names.of(scene, request)) as folder, Renderer(kind.draws_field(scene, request)) as renderer:
         outcome = answer(scene, request, say, data, clock)
+        outcome = outcome if then is None else then(outcome)
         say("writing the results")
         outcome = write(outcome, folder.partial, renderer, clock)
     return replace(outcome, folder=folder.target, replaced=folder.replaced, timing=clock.all())
