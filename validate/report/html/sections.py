@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from compare.plan import DEVICE_FIGURES as FIGURES
+from compare.plan import ROW_FIGURES
 from validate.report.html.field import PICTURES
 from validate.report.html.parts import anything, section, table, values
 from validate.report.html.values import Document
@@ -24,15 +25,17 @@ _CAPTIONS = {
     "why": "What each assumption of the 1D model adds to its difference from 3D.",
     "sensitivity": "How rises and current follow the keys of the scene, in percent for each percent.",
     "figure7": "The current against time in both models.",
+    **ROW_FIGURES,
+    "air": "How far 3D without the air, and a lumped term for it, are off 3D with it, against the coefficient.",
     **FIGURES,
 }
+_DRAWN = ("figure", "why.", "sensitivity.", "islands", "air.")
 
 
 def figures(folder: Path, document: Document, captions: Mapping[str, str] = _CAPTIONS) -> str:
     """The figures of the folder but the field's picture, which has a section of its own."""
     names = sorted(
-        {Path(f).stem for f in document.get("files", ()) if f.startswith(("figure", "why.", "sensitivity."))}
-        - set(PICTURES),
+        {Path(f).stem for f in document.get("files", ()) if f.startswith(_DRAWN)} - set(PICTURES),
         key=_order,
     )
     found = []
