@@ -6,7 +6,6 @@ decides it, and the plan that says so.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from compare.verdict import FIRST_TIME
@@ -118,6 +117,9 @@ def _where_asked_for(request: Request) -> list[Step]:
         steps.append(Step("why", "done", said))
     elif request.models == Request().models:
         steps.append(Step(BLAME, "done", "by the ladder between the models, where the 1D model differs"))
+    if request.uncertain is not None:
+        given = ", ".join(request.uncertain.given)
+        steps.append(Step("uncertain inputs", "done", f"{given}: u_input by the sensitivities, to first order"))
     if request.sensitivities:
         of = "by dual solutions in 3D, by the formulas in 1D" if len(request.models) > 1 else "of one model"
         steps.append(Step("sensitivity", "done", f"how quantities follow each key, {of}"))
@@ -244,8 +246,3 @@ def _heat(scene: AnyScene) -> bool:
 
 def _no_traces(scene: AnyScene) -> str:
     return f"{_STEADY} (run.steady)" if scene.steady else ""
-
-
-def noted(plan: tuple[Step, ...], notes: Mapping[str, Step]) -> tuple[Step, ...]:
-    """The plan as carried out: with what turned out otherwise, by the lines' names."""
-    return tuple(notes.get(line.step, line) for line in plan)

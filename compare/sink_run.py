@@ -16,10 +16,12 @@ from scenes.plan import Request, Step
 
 if TYPE_CHECKING:
     from compare.against import Data
+    from compare.inputs.sensitivities import Sensitivities
     from compare.verdict import Check
     from reduced1d.ladder.levels import Levels
     from scenes.result import Result
     from scenes.sink import Sink
+    from scenes.uncertain import Uncertain
 
 FEW = 16
 """Instants at which a sink's temperatures are looked at: they grow evenly."""
@@ -47,7 +49,7 @@ def solve(
         warnings = (*outcome.warnings, *_too_hot(sink, outcome.fem3d, outcome.reduced1d))
     with clock.stage("answer"):
         outcome = answered(replace(outcome, warnings=warnings), levels)
-    if request.sensitivities:
+    if request.sensitivities or request.uncertain is not None:
         say("sensitivities")
         with clock.stage("sensitivities"):
             outcome = _with_sensitivities(outcome)
@@ -61,17 +63,33 @@ def solve(
 
 
 def _with_sensitivities(outcome: Outcome[Sink]) -> Outcome[Sink]:
-    """With how the models follow the keys, the checks of that, and what these say at the end of the answer."""
+    """With how the models follow the keys, where that is asked for, and what uncertain keys make of them."""
     from compare.inputs import sensitivities
 
-    found = sensitivities.of_sink(outcome.scene, outcome.fem3d, outcome.reduced1d)
-    made = sensitivities.checks(outcome.scene, found)
-    said = f"{outcome.answer} {sensitivities.sentence(made)}".rstrip()
+    sink, request = outcome.scene, outcome.request
+    found = sensitivities.of_sink(sink, outcome.fem3d, outcome.reduced1d)
     left_out = tuple(f"no sensitivity to {key}: {why}" for key, why in found.left_out.items())
-    return replace(
-        outcome, sensitivities=found, checks=(*outcome.checks, *made), answer=said,
-        warnings=(*outcome.warnings, *left_out),
-    )  # fmt: skip
+    outcome = replace(outcome, warnings=(*outcome.warnings, *left_out))
+    if request.uncertain is not None:
+        outcome = _with_uncertain(outcome, request.uncertain, found)
+    if not request.sensitivities:
+        return outcome
+    made = sensitivities.checks(sink, found)
+    said = f"{outcome.answer} {sensitivities.sentence(made)}".rstrip()
+    return replace(outcome, sensitivities=found, checks=(*outcome.checks, *made), answer=said)
+
+
+def _with_uncertain(outcome: Outcome[Sink], uncertain: Uncertain, found: Sensitivities) -> Outcome[Sink]:
+    """With the u_input of quantities and checks."""
+    from compare.inputs import propagation
+
+    sink, three, one = outcome.scene, outcome.fem3d, outcome.reduced1d
+    made = propagation.propagated(uncertain, found, three, one)
+    checks = outcome.checks
+    if three is not None:
+        checks = propagation.judged(checks, sink, three, one, uncertain, found)
+    bent = propagation.bent(sink, made) if one is not None and one.model == "paper" else ()
+    return replace(outcome, propagated=made, checks=checks, warnings=(*outcome.warnings, *bent))
 
 
 def compared(sink: Sink, request: Request, earlier: Result | None = None) -> Outcome[Sink]:

@@ -14,7 +14,7 @@ from fem3d.fields import Fields, grid_of
 from fem3d.steady import SteadyState
 from meshes import connected, statistics, symmetry
 from meshes.symmetry import Symmetry
-from scenes.plan import Request, Step
+from scenes.plan import Request, Step, noted, step
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
 
@@ -49,7 +49,7 @@ def solve(
         "transient_imbalance": None if response is None else response.imbalance,
         "mesh": statistics.of(grid_of(state.heat)),
         "symmetry": part.part,
-        "plan": _plan(sink, part, request, answer),
+        "plan": noted(_plan(sink, part, request), _found(sink, answer)),
         "warnings": _warnings(sink, float(values["peak_rise_K"])),
         "profile": _profile(sink, state, part),
         "sink": sink,
@@ -61,51 +61,45 @@ def solve(
 
 def plan(sink: Sink, request: Request) -> tuple[Step, ...]:
     """What `solve` will do for a scene and a request, before it does it."""
-    return _plan(sink, symmetry.reduce(sink.scene()), request, None)
+    return _plan(sink, symmetry.reduce(sink.scene()), request)
 
 
-def _plan(sink: Sink, part: Symmetry, request: Request, answer: Answer | None) -> tuple[Step, ...]:
-    """The lines; with an answer, those that depend on the solution say what it turned out to be."""
-    if "fem3d" not in request.models:
-        return (Step("3D model", "skipped", "only the 1D model was asked for"),)
-    steps = [part.step]
-    steps.append(Step("steady state", "done", f"refined until every estimated error is below {sink.accuracy:g}"))
-    steps.append(Step("thermal factorization", "done", "one per mesh: the conductivity doesn't depend on temperature"))
-    steps += _electric_steps(sink, part, answer)
-    if request.transient:
-        fields = "a few Krylov fields" if answer is None else f"{_states(answer)} fields"
-        steps.append(Step("transient", "done", f"to {sink.end_time * 1e3:g} ms, projected on {fields}"))
-    else:
-        steps.append(Step("transient", "skipped", "only the steady state was asked for"))
-    return tuple(steps)
-
-
-def _electric_steps(sink: Sink, part: Symmetry, answer: Answer | None) -> list[Step]:
+def _plan(sink: Sink, part: Symmetry, request: Request) -> tuple[Step, ...]:
     grid, boxes = connected.coarsest(part.scene), part.scene.boxes
     live = {boxes[n].name for n in np.unique(grid.owner[connected.live(part.scene)])}
-    dead = [b.name for b in boxes if b.name not in live]
-    steps = [Step("electric problem", "done", f"in {', '.join(sorted(live))}, factorized once per mesh")]
+    dead = sorted(b.name for b in boxes if b.name not in live)
+    steps = [
+        part.step,
+        Step("steady state", "done", f"refined until every estimated error is below {sink.accuracy:g}"),
+        Step("thermal factorization", "done", "one per mesh: the conductivity doesn't depend on temperature"),
+        Step("electric problem", "done", f"in {', '.join(sorted(live))}, factorized once per mesh"),
+    ]
     if dead:
-        steps.append(Step(f"electric unknowns in {', '.join(sorted(dead))}", "skipped", "no current flows there"))
-    what = "current pattern when hot"
-    if not sink.silicon.temperature_coefficient:
-        return steps
-    if answer is None:
+        steps.append(Step(f"electric unknowns in {', '.join(dead)}", "skipped", "no current flows there"))
+    if sink.silicon.temperature_coefficient:
         steps.append(Step("electric iteration", "done", "the resistance follows the temperature"))
-        steps.append(
-            Step(what, "done", "checked once at the hot state; followed only if that matters at this accuracy")
-        )
-    else:
-        state = answer.fine.state
-        steps.append(Step("electric iteration", "done", f"{state.steps} coupled steps to the steady state"))
-        moved = f"heating moves it by {state.pattern_change:.0e} in terms of the rise"
-        steps.append(Step(what, "done" if state.follows_pattern else "skipped", moved))
+        checked = "checked once at the hot state; followed only if that matters at this accuracy"
+        steps.append(Step("current pattern when hot", "done", checked))
+    lasts = f"{_lasts(sink)}a few Krylov fields"
+    return *steps, step("transient", lasts, "" if request.transient else "only the steady state was asked for")
+
+
+def _found(sink: Sink, answer: Answer) -> list[Step]:
+    """What the plan could not know: how many steps and fields it took, and whether the current moved."""
+    state = answer.fine.state
+    moved = f"heating moves it by {state.pattern_change:.0e} in terms of the rise"
+    steps = [
+        Step("electric iteration", "done", f"{state.steps} coupled steps to the steady state"),
+        Step("current pattern when hot", "done" if state.follows_pattern else "skipped", moved),
+    ]
+    if answer.response is not None:
+        states = answer.response.transient.reduced.states
+        steps.append(Step("transient", "done", f"{_lasts(sink)}{states} fields"))
     return steps
 
 
-def _states(answer: Answer) -> int:
-    assert answer.response is not None
-    return answer.response.transient.reduced.states
+def _lasts(sink: Sink) -> str:
+    return f"to {sink.end_time * 1e3:g} ms, projected on "
 
 
 def _imbalance(sink: Sink, state: SteadyState, part: Symmetry) -> float:

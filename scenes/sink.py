@@ -9,6 +9,17 @@ from scenes.checks import AGAINST_TOLERANCES, DEFAULT_TOLERANCES, SLOPE_TOLERANC
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene
 
 SILICON = Material("silicon", 130.0, 2330.0, 712.0, 6e-5, 5e-4, 293.0, valid_to=1687.0)
+UNCERTAINTIES = {
+    "materials.silicon.thermal_conductivity": 0.088,
+    "materials.silicon.density": 0.0012,
+    "materials.silicon.specific_heat": 0.0004,
+    "materials.silicon.resistivity": 0.048,
+    "materials.silicon.temperature_coefficient": 0.058,
+    "materials.oxide.thermal_conductivity": 0.023,
+    "materials.oxide.density": 0.013,
+    "materials.oxide.specific_heat": 0.0004,
+}
+"""Typical relative standard uncertainties; ``sink.toml`` has their sources."""
 OXIDE = Material("oxide", 1.38, 2200.0, 703.0, valid_to=1858.0)
 
 
@@ -19,6 +30,7 @@ class Sink:
     The beam lies along y from 0 to ``length``, its underside in z = 0, symmetric about x = 0. ``oxide_offset`` is the
     paper's u_o, from the pad's edge at the beam to the oxide; ``None`` centres the oxide under its pad. ``tolerances``
     holds those that are declared, by check id; ``expected_to_differ`` is ``None`` where nothing is declared about it.
+    ``uncertainties`` are relative and standard, by key: what is typical of the materials.
     """
 
     length: float = 1000e-6
@@ -41,6 +53,7 @@ class Sink:
     name: str = "sink"
     tolerances: dict[str, float] = field(default_factory=dict)
     expected_to_differ: tuple[str, ...] | None = None
+    uncertainties: dict[str, float] = field(default_factory=lambda: dict(UNCERTAINTIES))
 
     @property
     def anchor_distance(self) -> float:

@@ -30,6 +30,7 @@ CHANGED = {
     "environment.room_temperature": "27 degC", "environment.convection_coefficient": 12,
     "run.end_time": "5 ms", "run.accuracy": "0.2 %",
     "scene.name": "mine", "checks.tolerances": {"eq12": "1 %"}, "checks.expect_differs": ["eq14"],
+    "inputs.uncertainties": {"sink.width": "1 %"},
 }  # fmt: skip
 EXPECTED = Sink(
     length=800e-6, width=80e-6, thickness=3e-6, pad_length=200e-6, pad_width=180e-6, oxide_length=60e-6,
@@ -38,6 +39,7 @@ EXPECTED = Sink(
     oxide=Material("oxide", 1.1, 2100.0, 1000.0, None, 1e-3, 300.0),
     voltage=-2.5, electrodes="pad-edge", room_temperature=300.15, convection_coefficient=12.0,
     end_time=5e-3, accuracy=2e-3, name="mine", tolerances={"eq12": 0.01}, expected_to_differ=("eq14",),
+    uncertainties={"sink.width": 0.01},
 )  # fmt: skip
 
 

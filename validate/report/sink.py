@@ -63,6 +63,10 @@ def tables(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) -> l
     if shown:
         parts.append(checks_text(shown, style))
     parts.append(_reasons([check for check in shown if check.own], contrary, style))
+    if outcome.propagated is not None:
+        from validate.report.inputs import inputs_text
+
+        parts.append(inputs_text(outcome, outcome.propagated, style))
     if outcome.sensitivities is not None:
         from validate.report.sensitivities import sensitivities_text
 
@@ -196,6 +200,10 @@ def entries(outcome: Outcome[Sink]) -> dict[str, Any]:
     }
     if outcome.why is not None:
         found["why"] = document(outcome.why)
+    if outcome.propagated is not None:
+        from validate.report.inputs import entered
+
+        entered(found, outcome.propagated, outcome.sampled)
     if outcome.sensitivities is not None:
         found["sensitivities"] = outcome.sensitivities.document()
     if outcome.against is not None:
