@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from compare.inputs.propagation import Propagated
     from compare.inputs.sampling import Sampled
     from compare.inputs.sensitivities import Sensitivities
+    from compare.row_runs import Varied
     from compare.verdict import Check
     from reduced1d.device.design import Design
     from reduced1d.device.runs import Runs
@@ -34,9 +35,9 @@ class Outcome(Generic[S]):
 
     Of a sink also ``why``, the budget of the differences of the 1D model, and ``exported``, the few-state model's
     folder, where asked for, and ``against``, a user's own traces if there are any, and ``sensitivities`` and what
-    they make of uncertain inputs (``propagated``, ``sampled``) where asked for. Of a device its ``simulated`` runs
-    and a designer's answers. Of a free scene over time ``shown``: the time (s) whose field is drawn, and whether it
-    is then above the initial temperature.
+    they make of uncertain inputs (``propagated``, ``sampled``) where asked for; of a row of spans ``varied``, how its
+    differences run, where asked for. Of a device its ``simulated`` runs and a designer's answers. Of a free scene over
+    time ``shown``: the time (s) whose field is drawn, and whether it is then above the initial temperature.
     """
 
     scene: S
@@ -53,6 +54,7 @@ class Outcome(Generic[S]):
     files: tuple[str, ...] = ()
     why: Budget | None = None
     exported: Path | None = None
+    varied: tuple[Varied, ...] = ()
     against: Data | None = None
     sensitivities: Sensitivities | None = None
     propagated: Propagated | None = None

@@ -17,6 +17,7 @@ from scenes.plan import Request, Step
 if TYPE_CHECKING:
     from compare.against import Data
     from compare.inputs.sensitivities import Sensitivities
+    from compare.row_runs import Varied
     from compare.verdict import Check
     from reduced1d.ladder.levels import Levels
     from scenes.result import Result
@@ -28,7 +29,8 @@ FEW = 16
 
 
 def plan(sink: Sink, request: Request, data: Data | None = None) -> tuple[Step, ...]:
-    """What `solve` will do, before it does it."""
+    """What `solve` will do, before it does it. Raises SceneError for what isn't made of a row of spans."""
+    _refuse(sink, request)
     if "fem3d" not in request.models:
         return of_sink(sink, request, (ONLY_1D,), data)
     from fem3d.run import plan as plan_3d
@@ -40,7 +42,8 @@ def solve(
     sink: Sink, request: Request, say: Callable[[str], None], clock: Clock, data: Data | None = None
 ) -> Outcome[Sink]:  # fmt: skip
     """Both models, the checks, with those of a user's own ``data``, and the answer. Raises RunawayError (of either
-    model) and NumericsError."""
+    model) and NumericsError, and SceneError as `plan` does."""
+    _refuse(sink, request)
     from compare.answer import answered
 
     levels = _levels(sink, request)
@@ -92,6 +95,23 @@ def _with_uncertain(outcome: Outcome[Sink], uncertain: Uncertain, found: Sensiti
     return replace(outcome, propagated=made, checks=checks, warnings=(*outcome.warnings, *bent))
 
 
+def _refuse(sink: Sink, request: Request) -> None:
+    """SceneError for what is asked of a row of spans and made of one span only."""
+    if sink.spans == 1:
+        return
+    asked = {
+        f"--reduction {request.reduction}": request.reduction.startswith(("plate", "moments")),
+        "--export": request.export is not None,
+        "--sensitivities": request.sensitivities,
+        "--uncertain": request.uncertain is not None,
+    }
+    for what, is_asked in asked.items():
+        if is_asked:
+            from scenes.errors import SceneError
+
+            raise SceneError(f"{what} is made of one span, and sink.spans = {sink.spans} is a row: leave out either")
+
+
 def compared(sink: Sink, request: Request, earlier: Result | None = None) -> Outcome[Sink]:
     """Both models and the checks alone: no answer in words, no warnings of what gets too hot. ``earlier`` is the 3D
     result of the same sink at another voltage, whose meshes and fields may serve again. Raises as `solve` does."""
@@ -107,7 +127,8 @@ def _compared(
     earlier: Result | None = None,
     data: Data | None = None,
 ) -> Outcome[Sink]:
-    fem3d = reduced1d = why = exported = None
+    fem3d = reduced1d = single = why = exported = None
+    runs: tuple[Varied, ...] = ()
     if request.export is not None and levels is not None:
         from reduced1d.export import export
 
@@ -138,15 +159,21 @@ def _compared(
         from compare.checks import evaluate
 
         with clock.stage("checks"):
-            checks = evaluate(sink, request, fem3d, reduced1d)
+            if sink.spans > 1:
+                single = solve_3d(replace(sink, spans=1), replace(request, transient=False), say)
+            checks = evaluate(sink, request, fem3d, reduced1d, single)
     if request.why and fem3d is not None and levels is not None:
         from compare.budget import budget
 
         with clock.stage("why"):
             why = budget(sink, request.reduction, fem3d, levels, say)
+            if single is not None:
+                from compare.row_runs import varied
+
+                runs = varied(sink, request.reduction, single, say)
     warnings = tuple(text for model in (fem3d, reduced1d) if model for text in model.details.get("warnings", ()))
     steps = of_sink(sink, request, solver_steps, data)
-    return Outcome(sink, request, steps, fem3d, reduced1d, checks, warnings, why=why, exported=exported)
+    return Outcome(sink, request, steps, fem3d, reduced1d, checks, warnings, why=why, exported=exported, varied=runs)
 
 
 def _too_hot(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tuple[str, ...]:
@@ -155,10 +182,13 @@ def _too_hot(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tupl
 
     if fem3d is not None:
         reached = hottest.by_material(fem3d.details["fields"], hottest.moments(fem3d.traces, FEW))
-    elif reduced1d is not None:
+    elif reduced1d is not None and sink.spans == 1:
         from reduced1d.painted import of_result
 
         reached = hottest.of_painted(of_result(sink, reduced1d))
+    elif reduced1d is not None:
+        hot = sink.room_temperature + reduced1d.steady["peak_rise_K"].value
+        reached = {sink.silicon.name: hottest.Hottest(hot)}
     else:
         return ()
     return tuple(hottest.warnings((sink.silicon, sink.oxide), reached))

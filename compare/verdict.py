@@ -92,11 +92,13 @@ def spread(function: Callable[..., float], inputs: Mapping[str, Estimate]) -> fl
 
 @dataclass(frozen=True)
 class Models:
-    """The sink and the answers to it; ``reduced1d`` is ``None`` where that model was not asked for."""
+    """The sink and the answers to it; ``reduced1d`` is ``None`` where that model was not asked for. Of a row of spans
+    there is also the 3D answer to a ``single`` one."""
 
     sink: Sink
     fem3d: Result
     reduced1d: Result | None
+    single: Result | None = None
 
     def estimates(self, **names: str) -> dict[str, Estimate]:
         """Steady 3D quantities under the argument names of a formula."""

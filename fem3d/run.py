@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from fem3d import adapt, rescaled, sink_quantities
+from fem3d import adapt, alike, rescaled, sink_quantities, span_quantities
 from fem3d.adapt import Answer
 from fem3d.fields import Fields, grid_of
 from fem3d.steady import SteadyState
 from meshes import connected, statistics, symmetry
 from meshes.symmetry import Symmetry
 from scenes.plan import Request, Step, noted, step
-from scenes.result import Estimate, Result, Traces
-from scenes.sink import Sink
+from scenes.result import Result
+from scenes.sink import Sink, different
 
 
 def solve(
@@ -27,19 +27,17 @@ def solve(
     ``earlier`` is a result of the same sink, perhaps at another voltage: its meshes, factors and fields serve again.
     Raises fem3d.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
     """
-    part = symmetry.reduce(sink.scene())
-    study = sink_quantities.study(sink, part)
-    answer = None
-    if earlier is not None:
-        first, before = earlier.details["sink"], earlier.details["answer"]
-        if replace(first, voltage=sink.voltage) == sink and request.transient == (before.response is not None):
-            answer = rescaled.solve(study, before, sink.voltage / first.voltage)
-    if answer is None:
-        answer = adapt.solve(study, request.transient, progress or (lambda _: None))
-    state, values = answer.fine.state, answer.fine.quantities
-    steady = {name: Estimate(float(values[name]), answer.errors[name]) for name in values}
-    response = answer.response
-    traces = None if response is None else Traces(response.times, response.traces, response.errors)
+    count = alike.modelled(sink)
+    while True:
+        part = symmetry.reduce(sink.scene(count))
+        answer = _answer(sink, count, part, request, progress or (lambda _: None), earlier)
+        off = alike.apart(sink, count, answer)
+        if off.within(sink.accuracy):
+            break
+        count = alike.allowed(sink, count + 2)
+    state, response = answer.fine.state, answer.response
+    steady, traces = alike.of_all(sink, count, answer, off)
+    values = answer.fine.quantities
     details: dict[str, Any] = {
         "unknowns": state.heat.free,
         "electric_unknowns": 0 if state.conductor is None else len(state.conductor.free),
@@ -51,17 +49,32 @@ def solve(
         "symmetry": part.part,
         "plan": noted(_plan(sink, part, request), _found(sink, answer)),
         "warnings": _warnings(sink, float(values["peak_rise_K"])),
-        "profile": _profile(sink, state, part),
+        "profile": _profile(sink, count, state, part),
         "sink": sink,
+        "spans_solved": count,
+        "alike_error": off.spans,
         "answer": answer,
         "fields": Fields(state.heat, state, part, None if response is None else response.transient),
     }
     return Result("fem3d", steady, traces, details)
 
 
+def _answer(
+    sink: Sink, count: int, part: Symmetry, request: Request, progress: Callable[[str], None], earlier: Result | None
+) -> Answer:
+    """The answer of ``count`` spans, where that can be from that of an earlier voltage."""
+    study = sink_quantities.study(sink, part) if sink.spans == 1 else span_quantities.study(sink, count, part)
+    answer = None
+    if earlier is not None and earlier.details["spans_solved"] == count:
+        first, before = earlier.details["sink"], earlier.details["answer"]
+        if replace(first, voltage=sink.voltage) == sink and request.transient == (before.response is not None):
+            answer = rescaled.solve(study, before, sink.voltage / first.voltage)
+    return answer or adapt.solve(study, request.transient, progress)
+
+
 def plan(sink: Sink, request: Request) -> tuple[Step, ...]:
     """What `solve` will do for a scene and a request, before it does it."""
-    return _plan(sink, symmetry.reduce(sink.scene()), request)
+    return _plan(sink, symmetry.reduce(sink.scene(alike.modelled(sink))), request)
 
 
 def _plan(sink: Sink, part: Symmetry, request: Request) -> tuple[Step, ...]:
@@ -74,6 +87,10 @@ def _plan(sink: Sink, part: Symmetry, request: Request) -> tuple[Step, ...]:
         Step("thermal factorization", "done", "one per mesh: the conductivity doesn't depend on temperature"),
         Step("electric problem", "done", f"in {', '.join(sorted(live))}, factorized once per mesh"),
     ]
+    count = sum(name.startswith("span-") for name in live)
+    if sink.spans > 2 * count > 0:
+        reason = f"the {count} outermost of each half are solved; the innermost of them stands for the others"
+        steps.insert(1, Step(f"{sink.spans} spans", "done", reason))
     if dead:
         steps.append(Step(f"electric unknowns in {', '.join(dead)}", "skipped", "no current flows there"))
     if sink.silicon.temperature_coefficient:
@@ -122,10 +139,13 @@ def _warnings(sink: Sink, peak: float) -> list[str]:
     ]
 
 
-def _profile(sink: Sink, state: SteadyState, part: Symmetry) -> dict[str, np.ndarray]:
-    """The steady rise along the beam's axis."""
-    y = np.linspace(0.0, sink.length, 401)
-    points = part.mirrored(np.column_stack([np.zeros_like(y), y, np.full_like(y, sink.thickness / 2)]))
+def _profile(sink: Sink, count: int, state: SteadyState, part: Symmetry) -> dict[str, np.ndarray]:
+    """The steady rise along the axis of the whole row: that of a span that is not solved is the innermost's."""
+    y = np.linspace(0.0, sink.row_length, 401 if sink.spans == 1 else 100 * sink.spans + 1)
+    outward, period = np.minimum(y, sink.row_length - y), sink.length + sink.island
+    before = np.minimum(outward // period, different(count) - 1)
+    solved = np.where(outward // period > before, before * period + outward % period, outward)
+    points = part.mirrored(np.column_stack([np.zeros_like(y), solved, np.full_like(y, sink.thickness / 2)]))
     space: Any = state.heat.domain.space
     rise = space.sample(state.heat.field(state.rise), points[:1, 0], points[:, 1], points[:1, 2])
     return {"y_m": y, "rise_K": rise[0, :, 0]}

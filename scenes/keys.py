@@ -13,7 +13,7 @@ from typing import Any, Generic, TypeVar
 from scenes import dimensions as d
 from scenes.checks import DEVICE_TOLERANCES, Differing, Tolerances
 from scenes.device import Device
-from scenes.kinds import NAME, Choice, Insulator, Kind, Quantity, Switch, Uncertainties
+from scenes.kinds import NAME, Choice, Count, Insulator, Kind, Quantity, Switch, Uncertainties
 from scenes.schema import Key, Schema
 from scenes.sink import Sink
 
@@ -60,6 +60,8 @@ _PHYSICAL = (
     Key("sink.length", "length", SIZE),
     Key("sink.width", "width", SIZE),
     Key("sink.thickness", "thickness", SIZE),
+    Key("sink.spans", "spans", Count(1, 100)),
+    Key("sink.island_length", "island_length", Quantity(d.LENGTH, 1e-9, 1.0, word="as the anchors")),
     Key("anchor.pad_length", "pad_length", SIZE),
     Key("anchor.pad_width", "pad_width", SIZE),
     Key("anchor.oxide_length", "oxide_length", SIZE),

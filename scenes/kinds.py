@@ -99,6 +99,35 @@ class Quantity:
 
 
 @dataclass(frozen=True)
+class Count:
+    """A whole number between two bounds that are themselves allowed."""
+
+    lower: int
+    upper: int
+
+    def read(self, path: str, given: object) -> int:
+        """The number itself; text and 3.0 will do, 2.5 will not."""
+        value = given
+        if isinstance(given, str):
+            try:
+                value = float(given)
+            except ValueError:
+                value = None
+        whole = isinstance(value, Real) and not isinstance(value, bool) and float(value).is_integer()
+        if not whole or not self.lower <= float(value) <= self.upper:  # type: ignore[arg-type]
+            raise SceneError(f"{path} = {quoted(given)} must be a whole number: give {self.lower} to {self.upper}")
+        return int(value)  # type: ignore[call-overload, no-any-return]
+
+    def write(self, value: Any) -> Any:
+        """The number itself."""
+        return value
+
+    def show(self, value: Any) -> str:
+        """The number itself."""
+        return str(value)
+
+
+@dataclass(frozen=True)
 class Insulator:
     """A resistivity that is checked and then left out, for a material that the model takes for an insulator."""
 
