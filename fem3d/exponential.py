@@ -126,7 +126,7 @@ def integrate(
 
 
 class Convolution:
-    """Integrals from 0 to each ``tau`` of exp(-decay (tau - x)) P_k(2 x - 1) dx for k below ``count``, for any decay."""
+    """Integrals of exp(-decay (tau - x)) P_k(2 x - 1) from 0 to each ``tau``, for k below ``count`` and any decay."""
 
     def __init__(self, tau: np.ndarray, count: int) -> None:
         points, weights = _gauss()
