@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from compare.plan import DEVICE_FIGURES
+from compare.plan import DEVICE_FIGURES, ROW_FIGURES
 from compare.verdict import contrary
 from validate.report import of
 from validate.report.html import checks, numbers
@@ -100,15 +100,17 @@ _CAPTIONS = {
     "why": "What each assumption of the 1D model adds to its difference from 3D.",
     "sensitivity": "How rises and current follow the keys of the scene, in percent for each percent.",
     "figure7": "The current against time in both models.",
+    **ROW_FIGURES,
+    "air": "How far 3D without the air, and a lumped term for it, are off 3D with it, against the coefficient.",
     **DEVICE_FIGURES,
 }
+_DRAWN = ("figure", "why.", "sensitivity.", "islands", "air.")
 
 
 def figures(folder: Path, document: Document, captions: Mapping[str, str] = _CAPTIONS) -> str:
     """The figures of the folder but the field's picture, which has a section of its own."""
     names = sorted(
-        {Path(f).stem for f in document.get("files", ()) if f.startswith(("figure", "why.", "sensitivity."))}
-        - set(PICTURES),
+        {Path(f).stem for f in document.get("files", ()) if f.startswith(_DRAWN)} - set(PICTURES),
         key=_order,
     )
     found = []
