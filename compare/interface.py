@@ -180,7 +180,7 @@ class DeviceRun:
     @property
     def traces(self) -> Columns:
         """A row for each controller sample: "time_s", "reduced1d_sink_K" ... as in traces.csv."""
-        from reduced1d.device.result import QUANTITIES
+        from scenes.loop.result import QUANTITIES
 
         result = self.outcome.runs.base.result
         return Columns({"time_s": result.time_s, **{f"reduced1d_{name}": result.trace(name) for name in QUANTITIES}})

@@ -79,19 +79,19 @@ class Sink:
         boxes = {b.name: b for b in self._boxes()}
         room = self.room_temperature
         found = [
-            Boundary(f"substrate-{i}", "temperature", *_face(boxes[f"oxide-{i}"], 2, 0), room) for i in (0, 1)
+            Boundary(f"substrate-{i}", "temperature", *face(boxes[f"oxide-{i}"], 2, 0), room) for i in (0, 1)
         ]  # fmt: skip
         if self.electrodes == "beam-end":
-            faces = (_face(boxes["beam"], 1, 0), _face(boxes["beam"], 1, 1))
+            faces = (face(boxes["beam"], 1, 0), face(boxes["beam"], 1, 1))
         else:
-            faces = (_face(boxes["pad-0"], 1, 0), _face(boxes["pad-1"], 1, 1))
+            faces = (face(boxes["pad-0"], 1, 0), face(boxes["pad-1"], 1, 1))
         found += [
             Boundary("electrode-0", "voltage", *faces[0], self.voltage),
             Boundary("electrode-1", "voltage", *faces[1], 0.0),
         ]
         if self.convection_coefficient:
             found += [
-                Boundary(f"air-{n}", "convection", *_face(boxes[n], 2, 1), self.convection_coefficient, room)
+                Boundary(f"air-{n}", "convection", *face(boxes[n], 2, 1), self.convection_coefficient, room)
                 for n in ("beam", "pad-0", "pad-1")
             ]
         return tuple(found)
@@ -101,12 +101,12 @@ class Sink:
         centre = (0.0, self.length / 2, self.thickness / 2)
         return (
             Probe("peak", centre, centre),
-            Probe("end", *_face(beam, 1, 0)),
+            Probe("end", *face(beam, 1, 0)),
             Probe("mean", beam.lower, beam.upper),
         )
 
 
-def _face(box: Box, axis: int, side: int) -> tuple[Point, Point]:
+def face(box: Box, axis: int, side: int) -> tuple[Point, Point]:
     """The flat box of a box's lower (0) or upper (1) face along an axis."""
     lower, upper = list(box.lower), list(box.upper)
     lower[axis] = upper[axis] = (box.lower, box.upper)[side][axis]

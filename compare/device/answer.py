@@ -12,8 +12,8 @@ from compare.device.words import kelvin, milliseconds
 from compare.verdict import Check
 from compare.words import percent, quantity
 from reduced1d.device.findings import shown
-from reduced1d.device.settling import settling
 from reduced1d.device.stability import largest_eigenvalue
+from scenes.loop.settling import settling
 
 if TYPE_CHECKING:
     from compare.device.outcome import DeviceOutcome

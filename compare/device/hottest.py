@@ -6,10 +6,10 @@ import numpy as np
 
 from compare.hottest import Hottest, warnings
 from compare.painted import Reduction
-from reduced1d.device.result import DeviceResult
 from reduced1d.equations import end_rise_from_equivalent
 from reduced1d.sink import anchor_series_resistance
 from scenes.device import Device
+from scenes.loop.result import DeviceResult
 
 
 def too_hot(device: Device, result: DeviceResult) -> tuple[str, ...]:

@@ -60,7 +60,7 @@ def _solve(device: Device, request: DeviceRequest, say: Callable[[str], None], c
 
 
 def _write(outcome: DeviceOutcome, folder: Path, clock: Clock) -> DeviceOutcome:
-    from reduced1d.device.result import QUANTITIES
+    from scenes.loop.result import QUANTITIES
     from validate.report.device.summary import document
     from validate.report.summary import write_document
     from validate.report.traces import write_columns

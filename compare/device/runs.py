@@ -14,13 +14,13 @@ from compare.device.scope import DeviceRequest
 from reduced1d.device.accurate import solve_accurate
 from reduced1d.device.meters import METERS, in_the_loop
 from reduced1d.device.paper import UnstableStepError
-from reduced1d.device.result import DeviceResult
-from reduced1d.device.settling import settling, settling_time
 from reduced1d.device.solve import solve
 from reduced1d.device.stability import largest_eigenvalue
-from reduced1d.device.steady import Steady, steady
+from reduced1d.device.steady import steady
 from scenes.device import Device, External
 from scenes.errors import SceneError
+from scenes.loop.result import DeviceResult, Steady
+from scenes.loop.settling import settling, settling_time
 
 BAND = 0.01
 """The band, as a part of the step, that "settled" means where nothing else is said."""

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from compare.device.runs import Run
-from reduced1d.device.result import QUANTITIES
-from reduced1d.device.settling import settling
-from reduced1d.device.steady import Steady, steady
+from reduced1d.device.steady import steady
 from scenes.loading import as_dict
+from scenes.loop.result import QUANTITIES, Steady
+from scenes.loop.settling import settling
 from validate.report.folder import SCHEMA
 from validate.report.summary import check_document, plain, provenance
 

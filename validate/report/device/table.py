@@ -11,7 +11,7 @@ from compare.device.runs import BAND
 from compare.device.words import QUANTITIES, amount, claimed, in_full, off_by
 from compare.verdict import Check
 from compare.words import percent, quantity
-from reduced1d.device.settling import settling
+from scenes.loop.settling import settling
 from validate.report.device.summary import peaks
 from validate.report.table import WIDTH, Style, warnings_text, where_text, wrapped
 
