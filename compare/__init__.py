@@ -11,33 +11,24 @@ Scenes are what ``scenes.load`` returns, or what it takes. ``compare.testing`` h
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from importlib import import_module
+from typing import Any
 
-if TYPE_CHECKING:
-    from compare.interface import DeviceRun as DeviceRun
-    from compare.interface import Run as Run
-    from compare.interface import Solution as Solution
-    from compare.interface import device as device
-    from compare.interface import run as run
-    from compare.interface import solve as solve
-    from validate.sweep.interface import sweep as sweep
-
-__all__ = ["DeviceRun", "Run", "Solution", "device", "run", "solve", "sweep", "testing"]
+_FROM = {
+    **dict.fromkeys(("DeviceRun", "Run", "Solution", "device", "run", "solve"), "validate.interface"),
+    "sweep": "validate.sweep.interface",
+}
+"""Where the functions are that also write and tell: looked up when they are first asked for. Their types stand in
+``__init__.pyi``."""
 
 
 def __getattr__(name: str) -> Any:
-    from importlib import import_module
-
-    if name in ("device", "solve", "testing"):
-        return import_module(f"compare.{name}")
-    if name == "sweep":
-        from validate.sweep.interface import sweep
-
-        return sweep
-    if name in __all__:
-        return getattr(import_module("compare.interface"), name)
+    if name in _FROM:
+        return getattr(import_module(_FROM[name]), name)
+    if name == "testing":
+        return import_module("compare.testing")
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:
-    return list(__all__)
+    return [*_FROM, "testing"]

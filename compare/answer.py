@@ -1,6 +1,6 @@
 """The answer of a run in a sentence: how far the 1D model is from 3D, where, and what in it is to blame.
 
-What is to blame is asked of the ladder (``compare.why``), and only where something differs beyond its tolerance.
+What is to blame is asked of the ladder (``compare.budget``), and only where something differs beyond its tolerance.
 """
 
 from __future__ import annotations
@@ -11,15 +11,16 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from compare.outcome import Outcome
-from compare.scope import BLAME, PAPERS
-from compare.verdict import Verdict, judge, relative, spread
-from compare.words import difference_text, percent, quantity, with_error
+from compare.plan import BLAME, noted
+from compare.verdict import PAPERS, Verdict, judge, relative, spread
+from scenes.formats import difference_text, percent, quantity, with_error
 from scenes.plan import Step
 
 if TYPE_CHECKING:
-    from compare.why import Budget
+    from compare.budget import Budget
     from reduced1d.ladder.levels import Levels
     from scenes.result import Estimate, Result
+    from scenes.sink import Sink
 
 _PLACES = {"peak": ("peak", "peak_rise_K", "fig4"), "end": ("ends", "end_rise_K", "fig6_end")}
 """Where, which steady rise there, and the check whose tolerance holds for it."""
@@ -52,7 +53,7 @@ class Claim:
         return abs(self.difference) + self.error
 
 
-def answered(outcome: Outcome, levels: Levels | None = None) -> Outcome:
+def answered(outcome: Outcome[Sink], levels: Levels | None = None) -> Outcome[Sink]:
     """The outcome with its answer, and the plan as carried out; ``levels`` are the sink's where they exist already."""
     three, one = outcome.fem3d, outcome.reduced1d
     if one is None or three is None:
@@ -78,7 +79,7 @@ def answered(outcome: Outcome, levels: Levels | None = None) -> Outcome:
         )
     plan = outcome.plan
     if reason:
-        plan = tuple(Step(BLAME, "skipped", reason) if step.step == BLAME else step for step in plan)
+        plan = noted(plan, {BLAME: Step(BLAME, "skipped", reason)})
     return replace(outcome, answer=f"{said}.", plan=plan)
 
 
@@ -102,16 +103,16 @@ def _value(found: Estimate) -> str:
     return quantity(found.value, "K") if 1e4 * found.error < abs(found.value) else f"{value} +- {error} {shown}"
 
 
-def _steady(outcome: Outcome, three: Result, one: Result) -> list[Claim]:
+def _steady(outcome: Outcome[Sink], three: Result, one: Result) -> list[Claim]:
     found = []
     for place, (_, key, check) in _PLACES.items():
         inputs = {"predicted": one.steady[key], "measured": three.steady[key]}
         difference, error = relative(inputs["predicted"].value, inputs["measured"].value), spread(relative, inputs)
-        found.append(Claim(place, difference, error, judge(difference, outcome.sink.tolerance(check), error)))
+        found.append(Claim(place, difference, error, judge(difference, outcome.scene.tolerance(check), error)))
     return found
 
 
-def _over_time(outcome: Outcome) -> list[Claim]:
+def _over_time(outcome: Outcome[Sink]) -> list[Claim]:
     return [
         Claim(_OVER_TIME[check.id], check.difference, check.u_num, check.verdict, check.time)
         for check in outcome.checks
@@ -137,9 +138,9 @@ def _exceeds(claim: Claim, rest: Claim) -> bool:
     return abs(claim.difference) > _MORE * abs(rest.difference) + claim.error + rest.error
 
 
-def _ladder(outcome: Outcome, levels: Levels | None, transient: bool) -> tuple[Budget | None, str]:
+def _ladder(outcome: Outcome[Sink], levels: Levels | None, transient: bool) -> tuple[Budget | None, str]:
     """The ladder's parts, and why there are none; its coarser models will do to tell which part is largest."""
-    from compare.why import budget
+    from compare.budget import budget
     from reduced1d.ladder.levels import Levels as Rough
 
     assert outcome.fem3d is not None
@@ -148,7 +149,7 @@ def _ladder(outcome: Outcome, levels: Levels | None, transient: bool) -> tuple[B
     fem3d = outcome.fem3d if transient else replace(outcome.fem3d, traces=None)
     try:
         return budget(
-            outcome.sink, "paper" if name in PAPERS else name, fem3d, levels or Rough(outcome.sink, rough=True)
+            outcome.scene, "paper" if name in PAPERS else name, fem3d, levels or Rough(outcome.scene, rough=True)
         ), ""
     except ArithmeticError as error:
         return None, str(error)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from reduced1d.painted import Reduction
 from scenes.dimensions import TIME
 from scenes.model import Material
 from scenes.result import Traces
@@ -56,6 +57,21 @@ def by_material(fields: Any, times: np.ndarray) -> dict[str, Hottest]:
         some = times[first : first + _AT_ONCE]
         for time, temperatures in zip(some, fields.at(some), strict=True):
             look(temperatures, float(time))
+    return found
+
+
+def of_painted(model: Reduction) -> dict[str, Hottest]:
+    """The same of a sink's 1D model: the beam's middle, and the top of an oxide block."""
+    sink = model.sink
+    beam = [0.0, sink.length / 2, sink.thickness / 2]
+    oxide = [0.0, -sink.anchor_distance - sink.oxide_length / 2, -1e-6 * sink.oxide_thickness]
+    points = np.array([beam, oxide])
+    found: dict[str, Hottest] = {}
+    for time in (None, *model.time):
+        for material, rise in zip((sink.silicon, sink.oxide), model.rise(points, time), strict=True):
+            top = Hottest(sink.room_temperature + float(rise), time)
+            if material.name not in found or top.temperature > found[material.name].temperature:
+                found[material.name] = top
     return found
 
 

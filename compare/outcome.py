@@ -1,33 +1,46 @@
-"""What a run of the sink found."""
+"""What a run found, whichever kind of scene it is of, and how long its stages took."""
 
 from __future__ import annotations
 
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+from scenes.plan import Request, Step
 
 if TYPE_CHECKING:
     from compare.against.data import Data
+    from compare.budget import Budget
     from compare.verdict import Check
-    from compare.why import Budget
-    from scenes.plan import Request, Step
+    from reduced1d.device.design import Design
+    from reduced1d.device.runs import Runs
     from scenes.result import Result
-    from scenes.sink import Sink
+
+S = TypeVar("S", covariant=True)
+"""The kind of scene: a Sink, a Device, or a free scene."""
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Outcome(Generic[S]):
     """What a run found: the plan as carried out, each model's result (``None`` where not asked for), the checks, the
-    answer that they make in a sentence, the remarks on the run, how long each stage took (s), the folder with its
-    files, and which earlier run it replaced. ``why`` is the budget of the differences of the 1D model and ``exported``
-    the few-state model's folder, where asked for; ``against`` a user's own traces if there are any."""
+    remarks on the run, the answer in a sentence, how long each stage took (s), the folder with its files, and which
+    earlier run it replaced.
 
-    sink: Sink
+    Of a sink also ``why``, the budget of the differences of the 1D model, and ``exported``, the few-state model's
+    folder, where asked for, and ``against``, a user's own traces if there are any. Of a device its ``simulated`` runs
+    and a designer's answers. Of a free scene over time ``shown``: the time (s) whose field is drawn, and whether it is
+    then above the initial temperature.
+    """
+
+    scene: S
     request: Request
     plan: tuple[Step, ...]
-    fem3d: Result | None
-    reduced1d: Result | None
-    checks: tuple[Check, ...]
+    fem3d: Result | None = None
+    reduced1d: Result | None = None
+    checks: tuple[Check, ...] = ()
     warnings: tuple[str, ...] = ()
     answer: str = ""
     timing: dict[str, float] = field(default_factory=dict)
@@ -37,3 +50,42 @@ class Outcome:
     why: Budget | None = None
     exported: Path | None = None
     against: Data | None = None
+    simulated: Runs | None = None
+    design: Design | None = None
+    shown: tuple[float, bool] | None = None
+
+    @property
+    def solved(self) -> Result:
+        """The 3D result; ValueError where there is none."""
+        if self.fem3d is None:
+            raise ValueError("this run has no 3D model")
+        return self.fem3d
+
+    @property
+    def runs(self) -> Runs:
+        """The runs of the device; ValueError where the scene is none."""
+        if self.simulated is None:
+            raise ValueError("this run is not one of a device")
+        return self.simulated
+
+
+class Clock:
+    """Seconds by stage, and since it was made as "total"."""
+
+    def __init__(self) -> None:
+        self._start = time.perf_counter()
+        self._stages: dict[str, float] = {}
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.add(name, time.perf_counter() - start)
+
+    def add(self, name: str, seconds: float) -> None:
+        self._stages[name] = self._stages.get(name, 0.0) + seconds
+
+    def all(self) -> dict[str, float]:
+        return {**self._stages, "total": time.perf_counter() - self._start}

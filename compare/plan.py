@@ -1,57 +1,102 @@
-"""The plan of a comparison: the 3D model's own lines, then the 1D model, checks and files."""
+"""What a run of each kind of scene solves, checks, draws and writes, and why it leaves out the rest: the one place that
+decides it, and the plan that says so.
+
+``of_sink``, ``of_device`` and ``of_free`` make the whole plan; the lines of the 3D model are its own.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from compare import scope
-from compare.asked import whole
-from scenes.plan import Request, Step
+from compare.verdict import FIRST_TIME
+from scenes.checks import DEFAULT_TOLERANCES, DEVICE_TOLERANCES, OF_THE_REDUCTION, OVER_TIME
+from scenes.device import Device
+from scenes.plan import Request, Step, skipped_together, step
 from scenes.sink import Sink
 
 if TYPE_CHECKING:
     from compare.against.data import Data
+    from scenes.model import AnyScene
+
+SINK_FIGURES = {
+    "figure4": "the steady 3D temperature field, rendered off screen",
+    "figure5": "the rise along the beam and eq 9's parabola",
+    "figure6": "rises against time",
+    "figure7": "current against time",
+}
+DEVICE_FIGURES = {
+    "figure9": "power of sink and sensor against time",
+    "figure10": "heat flow into the polymer against time",
+    "figure11": "the same as figure 9, sampled every 5 ms with gains of 0.5 and 0.05 V",
+    "figure12": "the sensor's power after outer steps from -80 to +20 K",
+    "figure13": "the steady power of the sensor against the outer temperature",
+}
+LATE = ("figure11", "figure12", "figure13")
+"""The figures of a device that need runs of their own, which the paper's scheme does not make."""
+BLAME = "blame"
+"""The plan's line of what is to blame."""
+_NO_FIGURES = "no figures were asked for"
+_STEADY = "only the steady state was asked for"
+_FIELD_FILES = "fem3d.pvd with its .vtu files, and fem3d.vtkhdf where VTK can"
+ONLY_1D = Step("3D model", "skipped", "only the 1D model was asked for")
 
 
-def plan(sink: Sink, request: Request) -> tuple[Step, ...]:
-    """What ``compare.sink_run.run`` will do, before it does it."""
-    if "fem3d" not in request.models:
-        return assemble(sink, request, (Step("3D model", "skipped", "only the 1D model was asked for"),))
-    from fem3d.run import plan as plan_3d
-
-    return assemble(sink, request, plan_3d(sink, request))
-
-
-def assemble(sink: Sink, request: Request, solver_steps: tuple[Step, ...]) -> tuple[Step, ...]:
-    """The whole plan around the 3D model's lines."""
-    steps = [*solver_steps, _reduction(request)]
-    made = scope.made_checks(sink, request)
+def of_sink(sink: Sink, request: Request, solver: tuple[Step, ...], data: Data | None = None) -> tuple[Step, ...]:
+    """The plan of a sink around the lines of the 3D ``solver``."""
+    made, drawn = made_checks(sink, request), skipped_figures(request)
+    steps = [*solver, _reduction(request)]
     if made:
         steps.append(Step("checks", "done", ", ".join(made)))
-    steps += _grouped("check", scope.skipped_checks(sink, request))
-    skipped = scope.skipped_figures(request)
-    for name, what in scope.FIGURES.items():
-        if name not in skipped:
-            steps.append(Step(name, "done", what))
-    steps += _grouped("figure", skipped)
-    if request.transient:
-        steps.append(Step("traces.csv", "done", "every quantity against time"))
-    else:
-        steps.append(Step("traces.csv", "skipped", "only the steady state was asked for"))
-    why = scope.fields_reason(request)
-    steps += _asked(request)
-    files = "fem3d.pvd with its .vtu files, and fem3d.vtkhdf where VTK can"
-    steps.append(Step("field files", "skipped" if why else "done", why or files))
-    turned = "" if "figure4" in skipped else ", with the field to turn"
+    steps += skipped_together("checks", skipped_checks(sink, request))
+    steps += [Step(name, "done", what) for name, what in SINK_FIGURES.items() if name not in drawn]
+    steps += skipped_together("figures", drawn)
+    steps.append(step("traces.csv", "every quantity against time", "" if request.transient else _STEADY))
+    steps += _where_asked_for(request)
+    steps.append(step("field files", _FIELD_FILES, fields_reason(request, "fem3d" in request.models)))
+    turned = "" if "figure4" in drawn else ", with the field to turn"
     steps.append(Step("report.html", "done", f"everything on one page{turned}"))
+    if data is not None:
+        said = data.said().partition(": ")[2].rstrip(".")
+        steps.append(Step(f"against {data.name}", "done", f"{said}; interpolated in time"))
     return tuple(steps)
 
 
-def data_step(data: Data) -> Step:
-    """The line of a user's own traces."""
-    said = data.said().partition(": ")[2].rstrip(".")
-    return Step(f"against {data.name}", "done", f"{said}; interpolated in time")
+def skipped_checks(sink: Sink, request: Request) -> dict[str, str]:
+    """The checks that a run of a sink can't make, each with the reason."""
+    if "fem3d" not in request.models:
+        return dict.fromkeys(DEFAULT_TOLERANCES, "they need the 3D model")
+    skipped: dict[str, str] = {}
+    if not request.transient:
+        skipped |= dict.fromkeys(OVER_TIME, "they need the transient")
+    elif sink.end_time <= FIRST_TIME:
+        skipped |= dict.fromkeys(OVER_TIME, "they compare from 10 us on, and the run ends before")
+    if "reduced1d" not in request.models:
+        skipped |= dict.fromkeys(OF_THE_REDUCTION, "they need the 1D model")
+    return {check: skipped[check] for check in DEFAULT_TOLERANCES if check in skipped}
+
+
+def made_checks(sink: Sink, request: Request) -> tuple[str, ...]:
+    """The checks that a run of a sink makes, in the order in which they are reported."""
+    skipped = skipped_checks(sink, request)
+    return tuple(check for check in DEFAULT_TOLERANCES if check not in skipped)
+
+
+def skipped_figures(request: Request) -> dict[str, str]:
+    """The figures that a run of a sink doesn't draw, each with the reason."""
+    if not request.figures:
+        return dict.fromkeys(SINK_FIGURES, _NO_FIGURES)
+    skipped: dict[str, str] = {}
+    if "fem3d" not in request.models:
+        skipped |= dict.fromkeys(("figure4", "figure5"), "there is no 3D field")
+    if not request.transient:
+        skipped |= dict.fromkeys(("figure6", "figure7"), _STEADY)
+    return skipped
+
+
+def fields_reason(request: Request, solved: bool = True, missing: str = "there is no 3D field") -> str:
+    """Why no field files are written; empty where they are. ``solved`` says whether there is a temperature field."""
+    return "not asked for (--fields)" if not request.fields else "" if solved else missing
 
 
 def _reduction(request: Request) -> Step:
@@ -60,29 +105,144 @@ def _reduction(request: Request) -> Step:
     when = "steady and at the 3D model's times" if "fem3d" in request.models else "steady and over time"
     from reduced1d.ladder import describe
 
-    name = whole(request).reduction
+    name = request.reduction
     model = describe(name) if name == "paper" else f"{name}, {describe(name)}"
     return Step("1D model", "done", f"{model}, {when if request.transient else 'steady only'}")
 
 
-def _asked(request: Request) -> list[Step]:
+def _where_asked_for(request: Request) -> list[Step]:
     """What is done only when asked for, and so has no line where it isn't."""
-    asked, steps = whole(request), []
-    if asked.why:
-        steps.append(Step("why", "done", f"the ladder of models between {asked.reduction} and 3D, one assumption each"))
+    steps = []
+    if request.why:
+        said = f"the ladder of models between {request.reduction} and 3D, one assumption each"
+        steps.append(Step("why", "done", said))
     elif request.models == Request().models:
-        steps.append(Step(scope.BLAME, "done", "by the ladder between the models, where the 1D model differs"))
-    if asked.export is not None:
+        steps.append(Step(BLAME, "done", "by the ladder between the models, where the 1D model differs"))
+    if request.export is not None:
         from reduced1d.ladder import few_states_of
 
-        steps.append(Step("export", "done", f"{few_states_of(asked.reduction)} as JSON, Python and SPICE"))
+        steps.append(Step("export", "done", f"{few_states_of(request.reduction)} as JSON, Python and SPICE"))
     return steps
 
 
-def _grouped(kind: str, skipped: Mapping[str, str]) -> list[Step]:
-    """One line for all that is skipped for the same reason."""
-    lines = []
-    for reason in dict.fromkeys(skipped.values()):
-        names = [name for name, why in skipped.items() if why == reason]
-        lines.append(Step(f"{kind}s {', '.join(names)}", "skipped", reason))
-    return lines
+def of_device(device: Device, request: Request) -> tuple[Step, ...]:
+    """The plan of a device."""
+    scheme = {
+        "accurate": "all layers at once, exact between samples but for V2/R, its error estimated",
+        "paper": "the paper's own: partitioned, Crank-Nicolson and Runge-Kutta; the accurate one beside it",
+    }
+    found = [
+        Step("3D model", "skipped", "the device is modelled in 1D only"),
+        Step("1D device", "done", f"{scheme[request.scheme]}; from cold to {device.end_time:g} s"),
+    ]
+    if request.meter:
+        found.append(Step("meter", "done", f"resistances are rounded to what the {request.meter} resolves"))
+    if needs(device, request, "figure11"):
+        found.append(Step("1D device, slow", "done", "sampled every 5 ms with gains of 0.5 and 0.05 V"))
+    if needs(device, request, "figure12", "figure13"):
+        found.append(Step("1D device, steps", "done", "from the steady state, for outer steps from -80 to +20 K"))
+    made = made_device_checks(device, request)
+    if made:
+        found.append(Step("checks", "done", ", ".join(made)))
+    found += skipped_together("checks", skipped_device_checks(device, request))
+    found += [Step(name, "done", DEVICE_FIGURES[name]) for name in drawn_figures(request)]
+    left = figures_left_out(request) if request.figures else dict.fromkeys(DEVICE_FIGURES, _NO_FIGURES)
+    found += skipped_together("figures", left)
+    found.append(Step("traces.csv", "done", "a row per controller sample"))
+    found.append(step("designer's questions", "largest gains, range and resolution", design_reason(request)))
+    return tuple(found)
+
+
+def figures_left_out(request: Request) -> dict[str, str]:
+    """The figures that a run of a device is not about, each with the reason."""
+    found = {name: _only(request) for name in DEVICE_FIGURES if request.about and name not in request.about}
+    if request.scheme == "paper":
+        found |= dict.fromkeys(LATE, "they need nine more runs, and the accurate scheme for them")
+    return found
+
+
+def drawn_figures(request: Request) -> tuple[str, ...]:
+    """The figures that a run of a device draws."""
+    left = figures_left_out(request)
+    return tuple(name for name in DEVICE_FIGURES if name not in left) if request.figures else ()
+
+
+def skipped_device_checks(device: Device, request: Request) -> dict[str, str]:
+    """The checks that a run of a device can't make, each with the reason."""
+    left = figures_left_out(request)
+    skipped = {check: left[_figure_of(check)] for check in DEVICE_TOLERANCES if _figure_of(check) in left}
+    if request.about:
+        skipped |= {check: _only(request) for check in DEVICE_TOLERANCES if check.startswith("meter")}
+    if not device.steps_outside:
+        needing = ("fig9_settling", "fig9_balance", "fig10_steady", "fig11_slow")
+        skipped |= dict.fromkeys(needing, "the run ends before the outer step, or there is none")
+    return skipped
+
+
+def made_device_checks(device: Device, request: Request) -> tuple[str, ...]:
+    """The checks that a run of a device makes, in the order in which they are reported."""
+    skipped = skipped_device_checks(device, request)
+    return tuple(check for check in DEVICE_TOLERANCES if check not in skipped)
+
+
+def needs(device: Device, request: Request, *figures: str) -> bool:
+    """Whether the runs behind any of these figures are needed, for the figure or its checks."""
+    wanted = {_figure_of(check) for check in made_device_checks(device, request)} | set(drawn_figures(request))
+    return bool(wanted & set(figures))
+
+
+def design_reason(request: Request) -> str:
+    """Why a designer's questions are not answered; empty where they are."""
+    if request.about:
+        return _only(request)
+    return "the accurate scheme answers them" if request.scheme == "paper" else ""
+
+
+def _only(request: Request) -> str:
+    return f"only {', '.join(request.about)} asked for"
+
+
+def _figure_of(check: str) -> str:
+    """The figure that a check of the device is about."""
+    return check.partition("_")[0].replace("fig", "figure")
+
+
+def of_free(scene: AnyScene, request: Request, solver: tuple[Step, ...]) -> tuple[Step, ...]:
+    """The plan of a free scene around the lines of the 3D ``solver``."""
+    skipped, when = skipped_free_figures(scene, request), "steady" if scene.steady else "hottest moment's"
+    field = f"the {when} temperature field, rendered off screen"
+    return (
+        *solver,
+        step("figure field", field, skipped.get("field", "")),
+        step("figure traces", "every probe against time", skipped.get("traces", "")),
+        step("traces.csv", "a column for each probe", _no_traces(scene)),
+        step("field files", _FIELD_FILES, free_fields_reason(scene, request)),
+    )
+
+
+def skipped_free_figures(scene: AnyScene, request: Request) -> dict[str, str]:
+    """The figures that a run of a free scene does not draw, each with the reason."""
+    if not request.figures:
+        return dict.fromkeys(("field", "traces"), _NO_FIGURES)
+    found = {"field": "" if _heat(scene) else "no temperature is solved for", "traces": _no_traces(scene)}
+    return {name: reason for name, reason in found.items() if reason}
+
+
+def free_fields_reason(scene: AnyScene, request: Request) -> str:
+    """Why no field files are written of a free scene; empty where they are."""
+    return fields_reason(request, _heat(scene), "no temperature is solved for")
+
+
+def _heat(scene: AnyScene) -> bool:
+    from scenes.physics import heat
+
+    return heat(scene)
+
+
+def _no_traces(scene: AnyScene) -> str:
+    return f"{_STEADY} (run.steady)" if scene.steady else ""
+
+
+def noted(plan: tuple[Step, ...], notes: Mapping[str, Step]) -> tuple[Step, ...]:
+    """The plan as carried out: with what turned out otherwise, by the lines' names."""
+    return tuple(notes.get(line.step, line) for line in plan)

@@ -1,23 +1,18 @@
-"""One comparison: plan, 3D model, 1D model at its times, checks, and the folder that keeps them.
+"""A run of a sink: the 3D model, the 1D model at its times, checks, and the answer.
 
-Nothing here imports numpy before the renderer's process has been started, which takes the longest to get ready.
+Nothing here imports numpy before it solves: the renderer's process, which takes the longest to get ready, is started
+first.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from compare.asked import SinkRequest, whole
-from compare.clock import Clock
-from compare.outcome import Outcome
-from compare.plan import assemble, data_step
+from compare.outcome import Clock, Outcome
+from compare.plan import ONLY_1D, of_sink
 from scenes.plan import Request, Step
-from validate.report import output
-from validate.report.folder import Folder
-from validate.report.names import of_sink
 
 if TYPE_CHECKING:
     from compare.against.data import Data
@@ -30,84 +25,52 @@ FEW = 16
 """Instants at which a sink's temperatures are looked at: they grow evenly."""
 
 
-def run(
-    sink: Sink,
-    request: Request,
-    out: Path | None = None,
-    progress: Callable[[str], None] | None = None,
-    against: Data | None = None,
-) -> Outcome:
-    """Solve a sink as asked, compare the models, and write the results folder (``out``, or one named after the sink).
+def plan(sink: Sink, request: Request, data: Data | None = None) -> tuple[Step, ...]:
+    """What `solve` will do, before it does it."""
+    if "fem3d" not in request.models:
+        return of_sink(sink, request, (ONLY_1D,), data)
+    from fem3d.run import plan as plan_3d
 
-    ``against`` are a user's own traces, checked against the 3D model's; they need its transient.
-    The folder is there, whole, when this returns, and as it was before when this raises. Raises SceneError for a folder
-    that can't be used (before anything is solved), RunawayError (of either model) and NumericsError.
-    """
-    say = progress or (lambda _: None)
-    clock = Clock()
-    asked = whole(request)
-    with Folder(out or of_sink(sink, asked)) as folder:
-        drawing = output.prepare(request)
-        try:
-            outcome = _with_data(_solve(sink, asked, say, clock), against)
-            say("writing the results")
-            outcome = output.write(outcome, folder, drawing, clock)
-        finally:
-            drawing.close()
-    return replace(outcome, folder=folder.target, replaced=folder.replaced, timing=clock.all())
+    return of_sink(sink, request, plan_3d(sink, request), data)
 
 
-def answer(
-    sink: Sink,
-    request: Request,
-    progress: Callable[[str], None] | None = None,
-    against: Data | None = None,
-) -> Outcome:
-    """The same without any file: solved and compared. Raises RunawayError and NumericsError."""
-    clock = Clock()
-    solved = _solve(sink, whole(request), progress or (lambda _: None), clock)
-    return replace(_with_data(solved, against), timing=clock.all())
-
-
-def compared(sink: Sink, request: Request, earlier: Result | None = None) -> Outcome:
-    """Both models and the checks alone: no answer in words, no warnings of what gets too hot. ``earlier`` is the 3D
-    result of the same sink at another voltage, whose meshes and fields may serve again. Raises as `answer` does."""
-    asked = whole(request)
-    return _compared(sink, asked, _levels(sink, asked), lambda _: None, Clock(), earlier)
-
-
-def _with_data(outcome: Outcome, against: Data | None) -> Outcome:
-    """With the checks of a user's own traces."""
-    if against is None or outcome.fem3d is None:
-        return outcome
-    from compare.against.checks import evaluate
-
-    checks = (*outcome.checks, *evaluate(outcome.sink, against, outcome.fem3d))
-    warnings = (*outcome.warnings, *(f"{against.name}: {text}" for text in against.warnings))
-    plan = (*outcome.plan, data_step(against))
-    return replace(outcome, checks=checks, plan=plan, warnings=warnings, against=against)
-
-
-def _solve(sink: Sink, request: SinkRequest, say: Callable[[str], None], clock: Clock) -> Outcome:
-    """Both models, the checks and the answer, without any file."""
+def solve(
+    sink: Sink, request: Request, say: Callable[[str], None], clock: Clock, data: Data | None = None
+) -> Outcome[Sink]:  # fmt: skip
+    """Both models, the checks, with those of a user's own ``data``, and the answer. Raises RunawayError (of either
+    model) and NumericsError."""
     from compare.answer import answered
 
     levels = _levels(sink, request)
-    outcome = _compared(sink, request, levels, say, clock)
+    outcome = _compared(sink, request, levels, say, clock, data=data)
     with clock.stage("checks"):
         warnings = (*outcome.warnings, *_too_hot(sink, outcome.fem3d, outcome.reduced1d))
     with clock.stage("answer"):
-        return answered(replace(outcome, warnings=warnings), levels)
+        outcome = answered(replace(outcome, warnings=warnings), levels)
+    if data is None or outcome.fem3d is None:
+        return outcome
+    from compare.against.checks import evaluate
+
+    checks = (*outcome.checks, *evaluate(sink, data, outcome.fem3d))
+    warnings = (*outcome.warnings, *(f"{data.name}: {text}" for text in data.warnings))
+    return replace(outcome, checks=checks, warnings=warnings, against=data)
+
+
+def compared(sink: Sink, request: Request, earlier: Result | None = None) -> Outcome[Sink]:
+    """Both models and the checks alone: no answer in words, no warnings of what gets too hot. ``earlier`` is the 3D
+    result of the same sink at another voltage, whose meshes and fields may serve again. Raises as `solve` does."""
+    return _compared(sink, request, _levels(sink, request), lambda _: None, Clock(), earlier)
 
 
 def _compared(
     sink: Sink,
-    request: SinkRequest,
+    request: Request,
     levels: Levels | None,
     say: Callable[[str], None],
     clock: Clock,
     earlier: Result | None = None,
-) -> Outcome:
+    data: Data | None = None,
+) -> Outcome[Sink]:
     fem3d = reduced1d = why = exported = None
     if request.export is not None and levels is not None:
         from reduced1d.export import export
@@ -115,12 +78,12 @@ def _compared(
         with clock.stage("export"):
             exported = export(levels, request.reduction, request.export)
     checks: tuple[Check, ...] = ()
-    solver_steps: tuple[Step, ...] = (Step("3D model", "skipped", "only the 1D model was asked for"),)
+    solver_steps: tuple[Step, ...] = (ONLY_1D,)
     if "fem3d" in request.models:
         with clock.stage("imports"):
-            from compare.extremes import cause
             from fem3d.errors import NumericsError, RunawayError
             from fem3d.run import solve as solve_3d
+            from scenes.extremes import cause
         say("solving in 3D")
         with clock.stage("fem3d"):
             try:
@@ -141,13 +104,13 @@ def _compared(
         with clock.stage("checks"):
             checks = evaluate(sink, request, fem3d, reduced1d)
     if request.why and fem3d is not None and levels is not None:
-        from compare.why import budget
+        from compare.budget import budget
 
         with clock.stage("why"):
             why = budget(sink, request.reduction, fem3d, levels, say)
     warnings = tuple(text for model in (fem3d, reduced1d) if model for text in model.details.get("warnings", ()))
-    plan = assemble(sink, request, solver_steps)
-    return Outcome(sink, request, plan, fem3d, reduced1d, checks, warnings, why=why, exported=exported)
+    steps = of_sink(sink, request, solver_steps, data)
+    return Outcome(sink, request, steps, fem3d, reduced1d, checks, warnings, why=why, exported=exported)
 
 
 def _too_hot(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tuple[str, ...]:
@@ -157,15 +120,15 @@ def _too_hot(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tupl
     if fem3d is not None:
         reached = hottest.by_material(fem3d.details["fields"], hottest.moments(fem3d.traces, FEW))
     elif reduced1d is not None:
-        from compare.painted import of_result
+        from reduced1d.painted import of_result
 
-        reached = of_result(sink, reduced1d).hottest()
+        reached = hottest.of_painted(of_result(sink, reduced1d))
     else:
         return ()
     return tuple(hottest.warnings((sink.silicon, sink.oxide), reached))
 
 
-def _levels(sink: Sink, request: SinkRequest) -> Levels | None:
+def _levels(sink: Sink, request: Request) -> Levels | None:
     """The plate, where any of what is asked for stands on it; it is solved when first used."""
     if request.reduction == "paper" and not request.why and request.export is None:
         return None
@@ -174,7 +137,7 @@ def _levels(sink: Sink, request: SinkRequest) -> Levels | None:
     return Levels(sink)
 
 
-def _reduction(sink: Sink, request: SinkRequest, fem3d: Result | None, levels: Levels | None) -> Result:
+def _reduction(sink: Sink, request: Request, fem3d: Result | None, levels: Levels | None) -> Result:
     """The 1D model, at the times of the 3D model's traces where there are any."""
     from reduced1d.errors import RunawayError
     from reduced1d.ladder import solve as solve_1d

@@ -12,15 +12,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from compare.interface import Run, run
-from compare.scope import OVER_TIME
+import compare
 from compare.verdict import Verdict, judge, relative, spread
-from compare.words import difference_text, percent, quantity, sink_text, with_error
-from scenes.checks import AGAINST_TOLERANCES, DEFAULT_TOLERANCES
+from scenes.checks import AGAINST_TOLERANCES, DEFAULT_TOLERANCES, OVER_TIME
 from scenes.errors import SceneError, did_you_mean, quoted
+from scenes.formats import difference_text, percent, quantity, sink_text, with_error
 from scenes.sink import Sink
 
 if TYPE_CHECKING:
+    from compare import Run
     from compare.verdict import Check
 
 QUANTITIES = {
@@ -50,7 +50,7 @@ def assert_reduction_agrees(
     __tracebackhide__ = True
     known = (*QUANTITIES, *DEFAULT_TOLERANCES)
     _known(tolerances, known, "peak=0.05")
-    found = run(scene, voltage=voltage, accuracy=accuracy, steady=not set(tolerances) & set(OVER_TIME))
+    found = compare.run(scene, voltage=voltage, accuracy=accuracy, steady=not set(tolerances) & set(OVER_TIME))
     told = [
         _quantity(found, name, tolerance) if name in QUANTITIES else _check(found.check(name), tolerance)
         for name, tolerance in tolerances.items()
@@ -76,7 +76,7 @@ def assert_traces_agree(
     """
     __tracebackhide__ = True
     _known(tolerances, tuple(name.removeprefix("against_") for name in AGAINST_TOLERANCES), "peak=0.05")
-    found = run(scene, voltage=voltage, accuracy=accuracy, against=file, columns=columns)
+    found = compare.run(scene, voltage=voltage, accuracy=accuracy, against=file, columns=columns)
     told = [_check(found.check(f"against_{name}"), tolerance) for name, tolerance in tolerances.items()]
     _fail(f"{Path(file).name} for {sink_text(found.scene)}", told)
     return found

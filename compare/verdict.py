@@ -1,13 +1,21 @@
-"""Whether a reduction agrees with the 3D solution, given how well the 3D solution is known (ASME V&V 20)."""
+"""A comparison, and the verdict on it, given how well the 3D solution is known (ASME V&V 20)."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, Protocol
+
+from scenes.formats import difference_text, percent
 
 if TYPE_CHECKING:
-    from scenes.result import Estimate
+    from scenes.result import Estimate, Result
+    from scenes.sink import Sink
+
+FIRST_TIME = 10e-6
+"""The time (s) from which on traces are compared: before it, the step's first instants would decide."""
+PAPERS = ("paper", "reduced1d")
+"""What the paper's own model is called as a result."""
 
 Verdict = Literal["agrees", "differs", "unresolved"]
 Sense = Literal["equal", "at least", "at most"]
@@ -78,3 +86,131 @@ def spread(function: Callable[..., float], inputs: Mapping[str, Estimate]) -> fl
         moved = (function(**(values | {name: given.value + sign * given.error})) for sign in (1, -1))
         total += max(abs(value - middle) for value in moved)
     return total
+
+
+@dataclass(frozen=True)
+class Models:
+    """The sink and the answers to it; ``reduced1d`` is ``None`` where that model was not asked for."""
+
+    sink: Sink
+    fem3d: Result
+    reduced1d: Result | None
+
+    def estimates(self, **names: str) -> dict[str, Estimate]:
+        """Steady 3D quantities under the argument names of a formula."""
+        return {argument: self.fem3d.steady[key] for argument, key in names.items()}
+
+    def steady(self, key: str) -> float:
+        """A steady 3D value."""
+        return self.fem3d.steady[key].value
+
+    def reduction(self) -> Result:
+        """The 1D result; ValueError where there is none."""
+        if self.reduced1d is None:
+            raise ValueError("this check needs the 1D model")
+        return self.reduced1d
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A difference with its numerical error, both relative, and the two values (in ``unit``) that it is of.
+
+    ``reason`` writes the sentence that says why they differ; it is asked for only where they do. ``relative_to`` says
+    what the difference is relative to.
+    """
+
+    title: str
+    predicted: float
+    measured: float
+    unit: str
+    difference: float
+    u_num: float
+    reason: Callable[[], str]
+    time: float | None = None
+    sense: Sense = "equal"
+    relative_to: str = ""
+
+
+def of_formula(
+    title: str,
+    unit: str,
+    formula: Callable[..., float],
+    inputs: Mapping[str, Estimate],
+    measured: Estimate,
+    reason: Callable[[float], str],
+) -> Comparison:
+    """A formula of 3D quantities against another 3D quantity: predicted / measured - 1.
+
+    The error moves with every input's and the measured value's (``spread``). ``reason`` is given the
+    predicted value.
+    """
+    predicted = formula(**{name: given.value for name, given in inputs.items()})
+
+    def difference(measured_: float, **values: float) -> float:
+        return relative(formula(**values), measured_)
+
+    u_num = spread(difference, {**inputs, "measured_": measured})
+    return Comparison(
+        title, predicted, measured.value, unit, relative(predicted, measured.value), u_num, lambda: reason(predicted),
+        relative_to="the 3D value",
+    )  # fmt: skip
+
+
+class Declaring(Protocol):
+    """A scene of any type, as far as it says what is expected of its checks."""
+
+    @property
+    def tolerances(self) -> dict[str, float]: ...
+    @property
+    def expected_to_differ(self) -> tuple[str, ...] | None: ...
+    def tolerance(self, check: str) -> float: ...
+
+
+def expected(scene: Declaring, check: str) -> Verdict | None:
+    """The verdict that a scene declares. Its list of checks that differ is complete: those not in it agree."""
+    if scene.expected_to_differ is None:
+        return None
+    return "differs" if check in scene.expected_to_differ else "agrees"
+
+
+def judged(name: str, found: Comparison, scene: Declaring, always: bool = False) -> Check:
+    """What was found, with its verdict; ``always`` gives the reason whatever the verdict is."""
+    tolerance = scene.tolerance(name)
+    verdict = judge(found.difference, tolerance, found.u_num)
+    because = ""
+    if verdict == "differs" or always:
+        because = found.reason()
+    if verdict == "unresolved" and not always:
+        doubt = (
+            f"{difference_text(found.difference, found.u_num, 'give or take')} may be on either side of the "
+            f"tolerance of {percent(tolerance)}"
+        )
+        because = f"{doubt}: ask for a smaller accuracy"
+    return Check(
+        name, found.title, found.predicted, found.measured, found.unit, found.difference, tolerance, found.u_num,
+        verdict, expected(scene, name), because, found.time, found.sense, found.relative_to,
+    )  # fmt: skip
+
+
+def contradicts(check: Check, scene: Declaring, strict: bool) -> bool:
+    """Whether a check came out other than the scene declares.
+
+    Only what is declared can be contradicted: a verdict that is the opposite of the declared one, or a difference
+    beyond a tolerance that the scene itself sets. ``strict`` takes every check without a declaration as expected to
+    agree, and takes "unresolved" for a contradiction of either. An equation that is not the chosen model's
+    contradicts nothing.
+    """
+    if not check.own:
+        return False
+    if strict:
+        return check.verdict != (check.expected or "agrees")
+    if check.verdict == "unresolved":
+        return False
+    if check.expected is not None:
+        return check.verdict != check.expected
+    return check.id in scene.tolerances and check.verdict == "differs"
+
+
+def contrary(checks: Iterable[Check], scene: Declaring, strict: bool = False) -> list[Check]:
+    """The checks that came out other than the scene declares."""
+    return [check for check in checks if contradicts(check, scene, strict)]

@@ -70,19 +70,25 @@ def solve(study: Study, with_transient: bool, progress: Progress = lambda _: Non
                     return Answer(fine, here.errors, None, number, off)
                 return _for_the_field(study, Answer(fine, here.errors, None, number, off), here, marks, progress)
             progress("transient")
-            states = (here.fine.state, here.low.state)
-            g = transient.shift(transient.time_constant(fine.state), study.earliest)
-            bases = [Base.of_steady(state) for state in states]
-            relative = {n: e / here.scales[n] for n, e in here.errors.items()}
-            response = respond(study, given, bases, g, marks, fine.out, relative)
+            response = _response(study, here, marks)
             if response.accepted:
                 return Answer(fine, here.errors, response, number)
-            missing, worst = response.missing, response.worst
+            grid = refined(grid, response.missing, response.worst, accuracy, marks)
+            del response
         else:
             reach.check_edges(here, accuracy, marks)
-            missing, worst = here.missing, here.worst
-        grid = refined(grid, missing, worst, accuracy, marks)
+            grid = refined(grid, here.missing, here.worst, accuracy, marks)
+        # The next level's matrices take the place of these.
+        del given, fine, here
     raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene")
+
+
+def _response(study: Study, here: Level, marks: Features) -> Response:
+    """The response of a level whose steady state is known."""
+    bases = [Base.of_steady(solved.state) for solved in (here.fine, here.low)]
+    g = transient.shift(transient.time_constant(here.fine.state), study.earliest)
+    relative = {n: e / here.scales[n] for n, e in here.errors.items()}
+    return respond(study, here.problems, bases, g, marks, here.fine.out, relative)
 
 
 def _for_the_field(study: Study, best: Answer, here: Level, marks: Features, progress: Progress) -> Answer:
@@ -138,6 +144,7 @@ def solve_course(study: Study, progress: Progress = lambda _: None) -> Course:
             return Course(bases[0], response, number)
         slowest, generations = min(study.end, response.slowest), response.generations
         grid = refined(grid, response.missing, response.worst, accuracy, marks)
+        del given, pairs, bases, response
     raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene")
 
 

@@ -16,13 +16,13 @@ from skfem.assembly.dofs import Dofs
 from skfem.refdom import RefHex
 
 from fem3d.element import Degrees, ElementHexTrunk, active, factors, gauss, line, local, modes
-from fem3d.space import entities
+from fem3d.factorization import entities
 from meshes.grid import Grid
 from scenes.model import Point
 
 
 class BrickSpace:
-    """The functions on the cells of a grid that a box owns. It is a `fem3d.space.Space`.
+    """The functions on the cells of a grid that a box owns. It has the shape of `fem3d.mapped.MappedSpace`.
 
     ``mesh`` and ``dofs`` (functions of a cell, cells) are scikit-fem's; ``ijk`` (3, cells) says where in the grid each
     cell is, ``h`` (3, cells) its sides (m), ``degrees`` (3, cells) its degrees. ``nested``: which functions
@@ -56,14 +56,20 @@ class BrickSpace:
         return np.array([b[i] for b, i in zip(self.grid.breaks, self.ijk, strict=True)])
 
     @cached_property
+    def depth(self) -> np.ndarray:
+        """(functions,): from how many degrees less on each is not there any more, less one; negative for those that
+        the degrees of their intervals leave out, and more than any degree for vertices."""
+        (axes, at), k = self.along, np.zeros((self.size, 3), int)
+        k[self.dofs] = modes(self.p)[:, None]
+        own = np.array([d[i] for d, i in zip(self.grid.degrees, at.T, strict=True)]).T
+        slack = np.where(axes, own - k, self.p + 1).min(axis=1)
+        together = np.where(axes, own, 0).max(axis=1) - np.where(axes, k, 0).sum(axis=1)
+        return np.where(axes.any(axis=1), np.minimum(slack, together), slack)
+
+    @cached_property
     def nested(self) -> tuple[np.ndarray, ...]:
         """Three times (functions,)."""
-        found = np.zeros((3, self.size), bool)
-        for (x, y, z), cells in self._classes:
-            for k in range(3):
-                lower = max(x - 2 + k, 1), max(y - 2 + k, 1), max(z - 2 + k, 1)
-                found[k, self.dofs[np.ix_(np.flatnonzero(active(self.p, lower)), cells)]] = True
-        return tuple(found)
+        return self.depth >= 2, self.depth >= 1, self.depth >= 0
 
     @cached_property
     def unit(self) -> np.ndarray:
@@ -206,7 +212,7 @@ def _rule(p: int, degrees: Degrees, more: int) -> tuple[np.ndarray, np.ndarray, 
 
 
 class BrickCells:
-    """Some cells of a `BrickSpace` with their Gauss points; a `fem3d.space.Cells`."""
+    """Some cells of a `BrickSpace` with their Gauss points."""
 
     def __init__(self, space: BrickSpace, cells: np.ndarray, more: int) -> None:
         x, y, z = space.degrees[:, cells].max(axis=1, initial=1).tolist()
@@ -244,7 +250,7 @@ class BrickCells:
 
 
 class BrickFaces:
-    """Some facets of a `BrickSpace`, each seen from one of its cells; a `fem3d.space.Faces`."""
+    """Some facets of a `BrickSpace`, each seen from one of its cells."""
 
     def __init__(self, space: BrickSpace, facets: np.ndarray, cells: np.ndarray) -> None:
         self._space, self._cells = space, cells

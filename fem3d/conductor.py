@@ -14,9 +14,9 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import LinearOperator, cg
 
 from fem3d.assembly import reactions
+from fem3d.domain import Cells, Faces
 from fem3d.factorization import Factors, Ordering, part
 from fem3d.heat import HeatProblem
-from fem3d.space import Cells, Faces
 from scenes.model import Material
 
 SAME = 1e-9  # relative size below which a current field is taken for a sum of others

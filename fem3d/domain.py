@@ -12,13 +12,16 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from fem3d.bricks import BrickSpace
+from fem3d.bricks import BrickCells, BrickFaces, BrickSpace
 from fem3d.inputs import Inputs
-from fem3d.space import Faces, Space
+from fem3d.mapped import MappedCells, MappedFaces, MappedSpace
 from meshes import connected
 from meshes.grid import Grid
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule, Value
 
+Space = BrickSpace | MappedSpace
+Cells = BrickCells | MappedCells
+Faces = BrickFaces | MappedFaces
 Patch = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Cells (n,), and in the coordinates of their reference cell the corner (3,) and the sides (k, 3) of a part of each."""
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from scipy.sparse import csc_array, eye_array
 from scipy.sparse.linalg import splu
@@ -9,6 +11,21 @@ from scipy.sparse.linalg import splu
 SYMMETRIC = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
 MANY = 2_500  # groups from which on a dissection is tried beside minimum degree: below it takes longer than it saves
 LEAF = 40  # groups up to which a piece isn't dissected further
+
+
+def entities(mesh: Any, dofs: Any, vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(functions,): a number for each vertex, edge, facet and cell of scikit-fem's numbering that has functions; and
+    where each is (entities, 3), the mean of its ``vertices`` (3, vertices)."""
+    found, places = np.empty(int(dofs.N), int), [np.empty((0, 3))]
+    kinds = (
+        (dofs.nodal_dofs, lambda: np.arange(vertices.shape[1])[None]), (dofs.edge_dofs, lambda: mesh.edges),
+        (dofs.facet_dofs, lambda: mesh.facets), (dofs.interior_dofs, lambda: mesh.t),
+    )  # fmt: skip
+    for part, corners in kinds:
+        if part is not None and part.size:
+            found[part] = sum(map(len, places)) + np.arange(part.shape[1])
+            places.append(vertices[:, corners()].mean(axis=1).T)
+    return found, np.concatenate(places)
 
 
 class Ordering:

@@ -1,10 +1,10 @@
-"""The weak forms of the two problems, in scikit-fem: the definition that the tensor path of this package is held to.
+"""The weak forms of the two problems, in scikit-fem: their definition; the matrices of bricks are held to it.
 
 Heat:      rho c dT/dt = div(k grad T) + |J|^2 / sigma,   k dT/dn + h (T - T_air) = 0 on cooled faces,
 Current:   div(sigma grad phi) = 0,                       J = -sigma grad phi,   sigma = 1 / resistivity(T).
 
-Each function takes the coefficient of an element as ``w.<name>`` (per quadrature point). Imported by tests and by the
-second path (`fem3d.reference`), not by a run.
+Each function takes the coefficient of an element as ``w.<name>`` (per quadrature point). The second path
+(`validate.verify.reference`) stands on them alone.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ from fem3d.assembly import assemble
 from fem3d.conductor import Conductor
 from fem3d.domain import Domain
 from fem3d.errors import NumericsError
-from fem3d.estimate import Estimator, Spread
+from fem3d.estimate import Estimator, Parts, Spread
 from fem3d.heat import HeatProblem
 from fem3d.outputs import Outputs, of_steady
 from fem3d.probes import extreme, reading
@@ -111,18 +111,18 @@ def examined(study: Study, given: Problems, fine: Solution, marks: Features) -> 
     judge = Estimator(given.domain.space.grid, marks)
     scales = study.steady_scales(fine.out)
     parts = steady_parts(study, given, fine, low, scales)
-    goals = {name: judge.remains(*pair) for name, pair in parts.items()}
+    goals = {name: judge.remains(own) for name, own in parts.items()}
     add_torn(goals, study.goals, given, fine.state.rise, scales, None, marks)
-    power = judge.remains(*electric_parts(given))
+    power = judge.remains(electric_parts(given))
     unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
     errors = _errors(study, fine, low, scales, goals, estimate.total(power), unsettled, tail(goals, parts, judge.most))
     missing = estimate.worst(goals.values(), power)
     return Level(given, fine, low, scales, errors, goals, missing)
 
 
-def tail(goals: Mapping[str, Spread], parts: Mapping[str, tuple[Spread, Spread]], most: float) -> float:
+def tail(goals: Mapping[str, Spread], parts: Mapping[str, Parts], most: float) -> float:
     """What is left over what the last degree took away, from 1 to ``most``, of all goals together."""
-    took = sum(estimate.total(last) for _, last in parts.values())
+    took = sum(estimate.total(own.last) for own in parts.values())
     remains = sum(estimate.total(goals[n]) for n in parts)
     return max(1.0, min(remains / took, most)) if took > 0 else 1.0
 
@@ -158,7 +158,7 @@ def _errors(
 
 def steady_parts(
     study: Study, given: Problems, fine: Solution, low: Solution, scales: dict[str, float]
-) -> dict[str, tuple[Spread, Spread]]:
+) -> dict[str, Parts]:
     """For each goal what the degrees p - 1 and p take away, relative to its scale."""
     heat, state = given.heat, low.state
     if not physics.heat(given.domain.scene):
@@ -183,19 +183,23 @@ def thermal_parts(
     residuals: tuple[np.ndarray, ...],
     scales: Mapping[str, float],
     time: float | None,
-) -> dict[str, tuple[Spread, Spread]]:
+) -> dict[str, Parts]:
     """For each thermal goal the parts that residuals (all nodes) of the two lower spaces tell, over its scale.
 
-    ``rise`` is where extremes are looked for. The dual solutions are those of the steady problem, or of a step of
-    ``time`` (s) from rest.
+    ``rise`` is the fine solution, where extremes are looked for. The dual solutions are those of the steady problem, or
+    of a step of ``time`` (s) from rest.
     """
     probes, found = {p.name: p for p in given.domain.scene.probes}, {}
     solves = [h.solve_steady if time is None else h.solve_shifted(time) for h in given.heats[1:]]
     scale = 1.0 if time is None else time
+    heat, depth = given.heat, given.domain.space.depth[given.heat.order]
+    sizes = estimate.weights(heat.stiffness, rise, depth)
+    if time is not None:
+        sizes += estimate.weights(heat.mass, rise, depth) / time
     for name, probe in goals.items():
-        row = goal_row(given.heat, probes[probe], rise)
+        row = goal_row(heat, probes[probe], rise)
         if row is not None:
-            found[name] = _pair(given, scale * row, solves, residuals, scales[name])
+            found[name] = _parts(given, scale * row, solves, residuals, sizes, scales[name])
     return found
 
 
@@ -237,10 +241,15 @@ def add_torn(
             np.add.at(into[d], at[d][beside[d]], part[beside[d]])
 
 
-def _pair(
-    given: Problems, row: np.ndarray, solves: list[Any], residuals: tuple[np.ndarray, ...], scale: float
-) -> tuple[Spread, Spread]:
-    """The parts of one goal."""
+def _parts(
+    given: Problems,
+    row: np.ndarray,
+    solves: list[Any],
+    residuals: tuple[np.ndarray, ...],
+    sizes: np.ndarray,
+    scale: float,
+) -> Parts:
+    """The parts of one goal; ``sizes`` (all nodes,) are the `estimate.weights` of the fine solution."""
     heat, space = given.heat, given.domain.space
     spreads, before = [], given.heats[0].free
     for lower, solve, residual in zip(given.heats[1:], solves, residuals, strict=True):
@@ -249,7 +258,8 @@ def _pair(
         dual = solve(row[: lower.free])
         spreads.append(estimate.spread(space, space.grid, heat.order[own], dual[own] * residual[own] / scale))
         before = lower.free
-    return spreads[0], spreads[1]
+    every_second = estimate.every_second(space, space.grid, heat.order[: heat.free], dual * sizes[: heat.free])
+    return Parts(spreads[0], spreads[1], every_second)
 
 
 def goal_row(heat: HeatProblem, probe: object, rise: np.ndarray) -> np.ndarray | None:
@@ -266,12 +276,12 @@ def goal_row(heat: HeatProblem, probe: object, rise: np.ndarray) -> np.ndarray |
     return heat.take(found)
 
 
-def electric_parts(given: Problems) -> tuple[Spread, Spread]:
+def electric_parts(given: Problems) -> Parts:
     """What the degrees p - 1 and p take away of the power of the cold conductor, relative to it."""
     space, own = given.domain.space, given.conductor
     none = [np.zeros(len(d)) for d in space.grid.degrees]
     if own is None:
-        return none, none
+        return Parts(none, none, none)
     found, before = [], given.conductors[0].free  # type: ignore[union-attr]
     potentials = cold_potentials(given)
     for lower, phi, higher in zip(potentials[:-1], potentials[1:], given.conductors[1:], strict=True):
@@ -280,7 +290,9 @@ def electric_parts(given: Problems) -> tuple[Spread, Spread]:
         parts = (phi * (own.matrix @ lower.T).T).sum(axis=0)[functions] / power
         found.append(estimate.spread(space, space.grid, functions, parts))
         before = higher.free  # type: ignore[union-attr]
-    return found[0], found[1]
+    phi = potentials[-1]
+    sizes = sum((v * estimate.weights(own.matrix, v, space.depth) for v in phi), np.zeros(space.size))
+    return Parts(found[0], found[1], estimate.every_second(space, space.grid, own.free, sizes[own.free]))
 
 
 def cold_potentials(given: Problems) -> list[np.ndarray]:
@@ -296,20 +308,20 @@ def cold_potentials(given: Problems) -> list[np.ndarray]:
     return found
 
 
-def _potentials(study: Study, given: Problems, scales: Mapping[str, float]) -> dict[str, tuple[Spread, Spread]]:
+def _potentials(study: Study, given: Problems, scales: Mapping[str, float]) -> dict[str, Parts]:
     """For each potential that is read inside the conductor the parts of its error, at the initial temperature."""
     domain, own = given.domain, given.conductor
     names = [n for n, p in study.goals.items() if _probe(domain, p).quantity == "potential"]
     if own is None or not names:
         return {}
-    lower = cold_potentials(given)[:-1]
-    found = {}
+    *lower, fine = cold_potentials(given)
+    sizes, found = estimate.weights(own.matrix, fine.sum(axis=0), domain.space.depth), {}
     for name in names:
         probe = _probe(domain, study.goals[name])
         if probe.reduce == "mean":
             row = domain.mean(probe, domain.live)
         else:
-            place = extreme(domain, probe, domain.live).where(cold_potentials(given)[-1].sum(axis=0))
+            place = extreme(domain, probe, domain.live).where(fine.sum(axis=0))
             row = np.zeros(domain.space.size)
             row[domain.space.dofs[:, place.cell]] = domain.space.at(place.point[:, None])[0]
         spreads, before = [], given.conductors[0].free  # type: ignore[union-attr]
@@ -321,7 +333,9 @@ def _potentials(study: Study, given: Problems, scales: Mapping[str, float]) -> d
             parts = (dual * (own.matrix @ phi.T).T).sum(axis=0)[functions] / scales[name]
             spreads.append(estimate.spread(domain.space, domain.space.grid, functions, parts))
             before = higher.free
-        found[name] = spreads[0], spreads[1]
+        of = (dual * sizes)[own.free]
+        every_second = estimate.every_second(domain.space, domain.space.grid, own.free, of)
+        found[name] = Parts(spreads[0], spreads[1], every_second)
     return found
 
 

@@ -17,7 +17,7 @@ from skfem.element import ElementH1
 from skfem.quadrature import get_quadrature
 
 from fem3d import forms
-from fem3d.space import entities
+from fem3d.factorization import entities
 
 ORDER = 5  # of the quadrature: twice the degree for the mass matrix, and one more for a coefficient
 
@@ -38,7 +38,14 @@ class ElementNested(ElementH1):
 
 
 class MappedSpace:
-    """The space of degree 2 on scikit-fem's ``mesh``, and that of degree 1 within. It is a `fem3d.space.Space`."""
+    """The space of degree 2 on scikit-fem's ``mesh``, and that of degree 1 within.
+
+    A function is a vector of coefficients (functions,); a field is known at the points of a quadrature, as (cells,
+    points), or (3, cells, points) for a vector. ``dofs`` (functions of a cell, cells) and ``size`` are scikit-fem's
+    numbering; ``entity`` (functions,) numbers the vertex, edge, facet or cell that each function belongs to, and
+    ``places`` (entities, 3) says where these are. ``nested``: which functions are in the lower spaces that this one
+    holds, the lowest first, and last in itself.
+    """
 
     p = 2
 
@@ -116,7 +123,7 @@ def _spread(values: np.ndarray, basis: CellBasis) -> np.ndarray:
 
 
 class MappedCells:
-    """Some cells of a `MappedSpace` with the points of their quadrature; a `fem3d.space.Cells`."""
+    """Some cells of a `MappedSpace` with the points of their quadrature."""
 
     def __init__(self, basis: CellBasis) -> None:
         self._basis, self.weights = basis, basis.dx
@@ -142,7 +149,7 @@ class MappedCells:
 
 
 class MappedFaces:
-    """Some facets of a `MappedSpace`, each seen from one of its cells; a `fem3d.space.Faces`.
+    """Some facets of a `MappedSpace`, each seen from one of its cells.
 
     Each of a cell's sides has a basis of its own, of cells with points on that side and the weights of the facet: no
     point is looked for in a curved cell as by scikit-fem's FacetBasis, whose search ends at an absolute 1e-12.

@@ -172,7 +172,7 @@ class OwnCells:
             nodes = MappedSpace(mesh.mesh).dofs[order]
             found[self.hexes.T] = function[nodes]
             return found
-        at = space.at(np.asarray(space.element.doflocs).T)[order]  # type: ignore[attr-defined]
+        at = space.at(np.asarray(space.element.doflocs).T)[order]  # type: ignore[union-attr]
         found[self.hexes.T] = at @ function[space.dofs]
         return found
 

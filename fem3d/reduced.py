@@ -70,6 +70,17 @@ class Reduced:
             },
         )  # fmt: skip
 
+    def changed(self, to: np.ndarray) -> Reduced:
+        """The same problem, or part of it, in other temperature fields, orthonormal sums of these: ``to`` (r, new)."""
+        return replace(
+            self, basis=self.basis @ to, stiffness=to.T @ self.stiffness @ to, source=self.source @ to,
+            inertia=self.inertia @ to, warm=self.warm @ to, cold_load=self.cold_load @ to,
+            warm_load=np.einsum("ijlk,la,kb->ijab", self.warm_load, to, to, optimize=True),
+            in_box={name: (cold, warm @ to) for name, (cold, warm) in self.in_box.items()},
+            at_held={name: (cold, warm @ to) for name, (cold, warm) in self.at_held.items()},
+            potentials={name: (shares, cold, warm @ to) for name, (shares, cold, warm) in self.potentials.items()},
+        )  # fmt: skip
+
     def dissipation(self, a: np.ndarray, g: np.ndarray | None = None) -> np.ndarray:
         """(..., m, m): the matrix A of the resistances at states a (..., r) and inputs g (..., channels)."""
         m = self.supply.shape[1]

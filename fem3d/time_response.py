@@ -155,7 +155,7 @@ class _Judged:
         self._study, self._given, self._scales = study, given, scales
         self._marks, self._estimator = marks, Estimator(given.domain.space.grid, marks)
         self._fine, self._lesser = answer, lesser
-        self.of_power = self._estimator.remains(*level.electric_parts(given))
+        self.of_power = self._estimator.remains(level.electric_parts(given))
         # Steady errors have it in them.
         self.electric = 0.0 if steady else estimate.total(self.of_power)
 
@@ -171,7 +171,7 @@ class _Judged:
             lowest = rises[2][i] if len(rises) > 2 else 2 * low - fine
             apart = [heat.stiffness @ u + heat.mass @ u / time for u in (low - lowest, fine - low)]
             parts = level.thermal_parts(self._study.trace_goals, given, fine, tuple(apart), self._scales, float(time))
-            all_remains = {name: self._estimator.remains(*pair) for name, pair in parts.items()}
+            all_remains = {name: self._estimator.remains(own) for name, own in parts.items()}
             goals = self._study.trace_goals
             level.add_torn(all_remains, goals, given, fine, self._scales, float(time), self._marks)
             for name, remains in all_remains.items():

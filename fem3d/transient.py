@@ -9,7 +9,7 @@ Linear Algebra Appl. 58, 1984.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -140,7 +140,10 @@ def shift(slowest: float, earliest: float) -> float:
 
 def march(base: Base, reduced: Reduced, end: float, accuracy: float, drop: int = 0) -> Transient:
     """The response of a reduced problem up to ``end`` (s), without its last ``drop`` fields."""
-    modal, rates = diagonal(truncate(reduced, reduced.states - drop))
+    kept = reduced.states - drop
+    inner = reduced.stiffness[:kept, :kept]
+    rates, modes = np.linalg.eigh((inner + inner.T) / 2)
+    modal, rates = reduced.changed(np.eye(reduced.states, kept) @ modes), np.maximum(rates, 0.0)
     inputs = base.heat.inputs
     size = base.size or _size(modal, rates, inputs.largest(end), end)
     start = -inputs.at(np.zeros(1))[0] @ modal.inertia
@@ -184,32 +187,3 @@ def _size(modal: Reduced, rates: np.ndarray, largest: np.ndarray, end: float) ->
         load = load + np.abs(modal.joule(none, c, largest))
     reached = load * np.minimum(1 / np.maximum(rates, 1e-300), end)
     return float(np.linalg.norm(reached) + np.linalg.norm(largest @ np.abs(modal.inertia))) or 1.0
-
-
-def truncate(reduced: Reduced, states: int) -> Reduced:
-    """The reduced problem on its first fields only."""
-    keep = slice(0, states)
-    return replace(
-        reduced, basis=reduced.basis[:, keep], stiffness=reduced.stiffness[keep, keep],
-        source=reduced.source[:, keep], inertia=reduced.inertia[:, keep],
-        warm=reduced.warm[..., keep], cold_load=reduced.cold_load[..., keep],
-        warm_load=reduced.warm_load[..., keep, keep],
-        in_box={name: (cold, warm[..., keep]) for name, (cold, warm) in reduced.in_box.items()},
-        at_held={name: (cold, warm[..., keep]) for name, (cold, warm) in reduced.at_held.items()},
-        potentials={name: (s, cold, warm[..., keep]) for name, (s, cold, warm) in reduced.potentials.items()},
-    )  # fmt: skip
-
-
-def diagonal(reduced: Reduced) -> tuple[Reduced, np.ndarray]:
-    """The same problem in its own modes, and their decay rates (1/s)."""
-    rates, modes = np.linalg.eigh((reduced.stiffness + reduced.stiffness.T) / 2)
-    warm_load = np.einsum("ijlk,la,kb->ijab", reduced.warm_load, modes, modes, optimize=True)
-    modal = replace(
-        reduced, basis=reduced.basis @ modes, stiffness=np.diag(rates), source=reduced.source @ modes,
-        inertia=reduced.inertia @ modes,
-        warm=reduced.warm @ modes, cold_load=reduced.cold_load @ modes, warm_load=warm_load,
-        in_box={name: (cold, warm @ modes) for name, (cold, warm) in reduced.in_box.items()},
-        at_held={name: (cold, warm @ modes) for name, (cold, warm) in reduced.at_held.items()},
-        potentials={name: (s, cold, warm @ modes) for name, (s, cold, warm) in reduced.potentials.items()},
-    )  # fmt: skip
-    return modal, np.maximum(rates, 0.0)

@@ -9,8 +9,8 @@ Scaled by the linear rise V^2/(R0 G) and the time constant C/G it has one parame
 Its steady states are the roots of b x^2 + x - 1, real for 1 + 4 b >= 0. With q = sqrt(1 + 4 b) they are 2/(1 + q) and
 2/(1 - q). On the way from 0 to the first root the right side is positive, so the lump at rest climbs to it and to
 nothing else; there the right side falls with slope -2 q/(1 + q) (so it is stable), at the other root, which is
-positive only for b < 0, it grows (so that one is unstable). For 1 + 4 b < 0 the right side is positive up to 1 + b x =
-0, where the resistance vanishes, after a finite time: thermal runaway.
+positive only for b < 0, it grows (so that one is unstable). For 1 + 4 b < 0 there is none: thermal runaway. The time at
+which a rise is reached is explicit, and is inverted in the progress v, the rise being the steady one times 1 - exp(-v).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reduced1d.errors import RunawayError, no_steady_state
+from reduced1d.errors import no_steady_state
 from reduced1d.roots import increasing_root
 
 # exp(-v) is below the rounding of 1 long before v reaches this, and exp(v) does not overflow yet.
@@ -53,11 +53,6 @@ class Lump:
         """Capacity over conductance (s)."""
         return self.capacity / self.conductance
 
-    def rate(self, rise: float) -> float:
-        """dT/dt (K/s) at a rise (K): the right side of eq 20."""
-        heat = self.voltage**2 / (self.resistance * (1 + self.coefficient * rise))
-        return (heat - self.conductance * rise) / self.capacity
-
 
 def runaway_voltage(lump: Lump) -> float:
     """The voltage (V) above which no steady state exists; infinite unless the resistance falls with temperature.
@@ -84,42 +79,15 @@ def steady_rounding(lump: Lump) -> float:
     return 8 * eps * (1 + abs(q - 1) / (2 * max(q, math.sqrt(eps))))
 
 
-def vanishing_time(lump: Lump) -> float:
-    """The time (s) at which the resistance vanishes in runaway; infinite where there is a steady state."""
-    discriminant = 1 + 4 * lump.feedback
-    if discriminant >= 0:
-        return math.inf
-    d = math.sqrt(-discriminant)
-    return lump.time_constant / d * math.atan2(d, -2 * lump.feedback - 1)
-
-
 def rise_at(lump: Lump, times: np.ndarray) -> np.ndarray:
     """The exact rise (K) at ``times`` (s, any shape, none negative), to rounding.
 
-    Raises ValueError for a negative or infinite time and RunawayError for one at which the resistance has vanished.
+    Raises ValueError for a negative or infinite time and RunawayError where there is no steady state.
     """
     times = np.asarray(times, float)
     if not np.all((times >= 0) & np.isfinite(times)):
         raise ValueError(f"times must be finite and not negative, not {times.min():g} to {times.max():g} s")
-    if 1 + 4 * lump.feedback >= 0:
-        return rise_at_progress(lump, progress_at(lump, times))
-    last = vanishing_time(lump)
-    if np.any(times >= last):
-        raise RunawayError(
-            f"at {lump.voltage:g} V the resistance vanishes after {last:.6g} s (thermal runaway), so there is no"
-            f" solution up to {times.max():g} s",
-            runaway_voltage(lump),
-        )
-    return lump.linear_rise * _runaway_scaled_rise(times / lump.time_constant, lump.feedback)
-
-
-def rise_at_progress(lump: Lump, progress: np.ndarray) -> np.ndarray:
-    """The rise (K) at a progress v >= 0: steady rise times 1 - exp(-v), so v is infinite at the steady state.
-
-    The progress is the unknown that makes the solution's time explicit (``time_at_progress``) without cancellation
-    close to either end. Raises RunawayError where there is no steady state.
-    """
-    return -steady_rise(lump) * np.expm1(-progress)
+    return -steady_rise(lump) * np.expm1(-progress_at(lump, times))
 
 
 def time_at_progress(lump: Lump, progress: np.ndarray) -> np.ndarray:
@@ -167,14 +135,3 @@ def _scaled_time(v: np.ndarray, q: float) -> np.ndarray:
     z = c * growth
     ratio = growth / (1 + q) * np.divide(np.log1p(z), z, out=np.ones_like(z), where=z > 0)
     return ratio - 0.5 * product
-
-
-def _runaway_scaled_rise(scaled: np.ndarray, feedback: float) -> np.ndarray:
-    d = math.sqrt(-1 - 4 * feedback)
-
-    def excess(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        remainder = -x - feedback * x**2
-        time = np.arctan2(d * x, 2 - x) / d - 0.5 * np.log1p(remainder)
-        return time - scaled, (1 + feedback * x) / (1 + remainder)
-
-    return increasing_root(excess, np.zeros_like(scaled), np.full_like(scaled, -1 / feedback))

@@ -1,4 +1,7 @@
-"""Roots of increasing functions by a safeguarded Newton iteration, all entries of an array at once."""
+"""Roots of increasing functions by a safeguarded Newton iteration, all entries of an array at once.
+
+By hand because every run of the sink needs it, and importing scipy.optimize takes it a tenth of a second.
+"""
 
 from __future__ import annotations
 

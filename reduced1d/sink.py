@@ -14,16 +14,8 @@ from reduced1d.equations import (
     room_resistivity,
     series_resistance,
 )
-from reduced1d.lumped import (
-    Lump,
-    rise_at,
-    rise_at_progress,
-    runaway_voltage,
-    steady_rise,
-    steady_rounding,
-    time_at_progress,
-)
-from reduced1d.time_grid import progress_grid
+from reduced1d.lumped import Lump, rise_at, runaway_voltage, steady_rise, steady_rounding
+from reduced1d.time_grid import time_grid
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
 
@@ -120,14 +112,9 @@ def _quantities(sink: Sink, model: Lump, rise: np.ndarray) -> dict[str, np.ndarr
 
 def _traces(sink: Sink, model: Lump, times: np.ndarray | None, rounding: float) -> Traces:
     if times is None:
-        progress = progress_grid(model, sink.end_time, sink.accuracy)
-        time, rise = time_at_progress(model, progress), rise_at_progress(model, progress)
-        # The last progress was found from the end time, and comes back to it to rounding only.
-        time[-1] = sink.end_time
-    else:
-        time = np.asarray(times, float)
-        rise = rise_at(model, time)
-    values = _quantities(sink, model, rise)
+        times = time_grid(lambda at: _quantities(sink, model, rise_at(model, at)), sink.end_time, sink.accuracy)
+    time = np.asarray(times, float)
+    values = _quantities(sink, model, rise_at(model, time))
     errors = {key: rounding * float(np.max(np.abs(value), initial=0.0)) for key, value in values.items()}
     for key in ("peak_K", "end_K", "mean_K"):
         values[key] = sink.room_temperature + values[key]

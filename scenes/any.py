@@ -8,8 +8,8 @@ from typing import Any, Literal, overload
 
 from scenes import examples, loading
 from scenes.device import Device
+from scenes.keys import DEVICE, SINK, TYPES, SceneType
 from scenes.sink import Sink
-from scenes.types import DEVICE, SINK, TYPES
 
 
 @overload
@@ -25,16 +25,25 @@ def load(source: str | Path, overrides: Sequence[str] = ()) -> Any:
     Returns a Sink, a Device or a free scene, whichever the file describes. Raises SceneError.
     """
     from scenes import free
-    from scenes.free.tables import LISTS
 
     if isinstance(source, str) and source in TYPES:
         return loading.load(source, overrides, of=TYPES[source])
     if isinstance(source, str) and source in examples.names():
         return free.load(source, overrides)
-    document = loading.toml(loading.file_text(source, loading.known_names()), source)
+    of = type_of_file(loading.toml(loading.file_text(source, loading.known_names()), source))
+    return free.load(source, overrides) if of is None else loading.load(source, overrides, of=of)
+
+
+def type_of_file(document: Mapping[str, Any]) -> SceneType[Any] | None:
+    """Whether a document is of a sink or of a device; ``None`` for a free scene."""
+    from scenes.free.tables import LISTS
+
     if {*LISTS, "mesh"} & set(document):
-        return free.load(source, overrides)
-    return loading.load(source, overrides, of=DEVICE if _of_a_device(document) else SINK)
+        return None
+    of_a_device = {path for path in DEVICE.schema.sections if path and path not in SINK.schema.sections}
+    materials = document.get("materials")
+    named = {f"materials.{name}" for name in materials} if isinstance(materials, Mapping) else set()
+    return DEVICE if of_a_device & (set(document) | named) else SINK
 
 
 def overridden(scene: Any, overrides: Sequence[str]) -> Any:
@@ -46,11 +55,3 @@ def overridden(scene: Any, overrides: Sequence[str]) -> Any:
     from scenes.free.loading import overridden as free_overridden
 
     return free_overridden(scene, overrides)
-
-
-def _of_a_device(document: Mapping[str, Any]) -> bool:
-    """Whether a document has what a device has and a sink has not."""
-    more = {path for path in DEVICE.schema.sections if path and path not in SINK.schema.sections}
-    materials = document.get("materials")
-    named = {f"materials.{name}" for name in materials} if isinstance(materials, Mapping) else set()
-    return bool(more & (set(document) | named))

@@ -12,6 +12,12 @@ from scenes.kinds import Quantity
 
 EQUATIONS = ("eq12", "eq13", "eq14", "eq16", "eq18", "eq18_measured")
 FIGURES = ("fig4", "fig5", "fig6_peak", "fig6_end", "fig7_current")
+OVER_TIME = ("fig6_peak", "fig6_end", "fig7_current")
+"""Those that need the transient."""
+OF_THE_REDUCTION = ("fig4", *OVER_TIME)
+"""Those of the 1D model that was chosen."""
+OF_THE_PAPER = (*EQUATIONS, "fig5")
+"""Those of the paper's equations, with 3D numbers put in, whichever 1D model was chosen."""
 
 DEFAULT_TOLERANCES: dict[str, float] = {
     **dict.fromkeys(EQUATIONS, 0.02),

@@ -101,6 +101,12 @@ class Device:
             self.accuracy,
         )  # fmt: skip
 
+    @property
+    def steps_outside(self) -> bool:
+        """Whether the outer temperature steps during the run."""
+        outer = self.external
+        return 0 < outer.step_time < self.end_time and outer.initial_temperature != outer.final_temperature
+
     def tolerance(self, check: str) -> float:
         """The relative tolerance of a check: the declared one, or else its default (KeyError for an unknown id)."""
         return self.tolerances[check] if check in self.tolerances else DEVICE_TOLERANCES[check]

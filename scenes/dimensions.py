@@ -64,3 +64,13 @@ def _digits(number: Decimal) -> str:
 def named(powers: Powers) -> str | None:
     """The name of the dimension with these base units, or ``None`` where no scene has such a quantity."""
     return next((d.name for d in DIMENSIONS if d.powers == powers), None)
+
+
+def point(at: tuple[float, float, float]) -> str:
+    """A point with units."""
+    return f"[{', '.join(LENGTH.show(float(f'{c:.9g}')) for c in at)}]"
+
+
+def extent(axis: int, lower: tuple[float, float, float], upper: tuple[float, float, float]) -> str:
+    """The extent along an axis, as "x from 0 m to 2 um"."""
+    return f"{'xyz'[axis]} from {LENGTH.show(lower[axis])} to {LENGTH.show(upper[axis])}"

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 _LONGEST = 60
 _LONGEST_REASON = 200
+_MOST = 4
 
 
 class SceneError(ValueError):
@@ -49,3 +50,11 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     """The end of a message, ', did you mean "..."?', with the nearest known word, or nothing."""
     near = nearest(word, known)
     return f', did you mean "{near}"?' if near else ""
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names in quotation marks, at most four of them."""
+    shown = [quoted(name) for name in names[:_MOST]]
+    if len(names) > _MOST:
+        shown.append(f"{len(names) - _MOST} more")
+    return " and ".join(filter(None, (", ".join(shown[:-1]), shown[-1])))

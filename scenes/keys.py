@@ -1,17 +1,23 @@
 """The keys of the parametric scenes, sink and device: what each means, in which dimension and between which bounds.
 
 The bounds are those of continuum heat conduction in solids, wide enough for anything that can be built; what lies
-outside is a slip of the unit. The defaults are those of ``scenes.sink.Sink`` and ``scenes.device.Device``.
+outside is a slip of the unit. The defaults are those of ``scenes.sink.Sink`` and ``scenes.device.Device``. At the end
+are the types of scene file: each a schema, the scene whose values are its defaults, and a leading key.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any, Generic, TypeVar
 
 from scenes import dimensions as d
 from scenes.checks import DEVICE_TOLERANCES, Differing, Tolerances
+from scenes.device import Device
 from scenes.kinds import NAME, Choice, Insulator, Kind, Quantity, Switch
 from scenes.schema import Key, Schema
+from scenes.sink import Sink
+
+T = TypeVar("T")
 
 SIZE = Quantity(d.LENGTH, 1e-9, 1.0)
 TEMPERATURE = Quantity(d.TEMPERATURE, 1.0, 5000.0)
@@ -50,7 +56,7 @@ def material(name: str, resistivity: Kind) -> tuple[Key, ...]:
     )
 
 
-SINK = Schema((
+_SINK = Schema((
     Key("scene.name", "name", NAME, physical=False),
     Key("sink.length", "length", SIZE),
     Key("sink.width", "width", SIZE),
@@ -82,14 +88,14 @@ def _of_the_sink() -> tuple[Key, ...]:
     own = ("scene.", "run.", "checks.")
     return tuple(
         replace(key, attribute=f"sink.{key.attribute}", physical=key.physical and not key.path.startswith("drive."))
-        for key in SINK.keys
+        for key in _SINK.keys
         if not key.path.startswith(own)
     )
 
 
 GAIN = Quantity(d.VOLTAGE, 0.0, 1e6)
 
-DEVICE = Schema((
+_DEVICE = Schema((
     Key("scene.name", "name", NAME, physical=False),
     *_of_the_sink(),
     Key("device.sensor_thickness", "sensor_thickness", SIZE),
@@ -110,3 +116,28 @@ DEVICE = Schema((
     Key("checks.tolerances", "tolerances", Tolerances(tuple(DEVICE_TOLERANCES)), physical=False),
     Key("checks.expect_differs", "expected_to_differ", Differing(tuple(DEVICE_TOLERANCES)), physical=False),
 ))  # fmt: skip
+
+
+@dataclass(frozen=True)
+class SceneType(Generic[T]):
+    """A type of scene, by the ``name`` of its built-in one; ``leading`` is the key that its folders start with."""
+
+    name: str
+    schema: Schema
+    default: T
+    leading: str
+
+
+SINK = SceneType("sink", _SINK, Sink(), "drive.voltage")
+DEVICE = SceneType("device", _DEVICE, Device(), "external.final_temperature")
+
+TYPES: dict[str, SceneType[Any]] = {found.name: found for found in (SINK, DEVICE)}
+"""All types by name."""
+
+
+def type_of(scene: object) -> SceneType[Any]:
+    """The type of a scene; TypeError for what is none."""
+    for found in TYPES.values():
+        if isinstance(scene, type(found.default)):
+            return found
+    raise TypeError(f"{type(scene).__name__} is not a scene")

@@ -1,8 +1,8 @@
 """The kinds of value that a key of a scene may take: how each is read and checked, written back and shown.
 
-``read`` turns what stands in a file into the value of a scene or raises SceneError; ``path`` is the key's full name,
-such as "sink.width". A kind of the parametric scenes also has ``write``, which turns the value into what ``read`` takes
-(SI numbers, plain JSON types), and ``show``, which is for a person.
+Every kind has the same three methods: ``read`` turns what stands in a file into the value of a scene or raises
+SceneError, ``write`` turns the value into what ``read`` takes (SI numbers, plain JSON types), and ``show`` is for a
+person. ``path`` is the key's full name, such as "sink.width".
 """
 
 from __future__ import annotations
@@ -11,25 +11,28 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from numbers import Real
 from typing import Any, Protocol
 
-from scenes.dimensions import Dimension, named
+from scenes.dimensions import LENGTH, TEMPERATURE, TIME, Dimension, named
 from scenes.errors import SceneError, did_you_mean, quoted
+from scenes.model import Schedule, Value
 from scenes.units import UnitError, parse_quantity
 
 
-class Readable(Protocol):
-    """What a key's values are like."""
+class Kind(Protocol):
+    """What a key's values are like; those of most kinds are written and shown as they stand."""
 
     def read(self, path: str, given: object) -> Any: ...
 
+    def write(self, value: Any) -> Any:
+        """The value as a file has it."""
+        return value
 
-class Kind(Readable, Protocol):
-    """The same, of a value that is also written and shown."""
-
-    def write(self, value: Any) -> Any: ...
-    def show(self, value: Any) -> str: ...
+    def show(self, value: Any) -> str:
+        """The value for a person."""
+        return str(value)
 
 
 @dataclass(frozen=True)
@@ -115,7 +118,7 @@ class Insulator:
 
 
 @dataclass(frozen=True)
-class Choice:
+class Choice(Kind):
     """One of a few words."""
 
     options: tuple[str, ...]
@@ -128,17 +131,9 @@ class Choice:
         hint = did_you_mean(given, self.options) if isinstance(given, str) else ""
         raise SceneError(f"{path} = {quoted(given)} is not known: give {known}{hint}")
 
-    def write(self, value: Any) -> Any:
-        """The word itself."""
-        return value
-
-    def show(self, value: Any) -> str:
-        """The word itself."""
-        return str(value)
-
 
 @dataclass(frozen=True)
-class Switch:
+class Switch(Kind):
     """True or false."""
 
     def read(self, path: str, given: object) -> bool:
@@ -147,17 +142,13 @@ class Switch:
             return given
         raise SceneError(f"{path} = {quoted(given)} is neither true nor false: give one of these")
 
-    def write(self, value: Any) -> Any:
-        """The boolean itself."""
-        return value
-
     def show(self, value: Any) -> str:
         """As a file has it."""
         return str(value).lower()
 
 
 @dataclass(frozen=True)
-class Text:
+class Text(Kind):
     """A text of a form (a regular expression); ``refusal`` ends the sentence on any other."""
 
     form: str
@@ -170,14 +161,6 @@ class Text:
             return given
         raise SceneError(f"{path} = {quoted(given)} {self.refusal}")
 
-    def write(self, value: Any) -> Any:
-        """The text itself."""
-        return value
-
-    def show(self, value: Any) -> str:
-        """The text itself."""
-        return str(value)
-
 
 NAME = Text(
     r"\w([\w .-]*\w)?",
@@ -185,6 +168,163 @@ NAME = Text(
     "at either end",
 )
 """A short text that is safe as part of a folder's name."""
+
+
+INSTANT = Quantity(TIME, 0.0, 1e9)
+_LENGTHS = (1e-12, 1e6)
+
+
+@dataclass(frozen=True)
+class Place(Kind):
+    """A point [x, y, z]."""
+
+    coordinate: Quantity
+
+    def read(self, path: str, given: object) -> tuple[float, float, float]:
+        """The coordinates in m."""
+        if not isinstance(given, (list, tuple)) or len(given) != 3:
+            raise SceneError(
+                f'{path} = {quoted(given)} is not a point: give [x, y, z], such as [0, "-50 um", 2e-6]'
+            )  # fmt: skip
+        x, y, z = (self.coordinate.read(f"{path}[{'xyz'[d]}]", c) or 0.0 for d, c in enumerate(given))
+        return x, y, z
+
+
+@dataclass(frozen=True)
+class Instants(Kind):
+    """A list of times; the value has each once, ascending."""
+
+    def read(self, path: str, given: object) -> tuple[float, ...]:
+        """The times in s."""
+        if not isinstance(given, (list, tuple)) or not given:
+            raise SceneError(f'{path} = {quoted(given)} is not a list of times: give some, such as [0.1, "200 ms"]')
+        return tuple(sorted({INSTANT.read(f"{path}[{i}]", t) or 0.0 for i, t in enumerate(given, 1)}))
+
+
+@dataclass(frozen=True)
+class Varying(Kind):
+    """A quantity, or {times = [...], values = [...]}: linear between, equal times for a jump."""
+
+    quantity: Quantity
+
+    def read(self, path: str, given: object) -> Value:
+        """A number in SI units, or a Schedule of such."""
+        if not isinstance(given, Mapping):
+            return self.quantity.read(path, given) or 0.0
+        _only(path, given, ("times", "values"))
+        lists = []
+        for name in ("times", "values"):
+            found = given.get(name)
+            if not isinstance(found, (list, tuple)) or not found:
+                shown = f"{path}.{name} = {quoted(found)} is not" if name in given else f"{path}.{name} is missing, not"
+                raise SceneError(f"{shown} a list: give {{times = [0, 1e-3], values = [0, 1]}}, or one value")
+            lists.append(found)
+        times = tuple(INSTANT.read(f"{path}.times[{i}]", t) or 0.0 for i, t in enumerate(lists[0], 1))
+        values = tuple(self.quantity.read(f"{path}.values[{i}]", v) or 0.0 for i, v in enumerate(lists[1], 1))
+        if len(times) != len(values):
+            raise SceneError(f"{path} has {len(times)} times and {len(values)} values: give as many of each")
+        for i, (before, after) in enumerate(pairwise(times), 2):
+            if after < before:
+                raise SceneError(
+                    f"{path}.times[{i}] = {quoted(lists[0][i - 1])} is before the time in front of it: give times that "
+                    "do not decrease (two equal ones make a jump)"
+                )
+        return Schedule(times, values)
+
+    def write(self, value: Any) -> Any:
+        """A number, or a table of two lists."""
+        if isinstance(value, Schedule):
+            return {"times": list(value.times), "values": list(value.values)}
+        return self.quantity.write(value)
+
+
+@dataclass(frozen=True)
+class Convection(Kind):
+    """{coefficient, ambient}: the ambient temperature may vary in time, the coefficient may not."""
+
+    coefficient: Quantity
+    ambient: Varying
+
+    def read(self, path: str, given: object) -> tuple[float, Value]:
+        """The coefficient in W/(m2 K) and the ambient temperature in K."""
+        example = '{coefficient = "10 W/(m2 K)", ambient = "293 K"}'
+        if not isinstance(given, Mapping):
+            raise SceneError(f"{path} = {quoted(given)} is not a table: give {example}")
+        _only(path, given, ("coefficient", "ambient"))
+        for name in ("coefficient", "ambient"):
+            if name not in given:
+                raise SceneError(f"{path}.{name} is missing: give {example}")
+        if isinstance(given["coefficient"], Mapping):
+            raise SceneError(
+                f"{path}.coefficient may not vary in time: give one {self.coefficient.dimension.name[2:]}, such as "
+                f'"{self.coefficient.dimension.example}"'
+            )
+        coefficient = self.coefficient.read(f"{path}.coefficient", given["coefficient"]) or 0.0
+        return coefficient, self.ambient.read(f"{path}.ambient", given["ambient"])
+
+    def write(self, value: Any) -> Any:
+        """A table."""
+        return {"coefficient": self.coefficient.write(value[0]), "ambient": self.ambient.write(value[1])}
+
+
+@dataclass(frozen=True)
+class GroupName(Kind):
+    """The name of a group of a mesh, or the number of one that has no name."""
+
+    def read(self, path: str, given: object) -> str:
+        """The name as text."""
+        if isinstance(given, int) and not isinstance(given, bool):
+            return str(given)
+        if isinstance(given, str) and given.strip():
+            return given
+        raise SceneError(f"{path} = {quoted(given)} is not a group: give its name, or its number where it has none")
+
+
+@dataclass(frozen=True)
+class GroupNames(Kind):
+    """A list of names of groups."""
+
+    def read(self, path: str, given: object) -> tuple[str, ...]:
+        """The names."""
+        if isinstance(given, (list, tuple)) and given:
+            return tuple(GROUP.read(f"{path}[{i}]", name) for i, name in enumerate(given, 1))
+        raise SceneError(f'{path} = {quoted(given)} is not a list of groups: give some, such as ["silicon"]')
+
+
+@dataclass(frozen=True)
+class LengthUnit(Kind):
+    """The unit of a file's coordinates: "um", or the length in m."""
+
+    def read(self, path: str, given: object) -> float:
+        """The unit in m."""
+        text = f"1 {given}" if isinstance(given, str) and not given[:1].isdigit() else given
+        try:
+            value, unit = parse_quantity(text) if isinstance(text, str) else (float(text), None)  # type: ignore[arg-type]
+        except (UnitError, TypeError, ValueError):
+            value, unit = 0.0, None
+        fine = unit is None or unit.powers == LENGTH.powers
+        if isinstance(given, bool) or not fine or not _LENGTHS[0] <= value <= _LENGTHS[1]:
+            raise SceneError(f'{path} = {quoted(given)} is not a unit of length: give "um", "mm" or 1e-6')
+        return value
+
+
+LABEL = Text(
+    r"\w([\w .+-]*\w)?",
+    "is not a name: give text of 1 to 60 letters, digits, spaces, dots, +, - and _, with a letter or digit at either "
+    "end",
+)
+"""The name of a part, by which messages, overrides and columns call it."""
+MESH_FILE = Text(r"[^\0]*[^\0\s][^\0]*", 'is no path of a mesh: give one such as "chip.msh"', longest=4096)
+GROUP = GroupName()
+KELVIN = Quantity(TEMPERATURE, 0.0, 1e6)
+
+
+def _only(path: str, given: Mapping[Any, object], known: tuple[str, ...]) -> None:
+    for name, value in given.items():
+        if name not in known:
+            raise SceneError(
+                f"unknown key {path}.{name} = {quoted(value)}: give {' and '.join(known)}{did_you_mean(name, known)}"
+            )
 
 
 def _type_name(given: object) -> str:

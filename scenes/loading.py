@@ -10,11 +10,11 @@ from typing import Any, TypeVar, overload
 
 from scenes import examples
 from scenes.errors import SceneError, did_you_mean, quoted, reason
+from scenes.keys import SINK, TYPES, SceneType, type_of
 from scenes.overrides import override
 from scenes.schema import nest
 from scenes.sink import Sink
 from scenes.slug import distinguishes
-from scenes.types import SINK, TYPES, SceneType, type_of
 from scenes.validity import check
 
 __all__ = ["as_dict", "builtin_names", "builtin_text", "check", "distinguishes", "from_dict", "load"]

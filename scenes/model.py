@@ -91,6 +91,10 @@ class Boundary:
     ambient: Value = 293.0
 
 
+UNITS = {"temperature": "K", "potential": "V", "heat_flow": "W", "current": "A"}
+"""The unit of each quantity that a probe may ask for."""
+
+
 @dataclass(frozen=True)
 class Probe:
     """What is reported over the box between two corners, whatever that box's dimension: a point, a line, a flat box or

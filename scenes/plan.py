@@ -1,23 +1,38 @@
-"""What a run will do: a value that can be printed, and the only place that decides what to skip."""
+"""What is asked of a run, and its plan: what will be done and what is skipped, as a value that can be printed."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 
 
 @dataclass(frozen=True)
 class Request:
-    """What the user asked of a run."""
+    """What the user asked of a run, of whichever kind of scene; each kind reads what concerns it.
+
+    Of any: ``figures``, ``fields``, and the ``command`` line that asked, if it was one. Of a sink: the ``models``,
+    whether the ``transient`` is solved, ``field_times`` (s) beside those that are stored anyway, the 1D model
+    (``reduction``, by its canonical name), the budget of its differences from 3D (``why``), the folder for the
+    few-state model (``export``). Of a device: the ``scheme``, the figures that the run is ``about`` (all where none are
+    named), the ``meter`` in the loop, the sensor's ``largest_voltage`` (V) and ``largest_power`` (W).
+    """
 
     models: tuple[Literal["fem3d", "reduced1d"], ...] = ("fem3d", "reduced1d")
     transient: bool = True
     figures: bool = True
     fields: bool = False
     field_times: tuple[float, ...] = ()
-    """Times (s) whose fields are wanted beside those that are stored anyway."""
+    reduction: str = "paper"
+    why: bool = False
+    export: Path | None = None
+    scheme: str = "accurate"
+    about: tuple[str, ...] = ()
+    meter: str | None = None
+    largest_voltage: float = float("inf")
+    largest_power: float = float("inf")
     command: str = ""
-    """The command line that asked, for the record; empty where it was none."""
 
 
 @dataclass(frozen=True)
@@ -27,3 +42,17 @@ class Step:
     step: str
     state: Literal["done", "skipped"]
     reason: str
+
+
+def step(name: str, does: str, skipped: str = "") -> Step:
+    """A line: skipped for the reason given, or else done, and what it does."""
+    return Step(name, "skipped", skipped) if skipped else Step(name, "done", does)
+
+
+def skipped_together(kind: str, skipped: Mapping[str, str]) -> list[Step]:
+    """One line for all that is skipped for the same reason: "checks fig6_peak, fig6_end"."""
+    lines = []
+    for reason in dict.fromkeys(skipped.values()):
+        names = [name for name, why in skipped.items() if why == reason]
+        lines.append(Step(f"{kind} {', '.join(names)}", "skipped", reason))
+    return lines

@@ -6,8 +6,8 @@ import re
 import zlib
 from operator import attrgetter
 
+from scenes.keys import type_of
 from scenes.kinds import Choice
-from scenes.types import type_of
 
 _LONGEST = 80
 

@@ -8,9 +8,9 @@ from typing import TypeVar
 from scenes.device import Device
 from scenes.dimensions import LENGTH, TIME
 from scenes.errors import SceneError, quoted
+from scenes.keys import type_of
 from scenes.model import Material
 from scenes.sink import Sink
-from scenes.types import type_of
 
 T = TypeVar("T")
 _ROUNDING = 1e-9

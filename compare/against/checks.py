@@ -5,13 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from compare.against.data import Data
-from compare.checks import judged
-from compare.comparison import Comparison
-from compare.scope import FIRST_TIME
-from compare.verdict import Check
-from compare.words import quantity, signed
+from compare.verdict import FIRST_TIME, Check, Comparison, judged
 from scenes.checks import AGAINST_TOLERANCES
 from scenes.errors import SceneError, quoted
+from scenes.formats import quantity, signed
 from scenes.result import Result
 from scenes.sink import Sink
 

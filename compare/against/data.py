@@ -11,9 +11,9 @@ import numpy as np
 
 from compare.against import chosen, comsol, ngspice, plain, quantities, runs
 from compare.against.columns import Table, read_bytes, text_of
-from compare.scope import FIRST_TIME
-from compare.words import quantity
+from compare.verdict import FIRST_TIME
 from scenes.errors import SceneError, printable, quoted
+from scenes.formats import quantity
 from scenes.sink import Sink
 
 _NOTICED, _REFUSED = 0.005, 0.05

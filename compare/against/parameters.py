@@ -16,9 +16,9 @@ import numpy as np
 
 from compare.against.columns import Column, in_si, split, unit_of
 from scenes.errors import SceneError, quoted
+from scenes.keys import SINK
 from scenes.kinds import Quantity
 from scenes.sink import Sink
-from scenes.types import SINK
 from scenes.units import UnitError, parse_quantity
 
 _CLOSE = 1e-4

@@ -15,7 +15,7 @@ import numpy as np
 from fem3d.conductor import Conductor, Pattern, law
 from fem3d.heat import HeatProblem
 from fem3d.reduced import Reduced
-from fem3d.transient import Base, Krylov, diagonal, truncate
+from fem3d.transient import Base, Krylov
 from scenes.device import Device
 from scenes.loop.modal import Modal
 from scenes.model import Schedule
@@ -68,7 +68,8 @@ class Structure:
 
     def modal(self, reduced: Reduced, patterns: Sequence[Pattern], accuracy: float) -> Modal:
         """The model of some fields."""
-        modal, rates = diagonal(reduced)
+        rates, modes = np.linalg.eigh((reduced.stiffness + reduced.stiffness.T) / 2)
+        modal = reduced.changed(modes)
         device, heat, root = self.device, self.heat, np.sqrt(self.copies)
         outer = self.outside
         resistance, coefficient, shape, external, covariance = [], [], [], [], []
@@ -159,6 +160,7 @@ def projected(structure: Structure, shifts: Sequence[float], generations: int, a
     base = structure.base()
     space = Krylov(base, *shifts)
     reduced = base.project(space.fields(generations))
-    fewer = truncate(reduced, reduced.states - min(space.dropped(generations, 2), reduced.states - 1))
+    kept = reduced.states - min(space.dropped(generations, 2), reduced.states - 1)
+    fewer = reduced.changed(np.eye(reduced.states, kept))
     whole, less = (structure.modal(r, base.patterns, accuracy) for r in (reduced, fewer))
     return Projected(base.loads, tuple(shifts), space, whole, less)

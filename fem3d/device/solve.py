@@ -42,9 +42,11 @@ STEPS = 1e-4  # of the accuracy, at which the iteration for the powers between s
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """The few states of a device's structure, for any controllers and outer temperatures, with what the next lower space
-    gives (``low``), what is left of its distance (``left``, for each quantity), and the number of ``nodes`` between
-    samples; ``lost`` is what fewer fields and nodes lose of each quantity, relative to its size."""
+    """The few states of a device's structure, for any controllers and outer temperatures.
+
+    ``low`` is what the next lower space gives, ``left`` what is left of its distance for each quantity; ``lost`` is
+    what fewer fields and nodes lose of each, relative to its size; ``nodes`` are those between samples.
+    """
 
     device: Device
     fine: Modal

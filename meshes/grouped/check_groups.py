@@ -9,8 +9,7 @@ import numpy as np
 from meshes.grouped.model import GroupedMesh
 from meshes.grouped.place import Placed
 from scenes import physics
-from scenes.errors import SceneError, did_you_mean, quoted
-from scenes.free.words import listed
+from scenes.errors import SceneError, did_you_mean, listed, quoted
 from scenes.model import GroupBoundary, GroupProbe, MeshScene
 
 

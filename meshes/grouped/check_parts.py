@@ -6,10 +6,9 @@ import numpy as np
 
 from meshes.grouped.place import Placed
 from scenes import physics
-from scenes.errors import SceneError
+from scenes.errors import SceneError, listed
 from scenes.free.drives import heats
 from scenes.free.parts import FLOATING, KEPT, UNFIXED, is_exit
-from scenes.free.words import listed
 from scenes.model import is_zero
 
 

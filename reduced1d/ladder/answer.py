@@ -11,12 +11,11 @@ from reduced1d.ladder.few_states import FewStates
 from reduced1d.ladder.moments import FIRST_TIME
 from reduced1d.ladder.steady import runaway_voltage, steady_state
 from reduced1d.ladder.transient import trajectory
+from reduced1d.time_grid import time_grid
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
 
 GROWTH, COARSE_GROWTH = 2.0, 2.8
-_MOST_TIMES = 100_000
-_FINEST = 1e-8
 
 
 def result(
@@ -37,7 +36,9 @@ def result(
     }
     traces = None
     if not steady_only:
-        traces = _traces(sink, fine, coarse, _dense_times(sink, fine) if times is None else np.asarray(times, float))
+        if times is None:
+            times = time_grid(lambda at: over_time(fine, at), sink.end_time, sink.accuracy)
+        traces = _traces(sink, fine, coarse, np.asarray(times, float))
     return Result(name, {key: Estimate(v, abs(v - other[key])) for key, v in values.items()}, traces, details)
 
 
@@ -72,28 +73,3 @@ def _traces(sink: Sink, fine: FewStates, coarse: FewStates, times: np.ndarray) -
     for key in ("peak_K", "end_K", "mean_K"):
         values[key] = sink.room_temperature + values[key]
     return Traces(times, values, errors)
-
-
-def _dense_times(sink: Sink, model: FewStates) -> np.ndarray:
-    """Times from 0 to the sink's end between which straight lines stay within its accuracy (not below 1e-8): rises
-    relative to the final one, current and power to themselves.
-
-    Intervals are halved where their middle is off the chord by a third of it: curves without a bend in an interval are
-    nowhere farther off than twice that.
-    """
-    end, accuracy = sink.end_time, max(sink.accuracy, _FINEST)
-    times = np.concatenate([[0.0], end * np.geomspace(1e-5, 1.0, 21)])
-    while len(times) < _MOST_TIMES:
-        middle = (times[1:] + times[:-1]) / 2
-        every = np.sort(np.concatenate([times, middle]))
-        values = over_time(model, every)
-        off = np.zeros(len(middle))
-        for key, value in values.items():
-            scale = np.abs(value[1::2]) if key in ("current_A", "power_W") else abs(value[-1])
-            chord = (value[2::2] + value[:-1:2]) / 2
-            off = np.maximum(off, np.abs(value[1::2] - chord) / np.maximum(scale, np.finfo(float).tiny))
-        wrong = off > accuracy / 3
-        if not wrong.any():
-            return times
-        times = np.sort(np.concatenate([times, middle[wrong]]))
-    raise ArithmeticError(f"more than {_MOST_TIMES} times are needed for linear interpolation within {accuracy:g}")

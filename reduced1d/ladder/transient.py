@@ -2,7 +2,8 @@
 
 Radau IIA with five points is of order 9, and damps what is too fast for a step, however fast (Hairer and Wanner,
 Solving Ordinary Differential Equations II, section IV.5). In modes its linear part is one small inverse a mode and
-step, which needs no iteration; the resistance's feedback is weak, and a few sweeps over a step settle it.
+step, which needs no iteration; the resistance's feedback is weak, and a few sweeps over a step settle it. scipy's Radau
+method, of order 5 and for anything, takes ten times as long.
 """
 
 from __future__ import annotations
@@ -28,43 +29,41 @@ def trajectory(model: FewStates, times: np.ndarray, growth: float = 2.0) -> tupl
     """States (times, n) and currents (times,) at ``times`` (s, ascending, not negative), from rest.
 
     A step ends at ``growth`` times its start, so that its error is a fixed part of what happens around that time; the
-    first ends at or before the first time asked for.
+    first ends at or before the first time asked for. One whose sweeps do not settle is taken in halves.
 
     Raises RunawayError where the feedback outruns every step.
     """
     end = float(times[-1]) if len(times) else 0.0
     states = np.zeros((len(times), model.states))
+
+    def advanced(state: np.ndarray, start: float, stop: float) -> np.ndarray:
+        """The state at the end of a step; fills ``states`` within it."""
+        values = _step(model, state, stop - start)
+        if values is None:
+            if stop - start < _SHORTEST * end:
+                said = f"at {model.voltage:g} V the heating runs away after {start:.3g} s (thermal runaway)"
+                raise RunawayError(said, runaway_voltage(model))
+            middle = (start + stop) / 2
+            return advanced(advanced(state, start, middle), middle, stop)
+        here = slice(*np.searchsorted(times, [start, stop], side="right"))
+        states[here] = _weights((times[here] - start) / (stop - start)) @ values.T
+        return values[:, -1]
+
     if end > 0:
-        edges = _edges(end, times, growth)
-        operators = _operators(model.rates, np.diff(edges))
-        # Which times lie in a step, and the collocation polynomial's weights there.
-        of_step = np.searchsorted(times, edges, side="right")
-        step = np.clip(np.searchsorted(edges, times, side="left") - 1, 0, None)
-        weights = _weights((times - edges[step]) / np.diff(edges)[step])
+        first = min(float(times[times > 0][0]), _FIRST * end)
+        count = max(int(np.ceil(np.log(end / first) / np.log(growth))), 1)
         state = np.zeros(model.states)
-        for k, (a, b) in enumerate(pairwise(edges)):
-            values = _step(model, state, operators[0][k], operators[1][k])
-            if values is None:
-                state = _in_halves(model, state, times, states, a, b, end)
-                continue
-            here = slice(of_step[k], of_step[k + 1])
-            states[here] = weights[here] @ values.T
-            state = values[:, -1]
+        for start, stop in pairwise([0.0, *end * growth ** np.arange(-count, 1.0)]):
+            state = advanced(state, start, stop)
     return states, model.voltage / (model.resistance + model.coefficient * (states @ model.source))
 
 
-def _edges(end: float, times: np.ndarray, growth: float) -> np.ndarray:
-    first = min(float(times[times > 0][0]), _FIRST * end)
-    count = max(int(np.ceil(np.log(end / first) / np.log(growth))), 1)
-    return np.concatenate([[0.0], end * growth ** np.arange(-count, 1.0)])
-
-
-def _step(model: FewStates, state: np.ndarray, decay: np.ndarray, response: np.ndarray) -> np.ndarray | None:
-    """States (n, points + 1) at a step's start and points; ``None`` where the sweeps do not settle.
-
-    ``decay`` (n, points) of the state and ``response`` (n, points, points) to heat at the points are ``_operators``'s.
-    """
-    free = decay * state[:, None]
+def _step(model: FewStates, state: np.ndarray, length: float) -> np.ndarray | None:
+    """States (n, points + 1) at the start and at the points of a step (s); ``None`` where the sweeps do not settle."""
+    matrix = _radau()[0]
+    # Of each mode, (1 + rate h A)^-1 applied to 1 and to h A: the decay of its start, and its response to heat.
+    inverse = np.linalg.inv(np.eye(POINTS) + length * model.rates[:, None, None] * matrix)
+    free, response = inverse.sum(axis=-1) * state[:, None], length * (inverse @ matrix)
     source, feedback = model.source[:, None], model.coefficient * model.feedback
     to_resistance = model.coefficient * model.source
     values = np.repeat(state[:, None], POINTS, axis=1)
@@ -78,35 +77,6 @@ def _step(model: FewStates, state: np.ndarray, decay: np.ndarray, response: np.n
         if change <= SETTLED * np.abs(found).max():
             return np.concatenate([state[:, None], values], axis=1)
     return None
-
-
-def _in_halves(
-    model: FewStates, state: np.ndarray, times: np.ndarray, states: np.ndarray, a: float, b: float, end: float
-) -> np.ndarray:
-    """The step from ``a`` to ``b`` as two, each again in halves where it must be; fills ``states``."""
-    if b - a < _SHORTEST * end:
-        raise RunawayError(
-            f"at {model.voltage:g} V the heating runs away after {a:.3g} s (thermal runaway)", runaway_voltage(model)
-        )
-    for left, right in ((a, (a + b) / 2), ((a + b) / 2, b)):
-        decay, response = _operators(model.rates, np.array([right - left]))
-        values = _step(model, state, decay[0], response[0])
-        if values is None:
-            state = _in_halves(model, state, times, states, left, right, end)
-            continue
-        here = slice(np.searchsorted(times, left, side="right"), np.searchsorted(times, right, side="right"))
-        states[here] = _weights((times[here] - left) / (right - left)) @ values.T
-        state = values[:, -1]
-    return state
-
-
-def _operators(rates: np.ndarray, lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """For steps of some lengths (s): the decay (steps, n, points) of each mode's start value to the points, and the
-    response (steps, n, points, points) at the points to heat at the points: of (1 + rate h A)^-1 applied to 1 and h A.
-    """
-    matrix = _radau()[0]
-    inverse = np.linalg.inv(np.eye(POINTS) + np.multiply.outer(lengths, rates)[..., None, None] * matrix)
-    return inverse.sum(axis=-1), lengths[:, None, None, None] * (inverse @ matrix)
 
 
 @lru_cache(maxsize=1)

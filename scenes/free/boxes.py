@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from scenes import physics
+from scenes.dimensions import extent
 from scenes.errors import SceneError, quoted
 from scenes.free.grid import ROUNDING, Grid
-from scenes.free.words import extent
 from scenes.model import Scene
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, TypeVar
 
 from scenes import physics
 from scenes.errors import SceneError, did_you_mean, quoted
-from scenes.free.document import Document, Item
 from scenes.free.tables import CONDITIONS, HEAT_KEYS
 from scenes.model import (
     AnyScene,
@@ -24,51 +24,53 @@ from scenes.model import (
     Schedule,
     Source,
 )
+from scenes.schema import Item, section
 
+Values = Mapping[str, Any]
 S = TypeVar("S", Scene, MeshScene)
 
 UNUSED = 1.0
 """Stands in a Material for what the scene does not need and the file does not give."""
 
 
-def of_boxes(document: Document, name: str) -> Scene:
+def of_boxes(values: Values, name: str) -> Scene:
     """The scene of boxes; ``name`` is for one that has none. Raises SceneError."""
-    materials = {item.name: _material(item.values) for item in document.items["material"]}
-    boxes = tuple(_box(item, materials) for item in document.items["box"])
+    materials = {item.name: _material(item.values) for item in values.get("material", ())}
+    boxes = tuple(_box(item, materials) for item in values.get("box", ()))
     if not boxes:
         raise SceneError("the scene has no [[box]]: give at least one, with material, lower and upper")
     boundaries = tuple(
         Boundary(item.name, lower=item.values["lower"], upper=item.values["upper"], **_condition(item))
-        for item in document.items["boundary"]
+        for item in values.get("boundary", ())
     )
-    probes = tuple(Probe(item.name, *_corners(item), **_reading(item)) for item in document.items["probe"])
-    return _with_run(Scene(name, boxes, boundaries, probes), document, {box.material.name for box in boxes})
+    probes = tuple(Probe(item.name, *_corners(item), **_reading(item)) for item in values.get("probe", ()))
+    return _with_run(Scene(name, boxes, boundaries, probes), values, {box.material.name for box in boxes})
 
 
-def on_mesh(document: Document, name: str, folder: str) -> MeshScene:
+def on_mesh(values: Values, name: str, folder: str) -> MeshScene:
     """The scene on a mesh; ``name`` is for one that has none, ``folder`` where its file lies. Raises SceneError."""
-    mesh = document.sections["mesh"]
+    mesh = section(values, "mesh")
     if "file" not in mesh:
         raise SceneError('mesh.file is missing: give the path of a mesh, relative to the scene, such as "chip.msh"')
-    bodies = tuple(_body(item) for item in document.items["material"])
+    bodies = tuple(_body(item) for item in values.get("material", ()))
     if not bodies:
         raise SceneError("the scene has no [[material]]: give one for every volume group of the mesh")
     sources = tuple(
-        Source(item.name, item.values["group"], item.values["heat_source"]) for item in document.items["source"]
+        Source(item.name, item.values["group"], item.values["heat_source"]) for item in values.get("source", ())
     )
     boundaries = tuple(
-        GroupBoundary(item.name, group=item.values["group"], **_condition(item)) for item in document.items["boundary"]
+        GroupBoundary(item.name, group=item.values["group"], **_condition(item)) for item in values.get("boundary", ())
     )
-    probes = tuple(GroupProbe(item.name, *_place(item), **_reading(item)) for item in document.items["probe"])
+    probes = tuple(GroupProbe(item.name, *_place(item), **_reading(item)) for item in values.get("probe", ()))
     scene = MeshScene(name, mesh["file"], mesh.get("unit", 1.0), bodies, sources, boundaries, probes, folder=folder)
-    return _with_run(scene, document, {body.material.name for body in bodies})
+    return _with_run(scene, values, {body.material.name for body in bodies})
 
 
-def _with_run(scene: S, document: Document, used: set[str]) -> S:
+def _with_run(scene: S, values: Values, used: set[str]) -> S:
     """The scene with what [scene] and [run] say; ``used`` are the names of its materials."""
-    scene = replace(scene, **document.sections["scene"], **_run_keys(document.sections["run"]))
+    scene = replace(scene, **section(values, "scene"), **_run_keys(section(values, "run")))
     _refuse_schedules(scene)
-    _refuse_missing(scene, document, used)
+    _refuse_missing(scene, values, used)
     return scene
 
 
@@ -177,10 +179,10 @@ def _refuse_schedules(scene: AnyScene) -> None:
             )
 
 
-def _refuse_missing(scene: AnyScene, document: Document, used: set[str]) -> None:
+def _refuse_missing(scene: AnyScene, values: Values, used: set[str]) -> None:
     """What the physics that the scene asks for needs to know of the materials that are used."""
     needed = HEAT_KEYS if physics.capacity(scene) else HEAT_KEYS[:1] if physics.heat(scene) else ()
-    for item in document.items["material"]:
+    for item in values.get("material", ()):
         missing = [key for key in needed if key not in item.values]
         if item.name in used and missing:
             why = "a transient of temperature needs" if len(needed) > 1 else "heat conduction needs"

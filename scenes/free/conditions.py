@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from scenes.dimensions import extent
 from scenes.errors import SceneError, quoted
 from scenes.free.boxes import conducting, solid
 from scenes.free.grid import Grid, Sheet, flat_axis
-from scenes.free.words import extent
 from scenes.model import Boundary, Scene, Value
 
 

@@ -7,12 +7,14 @@ from pathlib import Path
 from typing import Any
 
 from scenes import examples
-from scenes.free import build, document, tables
-from scenes.free.overrides import override
+from scenes.free import build
+from scenes.free.tables import BOXES, ON_MESH
 from scenes.free.validity import check
 from scenes.free.write import as_dict
 from scenes.loading import file_name, file_text, toml
 from scenes.model import AnyScene
+from scenes.overrides import override
+from scenes.schema import Schema
 
 __all__ = ["as_dict", "check", "from_dict", "load", "overridden"]
 
@@ -41,17 +43,16 @@ def from_dict(
 
 def overridden(scene: AnyScene, overrides: Sequence[str]) -> AnyScene:
     """A scene with "KEY=VALUE" overrides put over it as `load` puts them over a file's, checked; raises SceneError."""
-    found = as_dict(scene)
-    return from_dict(override(found, overrides, tables_of(found)), scene.name, getattr(scene, "folder", ""))
+    return from_dict(as_dict(scene), scene.name, getattr(scene, "folder", ""), overrides)
 
 
-def values(given: Mapping[str, Any], overrides: Sequence[str] = ()) -> document.Document:
+def values(given: Mapping[str, Any], overrides: Sequence[str] = ()) -> dict[str, Any]:
     """The values that nested tables and overrides say, each read by its kind, before anything is made of them; raises
     SceneError for what is unknown, of the wrong type or out of bounds."""
-    tables = tables_of(given)
-    return document.read(override(given, overrides, tables), tables)
+    schema = schema_of(given)
+    return schema.read(override(schema.flatten(given), overrides, schema))
 
 
-def tables_of(given: Mapping[str, Any]) -> document.Tables:
+def schema_of(given: Mapping[str, Any]) -> Schema:
     """What a document may say: a [mesh] makes the difference."""
-    return tables.MESH_TABLES if "mesh" in given else tables.TABLES
+    return ON_MESH if "mesh" in given else BOXES

@@ -7,8 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from scenes import physics
-from scenes.errors import SceneError
-from scenes.free import words
+from scenes.errors import SceneError, listed
 from scenes.free.boxes import conducting, solid
 from scenes.free.conditions import acting, sheet_of
 from scenes.free.grid import VOID, Grid
@@ -94,4 +93,5 @@ def _refuse(scene: Scene, grid: Grid, labels: np.ndarray, fine: set[int], why: t
         if label not in fine:
             names = [scene.boxes[number].name for number in np.unique(grid.owner[labels == label])]
             said = why[0].split("|")[len(names) > 1]
-            raise SceneError(f"{words.boxes(names)} {said}: {why[1]}")
+            called = f"{'box' if len(names) == 1 else 'boxes'} {listed(names)}"
+            raise SceneError(f"{called} {said}: {why[1]}")

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from scenes.dimensions import extent, point
 from scenes.errors import SceneError, quoted
 from scenes.free.boxes import conducting, solid
 from scenes.free.conditions import acting, sheet_of
 from scenes.free.grid import Grid, Sheet, flat_axis
-from scenes.free.words import extent, point
 from scenes.model import Boundary, Probe, Scene
 
 

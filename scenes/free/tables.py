@@ -7,21 +7,25 @@ unit.
 from __future__ import annotations
 
 from scenes import dimensions as d
-from scenes.free.document import Tables
-from scenes.free.kinds import (
+from scenes.keys import ACCURACY, VALID_TO
+from scenes.kinds import (
     GROUP,
     KELVIN,
     LABEL,
     MESH_FILE,
+    NAME,
+    Choice,
     Convection,
     GroupNames,
     Instants,
+    Kind,
     LengthUnit,
     Place,
+    Quantity,
+    Switch,
     Varying,
 )
-from scenes.keys import ACCURACY, VALID_TO
-from scenes.kinds import NAME, Choice, Quantity, Readable, Switch
+from scenes.schema import Key, Schema
 
 POINT = Place(Quantity(d.LENGTH, 0.0, 1e4, signed=True))
 
@@ -37,18 +41,16 @@ RESISTIVITY = Quantity(d.RESISTIVITY, 1e-12, 1e9, word="insulator")
 HEAT_SOURCE = Varying(Quantity(d.HEAT_SOURCE, 0.0, 1e20, signed=True))
 HEAT_KEYS = ("thermal_conductivity", "density", "specific_heat")
 
-SECTIONS: dict[str, dict[str, Readable]] = {
-    "scene": {"name": NAME, "initial_temperature": KELVIN},
-    "run": {
-        "steady": Switch(),
-        "end_time": Quantity(d.TIME, 1e-12, 1e9),
-        "output_times": Instants(),
-        "accuracy": ACCURACY,
-    },
-}
-"""The tables that a file has once."""
+_SCENE_AND_RUN = (
+    Key("scene.name", "name", NAME),
+    Key("scene.initial_temperature", "initial_temperature", KELVIN),
+    Key("run.steady", "steady", Switch()),
+    Key("run.end_time", "end_time", Quantity(d.TIME, 1e-12, 1e9)),
+    Key("run.output_times", "output_times", Instants()),
+    Key("run.accuracy", "accuracy", ACCURACY),
+)
 
-LISTS: dict[str, dict[str, Readable]] = {
+LISTS: dict[str, dict[str, Kind]] = {
     "material": {
         "name": LABEL,
         "thermal_conductivity": Quantity(d.THERMAL_CONDUCTIVITY, 1e-9, 1e9),
@@ -86,13 +88,12 @@ REQUIRED: dict[str, tuple[str, ...]] = {
 }
 """What has no default; a box or boundary without a name is called box-1, boundary-1 and so on."""
 
-TABLES = Tables("a free scene", SECTIONS, LISTS, REQUIRED)
+BOXES = Schema(_SCENE_AND_RUN, LISTS, REQUIRED, "a free scene", "run.accuracy=1e-4")
 """What a file of a free scene of boxes may say."""
 
 _CORNERS = ("lower", "upper")
-MESH_TABLES = Tables(
-    "a scene on a mesh",
-    {"scene": SECTIONS["scene"], "mesh": {"file": MESH_FILE, "unit": LengthUnit()}, "run": SECTIONS["run"]},
+ON_MESH = Schema(
+    (*_SCENE_AND_RUN, Key("mesh.file", "file", MESH_FILE), Key("mesh.unit", "unit", LengthUnit())),
     {
         "material": {**LISTS["material"], "groups": GroupNames()},
         "source": {"name": LABEL, "group": GROUP, "heat_source": HEAT_SOURCE},
@@ -100,5 +101,7 @@ MESH_TABLES = Tables(
         "probe": {key: kind for key, kind in LISTS["probe"].items() if key not in _CORNERS} | {"group": GROUP},
     },
     {"material": ("name",), "source": ("group", "heat_source"), "boundary": ("group",), "probe": ("name",)},
+    "a scene on a mesh",
+    "run.accuracy=1e-4",
 )
 """What a file with a [mesh] may say: groups stand in the place of boxes and corners."""

@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
-from scenes.model import Scene
+from dataclasses import replace
+from typing import TYPE_CHECKING, TypeVar
+
+from scenes.model import Boundary, Box, Point, Probe, Scene
+
+if TYPE_CHECKING:
+    from scenes.free.grid import Grid
+
+T = TypeVar("T", Box, Boundary, Probe)
 
 
 def check(scene: Scene) -> Scene:
@@ -14,7 +22,6 @@ def check(scene: Scene) -> Scene:
     """
     from scenes.free import boxes, conditions, drives, parts, probes
     from scenes.free.grid import grid_of
-    from scenes.free.tidy import tidy
 
     boxes.check_extents(scene)
     grid = grid_of(scene)
@@ -24,4 +31,32 @@ def check(scene: Scene) -> Scene:
     probes.check(scene, grid)
     parts.check(scene, grid)
     drives.check(scene, grid)
-    return tidy(scene, grid)
+    return _tidy(scene, grid)
+
+
+def _tidy(scene: Scene, grid: Grid) -> Scene:
+    """The same scene with every corner that is within rounding of a plane of the grid on it, and none beyond the
+    extent of the solid. What has been checked on the grid holds for it, and tidying it again changes nothing."""
+    return replace(
+        scene,
+        boxes=tuple(_tidied(grid, box) for box in scene.boxes),
+        boundaries=tuple(_tidied(grid, boundary) for boundary in scene.boundaries),
+        probes=tuple(_tidied(grid, probe) for probe in scene.probes),
+    )
+
+
+def _tidied(grid: Grid, item: T) -> T:
+    return replace(item, lower=_corner(grid, item.lower), upper=_corner(grid, item.upper))
+
+
+def _corner(grid: Grid, corner: Point) -> Point:
+    x, y, z = (_coordinate(grid, axis, c) for axis, c in enumerate(corner))
+    return x, y, z
+
+
+def _coordinate(grid: Grid, axis: int, c: float) -> float:
+    planes = grid.planes[axis]
+    nearest = float(planes[abs(planes - c).argmin()])
+    if abs(nearest - c) <= 1.5 * grid.small[axis]:
+        return nearest
+    return min(max(c, float(planes[0])), float(planes[-1]))

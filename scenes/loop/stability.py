@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,8 @@ import numpy as np
 from scenes.loop.modal import Modal
 from scenes.loop.steady import State
 
-LARGEST_GAIN = 1e6
+SMALLEST_GAIN, LARGEST_GAIN = 1e-6, 1e6  # V: between which a limit is sought
+CLOSER = 1.6  # from one gain that is tried to the next
 
 
 @dataclass(frozen=True)
@@ -93,22 +95,20 @@ class Stability:
 def gain_limit(system: Plant, gains: np.ndarray, element: int) -> float:
     """The largest gain (V) of one element (0 sink, 1 sensor) below which the loop is stable, the other gain as given.
 
-    Zero where the other loop is unstable by itself; found by bracketing upwards and bisection to 1e-9.
+    Zero where the other loop is unstable by itself, infinite where no gain up to LARGEST_GAIN is unstable.
     """
+    from scipy.optimize import brentq
 
-    def stable(gain: float) -> bool:
-        return abs(system.eigenvalue(np.where(np.arange(2) == element, gain, gains))) < 1
+    def growth(gain: float) -> float:
+        return math.log(abs(system.eigenvalue(np.where(np.arange(2) == element, gain, gains))))
 
-    if not stable(0.0):
+    if growth(0.0) >= 0:
         return 0.0
     if not system.active[element]:
-        return float("inf")
-    low, high = 0.0, 1e-6
-    while stable(high):
-        low, high = high, high * 1.3
+        return math.inf
+    low, high = 0.0, SMALLEST_GAIN
+    while growth(high) < 0:
+        low, high = high, CLOSER * high
         if high > LARGEST_GAIN:
-            return float("inf")
-    while high - low > 1e-9 * high:
-        middle = (low + high) / 2
-        low, high = (middle, high) if stable(middle) else (low, middle)
-    return low
+            return math.inf
+    return float(brentq(growth, low, high, xtol=1e-12 * high, rtol=1e-10))

@@ -7,12 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare import sink_run
 from compare.answer import answered
 from compare.checks import evaluate
 from compare.outcome import Outcome
-from compare.plan import assemble
-from compare.scope import BLAME
+from compare.pipeline import answer
+from compare.plan import BLAME, of_sink
 from reduced1d.ladder.levels import Levels
 from reduced1d.ladder.rungs import AT_FAULT, rungs
 from scenes.loading import load
@@ -25,7 +24,7 @@ from tests.conftest import Case
 def told(sink: Sink, fem3d: Result, reduced1d: Result, request: Request | None = None) -> Outcome:
     request = request or Request()
     checks = evaluate(sink, request, fem3d, reduced1d)
-    return answered(Outcome(sink, request, assemble(sink, request, ()), fem3d, reduced1d, checks))
+    return answered(Outcome(sink, request, of_sink(sink, request, ()), fem3d, reduced1d, checks))
 
 
 def bent(case: Case, peak: float = 1.0, end: float = 1.0, bump: float = 0.0) -> Result:
@@ -107,7 +106,7 @@ BLAMED = {
 
 @pytest.mark.parametrize("settings", BLAMED)
 def test_who_is_to_blame_is_computed(settings: tuple[str, ...]) -> None:
-    found = sink_run.answer(load("sink", settings), Request(figures=False)).answer
+    found = answer(load("sink", settings), Request(figures=False)).answer
     for said in BLAMED[settings]:
         assert said in found
     # Nobody else is.
@@ -116,7 +115,7 @@ def test_who_is_to_blame_is_computed(settings: tuple[str, ...]) -> None:
 
 def test_the_rough_ladder_finds_the_parts_of_the_fine_one(case: Case) -> None:
     """To a hundredth of the difference: far below the third that decides who is to blame."""
-    from compare.why import budget
+    from compare.budget import budget
 
     sink = case.sink
     steady = replace(case.fem3d, traces=None)

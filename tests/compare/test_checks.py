@@ -10,7 +10,7 @@ import pytest
 
 from compare.checks import DEFINITIONS, evaluate
 from compare.figure_checks import largest_distance
-from compare.scope import made_checks, skipped_checks
+from compare.plan import made_checks, skipped_checks
 from compare.verdict import Check
 from scenes.checks import DEFAULT_TOLERANCES
 from scenes.plan import Request

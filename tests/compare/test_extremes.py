@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 import compare
-from compare.extremes import cause
 from fem3d.errors import NumericsError
+from scenes.extremes import cause
 from scenes.loading import load
 from validate.cli import main
 

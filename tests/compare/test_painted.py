@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.painted import paint
+from reduced1d.painted import paint
 from reduced1d.sink import anchor_series_resistance
 from scenes.sink import Sink
 

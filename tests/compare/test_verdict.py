@@ -6,8 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from compare.checks import contradicts, expected
-from compare.verdict import Check, judge, relative, spread
+from compare.verdict import Check, contradicts, expected, judge, relative, spread
 from scenes.result import Estimate
 from scenes.sink import Sink
 

@@ -7,13 +7,14 @@ import pytest
 from skfem import Basis, FacetBasis, LinearForm
 
 from fem3d import conductor as conductors
-from fem3d import forms, reference
+from fem3d import forms
 from fem3d.bricks import BrickSpace
 from fem3d.element import ElementHexTrunk
 from meshes.grid import Grid
 from scenes.model import Box, Material
 from scenes.sink import Sink
 from tests.fem3d import off, plain_grid, problem
+from validate.verify import reference
 
 STUFF = Material("stuff", 1.0, 1.0, 1.0)
 BOXES = (Box("a", STUFF, (0, 0, 0), (3, 2.5, 0.8)), Box("b", STUFF, (3, 0, 0), (4, 2, 0.8)))

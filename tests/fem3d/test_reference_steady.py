@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem3d import reference
 from meshes import symmetry
 from scenes.sink import SILICON, Sink
 from tests.fem3d import off, plain_grid, silicon, state_on
+from validate.verify import reference
 
 SINKS = {
     "paper": Sink(),

@@ -9,12 +9,10 @@ import pytest
 
 from scenes.device import Control, Device, External
 from scenes.errors import SceneError
-from scenes.keys import DEVICE as KEYS
-from scenes.keys import SINK
+from scenes.keys import DEVICE, SINK, type_of
 from scenes.loading import as_dict, builtin_text, check, distinguishes, from_dict, load
 from scenes.model import Material
 from scenes.schema import nest
-from scenes.types import DEVICE, type_of
 from tests.scenes.test_load import CHANGED as OF_THE_SINK
 from tests.scenes.test_load import EXPECTED as SINK_EXPECTED
 
@@ -53,12 +51,12 @@ def test_the_built_in_device_is_the_default_one():
 
 
 def test_the_built_in_file_shows_every_key():
-    stated = KEYS.flatten(tomllib.loads(builtin_text("device")))
-    assert set(KEYS.paths) - set(stated) == {"anchor.oxide_offset", "checks.tolerances"}
+    stated = DEVICE.schema.flatten(tomllib.loads(builtin_text("device")))
+    assert set(DEVICE.schema.paths) - set(stated) == {"anchor.oxide_offset", "checks.tolerances"}
 
 
 def test_every_key_reaches_its_own_attribute():
-    assert set(CHANGED) == set(KEYS.paths)
+    assert set(CHANGED) == set(DEVICE.schema.paths)
     assert from_dict(nest(CHANGED), DEVICE) == EXPECTED
 
 
@@ -66,7 +64,7 @@ def test_a_sinks_file_can_be_extended_to_a_devices(tmp_path):
     sections = builtin_text("sink").partition("[checks]")[0]
     (tmp_path / "mine.toml").write_text(sections.replace("1e-3 ", "1e-5 ") + '[control]\nsink_gain = "2 V"\n')
     assert load(tmp_path / "mine.toml", of=DEVICE).control.sink_gain == 2.0
-    assert {path for path in SINK.paths} <= set(KEYS.paths)
+    assert {path for path in SINK.schema.paths} <= set(DEVICE.schema.paths)
 
 
 @pytest.mark.parametrize("scene", [Device(), EXPECTED, device()], ids=range(3))

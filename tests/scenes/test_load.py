@@ -55,8 +55,8 @@ def test_the_built_in_sink_is_the_default_one():
 
 
 def test_the_built_in_file_shows_every_key():
-    stated = SINK.flatten(tomllib.loads(builtin_text("sink")))
-    shown_as_comments = set(SINK.paths) - set(stated)
+    stated = SINK.schema.flatten(tomllib.loads(builtin_text("sink")))
+    shown_as_comments = set(SINK.schema.paths) - set(stated)
     assert shown_as_comments == {"anchor.oxide_offset", "checks.tolerances"}
     for path in shown_as_comments:
         assert f"\n# {path.rpartition('.')[2]} = " in builtin_text("sink")
@@ -76,7 +76,7 @@ def test_every_name_of_a_built_in_scene_has_its_text():
 
 
 def test_every_key_reaches_its_own_attribute():
-    assert set(CHANGED) == set(SINK.paths)
+    assert set(CHANGED) == set(SINK.schema.paths)
     assert from_dict(nest(CHANGED)) == EXPECTED
 
 
@@ -166,7 +166,7 @@ def test_the_dictionary_survives_json_and_rebuilds_an_equal_sink(sink):
 
 
 def test_the_dictionary_holds_every_key_in_si():
-    assert set(SINK.flatten(as_dict(Sink()))) == set(SINK.paths)
+    assert set(SINK.schema.flatten(as_dict(Sink()))) == set(SINK.schema.paths)
     assert as_dict(Sink())["sink"] == {"length": 1e-3, "width": 1e-4, "thickness": 2e-6}
 
 

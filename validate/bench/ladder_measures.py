@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from compare.scope import FIRST_TIME
+from compare.verdict import FIRST_TIME
 
 if TYPE_CHECKING:
     from reduced1d.ladder.levels import Levels

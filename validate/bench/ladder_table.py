@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from compare.scope import FIRST_TIME
-from compare.words import percent, quantity
+from compare.verdict import FIRST_TIME
+from scenes.formats import percent, quantity
 from validate.bench.ladder_measures import REPEATS, errors, grid, scales, timed, times_of
 
 if TYPE_CHECKING:

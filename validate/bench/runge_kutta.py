@@ -6,7 +6,7 @@ Differential Equations II, 2nd ed., table IV.6.5.
 
 from __future__ import annotations
 
-from fem3d.reference import STAGES
+from validate.verify.reference import STAGES
 
 _HALF = 1 - 0.5**0.5
 METHODS: dict[int, tuple[tuple[float, ...], ...]] = {

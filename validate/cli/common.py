@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from scenes.errors import SceneError, printable
-from validate.cli.terminal import DIFFERS, FINE, show, style
+from validate.cli.terminal import DIFFERS, FINE, Progress, show, style
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from scenes.device import Device
-    from scenes.plan import Step
-    from scenes.sink import Sink
+    from compare.against.data import Data
+    from scenes.plan import Request, Step
 
 STATUS = "exit status: 0 every check came out as the scene declares, 1 one did not, 2 bad input, 3 the numerics failed"
 
@@ -61,6 +60,39 @@ def _sets(setting: str, path: str) -> bool:
     return key == path or path.endswith(f".{key}") or (item != path and item in value)
 
 
+def run(
+    arguments: argparse.Namespace,
+    scene: Any,
+    request: Request,
+    overrides: Sequence[str],
+    given: Sequence[str] = (),
+    data: Data | None = None,
+) -> int:
+    """Explains, solves, writes and reports a scene as asked, and returns the exit status. The folder's name has the
+    ``overrides`` in it and, of a user's own ``data``, the file ``given`` and what is said of its columns."""
+    from validate.report import names
+
+    folder = out(arguments) or names.of(scene, request, overrides, given)
+    planned = _explained(arguments, scene, request, data)
+    if arguments.dry_run:
+        return FINE
+    from validate.report.output import run
+
+    with Progress(arguments.quiet) as progress:
+        outcome = run(scene, request, folder, progress, data)
+    from compare.verdict import contrary
+    from validate.report import table
+
+    against = contrary(outcome.checks, scene, getattr(arguments, "strict", False))
+    if arguments.json:
+        show((outcome.folder / "summary.json").read_text(encoding="utf-8").rstrip("\n"))
+    elif arguments.quiet:
+        show(" ".join(table.headline(outcome, against, style()).split()))
+    else:
+        show(table.outcome_text(outcome, against, style(), planned))
+    return DIFFERS if against else FINE
+
+
 def out(arguments: argparse.Namespace) -> Path | None:
     """The folder that was asked for; SceneError where it has no name."""
     from pathlib import Path
@@ -70,7 +102,9 @@ def out(arguments: argparse.Namespace) -> Path | None:
     return Path(arguments.out) if arguments.out else None
 
 
-def explained(arguments: argparse.Namespace, plan: Callable[[], tuple[Step, ...]]) -> tuple[Step, ...] | None:
+def _explained(
+    arguments: argparse.Namespace, scene: Any, request: Request, data: Data | None
+) -> tuple[Step, ...] | None:  # fmt: skip
     """The plan, printed; ``None`` where that is not asked for. SceneError where several things to print are."""
     asked = [name for name in ("explain", "dry_run", "quiet", "json") if getattr(arguments, name)]
     if len(asked) > 1:
@@ -78,24 +112,9 @@ def explained(arguments: argparse.Namespace, plan: Callable[[], tuple[Step, ...]
         raise SceneError(f"{told} print different things: give one of them")
     if not arguments.explain and not arguments.dry_run:
         return None
+    from compare.pipeline import plan
     from validate.report import table
 
-    planned = plan()
+    planned = plan(scene, request, data)
     show(table.plan_text(planned, style()) + ("\n" if arguments.explain else ""))
     return planned
-
-
-def report(
-    arguments: argparse.Namespace, scene: Sink | Device, outcome: Any, table: Any, planned: tuple[Step, ...] | None
-) -> int:
-    """Prints what a run found, in the words of its kind's ``table`` module, and returns the exit status."""
-    from compare.checks import contradicts
-
-    contrary = [check for check in outcome.checks if contradicts(check, scene, arguments.strict)]
-    if arguments.json:
-        show((outcome.folder / "summary.json").read_text(encoding="utf-8").rstrip("\n"))
-    elif arguments.quiet:
-        show(" ".join(table.headline(outcome, contrary, style()).split()))
-    else:
-        show(table.outcome_text(outcome, contrary, style(), planned))
-    return DIFFERS if contrary else FINE

@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING
 
 from scenes.errors import SceneError
 from validate.cli import common
-from validate.cli.terminal import FINE, Progress
 
 if TYPE_CHECKING:
-    from compare.device.scope import DeviceRequest
     from scenes import dimensions
+    from scenes.plan import Request
 
 
 def describe(parser: argparse.ArgumentParser) -> None:
@@ -45,51 +44,37 @@ def run(arguments: argparse.Namespace) -> int:
     """Simulates, checks, writes and reports."""
     from dataclasses import replace
 
-    from compare.device import scope
+    from scenes.keys import DEVICE
     from scenes.loading import load
-    from scenes.types import DEVICE
-    from validate.report.names import of_device
 
     device = load(arguments.scene, common.settings(arguments), of=DEVICE)
     request = _request(arguments)
-    out = common.out(arguments) or of_device(device, request, arguments.settings)
     if request.meter:
         # The scene says nothing about a device with a meter in its loop.
         device = replace(device, expected_to_differ=None)
-
-    from compare.device.run import run
-
-    planned = common.explained(arguments, lambda: scope.plan(device, request))
-    if arguments.dry_run:
-        return FINE
-    with Progress(arguments.quiet) as progress:
-        outcome = run(device, request, out, progress)
-
-    from validate.report.device import table
-
-    return common.report(arguments, device, outcome, table, planned)
+    return common.run(arguments, device, request, arguments.settings)
 
 
-def _request(arguments: argparse.Namespace) -> DeviceRequest:
+def _request(arguments: argparse.Namespace) -> Request:
     """What is asked for; SceneError where one thing leaves out another."""
-    from compare.device import scope
-    from compare.device.scope import FIGURES, DeviceRequest
+    from compare.plan import DEVICE_FIGURES, LATE, design_reason
     from scenes import dimensions
+    from scenes.plan import Request
 
-    request = DeviceRequest(
-        arguments.scheme,
-        tuple(name for name in FIGURES if name.removeprefix("figure") in arguments.about),
-        arguments.figures,
-        arguments.meter,
-        _most("--max-voltage", arguments.max_voltage, dimensions.VOLTAGE),
-        _most("--max-power", arguments.max_power, dimensions.POWER),
-        arguments.command_line,
+    request = Request(
+        scheme=arguments.scheme,
+        about=tuple(name for name in DEVICE_FIGURES if name.removeprefix("figure") in arguments.about),
+        figures=arguments.figures,
+        meter=arguments.meter,
+        largest_voltage=_most("--max-voltage", arguments.max_voltage, dimensions.VOLTAGE),
+        largest_power=_most("--max-power", arguments.max_power, dimensions.POWER),
+        command=arguments.command_line,
     )
     for option, given in (("--max-voltage", arguments.max_voltage), ("--max-power", arguments.max_power)):
-        if given is not None and scope.design_reason(request):
+        if given is not None and design_reason(request):
             other = "--figure" if request.about else "--scheme paper"
             raise SceneError(f"{option} is of the range, which {other} leaves out: give one of them")
-    late = [name for name in request.about if request.scheme == "paper" and name in scope.LATE]
+    late = [name for name in request.about if request.scheme == "paper" and name in LATE]
     if late:
         raise SceneError(f"--figure {late[0].removeprefix('figure')} needs the accurate scheme")
     return request

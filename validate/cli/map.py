@@ -35,7 +35,7 @@ def describe(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Maps, writes and reports."""
-    from compare.scope import OVER_TIME
+    from scenes.checks import OVER_TIME
     from validate.sweep.axes import Axis, parse
     from validate.sweep.design import Design
     from validate.sweep.job import checked

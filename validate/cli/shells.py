@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from importlib import import_module
 
 from reduced1d.ladder import REDUCTIONS
+from scenes.keys import TYPES
 from scenes.loading import known_names
-from scenes.types import TYPES
 from validate.cli.commands import COMMANDS
 
 

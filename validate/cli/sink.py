@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from validate.cli import common
-from validate.cli.terminal import FINE, Progress
 
 if TYPE_CHECKING:
     from compare.against.data import Data
-    from compare.asked import SinkRequest
-    from scenes.plan import Request, Step
+    from scenes.plan import Request
     from scenes.sink import Sink
 
 _ACCURACY = "1e-3"
@@ -58,33 +56,14 @@ def run(arguments: argparse.Namespace) -> int:
     from dataclasses import replace
 
     from scenes.loading import load
-    from validate.report.names import of_sink
 
     sink = load(arguments.scene, common.settings(arguments, ("drive.voltage", arguments.voltage)))
     request = _request(arguments, sink.end_time)
-    given = [arguments.against, *arguments.column] if arguments.against else []
-    out = common.out(arguments) or of_sink(sink, request, arguments.settings, given)
     if request.reduction != "paper":
         # What a scene declares is of the paper's model.
         sink = replace(sink, expected_to_differ=None)
-    data = _data(arguments, sink, request)
-
-    from compare import sink_run
-
-    def plan() -> tuple[Step, ...]:
-        from compare.plan import data_step, plan
-
-        return plan(sink, request) + (() if data is None else (data_step(data),))
-
-    planned = common.explained(arguments, plan)
-    if arguments.dry_run:
-        return FINE
-    with Progress(arguments.quiet) as progress:
-        outcome = sink_run.run(sink, request, out, progress, data)
-
-    from validate.report import table
-
-    return common.report(arguments, sink, outcome, table, planned)
+    given = [arguments.against, *arguments.column] if arguments.against else []
+    return common.run(arguments, sink, request, arguments.settings, given, _data(arguments, sink, request))
 
 
 def _data(arguments: argparse.Namespace, sink: Sink, request: Request) -> Data | None:
@@ -104,19 +83,13 @@ def _data(arguments: argparse.Namespace, sink: Sink, request: Request) -> Data |
     return read(Path(arguments.against), sink, arguments.column)
 
 
-def _request(arguments: argparse.Namespace, end_time: float) -> SinkRequest:
+def _request(arguments: argparse.Namespace, end_time: float) -> Request:
     from pathlib import Path
 
-    from compare.asked import SinkRequest
     from reduced1d.ladder import canonical, few_states_of
     from scenes.errors import SceneError, printable
     from scenes.plan import Request
 
-    models: dict[str | None, Request] = {
-        None: Request(),
-        "3d": Request(models=("fem3d",)),
-        "1d": Request(models=("reduced1d",)),
-    }
     if arguments.why and arguments.only:
         raise SceneError(f"--why compares both models: leave out --only {arguments.only}")
     if arguments.fields and arguments.only == "1d":
@@ -131,8 +104,10 @@ def _request(arguments: argparse.Namespace, end_time: float) -> SinkRequest:
         )
     if arguments.export is not None and not arguments.export.strip():
         raise SceneError('--export "" names no folder: give one, such as my-model')
-    return SinkRequest(
-        models[arguments.only].models,
+    models: dict[str | None, tuple[Literal["fem3d", "reduced1d"], ...]]
+    models = {None: Request().models, "3d": ("fem3d",), "1d": ("reduced1d",)}
+    return Request(
+        models[arguments.only],
         transient=not arguments.steady,
         figures=arguments.figures,
         fields=arguments.fields,

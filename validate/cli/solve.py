@@ -6,7 +6,6 @@ import argparse
 
 from scenes.errors import SceneError
 from validate.cli import common
-from validate.cli.terminal import FINE, Progress, show, style
 
 
 def describe(parser: argparse.ArgumentParser) -> None:
@@ -41,30 +40,14 @@ def describe(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Solves, writes and reports."""
-    from compare.solve import scope
-    from compare.solve.run import run
+    from compare.free_run import reported
     from scenes.free import load
-    from validate.report import names
+    from scenes.plan import Request
 
     if arguments.steady and arguments.end_time is not None:
         raise SceneError(f"--steady and --end-time {arguments.end_time} contradict each other: give one of them")
     until = ("run.end_time", arguments.end_time)
     settings = common.settings(arguments, ("run.steady", "true" if arguments.steady else None), until)
-    request = scope.SolveRequest(arguments.figures, arguments.fields, arguments.command_line)
-    scene = scope.reported(load(arguments.scene, settings), request)
-    out = common.out(arguments) or names.of_scene(scene, settings, arguments.fields)
-    planned = common.explained(arguments, lambda: scope.plan(scene, request))
-    if arguments.dry_run:
-        return FINE
-    with Progress(arguments.quiet) as progress:
-        outcome = run(scene, request, out, progress)
-
-    from validate.report.solve import table
-
-    if arguments.json:
-        show((outcome.folder / "summary.json").read_text(encoding="utf-8").rstrip("\n"))
-    elif arguments.quiet:
-        show(" ".join(table.headline(outcome, style()).split()))
-    else:
-        show(table.outcome_text(outcome, style(), planned))
-    return FINE
+    request = Request(figures=arguments.figures, fields=arguments.fields, command=arguments.command_line)
+    scene = reported(load(arguments.scene, settings), request)
+    return common.run(arguments, scene, request, settings)

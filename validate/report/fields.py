@@ -8,13 +8,13 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from compare.scope import FIRST_TIME
+from compare.verdict import FIRST_TIME
 from scenes.result import Result
 from validate.report import vtkhdf
 from validate.report.vtkhdf import State
 
 if TYPE_CHECKING:
-    from compare.painted import Reduction
+    from reduced1d.painted import Reduction
 
 STEADY = "fem3d_steady.vtu"
 TIMES = 13
@@ -33,7 +33,7 @@ ARRAYS = {
 
 
 def write_fields(
-    folder: Path, result: Result, times: np.ndarray, ambient: float, accuracy: float, reduction: Reduction | None = None
+    folder: Path, result: Result, accuracy: float, times: np.ndarray, ambient: float, reduction: Reduction | None = None
 ) -> list[str]:
     """Writes fem3d_steady.vtu if there is a steady state, fem3d_<k>.vtu for each of ``times`` (s), fem3d.pvd and, where
     VTK can, fem3d.vtkhdf; returns the files' names.

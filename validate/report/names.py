@@ -9,43 +9,44 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from scenes.device import Device
+from compare.pipeline import kind
 from scenes.dimensions import POWER, TIME, VOLTAGE
 from scenes.slug import distinguishes, shortened
 
 if TYPE_CHECKING:
-    from compare.asked import SinkRequest
-    from compare.device.scope import DeviceRequest
-    from scenes.model import AnyScene
-    from scenes.sink import Sink
+    from scenes.plan import Request
 
 
-def of_sink(sink: Sink, request: SinkRequest, settings: Sequence[str] = (), data: Sequence[str] = ()) -> Path:
-    """ "results/sink-1V", "results/sink-2V-width20um-steady"; ``settings`` are the overrides, of which those of checks
-    count here, and ``data`` a file to compare with and what is said of its columns."""
+def of(scene: Any, request: Request, settings: Sequence[str] = (), data: Sequence[str] = ()) -> Path:
+    """The folder of a run; ``settings`` are the overrides, and ``data`` a file to compare with and what is said of its
+    columns."""
+    if kind(scene) == "free":
+        # "results/bridge", or with an override "results/bridge-left-electrode.voltage2"
+        return _folder(scene.name, *_words(settings), *["fields"] * request.fields)
+    words = _of_sink(request, data) if kind(scene) == "sink" else _of_device(request)
+    return _folder(scene.name, distinguishes(scene), *words, *_of_checks(settings))
+
+
+def _of_sink(request: Request, data: Sequence[str]) -> list[str]:
+    """ "results/sink-1V", "results/sink-2V-width20um-steady"."""
     words = [] if request.reduction == "paper" else [request.reduction.replace(":", "")]
     if len(request.models) == 1:
         words.append({"fem3d": "3d", "reduced1d": "1d"}[request.models[0]])
     words += ["steady"] * (not request.transient) + ["why"] * request.why + ["fields"] * request.fields
     words += [TIME.show(time).replace(" ", "") for time in request.field_times]
     words += ["against", data[0].replace("..", "up"), *data[1:]] if data else []
-    return _folder(sink.name, distinguishes(sink), *words, *_of_checks(settings))
+    return words
 
 
-def of_device(device: Device, request: DeviceRequest, settings: Sequence[str] = ()) -> Path:
+def _of_device(request: Request) -> list[str]:
     """ "results/device-273K", "results/device-273K-paper-figure9"."""
     words = ["paper"] if request.scheme == "paper" else []
     words += [*request.about, *filter(None, [request.meter])]
     for limit, dimension in ((request.largest_voltage, VOLTAGE), (request.largest_power, POWER)):
         words += [f"max{dimension.show(limit)}".replace(" ", "")] if limit < float("inf") else []
-    return _folder(device.name, distinguishes(device), *words, *_of_checks(settings))
-
-
-def of_scene(scene: AnyScene, settings: Sequence[str], fields: bool) -> Path:
-    """ "results/bridge", or with an override "results/bridge-left-electrode.voltage2"."""
-    return _folder(scene.name, *_words(settings), *["fields"] * fields)
+    return words
 
 
 def of_sweep(scene: str, kind: str, settings: Sequence[str], *words: str) -> Path:

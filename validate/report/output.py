@@ -1,79 +1,109 @@
-"""The files of one run: traces.csv, figures, fields and, last, summary.json."""
+"""A run with its folder: solved, compared, and kept; the way of every kind of run.
+
+Nothing here imports numpy before the renderer's process has been started, which takes the longest to get ready.
+"""
 
 from __future__ import annotations
 
+import json
+from collections.abc import Callable
 from dataclasses import replace
+from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from compare import scope
-from compare.words import sink_text
-from validate.report.figures.render import Renderer
+from compare.outcome import Clock, Outcome
+from compare.pipeline import answer
+from compare.plan import noted
+from scenes.plan import Request, Step
+from validate.report import names
+from validate.report.figures.render import Field, Renderer
 from validate.report.folder import Folder
-from validate.report.summary import document, write_document
+from validate.report.kinds import of
 
 if TYPE_CHECKING:
-    from compare.clock import Clock
-    from compare.outcome import Outcome
-    from scenes.plan import Request
+    import numpy as np
+
+    from compare.against.data import Data
 
 
-def prepare(request: Request) -> Renderer:
-    """A renderer for figure 4, started now where that figure is drawn, so that it is ready when the solution is."""
-    renderer = Renderer()
-    if "figure4" not in scope.skipped_figures(request):
-        renderer.start()
-    return renderer
+def run(
+    scene: Any,
+    request: Request,
+    out: Path | None = None,
+    progress: Callable[[str], None] | None = None,
+    data: Data | None = None,
+) -> Outcome[Any]:
+    """Solve a scene as asked, compare, and write the results folder (``out``, or one named after the scene).
+
+    The folder is there, whole, when this returns, and as it was before when this raises. Raises SceneError for a folder
+    that can't be used (before anything is solved), and what `compare.pipeline.answer` raises.
+    """
+    say, clock, kind = progress or (lambda _: None), Clock(), of(scene)
+    with Folder(out or names.of(scene, request)) as folder, Renderer(kind.draws_field(scene, request)) as renderer:
+        outcome = answer(scene, request, say, data, clock)
+        say("writing the results")
+        outcome = write(outcome, folder.partial, renderer, clock)
+    return replace(outcome, folder=folder.target, replaced=folder.replaced, timing=clock.all())
 
 
-def write(outcome: Outcome, folder: Folder, renderer: Renderer, clock: Clock) -> Outcome:
-    """Writes the files into ``folder.partial``; the outcome comes back with their names and the plan as carried out."""
-    request, names = outcome.request, []
-    skipped = scope.skipped_figures(request)
-    drawn = [name for name in scope.FIGURES if name not in skipped]
-    if "figure4" in drawn and outcome.fem3d is not None:
-        renderer.send(outcome.fem3d.details["fields"], outcome.sink.room_temperature)
+def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, clock: Clock) -> Outcome[Any]:
+    """Writes the files; the outcome comes back with their names and the plan as carried out."""
+    kind, names = of(outcome.scene), []
+    planned = {line.step for line in outcome.plan if line.state == "done"}
+    field = kind.field(outcome) if kind.draws_field(outcome.scene, outcome.request) else None
+    if field is not None:
+        renderer.send(field)
     with clock.stage("files"):
-        if request.transient:
-            from validate.report.traces import write_traces
+        columns = kind.columns(outcome)
+        if columns:
+            names.append(write_columns(folder / "traces.csv", columns))
+        if "field files" in planned:
+            from validate.report.fields import write_fields
 
-            names.append(write_traces(folder.partial / "traces.csv", outcome.fem3d, outcome.reduced1d))
-        if not scope.fields_reason(request) and outcome.fem3d is not None:
-            from compare.painted import of_result
-            from validate.report.fields import stored_times, write_fields
-
-            sink, one = outcome.sink, outcome.reduced1d
-            times = stored_times(sink.end_time, request.field_times)
-            names += write_fields(
-                folder.partial, outcome.fem3d, times if request.transient else times[:0], sink.room_temperature,
-                sink.accuracy, None if one is None else of_result(sink, one),
-            )  # fmt: skip
-    if drawn:
+            names += write_fields(folder, outcome.solved, outcome.scene.accuracy, *kind.stored(outcome))
+    if any(name.startswith("figure") for name in planned):
         with clock.stage("figures"):
-            from validate.report.figures.figures import draw
-
-            files, notes = draw(outcome, drawn, folder.partial, renderer)
+            files, notes = _draw(outcome, planned, folder, field, renderer)
         names += files
-        plan = tuple(replace(step, reason=notes.get(step.step, step.reason)) for step in outcome.plan)
-        outcome = replace(outcome, plan=plan)
+        outcome = replace(outcome, plan=noted(outcome.plan, notes))
     outcome = replace(outcome, files=(*names, "report.html", "summary.json"), timing=clock.all())
+    from validate.report.html.page import write_report
+    from validate.report.summary import document
+
     found = document(outcome)
     with clock.stage("files"):
-        _write_report(outcome, folder, found, drawn)
-        write_document(folder.partial / "summary.json", found)
+        write_report(folder / "report.html", outcome, found, field)
+        (folder / "summary.json").write_text(json.dumps(found, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     return outcome
 
 
-def _write_report(outcome: Outcome, folder: Folder, found: dict[str, Any], drawn: list[str]) -> None:
-    """The page; its scene that can be turned comes with the figures."""
-    from compare.checks import contradicts
-    from validate.report.html.field import of_result
-    from validate.report.html.page import write_report
-    from validate.report.table import Style, headline
+def _draw(
+    outcome: Outcome[Any], planned: set[str], folder: Path, field: Field | None, renderer: Renderer
+) -> tuple[list[str], dict[str, Step]]:
+    """Draws the figures as .png and .svg; returns the files' names, and the plan's lines that turned out otherwise."""
+    from validate.report.figures.drawing import save, style
 
-    sink = outcome.sink
-    field = None
-    if "figure4" in drawn and outcome.fem3d is not None:
-        field = of_result(outcome.fem3d.details["fields"], sink.room_temperature)
-    contrary = [check for check in outcome.checks if contradicts(check, sink, False)]
-    said = " ".join(headline(outcome, contrary, Style()).split())
-    write_report(folder.partial / "report.html", sink_text(sink), said, found, field)
+    kind = of(outcome.scene)
+    files: list[str] = []
+    notes: dict[str, Step] = {}
+    with style():
+        for name, draw in kind.FIGURES.items():
+            if name in planned:
+                module, _, function = draw.partition(".")
+                figure = getattr(import_module(f"validate.report.figures.{module}"), function)(outcome)
+                files += save(figure, folder, name.replace(" ", "_"))
+        if field is not None:
+            # Last, because the picture comes from a process of its own.
+            figure, note = kind.field_figure(outcome, field, renderer.image())
+            files = [*([] if figure is None else save(figure, folder, kind.FIELD_FIGURE.replace(" ", "_"))), *files]
+            notes |= {} if note is None else {note.step: note}
+    return files, notes
+
+
+def write_columns(path: Path, columns: dict[str, np.ndarray]) -> str:
+    """Writes columns of equal length under their names, to full precision; returns the file's name."""
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    lines = [",".join(columns), *(",".join(map(repr, row)) for row in rows)]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path.name

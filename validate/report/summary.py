@@ -10,15 +10,13 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from compare.scope import OF_THE_REDUCTION
-from scenes.loading import as_dict
+from compare.pipeline import kind
 from validate.report.folder import SCHEMA
+from validate.report.kinds import of
 
 if TYPE_CHECKING:
     from compare.outcome import Outcome
     from compare.verdict import Check
-    from compare.why import Budget
-    from scenes.result import Result
 
 _LIBRARIES = {"numpy": "numpy", "scipy": "scipy", "skfem": "scikit-fem", "matplotlib": "matplotlib"}
 
@@ -28,29 +26,32 @@ def write_document(path: Path, found: dict[str, Any]) -> None:
     path.write_text(json.dumps(found, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
-def document(outcome: Outcome) -> dict[str, Any]:
+def document(outcome: Outcome[Any]) -> dict[str, Any]:
     """The summary as JSON types: full precision, and null for what is not a finite number."""
-    found = plain(
+    found: dict[str, Any] = plain(
         {
             "schema": SCHEMA,
             "command": outcome.request.command or None,
-            "scene": as_dict(outcome.sink),
+            "scene": _as_dict(outcome.scene),
             "plan": [asdict(step) for step in outcome.plan],
             "provenance": provenance(),
-            "fem3d": None if outcome.fem3d is None else _fem3d(outcome.fem3d),
-            "reduced1d": None if outcome.reduced1d is None else _reduced1d(outcome.reduced1d),
-            "answer": outcome.answer,
-            "checks": [check_document(check) | _model(check, outcome) for check in outcome.checks],
-            **({} if outcome.why is None else {"why": _why(outcome.why)}),
+            **of(outcome.scene).entries(outcome),
             "warnings": list(outcome.warnings),
             "files": list(outcome.files),
             "timing_s": outcome.timing,
         }
     )
-    assert isinstance(found, dict)
-    if outcome.against is not None:
-        found["against"] = plain(outcome.against.document())
     return found
+
+
+def _as_dict(scene: Any) -> dict[str, Any]:
+    if kind(scene) == "free":
+        from scenes.free import as_dict
+
+        return as_dict(scene)
+    from scenes.loading import as_dict as sink_or_device
+
+    return sink_or_device(scene)
 
 
 def provenance() -> dict[str, str]:
@@ -70,39 +71,6 @@ def version() -> str:
         return metadata.version("heated-microstructure-validation")
     except metadata.PackageNotFoundError:
         return "unknown"
-
-
-def _fem3d(result: Result) -> dict[str, Any]:
-    details = result.details
-    found = {
-        "steady": {key: {"value": e.value, "error": e.error} for key, e in result.steady.items()},
-        "energy_imbalance": details["energy_imbalance"],
-        "dofs": details["unknowns"],
-        "steps": details["steps"],
-        "symmetry": details.get("symmetry"),
-        "mesh": details.get("mesh"),
-    }
-    if result.traces is not None:
-        found["transient"] = {"errors": result.traces.errors, "imbalance": details.get("transient_imbalance")}
-    return found
-
-
-def _reduced1d(result: Result) -> dict[str, Any]:
-    found = {"name": result.model, "steady": {key: {"value": e.value} for key, e in result.steady.items()}}
-    return {**found, "details": result.details}
-
-
-def _model(check: Check, outcome: Outcome) -> dict[str, str]:
-    """The reduction that a check is of; the others are of the paper's equations, whichever was chosen."""
-    if outcome.reduced1d is None or check.id not in OF_THE_REDUCTION:
-        return {}
-    return {"model": outcome.reduced1d.model}
-
-
-def _why(budget: Budget) -> dict[str, Any]:
-    from validate.report.why_text import document
-
-    return document(budget)
 
 
 def check_document(check: Check) -> dict[str, Any]:

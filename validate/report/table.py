@@ -1,35 +1,22 @@
-"""What a run says in the terminal, at most 80 columns wide: the verdict first, then the numbers, then the reasons."""
+"""What runs of every kind say in the terminal, at most 80 columns wide: the style, the plan, tables, remarks, files."""
 
 from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from compare.asked import whole
-from compare.scope import OF_THE_PAPER, OF_THE_REDUCTION, PAPERS
-from compare.verdict import Check, relative
-from compare.words import difference_text, percent, quantity, sink_text, with_error
+from validate.report.kinds import of
 
 if TYPE_CHECKING:
     from compare.outcome import Outcome
+    from compare.verdict import Check
     from scenes.plan import Step
-    from scenes.result import Result
 
 WIDTH = 80
-
-QUANTITIES = {
-    "peak_rise_K": ("peak rise", "K"),
-    "end_rise_K": ("end rise", "K"),
-    "mean_rise_K": ("mean rise", "K"),
-    "current_A": ("current", "A"),
-    "power_W": ("power", "W"),
-    "heat_out_W": ("heat to the substrate", "W"),
-    "anchor_resistance_K_per_W": ("anchor resistance", "K/W"),
-}
 _STAGES = {"fem3d": "3D", "device": "runs", "design": "designer's questions", "files": "files", "figures": "figures"}
 _COLOURS = {"agrees": "32", "differs": "31", "unresolved": "33", "heading": "1"}
 _MARKS = {"agrees": ("\N{CHECK MARK}", "+"), "differs": ("\N{BALLOT X}", "x"), "unresolved": ("?", "?")}
@@ -56,86 +43,36 @@ class Style:
         return "+-" if self.ascii_only else "\N{PLUS-MINUS SIGN}"
 
 
-def outcome_text(
-    outcome: Outcome, contrary: Sequence[Check], style: Style, planned: tuple[Step, ...] | None = None
-) -> str:
-    """Everything about a run, its answer first; ``contrary`` are the checks that contradict the scene, ``planned`` the
-    plan if it has been printed, so that only what turned out otherwise is added."""
-    parts = [found_text(outcome, contrary, style), _plan_changes(outcome, planned, style)]
-    if outcome.exported is not None:
-        from reduced1d.ladder import few_states_of
-
-        parts.append(f"Exported {few_states_of(whole(outcome.request).reduction)} to {_shown(outcome.exported)}/")
-    parts.append(where_text(outcome))
-    return "\n\n".join(part for part in parts if part)
+def headline(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> str:
+    """The answer of a run, and how many checks differ; ``contrary`` are those that contradict the scene."""
+    said: str = of(outcome.scene).headline(outcome, contrary, style)
+    return said
 
 
-def found_text(outcome: Outcome, contrary: Sequence[Check], style: Style) -> str:
-    """The answer, the quantities, the checks with their reasons and, where asked for, the parts of the differences;
-    last the warnings."""
-    parts = [headline(outcome, contrary, style), quantities_text(outcome, style)]
-    if outcome.against is not None:
-        parts.append(wrapped(outcome.against.said()))
-    if outcome.checks:
-        parts.append(checks_text(outcome.checks, style))
-    own = [check for check in outcome.checks if check.own]
-    parts += [reasons_text(own, contrary, style), _budget(outcome, style), *warnings_text(outcome)]
-    return "\n\n".join(part for part in parts if part)
+def found_text(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> str:
+    """Everything that a run found, its answer first, the warnings last."""
+    parts = [headline(outcome, contrary, style), *of(outcome.scene).tables(outcome, contrary, style)]
+    return "\n\n".join(part for part in [*parts, *warnings_text(outcome)] if part)
 
 
-def warnings_text(outcome: Any) -> list[str]:
-    """Any kind of run's remarks, each a paragraph."""
+def warnings_text(outcome: Outcome[Any]) -> list[str]:
+    """The remarks on a run, each a paragraph."""
     return [wrapped(f"Warning: {text.rstrip('.')}.") for text in outcome.warnings]
 
 
-def _budget(outcome: Outcome, style: Style) -> str:
-    if outcome.why is None:
-        return ""
-    from validate.report.why_text import budget_text
+def outcome_text(
+    outcome: Outcome[Any], contrary: Sequence[Check], style: Style, planned: tuple[Step, ...] | None = None
+) -> str:
+    """The same, and where it is kept; of a plan that has been printed (``planned``) what turned out otherwise."""
+    changed = [step for step in outcome.plan if planned is not None and step not in planned]
+    parts = [found_text(outcome, contrary, style)]
+    if changed:
+        parts.append(plan_text(changed, style).replace("Plan", "As it turned out", 1))
+    if outcome.exported is not None:
+        from reduced1d.ladder import few_states_of
 
-    return budget_text(outcome.why, style)
-
-
-def headline(outcome: Outcome, contrary: Sequence[Check], style: Style) -> str:
-    """The answer of the run, then how many checks differ, and whether that was known."""
-    said = [style.paint(wrapped(outcome.answer), "heading")]
-    name = f"{sink_text(outcome.sink)}{_against(outcome)}"
-    own = [check for check in outcome.checks if check.own]
-    if own:
-        said.append(verdict_text(name, own, contrary, outcome.sink.expected_to_differ is not None, style))
-    rest = [check for check in outcome.checks if not check.own]
-    if rest:
-        count = sum(check.verdict == "differs" for check in rest)
-        off = f"{count} differs" if count == 1 else f"{count} differ"
-        said.append(wrapped(f"Of the paper's own {len(rest)} equations, which are not this model's, {off}."))
-    return "\n".join(said)
-
-
-def _against(outcome: Outcome) -> str:
-    """The 1D model, where it is another than the paper's."""
-    if outcome.reduced1d is None or outcome.reduced1d.model in PAPERS:
-        return ""
-    return f", {outcome.reduced1d.model}" + (" against 3D" if outcome.fem3d is not None else "")
-
-
-def verdict_text(
-    name: str, checks: Sequence[Check], contrary: Sequence[Check], declared: bool, style: Style
-) -> str:  # fmt: skip
-    """How many checks differ, and whether that was known of the scene."""
-    count = {v: sum(check.verdict == v for check in checks) for v in ("agrees", "differs", "unresolved")}
-    differ = f"{count['differs']} of {len(checks)} checks {'differs' if count['differs'] == 1 else 'differ'}"
-    said = f"{name}: {differ if count['agrees'] < len(checks) else f'all {len(checks)} checks agree'}"
-    if count["unresolved"]:
-        said += f", {count['unresolved']} unresolved"
-    if contrary:
-        said += f"; not as expected: {', '.join(check.id for check in contrary)}."
-    elif declared and count["unresolved"]:
-        said += "; the others are as the scene declares."
-    elif declared:
-        said += ", as the scene declares: all were known."
-    else:
-        said += "; nothing was declared of this scene beforehand."
-    return style.paint(wrapped(said), "heading")
+        parts.append(f"Exported {few_states_of(outcome.request.reduction)} to {_shown(outcome.exported)}/")
+    return "\n\n".join([*parts, where_text(outcome)])
 
 
 def plan_text(steps: Sequence[Step], style: Style) -> str:
@@ -147,103 +84,36 @@ def plan_text(steps: Sequence[Step], style: Style) -> str:
     return "\n".join(lines)
 
 
-def quantities_text(outcome: Outcome, style: Style) -> str:
-    """Steady quantities: 3D with its error, 1D, and how far 1D is off."""
-    name = outcome.reduced1d.model if _against(outcome) and outcome.reduced1d else "1D"
-    heads = ("steady state", "3D" if outcome.fem3d else "", name if outcome.reduced1d else "")
-    both = outcome.fem3d is not None and outcome.reduced1d is not None
-    lines = [
-        style.paint(
-            f"  {heads[0]:<23}{heads[1]:>26}{heads[2]:>15}{'1D/3D - 1' if both else '':>13}".rstrip(), "heading"
-        )
-    ]
-    for key, (name, unit) in QUANTITIES.items():
-        lines.append(_quantity_line(key, name, unit, outcome.fem3d, outcome.reduced1d, style))
-    return "\n".join(lines)
+def listed(head: str, sentences: Sequence[str], style: Style) -> str:
+    """Sentences under a heading; nothing where there are none."""
+    lines = [wrapped(f"{text.rstrip('.')}.", "  ", "    ") for text in sentences]
+    return "\n".join([style.paint(head, "heading"), *lines]) if lines else ""
 
 
-def _quantity_line(
-    key: str, name: str, unit: str, fem3d: Result | None, reduced1d: Result | None, style: Style
-) -> str:  # fmt: skip
-    left, right, off = "", "", ""
-    if fem3d is not None:
-        found = fem3d.steady[key]
-        value, error, shown, places, factor = with_error(found.value, found.error, unit)
-        left = f"{value} {style.plus_minus} {error} {shown}"
-        if reduced1d is not None:
-            other = reduced1d.steady[key].value
-            right = f"{other * factor:.{min(places, 4)}f} {shown}"
-            off = percent(relative(other, found.value), sign=True)
-    elif reduced1d is not None:
-        right = quantity(reduced1d.steady[key].value, unit, 6)
-    return f"  {name:<23}{left:>26}{right:>15}{off:>13}".rstrip()
-
-
-def checks_text(checks: Sequence[Check], style: Style) -> str:
-    """A line for every check, under what is compared in it."""
-    lines = [style.paint(f"  {'check':<40}{'difference':>17}{'tolerance':>10}", "heading")]
-    room = max((len(check.id) + 1 for check in checks), default=0)
-    for kind, found in by_kind(checks).items():
-        lines += [f"  {kind}"] if kind else []
-        for check in found:
-            difference = difference_text(check.difference, check.u_num, style.plus_minus)
-            word = style.paint(check.verdict, check.verdict)
-            mark = style.paint(style.mark(check.verdict), check.verdict)
-            name = f"{check.id:<{max(room, 14)}}{check.title}"
-            lines.append(f"{mark} {name:<40}{difference:>18}{percent(check.tolerance, 1):>8}  {word}")
-    return "\n".join(lines)
-
-
-def by_kind(checks: Sequence[Check]) -> dict[str, list[Check]]:
-    """Checks by what is compared in them, in words: one model with the other first."""
-    found: dict[str, list[Check]] = {}
-    for check in sorted(checks, key=lambda check: check.id not in OF_THE_REDUCTION):
-        found.setdefault(kind_of(check.id, check.own), []).append(check)
-    return found
-
-
-def kind_of(check: str, own: bool) -> str:
-    """What is compared in a check, by its id, and whether it is of the model that was chosen."""
-    if check in OF_THE_REDUCTION:
-        return "one model against the other: 1D less 3D"
-    if check in OF_THE_PAPER:
-        whose = "the paper's equations" if own else "the paper's equations (not this model's)"
-        return f"{whose}: 3D numbers in, relative to 3D's own"
-    return {"energy": "3D alone"}.get(check, "your data less 3D" if check.startswith("against_") else "")
-
-
-def reasons_text(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -> str:
-    """Why, for every check that gives a reason, and for those that contradict the scene what it declares."""
-    lines = []
-    declared = {check.id: _declared(check) for check in contrary}
-    for check in checks:
-        said = "; ".join(text for text in (declared.get(check.id, ""), check.because) if text)
-        if said:
-            lines.append(wrapped(f"{check.id}: {said}.", "  ", "    "))
-    if not lines:
-        return ""
-    return "\n".join([style.paint("Why", "heading"), *lines])
-
-
-def _declared(check: Check) -> str:
+def declared(check: Check) -> str:
+    """What the scene declares of a check that came out otherwise."""
     if check.expected is not None and check.verdict != check.expected:
         return f"the scene declares that it {check.expected} (checks.expect_differs)"
     return ""
 
 
-def _plan_changes(outcome: Outcome, planned: tuple[Step, ...] | None, style: Style) -> str:
-    if planned is None:
-        return ""
-    changed = [step for step in outcome.plan if step not in planned]
-    if not changed:
-        return ""
-    return plan_text(changed, style).replace("Plan", "As it turned out", 1)
+def columns_text(rows: Sequence[Sequence[str]], left: int, style: Style) -> list[str]:
+    """Lines of a table, the first its heading: ``left`` columns stand to the left, the rest to the right. No two
+    columns ever touch; they move together where the line would be too long."""
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    gaps = len(widths) - 1
+    gap = " " * max(min((WIDTH - sum(widths)) // gaps, 3), 1)
+    sides = ["<" if i < left else ">" for i in range(len(widths))]
+    lines = [
+        gap.join(f"{cell:{side}{width}}" for cell, side, width in zip(row, sides, widths, strict=True)).rstrip()
+        for row in rows
+    ]
+    return [style.paint(lines[0], "heading"), *lines[1:]]
 
 
-def where_text(outcome: Any) -> str:
-    """Where any kind of run's results are, what is there, how long it took, and which earlier run they replace."""
-    files: Sequence[str] = outcome.files
-    timing: Mapping[str, float] = outcome.timing
+def where_text(outcome: Outcome[Any]) -> str:
+    """Where a run's results are, what is there, how long it took, and which earlier run they replace."""
+    files, timing = outcome.files, outcome.timing
     kinds = (["report.html"] if "report.html" in files else []) + ["summary.json"]
     kinds += ["traces.csv"] if "traces.csv" in files else []
     figures = {Path(file).stem for file in files if file.endswith(".svg")}

@@ -12,10 +12,10 @@ from fem3d.assembly import assemble
 from fem3d.domain import boxes
 from fem3d.exponential import integrate
 from fem3d.heat import HeatProblem
-from fem3d.reference import STAGES
 from meshes import grading, symmetry
 from scenes.sink import Sink
 from validate.stress.rows import Row
+from validate.verify.reference import STAGES
 
 GROUP = "time steps"
 STEPS = (1e-9, 1e-7, 1e-5, 1e-3, 1e-1, 1.0)  # s

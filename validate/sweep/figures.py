@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator
 from matplotlib.tri import LinearTriInterpolator, Triangulation
 
-from compare.words import percent, scale
+from scenes.formats import percent, scale
 from validate.report.figures.colours import INK
 from validate.report.figures.drawing import new_figure
 from validate.sweep.table import TITLES, Table, blames

@@ -67,7 +67,7 @@ def processors() -> int:
 
 def checked(base: Base, given: str | None, steady: bool) -> str:
     """The check that was asked for; SceneError for one that there isn't, or that the sweep doesn't make."""
-    from compare import scope
+    from compare.plan import skipped_checks
     from scenes.checks import DEFAULT_TOLERANCES
     from scenes.plan import Request
 
@@ -83,7 +83,7 @@ def checked(base: Base, given: str | None, steady: bool) -> str:
     if check not in DEFAULT_TOLERANCES:
         known = tuple(DEFAULT_TOLERANCES)
         raise SceneError(f"{quoted(check)} is no check: give {', '.join(known)}{did_you_mean(check, known)}")
-    skipped = scope.skipped_checks(scene, Request(transient=not steady))
+    skipped = skipped_checks(scene, Request(transient=not steady))
     if check in skipped:
         raise SceneError(f"there is no check {quoted(check)} here: {skipped[check]}")
     return check

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, cast
 
-from compare.asked import SinkRequest
 from scenes.errors import SceneError
+from scenes.plan import Request
 from scenes.sink import Sink
 from validate.sweep.base import Base, Value
 from validate.sweep.design import settings
@@ -24,7 +24,7 @@ FINEST = 1e-4
 
 BLAMED = {"fig4": ("steady", "peak"), "fig6_peak": ("transient", "peak"), "fig6_end": ("transient", "end"),
           "fig7_current": ("transient", "current")}  # fmt: skip
-"""The difference that each check of a reduction is of, among those that `compare.why` splits by assumption."""
+"""The difference that each check of a reduction is of, among those that `compare.budget` splits by assumption."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ def _sink(sink: Sink, work: Work, earlier: Result | None) -> tuple[dict[str, Any
     from reduced1d.ladder.levels import Levels
 
     asked = work.asked
-    request = SinkRequest(transient=not asked.steady, figures=False, reduction=asked.reductions[0])
+    request = Request(transient=not asked.steady, figures=False, reduction=asked.reductions[0])
     # Which part is the largest the coarser models of the ladder tell; a reduction that stands on it needs both.
     rough = asked.reductions == ("paper",)
     first: Result | None = None
@@ -147,14 +147,12 @@ def _columns(checks: Sequence[Check]) -> dict[str, Any]:
     }
 
 
-def _of_another(
-    sink: Sink, request: SinkRequest, fem3d: Result, levels: Levels
-) -> tuple[tuple[Check, ...], Result | None]:
+def _of_another(sink: Sink, request: Request, fem3d: Result, levels: Levels) -> tuple[tuple[Check, ...], Result | None]:
     """The checks of another reduction against the same 3D result; none where it has no answer."""
     from compare.checks import evaluate
-    from compare.scope import OF_THE_REDUCTION
     from reduced1d.errors import RunawayError
     from reduced1d.ladder import solve as solve_1d
+    from scenes.checks import OF_THE_REDUCTION
 
     times = fem3d.traces.time if fem3d.traces is not None else None
     try:
@@ -166,7 +164,7 @@ def _of_another(
 
 def _parts(sink: Sink, asked: Asked, fem3d: Result, levels: Levels) -> dict[str, float] | None:
     """The difference that the check is of, split by assumption."""
-    from compare.why import budget
+    from compare.budget import budget
     from reduced1d.errors import RunawayError
 
     kind, quantity = BLAMED.get(asked.check, ("steady", "peak"))
@@ -195,10 +193,10 @@ def blame(parts: dict[str, float] | None) -> dict[str, Any]:
 
 def _free(scene: AnyScene) -> dict[str, Any]:
     """The columns of a free scene: every probe, at the end where it is over time."""
-    from compare.solve import scope
+    from compare.free_run import reported, solver
 
-    scene = scope.reported(scene, scope.SolveRequest(figures=False))
-    result = scope.solver(scene)(scene)
+    scene = reported(scene, Request(figures=False))
+    result = solver(scene).solve(scene)
     values: dict[str, Any] = {}
     for probe in scene.probes:
         if scene.steady or result.traces is None:

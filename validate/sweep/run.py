@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
-from compare.words import quantity
+from scenes.formats import quantity
 from validate.sweep.cluster import Cluster
 from validate.sweep.job import Job, Means
 from validate.sweep.point import Work

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from compare.words import percent, quantity
+from scenes.formats import percent, quantity
 from validate.sweep.base import VOLTAGE, Base, Value
 from validate.sweep.point import Asked, blame
 from validate.sweep.store import Store

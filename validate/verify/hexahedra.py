@@ -10,12 +10,11 @@ from typing import Any
 import numpy as np
 from skfem import Basis, FacetBasis, LinearForm
 
-from fem3d import reference
-from fem3d.reference import FullOrder
 from scenes.model import Boundary, Scene
-from validate.verify import loads
+from validate.verify import loads, reference
 from validate.verify.bricks import mesh
 from validate.verify.manufactured import Heating, Manufactured
+from validate.verify.reference import FullOrder
 
 ORDER = 8  # of the quadrature for loads and errors
 

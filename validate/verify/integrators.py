@@ -11,11 +11,11 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
 
 from fem3d.exponential import integrate
-from fem3d.reference import FullOrder
 from reduced1d.device.crank_nicolson import crank_nicolson, mesh_ratio
 from reduced1d.device.lumped import Slab
 from scenes.sink import Sink
 from validate.verify import hexahedra, manufactured
+from validate.verify.reference import FullOrder
 from validate.verify.rows import Row, observed_order, order_row
 
 FAMILY = "order in time"

@@ -27,7 +27,7 @@ row has the one that is furthest off.
 
 Manufactured solutions are made for this purpose: a smooth field is chosen, and loads on the interior and the faces are
 computed such that it is the exact solution. The brick elements are those of the solver; hexahedra are scikit-fem's in
-the second path, `fem3d/reference.py`. L2 and H1 are norms of the error of the whole field.
+the second path, `validate/verify/reference.py`. L2 and H1 are norms of the error of the whole field.
 """
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from compare.painted import Reduction, of_run
+from reduced1d.painted import Reduction, of_run
 from scenes.errors import SceneError, quoted, reason
 from validate.report.fields import ARRAYS
 

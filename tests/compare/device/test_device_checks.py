@@ -7,16 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.checks import judged
-from compare.device import checks, runs
-from compare.device.scope import DeviceRequest, made_checks, needs, skipped_checks
-from compare.device.words import claimed, off_by
-from compare.verdict import Check
-from reduced1d.device import solve
+from compare import device_checks as checks
+from compare.device_run import simulated
+from compare.plan import made_device_checks, needs, skipped_device_checks
+from compare.verdict import Check, judged
+from reduced1d.device import runs, solve
 from scenes.checks import DEVICE_TOLERANCES
 from scenes.device import Control, Device, External
+from scenes.keys import DEVICE
 from scenes.loading import load
-from scenes.types import DEVICE
+from scenes.plan import Request
+from validate.report.claims import claimed, off_by
 
 SLOPE = 0.15 * 1e-3 * 100e-6 / 100e-6
 METERS = ("meter_resistance", "meter_power", "meter_rate")
@@ -24,8 +25,8 @@ METERS = ("meter_resistance", "meter_power", "meter_rate")
 
 @pytest.fixture(scope="module")
 def found() -> dict[str, Check]:
-    device, request = load("device", of=DEVICE), DeviceRequest()
-    return {c.id: c for c in checks.evaluate(device, request, runs.make(device, request, lambda _: None))}
+    device, request = load("device", of=DEVICE), Request()
+    return {c.id: c for c in checks.evaluate(device, request, simulated(device, request))}
 
 
 def test_every_check_is_made_once_and_as_declared(found: dict[str, Check]) -> None:
@@ -69,8 +70,8 @@ def test_only_the_step_beyond_the_set_point_takes_another_time(found: dict[str, 
 def test_a_faster_loop_than_figure_11_is_needed_for_it_to_be_slower() -> None:
     slow = runs.sampled_slowly(Device())
     slower = replace(slow, control=replace(slow.control, sink_gain=0.1, sensor_gain=0.01), end_time=1.5)
-    request = DeviceRequest(about=("figure11",))
-    made = runs.make(slower, request, lambda _: None)
+    request = Request(about=("figure11",))
+    made = simulated(slower, request)
     (check,) = checks.evaluate(slower, request, made)
     assert check.verdict == "differs"
     assert check.difference > 0.5
@@ -78,17 +79,17 @@ def test_a_faster_loop_than_figure_11_is_needed_for_it_to_be_slower() -> None:
 
 def test_what_is_not_needed_is_not_run() -> None:
     device = Device()
-    assert made_checks(device, DeviceRequest(about=("figure11",))) == ("fig11_slow",)
-    assert not needs(device, DeviceRequest(about=("figure9",)), "figure11", "figure12", "figure13")
+    assert made_device_checks(device, Request(about=("figure11",))) == ("fig11_slow",)
+    assert not needs(device, Request(about=("figure9",)), "figure11", "figure12", "figure13")
     late = {k for k in DEVICE_TOLERANCES if k.startswith(("fig11", "fig12", "fig13"))}
-    assert set(skipped_checks(device, DeviceRequest("paper"))) == late
+    assert set(skipped_device_checks(device, Request(scheme="paper"))) == late
     still = replace(device, external=External(293.0, 293.0))
-    assert made_checks(still, DeviceRequest()) == ("fig12_same_time", "fig13_slope", "fig13_limit", *METERS)
+    assert made_device_checks(still, Request()) == ("fig12_same_time", "fig13_slope", "fig13_limit", *METERS)
 
 
 def test_the_papers_scheme_is_checked_against_the_accurate_one() -> None:
-    device, request = replace(Device(), end_time=0.08, external=External(step_time=0.01)), DeviceRequest("paper")
-    made = runs.make(device, request, lambda _: None)
+    device, request = replace(Device(), end_time=0.08, external=External(step_time=0.01)), Request(scheme="paper")
+    made = simulated(device, request)
     found = {check.id: check for check in checks.evaluate(device, request, made)}
     assert set(found) == {"fig9_settling", "fig9_balance", "fig10_steady", *METERS}
     assert 1e-6 < found["fig9_settling"].u_num < 0.01
@@ -96,8 +97,8 @@ def test_the_papers_scheme_is_checked_against_the_accurate_one() -> None:
 
 
 def evaluated(device: Device, *figures: str) -> dict[str, Check]:
-    request = DeviceRequest(about=figures)
-    return {c.id: c for c in checks.evaluate(device, request, runs.make(device, request, lambda _: None))}
+    request = Request(about=figures)
+    return {c.id: c for c in checks.evaluate(device, request, simulated(device, request))}
 
 
 def meters(device: Device) -> dict[str, Check]:

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from compare.why import budget
+from compare.budget import budget
 from fem3d.run import solve as solve_3d
 from reduced1d import ladder
 from reduced1d.errors import RunawayError
@@ -26,7 +26,7 @@ from scenes.result import Result
 from scenes.sink import Sink
 from validate.bench.ladder_measures import errors
 from validate.bench.ladder_table import scene, slow_row, thin_row
-from validate.report.why_text import budget_text, document
+from validate.report.budget import budget_text, document
 
 SCENES = {
     "default": (),

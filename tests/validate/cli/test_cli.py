@@ -16,7 +16,7 @@ import pytest
 from scenes.checks import DEFAULT_TOLERANCES
 from scenes.loading import from_dict, load
 from validate.cli import main
-from validate.report.table import QUANTITIES
+from validate.report.sink import QUANTITIES
 
 ROOT = Path(__file__).parents[3]
 pytestmark = pytest.mark.usefixtures("no_solver")

@@ -17,17 +17,18 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from compare.device import checks, runs
-from compare.device.outcome import DeviceOutcome
-from compare.device.scope import FIGURES, DeviceRequest
+from compare import device_checks as checks
+from compare.device_run import simulated
+from compare.outcome import Outcome
+from compare.plan import DEVICE_FIGURES as FIGURES
 from reduced1d.device import QUANTITIES
 from scenes.checks import DEVICE_TOLERANCES
+from scenes.keys import DEVICE
 from scenes.loading import from_dict, load
-from scenes.types import DEVICE
+from scenes.plan import Request
 from validate.cli import main
-from validate.report.device import figures
-from validate.report.device.table import columns
-from validate.report.table import Style
+from validate.report.figures import response_figures, step_figures
+from validate.report.table import Style, columns_text
 
 QUICK = ("--set", "control.sample_time=1ms", "--set", "control.sink_gain=0.5")
 
@@ -216,9 +217,9 @@ def test_extremes_are_told_in_words_and_in_columns_apart(name: str, capsys: pyte
 
 def test_columns_never_touch() -> None:
     rows = [["a", "b", "c"], ["x" * 30, "-1.234e+05 kW", "never"], ["y", "1 W", "12345678.9 ms"]]
-    for line, row in zip(columns(rows, 1, Style()), rows, strict=True):
+    for line, row in zip(columns_text(rows, 1, Style()), rows, strict=True):
         assert re.split(r"\s{2,}", line) == row
-    wide = columns([["x" * 40, "y" * 40], ["a", "b"]], 1, Style())
+    wide = columns_text([["x" * 40, "y" * 40], ["a", "b"]], 1, Style())
     assert wide[0].split(" ") == ["x" * 40, "y" * 40]
 
 
@@ -252,11 +253,15 @@ def test_the_report_has_names_and_units(full: tuple[str, Path]) -> None:
 
 @pytest.mark.parametrize("setting", ["sample_time=50ms", "sensor_gain=0", "polymer_thickness=10mm"])
 def test_no_text_of_a_figure_touches_another(setting: str) -> None:
-    scene, request = load("device", ("sample_time=1ms", setting), of=DEVICE), DeviceRequest()
-    made = runs.make(scene, request, lambda _: None)
-    outcome = DeviceOutcome(scene, request, (), made, checks.evaluate(scene, request, made))
-    for name in FIGURES:
-        boxes = _boxes(figures.DRAWN[name](outcome))
+    scene, request = load("device", ("sample_time=1ms", setting), of=DEVICE), Request()
+    made = simulated(scene, request)
+    outcome = Outcome(scene, request, (), checks=checks.evaluate(scene, request, made), simulated=made)
+    draw = (
+        response_figures.power, response_figures.flow, response_figures.slow,
+        step_figures.responses, step_figures.characteristic,
+    )  # fmt: skip
+    for name, figure in zip(FIGURES, draw, strict=True):
+        boxes = _boxes(figure(outcome))
         touching = [(a, b) for (a, one), (b, two) in combinations(boxes, 2) if one.overlaps(two)]
         assert touching == [], name
 

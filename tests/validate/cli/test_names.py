@@ -34,7 +34,6 @@ DIFFERENT = {
         "bridge --steady", "hotplate", "hotplate --end-time 2ms", "hotplate --end-time 3ms",
     ],
 }  # fmt: skip
-_RUN = {"sink": "compare.sink_run.run", "device": "compare.device.run.run", "solve": "compare.solve.run.run"}
 
 
 @pytest.fixture(autouse=True)
@@ -53,7 +52,7 @@ def folder(command: str, arguments: str, monkeypatch: pytest.MonkeyPatch) -> Pat
         found.append(out)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(_RUN[command], stop)
+    monkeypatch.setattr("validate.report.output.run", stop)
     assert main([command, *(part.replace("~", " ") for part in arguments.split())]) == 130
     return found[0]
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from compare.scope import FIGURES
+from compare.plan import SINK_FIGURES as FIGURES
 from validate.cli import main
 
 pytestmark = pytest.mark.usefixtures("no_solver")
@@ -86,7 +86,7 @@ def test_strict_asks_nothing_of_a_better_model_that_is_the_papers(capsys: pytest
 def _fewer_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figure 7 alone beside the budget's: the others take seconds."""
     monkeypatch.setattr(
-        "compare.scope.skipped_figures",
+        "compare.plan.skipped_figures",
         lambda request: dict.fromkeys(("figure4", "figure5", "figure6") if request.figures else FIGURES, "not now"),
     )
 
@@ -155,7 +155,7 @@ def test_a_thick_layer_is_warned_of(capsys: pytest.CaptureFixture[str]) -> None:
 def test_what_is_not_asked_for_is_not_imported() -> None:
     code = (
         "import sys; from validate.cli import main; main(['sink', '--only', '1d', '--no-figures', '--quiet']);"
-        "print([name for name in ('skfem', 'reduced1d.ladder.plate', 'reduced1d.export', 'compare.why') "
+        "print([name for name in ('skfem', 'reduced1d.ladder.plate', 'reduced1d.export', 'compare.budget') "
         "if name in sys.modules])"
     )
     root = str(Path(__file__).parents[3])

@@ -5,21 +5,21 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from compare.why import Budget, Part, Split
+from compare.budget import Budget, Part, Split
 from fem3d.run import solve
 from scenes.loading import load
 from scenes.plan import Request
+from validate.report.budget import budget_text
 from validate.report.figures.offscreen import round_length
 from validate.report.figures.profile_figure import _smooth
 from validate.report.figures.why_figure import _seen
 from validate.report.table import Style
-from validate.report.why_text import budget_text
 
 
 def residual(accuracy: str) -> tuple[np.ndarray, np.ndarray, float]:
     """The 3D profile less its parabola (K), and the error of the rises (K)."""
-    from compare.comparison import Models
     from compare.figure_checks import profile
+    from compare.verdict import Models
 
     sink = load("sink", [f"accuracy={accuracy}"])
     found = solve(sink, Request(transient=False))

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from compare.asked import SinkRequest
 from scenes.errors import SceneError
+from scenes.plan import Request
 from scenes.sink import Sink
 from validate.report import folder as module
 from validate.report.folder import Folder
-from validate.report.names import of_sink
+from validate.report.names import of
 
 SUMMARY = json.dumps({"schema": 1, "plan": []})
 
@@ -30,7 +30,7 @@ def names(folder: Path) -> set[str]:
 
 
 def test_default_name() -> None:
-    assert of_sink(Sink(voltage=2.0, width=20e-6), SinkRequest()) == Path("results/sink-2V-width20um")
+    assert of(Sink(voltage=2.0, width=20e-6), Request()) == Path("results/sink-2V-width20um")
 
 
 @pytest.mark.parametrize("exchange", [True, False])

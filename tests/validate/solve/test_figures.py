@@ -7,11 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from compare.outcome import Outcome
 from scenes.free import load
 from scenes.model import Scene
+from scenes.plan import Request
 from scenes.result import Result, Traces
+from validate.report.figures import trace_figure
 from validate.report.figures.drawing import style
-from validate.report.solve import trace_figure
 
 END = 0.1
 
@@ -36,7 +38,7 @@ def hotplate(*settings: str) -> Scene:
 @pytest.mark.parametrize(("constant", "scale"), [(END / 3, "linear"), (END / 100, "log")])
 def test_time_is_logarithmic_where_a_rise_is_over_before_it_is_seen(constant: float, scale: str) -> None:
     with style():
-        axes = trace_figure.draw(hotplate(), rise(constant)).axes
+        axes = trace_figure.draw(Outcome(hotplate(), Request(), (), rise(constant))).axes
     assert {ax.get_xscale() for ax in axes} == {scale}
     assert axes[-1].get_xlim()[1] == pytest.approx(1e3 * END)
     if scale == "log":
@@ -50,4 +52,4 @@ def test_time_is_logarithmic_where_a_rise_is_over_before_it_is_seen(constant: fl
 def test_time_is_linear_where_the_drive_changes_on_the_way() -> None:
     wave = replace(hotplate(), boundaries=load("hotplate").boundaries)
     with style():
-        assert trace_figure.draw(wave, rise(END / 100)).axes[-1].get_xscale() == "linear"
+        assert trace_figure.draw(Outcome(wave, Request(), (), rise(END / 100))).axes[-1].get_xscale() == "linear"

@@ -18,7 +18,7 @@ from scenes.loading import builtin_text
 from scenes.result import Traces
 from scenes.sink import Sink
 from validate.cli import main
-from validate.report.solve.traces import at
+from validate.report.free import at
 
 pytestmark = pytest.mark.usefixtures("no_solver")
 

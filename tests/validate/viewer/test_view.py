@@ -9,10 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from compare import sink_run
+from scenes.errors import SceneError
 from scenes.loading import load
 from scenes.plan import Request
 from validate.cli import main
+from validate.report import output
 from validate.viewer import window
 from validate.viewer.source import find
 
@@ -28,7 +29,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with pytest.MonkeyPatch.context() as patch:
         # Enough states for a film.
         patch.setattr("validate.report.fields.TIMES", 4)
-        sink_run.run(load("sink", ["accuracy=1e-2"]), Request(figures=False, fields=True), folder)
+        output.run(load("sink", ["accuracy=1e-2"]), Request(figures=False, fields=True), folder)
     return folder
 
 
@@ -82,17 +83,16 @@ def test_every_kind_of_file_is_found_with_its_times(run: Path, name: str) -> Non
 
 
 def test_a_time_beyond_the_end_is_refused_and_one_between_stored_times_is_named(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    run: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    times, picture = find(run).times, str(tmp_path / "a.png")
-    assert main(["view", str(run), "--time", "7s", "--screenshot", picture]) == 2
-    assert "from 0 to 20 ms" in capsys.readouterr().err
-    small = ["--size", "200x160", "--screenshot", picture]
-    assert main(["view", str(run), "--time", "0.5ms", *small]) == 0
-    near = min((time for time in times if time is not None), key=lambda time: abs(time - 5e-4))
-    assert f"0.5 ms is not stored: this is {near * 1e3:.4g} ms" in capsys.readouterr().out
-    assert main(["view", str(run), "--time", f"{near}", *small]) == 0
-    assert "not stored" not in capsys.readouterr().out
+    times = tuple(time for time in find(run).times if time is not None)
+    with pytest.raises(SceneError, match="from 0 to 20 ms"):
+        window.nearest(times, 7.0)
+    step = window.nearest(times, 5e-4)
+    assert abs(times[step] - 5e-4) == min(abs(time - 5e-4) for time in times)
+    assert f"0.5 ms is not stored: this is {times[step] * 1e3:.4g} ms" in capsys.readouterr().out
+    assert window.nearest(times, times[step]) == step
+    assert capsys.readouterr().out == ""
 
 
 @pytest.mark.parametrize(
@@ -152,9 +152,12 @@ def test_a_picture_and_a_film(
     )
     monkeypatch.setattr("validate.viewer.window.FRAMES", 5)
     picture, movie = tmp_path / "a.png", tmp_path / "a.gif"
-    options = ["--show", "compare", "--probe", "--clip", "y=0.6", "--edges", "--size", "400x320", "--exaggerate", "10"]
+    options = ["--show", "compare", "--probe", "--clip", "y=0.6", "--edges", "--size", "400x320", "--exaggerate", "10",
+               "--time", "0.5ms"]  # fmt: skip
     assert main(["view", str(run), *options, "--screenshot", str(picture)]) == 0
-    assert "Wrote" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "Wrote" in said
+    assert "0.5 ms is not stored" in said
     window._show({**ASKED, "path": str(run), "show": "compare", "movie": str(movie), "size": [200, 160]})
     image = np.asarray(Image.open(picture).convert("RGB"))
     assert image.shape == (320, 400, 3)

@@ -13,10 +13,10 @@ from reduced1d.device import paper
 from reduced1d.device.accurate import solve_accurate
 from reduced1d.device.lumped import lump
 from scenes.device import Device
+from scenes.keys import DEVICE
 from scenes.loading import load
 from scenes.loop.controller import law
 from scenes.loop.timetable import timetable
-from scenes.types import DEVICE
 
 
 def prepare(options: dict[str, Any]) -> tuple[Callable[[], np.ndarray], Callable[[np.ndarray], dict[str, Any]]]:

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from fem3d import reference
 from meshes import symmetry
 from scenes.loading import load
 from validate.bench import cells
 from validate.bench.phases import Phases
 from validate.bench.tools.skfem_sink import factors, matrices
+from validate.verify import reference
 
 
 def prepare(options: dict[str, Any]) -> tuple[Callable[[], Phases], Callable[[Phases], dict[str, Any]]]:

@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from fem3d import reference
 from fem3d.study import Quantities
 from meshes import symmetry
 from scenes.loading import load
 from validate.bench import cells
 from validate.bench.sample import QUANTITIES, at_times, step_times
+from validate.verify import reference
 
 Answer = tuple[int, int, list[Quantities]]
 

@@ -16,7 +16,7 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 from skfem import Basis, ElementHex1, ElementHex2, FacetBasis, LinearForm, MeshHex
 
-from fem3d import forms, reference
+from fem3d import forms
 from meshes import symmetry
 from scenes.loading import load
 from scenes.model import Box
@@ -24,6 +24,7 @@ from scenes.sink import Sink
 from validate.bench import cells
 from validate.bench.runge_kutta import METHODS
 from validate.bench.sample import QUANTITIES, at_times, step_times
+from validate.verify import reference
 
 COPIES = 4
 SMALL = 1e-9  # of the extent: closer coordinates are the same

@@ -12,13 +12,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 from compare.verdict import Check
-from compare.words import difference_text, percent
+from scenes.formats import difference_text, percent
 from validate.report.figures.colours import INK
 
 DPI = 130
@@ -92,3 +93,12 @@ def save(figure: Figure, folder: Path, name: str) -> list[str]:
     )
     FigureCanvasSVG(figure).print_svg(folder / f"{name}.svg", metadata={"Date": None, "Creator": None})
     return [f"{name}.png", f"{name}.svg"]
+
+
+def smooth(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """A curve through the points (x, y), x ascending, at the places ``at``: with continuous slope, and rising and
+    falling only where the points do; constant beyond the ends."""
+    from scipy.interpolate import PchipInterpolator
+
+    found: np.ndarray = PchipInterpolator(x, y)(np.clip(at, x[0], x[-1]))
+    return found

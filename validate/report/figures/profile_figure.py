@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from compare.comparison import Models
 from compare.figure_checks import profile
-from compare.scope import PAPERS
-from compare.words import quantity, sink_text
+from compare.verdict import PAPERS, Models
 from reduced1d.equations import parabola
+from scenes.formats import quantity, sink_text
 from validate.report.figures.colours import INK, LINES
 from validate.report.figures.drawing import new_figure
 
 if TYPE_CHECKING:
     from compare.outcome import Outcome
+    from scenes.sink import Sink
 
 
-def draw(outcome: Outcome) -> Figure:
+def draw(outcome: Outcome[Sink]) -> Figure:
     """The 3D profile with eq 9's parabola through its own end and peak, and the 1D model's; below, the distances, with
     the numerical error about them.
 
@@ -27,7 +27,7 @@ def draw(outcome: Outcome) -> Figure:
     distance; the curve is smoothed by a twentieth of the error, and then nearer to a finer solution than before.
     """
     assert outcome.fem3d is not None
-    sink = outcome.sink
+    sink = outcome.scene
     y, rise, fitted = profile(Models(sink, outcome.fem3d, outcome.reduced1d))
     checks = [check for check in outcome.checks if check.id == "fig5"]
     text = f"Figure 5: steady rise along the beam, {sink_text(sink)}"

@@ -1,13 +1,15 @@
-"""The renderer of figure 4, in a process beside this one (``validate.report.figures.offscreen``)."""
+"""A field to be shown, and its renderer, in a process beside this one (``validate.report.figures.offscreen``)."""
 
 from __future__ import annotations
 
 import io
 import subprocess
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from threading import Thread
-from typing import TYPE_CHECKING, Any
+from types import TracebackType
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     import numpy as np
@@ -16,17 +18,49 @@ PATIENCE = 120.0
 """Seconds after which a render is given up."""
 
 
+@dataclass(frozen=True)
+class Field:
+    """A field to show: points (n, 3) in m, hexahedra (m, 8), rises (n,) in K above what ``label`` says, which is
+    ``above`` (K) where that is drawn; ``when`` it is."""
+
+    points: np.ndarray
+    hexes: np.ndarray
+    rise: np.ndarray
+    label: str = "steady rise"
+    when: str = "steady"
+    above: float = 0.0
+
+    @property
+    def factor(self) -> float:
+        """What z is drawn by."""
+        return exaggeration(self.points)
+
+
 class Renderer:
-    """Started early, given the field when it is known, asked for the image when that is needed.
+    """A context: started early where a picture is ``wanted``, given the field when it is known, asked for the image
+    when that is needed.
 
     Whatever fails, ``image`` says so by ``None``: the machine may have no OpenGL.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, wanted: bool) -> None:
+        self._wanted = wanted
         self._process: subprocess.Popen[bytes] | None = None
         self._thread: Thread | None = None
         self._image: bytes = b""
-        self.factor = 1.0
+
+    def __enter__(self) -> Renderer:
+        if self._wanted:
+            self.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Ends the process if it has not ended."""
+        if self._process is not None and self._process.poll() is None:
+            self._process.kill()
+            self._process.wait()
 
     def start(self) -> None:
         """Starts the process, which gets ready while this one solves."""
@@ -41,17 +75,14 @@ class Renderer:
         except OSError:
             self._process = None
 
-    def send(self, fields: Any, room_temperature: float) -> None:
-        """Gives the process the steady field of a 3D result; returns at once."""
+    def send(self, field: Field) -> None:
+        """Gives the process the field; returns at once."""
         if self._process is None:
             return
         import numpy as np
 
-        points = fields.points
-        self.factor = exaggeration(points)
         data = io.BytesIO()
-        rise = fields.steady - room_temperature
-        np.savez(data, points=points, hexes=fields.hexes, rise=rise, factor=self.factor)
+        np.savez(data, points=field.points, hexes=field.hexes, rise=field.rise, factor=field.factor)
         self._thread = Thread(target=self._talk, args=(self._process, data.getvalue()), daemon=True)
         self._thread.start()
 
@@ -66,12 +97,6 @@ class Renderer:
             return np.load(io.BytesIO(self._image))
         except (ValueError, OSError, EOFError):
             return None
-
-    def close(self) -> None:
-        """Ends the process if it has not ended."""
-        if self._process is not None and self._process.poll() is None:
-            self._process.kill()
-            self._process.wait()
 
     def _talk(self, process: subprocess.Popen[bytes], data: bytes) -> None:
         try:

@@ -9,16 +9,16 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullLocator
 
-from compare.scope import PAPERS
-from compare.words import quantity, scale, sink_text
+from compare.verdict import PAPERS
+from scenes.formats import quantity, scale, sink_text
 from scenes.result import Result
 from validate.report.figures.colours import LINES
-from validate.report.figures.drawing import new_figure
-from validate.report.figures.interpolation import smooth
+from validate.report.figures.drawing import new_figure, smooth
 
 if TYPE_CHECKING:
     from compare.against.data import Data
     from compare.outcome import Outcome
+    from scenes.sink import Sink
 
 _NAMES = {"peak_K": "peak", "mean_K": "mean", "end_K": "end", "current_A": "current"}
 _MARKS = 25
@@ -43,24 +43,24 @@ class _Axis:
         return self.factor * (smooth(time, values, times) - self.zero)
 
 
-def rises(outcome: Outcome) -> Figure:
+def rises(outcome: Outcome[Sink]) -> Figure:
     """Figure 6: the rises of peak, mean (what the paper's model calls the equivalent temperature) and end."""
-    text = f"Figure 6: rise against time, {sink_text(outcome.sink)}"
-    axis = _Axis("rise above room (K)", "K", 1.0, outcome.sink.room_temperature)
+    text = f"Figure 6: rise against time, {sink_text(outcome.scene)}"
+    axis = _Axis("rise above room (K)", "K", 1.0, outcome.scene.room_temperature)
     return _draw(outcome, "fig6", text, ("peak_K", "mean_K", "end_K"), axis)
 
 
-def current(outcome: Outcome) -> Figure:
+def current(outcome: Outcome[Sink]) -> Figure:
     """Figure 7: the current."""
-    text = f"Figure 7: current against time, {sink_text(outcome.sink)}"
+    text = f"Figure 7: current against time, {sink_text(outcome.scene)}"
     model = outcome.fem3d or outcome.reduced1d
     assert model is not None
     factor, unit = scale(model.steady["current_A"].value, "A")
     return _draw(outcome, "fig7", text, ("current_A",), _Axis(f"current ({unit})", "A", factor, 0.0))
 
 
-def _draw(outcome: Outcome, family: str, text: str, keys: tuple[str, ...], axis: _Axis) -> Figure:
-    end = outcome.sink.end_time
+def _draw(outcome: Outcome[Sink], family: str, text: str, keys: tuple[str, ...], axis: _Axis) -> Figure:
+    end = outcome.scene.end_time
     own = {f"against_{_NAMES[key]}" for key in keys}
     checks = [check for check in outcome.checks if check.id.startswith(family) or check.id in own]
     # A third row of the legend, under a third kind of curve.

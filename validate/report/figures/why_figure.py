@@ -11,13 +11,14 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, NullLocator
 
-from compare.words import sink_text
+from scenes.formats import sink_text
 from validate.report.figures.colours import INK
 from validate.report.figures.drawing import new_figure
 
 if TYPE_CHECKING:
+    from compare.budget import Budget, Split
     from compare.outcome import Outcome
-    from compare.why import Budget, Split
+    from scenes.sink import Sink
 
 # Okabe and Ito's colours, which stay apart for colour-blind readers, in an order of alternating lightness.
 _COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#999999")
@@ -26,14 +27,14 @@ _VISIBLE = 0.005
 """The share of an axis's height from which on a part can be seen."""
 
 
-def draw(outcome: Outcome) -> Figure:
+def draw(outcome: Outcome[Sink]) -> Figure:
     """A panel for each quantity: what every assumption adds to the reduction less 3D, stacked away from zero in percent
     of the final rise (or the current's change), against time; the bar beside it is the steady state, with its
     numerical error. The black line is the whole difference."""
-    from validate.report.why_text import named
+    from validate.report.budget import named
 
     budget: Budget = outcome.why  # type: ignore[assignment]
-    sink = outcome.sink
+    sink = outcome.scene
     figure = new_figure(
         _WIDTH, _HEIGHT, f"Why {named(budget.start)} differs from 3D, {sink_text(sink)}", [],
         bottom=1.2, left=1.1,

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from compare.scope import OF_THE_REDUCTION
-from compare.words import difference_text, percent
+from scenes.checks import OF_THE_REDUCTION
+from scenes.formats import difference_text, percent
 from validate.report.html.parts import row, section
 from validate.report.html.values import PLUS_MINUS, Document, number
 from validate.report.html.words import shown, text
-from validate.report.table import kind_of
+from validate.report.sink import kind_of
 
 _MARKS = {"agrees": "\N{CHECK MARK}", "differs": "\N{MULTIPLICATION X}", "unresolved": "?"}
 

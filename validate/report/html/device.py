@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from compare.words import percent
+from scenes.formats import percent
 from validate.report.html.parts import section, table
 from validate.report.html.values import Document
 from validate.report.html.words import named, shown, text

@@ -3,39 +3,18 @@
 from __future__ import annotations
 
 import base64
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from compare.words import quantity
+from scenes.formats import quantity
 from validate.report.html.parts import section
 from validate.report.html.words import text
 
 if TYPE_CHECKING:
-    import numpy as np
-
+    from validate.report.figures.render import Field
 
 PICTURES = ("figure4", "figure_field")
 """The figures that are a picture of the field."""
-
-
-@dataclass(frozen=True)
-class Field:
-    """A field to show: points (n, 3) in m, hexahedra (m, 8), rises (n,) in K above what ``label`` says, and the factor
-    that z is drawn by."""
-
-    points: np.ndarray
-    hexes: np.ndarray
-    rise: np.ndarray
-    factor: float
-    label: str = "steady rise"
-
-
-def of_result(fields: Any, room_temperature: float) -> Field:
-    """The steady field of a 3D result."""
-    from validate.report.figures.render import exaggeration
-
-    return Field(fields.points, fields.hexes, fields.steady - room_temperature, exaggeration(fields.points))
 
 
 def show(folder: Path, field: Field | None) -> tuple[str, str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from compare.words import Column, percent, quantity
+from scenes.formats import Column, percent, quantity
 from validate.report.html.parts import section, table, values
 from validate.report.html.values import (  # fmt: skip
     PLUS_MINUS,

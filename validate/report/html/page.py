@@ -4,28 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from compare.verdict import contrary
 from validate.report.html import checks, numbers, sections
 from validate.report.html import device as device_section
 from validate.report.html import field as field_section
 from validate.report.html import why as why_section
-from validate.report.html.field import Field
 from validate.report.html.words import text
+from validate.report.kinds import of
+from validate.report.table import Style
+
+if TYPE_CHECKING:
+    from compare.outcome import Outcome
+    from validate.report.figures.render import Field
 
 _HERE = Path(__file__).parent
 
 
-def write_report(
-    path: Path, title: str, headline: str, document: Mapping[str, Any], field: Field | None = None
-) -> str:  # fmt: skip
-    """Writes the page about a run into its folder, where its figures are already; returns the file's name.
-
-    ``headline`` is the verdict in a sentence, ``document`` the summary, ``field`` what the scene that can be turned
-    shows.
-    """
-    path.write_text(page(path.parent, title, headline, document, field), encoding="utf-8")
-    return path.name
+def write_report(path: Path, outcome: Outcome[Any], document: Mapping[str, Any], field: Field | None = None) -> None:
+    """Writes the page about a run into its folder, where its figures are already; ``document`` is the summary,
+    ``field`` what the scene that can be turned shows."""
+    kind, against = of(outcome.scene), contrary(outcome.checks, outcome.scene)
+    said = getattr(kind, "on_page", kind.headline)(outcome, against, Style())
+    found = page(path.parent, kind.title(outcome), " ".join(said.split()), document, field)
+    path.write_text(found, encoding="utf-8")
 
 
 def page(folder: Path, title: str, headline: str, document: Mapping[str, Any], field: Field | None) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from compare.device.scope import FIGURES
+from compare.plan import DEVICE_FIGURES as FIGURES
 from validate.report.html.field import PICTURES
 from validate.report.html.parts import anything, section, table, values
 from validate.report.html.values import Document
@@ -74,8 +74,8 @@ def scene(document: Document) -> str:
 def _with_units(found: Mapping[str, Any]) -> Mapping[str, Any]:
     """The scene in the words of its type's schema; as it is, in SI units, where that is none of the known ones."""
     from scenes.errors import SceneError
+    from scenes.keys import TYPES
     from scenes.schema import nest
-    from scenes.types import TYPES
 
     for kind in TYPES.values():
         try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from compare.words import quantity, with_error
+from scenes.formats import quantity, with_error
 from validate.report.html.words import named, text
 
 Document = Mapping[str, Any]

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from validate.report.budget import others
 from validate.report.html.parts import section, table
 from validate.report.html.values import Document, value_with_error
 from validate.report.html.words import text
-from validate.report.why_text import others
 
 
 def why(document: Document) -> str:

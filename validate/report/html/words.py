@@ -7,9 +7,9 @@ import re
 from html import escape
 from typing import Any
 
-from compare.device.words import QUANTITIES as DEVICE
-from compare.words import quantity
-from validate.report.table import QUANTITIES as SINK
+from scenes.formats import quantity
+from validate.report.claims import NAMES as DEVICE
+from validate.report.sink import QUANTITIES as SINK
 
 _NAMED = SINK | DEVICE
 _UNITS = {

@@ -11,11 +11,11 @@ from pathlib import Path
 
 import pytest
 
-from compare import sink_run
 from scenes.loading import load
 from scenes.plan import Request
 from tests import browser
 from tests.browser import WITHOUT_WEBGL, Browser
+from validate.report import output
 from validate.report.html.page import page
 
 VOID = {"meta", "link", "img", "input", "br"}
@@ -55,7 +55,7 @@ def read(text: str) -> Reader:
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The real run, with figures: the folder."""
     folder = tmp_path_factory.mktemp("report") / "run"
-    sink_run.run(load("sink", ["accuracy=1e-2"]), Request(), folder)
+    output.run(load("sink", ["accuracy=1e-2"]), Request(), folder)
     return folder
 
 
@@ -83,7 +83,7 @@ def test_without_figures_it_is_small_and_without_a_script(
     tmp_path: Path, no_solver: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    outcome = sink_run.run(load("sink"), Request(figures=False))
+    outcome = output.run(load("sink"), Request(figures=False))
     text = (outcome.folder / "report.html").read_text(encoding="utf-8")
     assert "<script" not in text
     assert len(text) < 60_000
@@ -107,7 +107,7 @@ def test_a_name_or_text_is_not_taken_for_markup(tmp_path: Path) -> None:
 def test_an_undeclared_difference_is_said(tmp_path: Path, no_solver: None, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     sink = replace(load("sink"), expected_to_differ=())
-    outcome = sink_run.run(sink, Request(figures=False))
+    outcome = output.run(sink, Request(figures=False))
     text = (outcome.folder / "report.html").read_text(encoding="utf-8")
     assert "not as expected" in text
     assert "the scene declares that it agrees" in text

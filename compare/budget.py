@@ -1,0 +1,187 @@
+"""Why a reduction differs from 3D: the difference in parts, one for each assumption, that add up to it.
+
+The models of the ladder stand between the two, each with one assumption less than the one before. A part is the
+difference of two neighbours, so the parts telescope: their sum is the whole difference. What an assumption is charged
+with is what dropping it changes after those before it have been dropped; in another order the parts would differ by
+their interaction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from compare.verdict import FIRST_TIME
+from scenes.formats import percent, quantity, signed
+
+if TYPE_CHECKING:
+    from reduced1d.ladder.levels import Levels
+    from reduced1d.ladder.rungs import Rung
+    from scenes.result import Result
+    from scenes.sink import Sink
+
+QUANTITIES = {"peak": ("peak_rise_K", "peak_K", "K"), "end": ("end_rise_K", "end_K", "K"),
+              "current": ("current_A", "current_A", "A")}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Part:
+    """What one assumption does to one quantity: ``value`` and its numerical ``error`` in the quantity's unit; over time
+    also the ``largest`` that it does from 10 us on, and ``when`` (s). The largest do not add up: each has its time."""
+
+    blame: str
+    value: float
+    error: float
+    largest: float | None = None
+    when: float | None = None
+
+
+@dataclass(frozen=True)
+class Split:
+    """A difference, reduction less 3D, with its numerical error and its parts; ``scale`` is the final rise, or the
+    change of the current, that it is relative to. ``time`` (s) is when, ``None`` in the steady state."""
+
+    quantity: str
+    unit: str
+    scale: float
+    total: float
+    error: float
+    parts: tuple[Part, ...]
+    time: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Budget:
+    """The differences of the reduction ``start`` in the ``steady`` state, and ``transient`` at the time from 10 us on
+    at which each is largest; ``over_time`` (parts, times) are the parts of each quantity at ``times`` (s).
+    ``sentence`` says what the largest part of all is."""
+
+    start: str
+    steady: tuple[Split, ...]
+    transient: tuple[Split, ...]
+    times: np.ndarray | None
+    over_time: dict[str, np.ndarray]
+    sentence: str
+
+
+def budget(
+    sink: Sink, start: str, fem3d: Result, levels: Levels, progress: Callable[[str], None] = lambda _: None
+) -> Budget:
+    """The budget of the reduction ``start`` (its canonical name) against a 3D result, at the times of its traces.
+
+    Raises RunawayError where a model of the ladder has no steady state.
+    """
+    from reduced1d.errors import RunawayError
+    from reduced1d.ladder.rungs import rungs, solve
+
+    found = rungs(levels, start)
+    times = None if fem3d.traces is None else fem3d.traces.time
+    results = []
+    for rung in found:
+        progress(f"solving the ladder: {rung.name}")
+        try:
+            results.append(solve(levels, rung, times is None, times))
+        except RunawayError as error:
+            raise RunawayError(
+                f"on the ladder from {start} to 3D, in the model {rung.name} (see --why): {error}", error.limit_voltage
+            ) from None
+    results.append(fem3d)
+    steady = tuple(_steady_split(scale_of(sink, name, fem3d, levels), name, found, results) for name in QUANTITIES)
+    transient: tuple[Split, ...] = ()
+    over_time = {}
+    if times is not None and times[-1] > FIRST_TIME:
+        late = np.concatenate([[FIRST_TIME], times[times > FIRST_TIME]])
+        curves = {name: _curves(results, key, late) for name, (_, key, _) in QUANTITIES.items()}
+        transient = tuple(
+            _transient_split(split, found, results, curves[split.quantity], late) for split in steady
+        )  # fmt: skip
+        over_time = {name: -np.diff(curve, axis=0) for name, curve in curves.items()}
+        times = late
+    sentence = _sentence(found, (*steady, *transient))
+    return Budget(start, steady, transient, times if over_time else None, over_time, sentence)
+
+
+def scale_of(sink: Sink, name: str, fem3d: Result, levels: Levels) -> float:
+    """What differences of a quantity are relative to: the final 3D rise; the change of the 3D current from the cold
+    sink's, which is V over the cold resistance, or the current itself where that does not change."""
+    value = fem3d.steady[QUANTITIES[name][0]].value
+    if name != "current":
+        return abs(value)
+    if not sink.silicon.temperature_coefficient:
+        return abs(value)
+    if fem3d.traces is not None:
+        return abs(value - float(fem3d.traces.values["current_A"][0]))
+    return abs(value - sink.voltage / levels.fine.plate.current.whole.resistance)
+
+
+def _steady_split(scale: float, name: str, found: Sequence[Rung], results: Sequence[Result]) -> Split:
+    key, _, unit = QUANTITIES[name]
+    estimates = [result.steady[key] for result in results]
+    parts = tuple(
+        Part(rung.blame, a.value - b.value, a.error + b.error)
+        for rung, a, b in zip(found, estimates[:-1], estimates[1:], strict=True)
+    )
+    first, last = estimates[0], estimates[-1]
+    return Split(
+        name, unit, scale, first.value - last.value, first.error + last.error, parts
+    )  # fmt: skip
+
+
+def _curves(results: Sequence[Result], key: str, late: np.ndarray) -> np.ndarray:
+    """(models, times): a trace of each model."""
+    rows = []
+    for result in results:
+        assert result.traces is not None
+        rows.append(np.interp(late, result.traces.time, result.traces.values[key]))
+    return np.array(rows)
+
+
+def _transient_split(
+    steady: Split, found: Sequence[Rung], results: Sequence[Result], curves: np.ndarray, late: np.ndarray
+) -> Split:
+    i = int(np.argmax(np.abs(curves[0] - curves[-1])))
+    errors = [r.traces.errors[QUANTITIES[steady.quantity][1]] for r in results if r.traces is not None]
+    drops = -np.diff(curves, axis=0)
+    worst = np.argmax(np.abs(drops), axis=1)
+    parts = tuple(
+        Part(
+            rung.blame,
+            float(drops[n, i]),
+            errors[n] + errors[n + 1],
+            largest=float(drops[n, at]),
+            when=float(late[at]),
+        )
+        for n, (rung, at) in enumerate(zip(found, worst, strict=True))
+    )
+    total = float(curves[0, i] - curves[-1, i])
+    return Split(
+        steady.quantity, steady.unit, steady.scale, total, errors[0] + errors[-1], parts, float(late[i])
+    )  # fmt: skip
+
+
+def _sentence(found: Sequence[Rung], splits: Sequence[Split]) -> str:
+    """The largest part, relative to its scale, in plain English."""
+    split, n = max(
+        ((split, n) for split in splits for n in range(len(found)) if split.scale),
+        key=lambda pair: abs(pair[0].parts[pair[1]].value) / pair[0].scale,
+    )
+    part, unit = split.parts[n], split.unit
+    whole = "change of the current" if split.quantity == "current" else f"final {split.quantity} rise"
+    when = "in the steady state" if split.time is None else f"at {quantity(split.time, 's', 3)}"
+    left = split.total - part.value
+    does = f"puts the current {signed(part.value, unit)} off"
+    if split.quantity != "current":
+        what = {"peak": "peak", "end": "ends"}[split.quantity]
+        does = f"makes the {what} {quantity(abs(part.value), unit, 3)} too {'hot' if part.value > 0 else 'cold'}"
+    if abs(part.value) <= part.error:
+        return (
+            "nothing is to blame: no part of the difference is larger than its numerical error, "
+            f"{percent(part.error / split.scale)} of the {whole}"
+        )
+    return (
+        f"the largest part is the {part.blame}: {found[n].says}, which alone {does} {when}, "
+        f"{percent(abs(part.value) / split.scale)} of the {whole}; all the rest together makes {signed(left, unit)}"
+    )

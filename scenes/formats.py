@@ -1,0 +1,125 @@
+"""Numbers as a person reads them: engineering prefixes, and as many digits as the error leaves."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from scenes.dimensions import VOLTAGE
+
+if TYPE_CHECKING:
+    from scenes.sink import Sink
+
+_PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+# Units that carry no prefix: a rise of 2e-7 K reads better than 200 nK, and K/W is quoted in full in the paper.
+_WITHOUT_PREFIX = ("K", "K/W", "1", "")
+
+
+def scale(value: float, unit: str) -> tuple[float, str]:
+    """The factor to multiply a value by, and the unit with its prefix: 0.0033 A gives (1000, "mA")."""
+    if unit in _WITHOUT_PREFIX or value == 0 or not math.isfinite(value):
+        return 1.0, unit
+    power = min(max(3 * math.floor(math.log10(abs(value)) / 3 + 1e-12), -12), 9)
+    return 10.0**-power, _PREFIXES[power] + unit
+
+
+def decimals(error: float) -> int:
+    """Decimals that an error leaves meaningful: up to its second digit, at most 12."""
+    if not error > 0 or not math.isfinite(error):
+        return 6
+    return min(max(1 - math.floor(math.log10(error)), 0), 12)
+
+
+def with_error(value: float, error: float, unit: str) -> tuple[str, str, str, int, float]:
+    """Value, error and unit as texts, then the decimals and the factor used, for others to stand in the same column.
+
+    At most eight digits of the value; an error below the last one is rounded up to it, and so stays a bound.
+    """
+    factor, shown = scale(value, unit)
+    most = 7 - math.floor(math.log10(abs(value * factor))) if value and math.isfinite(value) else 6
+    places = min(decimals(error * factor), max(most, 0))
+    bound = max(error * factor, 10.0**-places) if error > 0 else 0.0
+    return f"{value * factor:.{places}f}", f"{bound:.{places}f}", shown, places, factor
+
+
+@dataclass(frozen=True)
+class Column:
+    """How the values of one trace are written, all alike: times a factor, to the decimals that its error leaves."""
+
+    factor: float
+    places: int
+    unit: str
+
+    @staticmethod
+    def of(largest: float, error: float, unit: str) -> Column:
+        """The column of values up to ``largest``, all with one error."""
+        _, _, shown, places, factor = with_error(largest, error, unit)
+        return Column(factor, min(places, 6), shown)
+
+    def show(self, value: float) -> str:
+        """A value without its unit; zero is added so that what rounds to zero has no sign."""
+        return f"{round(value * self.factor, self.places) + 0.0:.{self.places}f}"
+
+    def show_error(self, error: float) -> str:
+        """An error, rounded up to the last decimal, so that it stays a bound."""
+        return self.show(max(error, 10.0**-self.places / self.factor) if error > 0 else 0.0)
+
+
+def quantity(value: float, unit: str, digits: int = 4) -> str:
+    """A value with its unit, to some significant digits: "3.309 mA", "1862 K/W"."""
+    factor, shown = scale(value, unit)
+    return f"{_significant(value * factor, digits)} {shown}".rstrip()
+
+
+def signed(value: float, unit: str, digits: int = 3) -> str:
+    """As ``quantity``, with the sign in any case."""
+    return ("+" if value >= 0 else "") + quantity(value, unit, digits)
+
+
+def percent(ratio: float, digits: int = 2, sign: bool = False) -> str:
+    """A ratio in percent: "30 %", "0.021 %", "+6.5 %"."""
+    if not math.isfinite(ratio):
+        return "infinite"
+    plus = "+" if sign and ratio >= 0 else ""
+    return f"{plus}{_significant(100 * ratio, digits)} %"
+
+
+def difference_text(difference: float, u_num: float, plus_minus: str) -> str:
+    """A relative difference with its error, in percent: "-30.07 ± 0.05 %", to the error's first digit."""
+    if not (math.isfinite(difference) and math.isfinite(u_num)):
+        return f"{percent(difference, sign=True)} {plus_minus} {percent(u_num)}"
+    if u_num < 1e-6 * abs(difference) or u_num < 1e-8:
+        return f"{percent(difference, sign=True).removesuffix(' %')} {plus_minus} {percent(u_num, 1)}"
+    places = max(-math.floor(math.log10(100 * u_num)), 0)
+    return f"{100 * difference:+.{places}f} {plus_minus} {100 * u_num:.{places}f} %"
+
+
+def _significant(value: float, digits: int) -> str:
+    """To some significant digits, without an exponent where that stays readable."""
+    if value == 0 or not math.isfinite(value):
+        return f"{value:g}"
+    places = digits - 1 - math.floor(math.log10(abs(value)) + 1e-12)
+    if abs(value) < 1e-4 or abs(value) >= 1e7:
+        return f"{value:.{digits - 1}e}"
+    return f"{value:.{max(places, 0)}f}"
+
+
+def sink_text(sink: Sink) -> str:
+    """A sink with its voltage, as its folder is called: "sink at 2 mV"."""
+    return f"{sink.name} at {VOLTAGE.show(sink.voltage)}"
+
+
+def milliseconds(time: float) -> str:
+    """A time in s as "50.7 ms", or "never"."""
+    return f"{time * 1e3:.3g} ms" if math.isfinite(time) else "never"
+
+
+def kelvin(difference: float) -> str:
+    """A temperature difference: "17.5 K"."""
+    return f"{difference:.3g} K"
+
+
+def cut(text: str, longest: int) -> str:
+    """The text, at most so long."""
+    return text if len(text) <= longest else f"{text[: longest - 2]}.."

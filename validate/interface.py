@@ -1,0 +1,326 @@
+"""The public interface from Python: solve a scene, and ask for checks, quantities and traces."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from compare.outcome import Outcome
+from scenes.any import load, overridden
+from scenes.device import Device
+from scenes.errors import SceneError, did_you_mean, quoted
+from scenes.plan import Request
+from scenes.sink import Sink
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from compare.against.data import Data
+    from compare.budget import Budget
+    from compare.verdict import Check
+    from scenes.model import AnyScene
+    from scenes.result import Estimate, Result
+
+Overrides = Sequence[str] | Mapping[str, object]
+"""Such as ["sink.width=20um"] or {"sink.width": "20um"}."""
+
+S = TypeVar("S")
+_LINES = 24
+"""A screen of a text."""
+
+
+class Columns(Mapping[str, "np.ndarray"]):
+    """Arrays of equal length by name: ``columns["time_s"]``, ``columns["fem3d_peak_K"]``; empty without a transient.
+
+    ``columns("peak_K")`` is (times, 3D, 1D) of one quantity of a sink.
+    """
+
+    def __init__(self, columns: Mapping[str, np.ndarray]) -> None:
+        self._columns = dict(columns)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        if name not in self._columns:
+            raise KeyError(f"no column {name!r}; there are {', '.join(self) or 'none, as there is no transient'}")
+        return self._columns[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    def __call__(self, quantity: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Times (s), 3D and 1D values of a quantity of a sink: "peak_K", "end_K", "mean_K", "current_A", "power_W";
+        SceneError where there is none of that name, or no transient."""
+        if not self:
+            raise SceneError("this run has no transient: leave out steady=True")
+        known = tuple(name.removeprefix("fem3d_") for name in self if name.startswith("fem3d_"))
+        if quantity not in known:
+            raise SceneError(f"{quoted(quantity)} is no trace: give {', '.join(known)}{did_you_mean(quantity, known)}")
+        return self["time_s"], self[f"fem3d_{quantity}"], self[f"reduced1d_{quantity}"]
+
+    def __repr__(self) -> str:
+        rows = len(next(iter(self._columns.values()), ()))
+        return f"<traces, {rows} rows: {', '.join(self)}>" if self else "<no traces: no transient was solved>"
+
+    def to_dataframe(self) -> Any:
+        """The columns as a pandas DataFrame; ImportError where pandas is not installed."""
+        try:
+            import pandas
+        except ImportError:
+            raise ImportError("to_dataframe needs pandas: pip install pandas") from None
+        return pandas.DataFrame(self._columns)
+
+
+@dataclass(frozen=True, repr=False)
+class _Found(Generic[S]):
+    """What a run found. ``outcome`` has everything; the rest are short ways to it."""
+
+    outcome: Outcome[S]
+
+    @property
+    def scene(self) -> S:
+        """The scene that was solved."""
+        return self.outcome.scene
+
+    @property
+    def checks(self) -> dict[str, Check]:
+        """Every check by its id."""
+        return {check.id: check for check in self.outcome.checks}
+
+    @property
+    def traces(self) -> Columns:
+        """Every quantity over time, by the columns of traces.csv: ``traces["fem3d_peak_K"]``,
+        ``traces.to_dataframe()``; empty without a transient."""
+        from validate.report.kinds import of
+
+        return Columns(of(self.scene).columns(self.outcome))
+
+    def check(self, name: str) -> Check:
+        """One check: its ``verdict``, ``difference`` (1D or equation against 3D, relative), ``u_num``, ``because``.
+
+        SceneError for an id that there isn't, or that this run did not make, with the reason.
+        """
+        if name in self.checks:
+            return self.checks[name]
+        for step in self.outcome.plan:
+            kind, _, names = step.step.partition(" ")
+            if kind == "checks" and step.state == "skipped" and name in names.split(", "):
+                raise SceneError(f"this run made no check {quoted(name)}: {step.reason}")
+        known = tuple(self.checks)
+        raise SceneError(f"{quoted(name)} is no check: give {', '.join(known)}{did_you_mean(name, known)}")
+
+    def report(self) -> str:
+        """What the command prints about the run."""
+        from validate.report import table
+
+        return table.found_text(self.outcome, self._contrary(), table.Style())
+
+    def __repr__(self) -> str:
+        return self._headline()
+
+    def _repr_html_(self) -> str:
+        from validate.report.html.checks import checks
+        from validate.report.html.numbers import quantities
+        from validate.report.summary import document
+
+        found = document(self.outcome)
+        tables = quantities(found) + checks(found) or f"<pre>{escape(self.report())}</pre>"
+        return f"<p><strong>{escape(' '.join(self._headline().split()))}</strong></p>\n{tables}"
+
+    def _headline(self) -> str:
+        from validate.report import table
+
+        return table.headline(self.outcome, self._contrary(), table.Style())
+
+    def _contrary(self) -> list[Check]:
+        from compare.verdict import contrary
+
+        outcome: Outcome[Any] = self.outcome
+        return contrary(outcome.checks, outcome.scene)
+
+
+class Run(_Found[Sink]):
+    """What a run of a sink found; ``traces("peak_K")`` is (times, 3D, 1D)."""
+
+    @property
+    def answer(self) -> str:
+        """How far the 1D model is from 3D, where, and what is to blame, in a sentence."""
+        return self.outcome.answer
+
+    @property
+    def fem3d(self) -> Result:
+        """The 3D model's answer: ``steady["peak_rise_K"].value`` and ``.error``, ``traces``."""
+        return self.outcome.solved
+
+    @property
+    def reduced1d(self) -> Result:
+        """The 1D model's answer, of the same type."""
+        assert self.outcome.reduced1d is not None, "both models are solved"
+        return self.outcome.reduced1d
+
+    @property
+    def why(self) -> Budget | None:
+        """The difference in parts, one for each assumption; None unless asked for with ``why=True``."""
+        return self.outcome.why
+
+    def __repr__(self) -> str:
+        from validate.report.sink import quantities_text
+        from validate.report.table import Style
+
+        return f"{self._headline()}\n\n{quantities_text(self.outcome, Style())}"
+
+
+class Solution(_Found["AnyScene"]):
+    """What a run of a free scene found: ``solution["probe"]`` is a steady value with its error."""
+
+    @property
+    def steady(self) -> dict[str, Estimate]:
+        """Steady values by probe, in K, V, W or A; empty of a transient."""
+        return self.outcome.solved.steady
+
+    def __getitem__(self, probe: str) -> Estimate:
+        if probe not in self.steady:
+            raise KeyError(f"no steady value of {probe!r}; there are {', '.join(self.steady) or 'none: see .traces'}")
+        return self.steady[probe]
+
+    def report(self) -> str:
+        """The probes with their errors: steady, or at the end of the transient."""
+        from validate.report.free import value_text
+        from validate.report.table import Style, warnings_text
+
+        result = self.outcome.solved
+        lines = [f"  {probe.name:<30} {value_text(probe, result, Style())}" for probe in self.scene.probes]
+        return "\n\n".join([self._headline(), "\n".join(lines), *warnings_text(self.outcome)])
+
+    def __repr__(self) -> str:
+        lines = self.report().splitlines()
+        more = len(lines) - _LINES
+        return "\n".join(lines if more <= 0 else [*lines[:_LINES], f"  ... and {more} more: see .report()"])
+
+
+class DeviceRun(_Found[Device]):
+    """What a run of the device found; ``outcome.runs.base.result`` is the model's own answer, and ``traces`` have a row
+    for each controller sample."""
+
+
+def run(
+    scene: Sink | str | Path = "sink",
+    *,
+    voltage: float | None = None,
+    accuracy: float | None = None,
+    overrides: Overrides = (),
+    steady: bool = False,
+    reduction: str = "paper",
+    why: bool = False,
+    against: str | Path | None = None,
+    columns: Mapping[str, str] | None = None,
+    out: str | Path | None = None,
+    figures: bool = False,
+    fields: bool = False,
+) -> Run:
+    """Solve a sink in 3D and in 1D, and compare.
+
+    ``scene`` is what ``scenes.load`` returns, or takes; ``voltage`` (V), ``accuracy`` and ``overrides`` change it.
+    ``reduction`` is the 1D model, ``why`` splits its difference by assumption, ``steady`` leaves out the transient,
+    ``against`` is a file with traces of your own, of which ``columns`` may name some: {"peak": "T (K), Point 1"}. Only
+    into the folder ``out`` is anything written; ``figures`` and ``fields`` go there. Raises SceneError for bad input,
+    ArithmeticError where the numerics fail (a thermal runaway names its voltage).
+    """
+    from reduced1d.ladder import canonical
+
+    sink = _scene(scene, Sink, overrides, {"drive.voltage": voltage, "run.accuracy": accuracy})
+    _refuse_without(out, figures or fields)
+    if steady and against is not None:
+        raise SceneError("against compares over time: leave out steady=True")
+    request = Request(
+        transient=not steady, figures=figures, fields=fields, reduction=canonical(reduction), why=why
+    )  # fmt: skip
+    if request.reduction != "paper":
+        # What a scene declares is of the paper's model.
+        sink = replace(sink, expected_to_differ=None)
+    data = None
+    if against is not None:
+        from compare.against.data import read
+
+        data = read(Path(against), sink, [f"{name}={column}" for name, column in (columns or {}).items()])
+    return Run(_outcome(sink, request, out, data))
+
+
+def solve(
+    scene: AnyScene | str | Path,
+    *,
+    accuracy: float | None = None,
+    overrides: Overrides = (),
+    out: str | Path | None = None,
+    figures: bool = False,
+    fields: bool = False,
+) -> Solution:
+    """Solve any scene of boxes, or on a mesh, in 3D: heat, current or both, steady or over time.
+
+    ``scene`` is what ``scenes.load`` returns, or takes; ``accuracy`` and ``overrides`` change it. Only into the folder
+    ``out`` is anything written. Raises SceneError for bad input, ArithmeticError where the numerics fail.
+    """
+    from compare.free_run import reported
+
+    found = _scene(scene, None, overrides, {"run.accuracy": accuracy})
+    _refuse_without(out, figures or fields)
+    # Without a folder a scene without probes reports every part's mean temperature.
+    scene = reported(found, Request(fields=fields or out is None))
+    return Solution(_outcome(scene, Request(figures=figures, fields=fields), out))
+
+
+def device(
+    scene: Device | str | Path = "device",
+    *,
+    accuracy: float | None = None,
+    overrides: Overrides = (),
+    out: str | Path | None = None,
+    figures: bool = False,
+    **asked: Any,
+) -> DeviceRun:
+    """Simulate the whole sensor in 1D, and check what the paper says of it.
+
+    ``scene`` is what ``scenes.load`` returns, or takes; ``accuracy`` and ``overrides`` change it. ``asked`` are
+    ``scheme`` ("accurate" or "paper"), ``about`` (the figures it is about), ``meter``, ``largest_voltage``,
+    ``largest_power``. Only into the folder ``out`` is anything written. Raises SceneError for bad input,
+    ArithmeticError where the numerics fail.
+    """
+    found = _scene(scene, Device, overrides, {"run.accuracy": accuracy})
+    known = ("scheme", "about", "meter", "largest_voltage", "largest_power")
+    for name in asked:
+        if name not in known:
+            raise SceneError(f"device takes no {quoted(name)}: give {', '.join(known)}{did_you_mean(name, known)}")
+    _refuse_without(out, figures)
+    return DeviceRun(_outcome(found, Request(figures=figures, **asked), out))
+
+
+def _scene(given: Any, kind: type | None, overrides: Overrides, more: Mapping[str, float | None]) -> Any:
+    """The scene, with overrides, of the kind wanted (None for a free one)."""
+    listed = [f"{k}={v}" for k, v in overrides.items()] if isinstance(overrides, Mapping) else list(overrides)
+    listed += [f"{key}={float(value)!r}" for key, value in more.items() if value is not None]
+    found = load(given, listed) if isinstance(given, (str, Path)) else overridden(given, listed)
+    own: type | None = type(found) if isinstance(found, (Sink, Device)) else None
+    if own is not kind:
+        use: dict[type | None, str] = {Sink: "compare.run", Device: "compare.device", None: "compare.solve"}
+        raise SceneError(f"{quoted(found.name)} is no scene for {use[kind]}: use {use[own]}")
+    return found
+
+
+def _refuse_without(out: str | Path | None, wanted: bool) -> None:
+    if wanted and out is None:
+        raise SceneError("figures and fields need a folder to go to: give out=")
+
+
+def _outcome(scene: Any, request: Request, out: str | Path | None, data: Data | None = None) -> Outcome[Any]:
+    """What a run finds, written into a folder where one is given."""
+    if out is None:
+        from compare.pipeline import answer
+
+        return answer(scene, request, data=data)
+    from validate.report.output import run as kept
+
+    return kept(scene, request, Path(out), data=data)

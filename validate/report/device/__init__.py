@@ -1,1 +1,0 @@
-"""What is told, drawn and written of a run of the device: Figures 9 to 13, tables, summary."""

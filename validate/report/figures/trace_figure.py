@@ -1,0 +1,77 @@
+"""The probes of a free scene against time: a panel for each quantity."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from scenes import physics
+from scenes.formats import cut, scale
+from scenes.model import UNITS, AnyScene, GroupProbe, Probe, Schedule
+from scenes.result import Traces
+from validate.report.figures.drawing import new_figure, smooth
+
+if TYPE_CHECKING:
+    from compare.outcome import Outcome
+
+_COLOURS = ("#8b1a1a", "#3a86c8", "#f0a030", "#5e3c99", "#2a7f62", "#b04f8c", "#707070")
+_DASHES = ("-", (0, (5, 2.5)), (0, (1.5, 1.5)))
+_TIMES = ((1.0, "s"), (1e3, "ms"), (1e6, "µs"), (1e9, "ns"))
+_PANEL = 2.4  # inches
+_EARLY = 0.05  # part of the run: what is half done before it is seen on a logarithmic axis only
+_SEEN = 0.01  # part of a trace's range that it has to move by to be seen
+
+
+def draw(outcome: Outcome[AnyScene]) -> Figure:
+    """Every probe with a band for its estimated error, on a common axis of time: a logarithmic one where a trace has
+    done half of all it does in the first twentieth of the run, and nothing that drives the scene changes later."""
+    scene, traces = outcome.scene, outcome.solved.traces
+    assert traces is not None
+    first = _first(scene, traces)
+    times = np.geomspace(first, scene.end_time, 400) if first else traces.time
+    panels = [q for q in UNITS if any(probe.quantity == q for probe in scene.probes)]
+    figure = new_figure(9.5, 0.9 + _PANEL * len(panels), f"{scene.name}: probes against time", [], left=0.9)
+    figure.subplots_adjust(right=0.78)
+    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    factor, unit = next((f, u) for f, u in _TIMES if scene.end_time * f >= 1 or u == "ns")
+    for ax, name in zip(axes, panels, strict=True):
+        probes = [probe for probe in scene.probes if probe.quantity == name]
+        largest = max(float(np.abs(traces.values[p.name]).max()) for p in probes)
+        per, shown = scale(largest, UNITS[name])
+        for number, probe in enumerate(probes):
+            values = traces.values[probe.name]
+            # Rows are few where a straight line over time does, which a logarithmic axis bends.
+            drawn = smooth(traces.time, values, times) if first else values
+            _curve(ax, times * factor, drawn * per, traces.errors[probe.name] * per, probe, number)
+        ax.set_ylabel(f"{name.replace('_', ' ')} ({shown})")
+        ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=9)
+    axes[-1].set_xlabel(f"time ({unit})")
+    if first:
+        axes[-1].set_xscale("log")
+    axes[-1].set_xlim(first * factor, scene.end_time * factor)
+    return figure
+
+
+def _first(scene: AnyScene, traces: Traces) -> float:
+    """Where a logarithmic axis starts (s): before any trace has moved visibly; 0 where a linear one is better."""
+    if any(t > 0 for value in physics.driving(scene) if isinstance(value, Schedule) for t in value.times):
+        return 0.0
+    halves, starts = [], []
+    for values in traces.values.values():
+        moved = np.abs(values - values[0])
+        if moved.max() > 1e-9 * np.abs(values).max():
+            halves.append(traces.time[np.argmax(moved > 0.5 * moved.max())])
+            starts.append(traces.time[np.argmax(moved > _SEEN * moved.max())])
+    if not halves or min(halves) > _EARLY * scene.end_time:
+        return 0.0
+    return max(10.0 ** np.floor(np.log10(min(starts))), 1e-6 * scene.end_time)
+
+
+def _curve(
+    ax: Any, times: np.ndarray, values: np.ndarray, error: float, probe: Probe | GroupProbe, number: int
+) -> None:
+    colour, dash = _COLOURS[number % len(_COLOURS)], _DASHES[number // len(_COLOURS) % len(_DASHES)]
+    ax.plot(times, values, color=colour, ls=dash, label=cut(probe.name, 24))
+    ax.fill_between(times, values - error, values + error, color=colour, alpha=0.25, lw=0)
