@@ -15,8 +15,9 @@ if TYPE_CHECKING:
     from compare.against.data import Data
     from compare.budget import Budget
     from compare.verdict import Check
+    from fem3d.device.runs import Solved
     from reduced1d.device.design import Design
-    from reduced1d.device.runs import Runs
+    from scenes.loop.runs import Runs
     from scenes.result import Result
 
 S = TypeVar("S", covariant=True)
@@ -30,9 +31,9 @@ class Outcome(Generic[S]):
     earlier run it replaced.
 
     Of a sink also ``why``, the budget of the differences of the 1D model, and ``exported``, the few-state model's
-    folder, where asked for, and ``against``, a user's own traces if there are any. Of a device its ``simulated`` runs
-    and a designer's answers. Of a free scene over time ``shown``: the time (s) whose field is drawn, and whether it is
-    then above the initial temperature.
+    folder, where asked for, and ``against``, a user's own traces if there are any. Of a device its ``simulated``
+    runs in 1D, those of ``device_3d`` where asked for, and a designer's answers. Of a free scene over time
+    ``shown``: the time (s) whose field is drawn, and whether it is then above the initial temperature.
     """
 
     scene: S
@@ -51,6 +52,7 @@ class Outcome(Generic[S]):
     exported: Path | None = None
     against: Data | None = None
     simulated: Runs | None = None
+    device_3d: Solved | None = None
     design: Design | None = None
     shown: tuple[float, bool] | None = None
 

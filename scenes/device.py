@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from scenes.checks import DEVICE_TOLERANCES
+from scenes.checks import DEVICE_3D_TOLERANCES, DEVICE_TOLERANCES
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
 from scenes.sink import Sink, face
 
@@ -42,7 +42,8 @@ class Device:
     """A sink and the layers on it, from below: insulator, sensor film, polymer; all as long and wide as the beam.
 
     Thicknesses in m, ``end_time`` in s. ``accuracy`` is the largest numerical error of a temperature, as a fraction
-    of the set temperature's rise above room temperature. The sink's own voltage, electrodes, end time, accuracy and
+    of the set temperature's rise above room temperature, in 1D, and ``accuracy_3d`` in 3D, of steady powers too. The
+    sink's own voltage, electrodes, end time, accuracy and
     checks are not used. ``tolerances`` and ``expected_to_differ`` are as those of a sink, for the device's checks.
     """
 
@@ -56,6 +57,7 @@ class Device:
     external: External = field(default_factory=External)
     end_time: float = 0.5
     accuracy: float = 5e-6
+    accuracy_3d: float = 1e-3
     name: str = "device"
     tolerances: dict[str, float] = field(default_factory=dict)
     expected_to_differ: tuple[str, ...] | None = None
@@ -98,7 +100,7 @@ class Device:
         probes = tuple(Probe(name, film.lower, film.upper) for name, film in (("sink", beam), ("sensor", gold)))
         return Scene(
             self.name, (*given.boxes, *boxes), tuple(boundaries), probes, sink.room_temperature, self.end_time,
-            self.accuracy,
+            self.accuracy_3d,
         )  # fmt: skip
 
     @property
@@ -109,4 +111,4 @@ class Device:
 
     def tolerance(self, check: str) -> float:
         """The relative tolerance of a check: the declared one, or else its default (KeyError for an unknown id)."""
-        return self.tolerances[check] if check in self.tolerances else DEVICE_TOLERANCES[check]
+        return {**DEVICE_TOLERANCES, **DEVICE_3D_TOLERANCES, **self.tolerances}[check]

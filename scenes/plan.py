@@ -15,7 +15,8 @@ class Request:
     Of any: ``figures``, ``fields``, and the ``command`` line that asked, if it was one. Of a sink: the ``models``,
     whether the ``transient`` is solved, ``field_times`` (s) beside those that are stored anyway, the 1D model
     (``reduction``, by its canonical name), the budget of its differences from 3D (``why``), the folder for the
-    few-state model (``export``). Of a device: the ``scheme``, the figures that the run is ``about`` (all where none are
+    few-state model (``export``). Of a device: whether it is solved ``in_3d`` too,
+    the ``scheme``, the figures that the run is ``about`` (all where none are
     named), the ``meter`` in the loop, the sensor's ``largest_voltage`` (V) and ``largest_power`` (W).
     """
 
@@ -27,6 +28,7 @@ class Request:
     reduction: str = "paper"
     why: bool = False
     export: Path | None = None
+    in_3d: bool = False
     scheme: str = "accurate"
     about: tuple[str, ...] = ()
     meter: str | None = None

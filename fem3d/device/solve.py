@@ -73,6 +73,11 @@ class Model:
         """That of ``stability`` alone."""
         return self.plant(device, external).eigenvalue(_gains(device))
 
+    @property
+    def coarser(self) -> Model:
+        """The model of the lower space."""
+        return replace(self, fine=self.low)
+
     def steady_errors(self, device: Device, external: float | None = None) -> dict[str, float]:
         """The estimated errors of a steady state's quantities, in their units."""
         one, two = (_named(device, _state(m, device, external)) for m in (self.fine, self.low))
@@ -82,8 +87,9 @@ class Model:
 
     def solve(
         self, device: Device, meter: tuple[float, float] = (0.0, 0.0), start: Literal["cold", "settled"] = "cold"
-    ) -> DeviceResult:
-        """Traces of a device of this structure under its controllers, as `reduced1d.device.accurate` gives those in 1D.
+    ) -> tuple[DeviceResult, DeviceResult]:
+        """Traces of a device of this structure under its controllers, as `reduced1d.device.accurate` gives those in 1D;
+        and those of the lower space.
 
         Raises ArithmeticError where the powers between two samples cannot be found.
         """
@@ -95,12 +101,15 @@ class Model:
             raise ArithmeticError("the simulated device has left the range of numbers")
         space = {q: self.left[q] * apart[q] for q in _NAMES}
         rest = {q: self.lost[q] * scale[q] for q in _NAMES}
-        return device_result(
+        result = device_result(
             "few states of 3D", timetable(device).times[: len(run.rises)], traces[0], device.sink.room_temperature,
             {q: space[q] + rest[q] for q in _NAMES}, before=self.steady(device, device.external.initial_temperature),
             after=self.steady(device), error_parts={"space": space, "states and time": rest},
             details=self.details | {"stopped": run.stopped},
         )  # fmt: skip
+        lower = np.array(traces[1]).T
+        lower[:2] += device.sink.room_temperature
+        return result, replace(result, **dict(zip(_NAMES, lower, strict=True)))
 
 
 _NAMES = (*QUANTITIES, TOP)
