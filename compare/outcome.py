@@ -12,8 +12,12 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 from scenes.plan import Request, Step
 
 if TYPE_CHECKING:
-    from compare.against.data import Data
+    from compare.against import Data
     from compare.budget import Budget
+    from compare.inputs.propagation import Propagated
+    from compare.inputs.sampling import Sampled
+    from compare.inputs.sensitivities import Sensitivities
+    from compare.row_runs import Varied
     from compare.verdict import Check
     from fem3d.device.runs import Solved
     from reduced1d.device.design import Design
@@ -27,13 +31,20 @@ S = TypeVar("S", covariant=True)
 @dataclass(frozen=True)
 class Outcome(Generic[S]):
     """What a run found: the plan as carried out, each model's result (``None`` where not asked for), the checks, the
-    remarks on the run, the answer in a sentence, how long each stage took (s), the folder with its files, and which
-    earlier run it replaced.
+        remarks on the run, the answer in a sentence, how long each stage took (s), the folder with its files, and which
+        earlier run it replaced.
 
-    Of a sink also ``why``, the budget of the differences of the 1D model, and ``exported``, the few-state model's
-    folder, where asked for, and ``against``, a user's own traces if there are any. Of a device its ``simulated``
-    runs in 1D, those of ``device_3d`` where asked for, and a designer's answers. Of a free scene over time
-    ``shown``: the time (s) whose field is drawn, and whether it is then above the initial temperature.
+        Of a sink also ``why``, the budget of the differences of the 1D model, and ``exported``, the few-state model's
+    <<<<<<< HEAD
+        folder, where asked for, and ``against``, a user's own traces if there are any. Of a device its ``simulated``
+        runs in 1D, those of ``device_3d`` where asked for, and a designer's answers. Of a free scene over time
+        ``shown``: the time (s) whose field is drawn, and whether it is then above the initial temperature.
+    =======
+        folder, where asked for, and ``against``, a user's own traces if there are any, and ``sensitivities`` and what
+        they make of uncertain inputs (``propagated``, ``sampled``) where asked for; of a row of spans ``varied``, how its
+        differences run, where asked for. Of a device its ``simulated`` runs and a designer's answers. Of a free scene over
+        time ``shown``: the time (s) whose field is drawn, and whether it is then above the initial temperature.
+    >>>>>>> main
     """
 
     scene: S
@@ -50,7 +61,11 @@ class Outcome(Generic[S]):
     files: tuple[str, ...] = ()
     why: Budget | None = None
     exported: Path | None = None
+    varied: tuple[Varied, ...] = ()
     against: Data | None = None
+    sensitivities: Sensitivities | None = None
+    propagated: Propagated | None = None
+    sampled: Sampled | None = None
     simulated: Runs | None = None
     device_3d: Solved | None = None
     design: Design | None = None

@@ -16,7 +16,7 @@ from scenes.plan import Request, Step
 from scenes.sink import Sink
 
 if TYPE_CHECKING:
-    from compare.against.data import Data
+    from compare.against import Data
 
 
 def kind(scene: Any) -> str:

@@ -284,6 +284,13 @@ class BrickFaces:
             found[:, at] = self._space.corners[:, cells, None] + self._space.h[:, cells, None] * within
         return found
 
+    def along(self, stretch: np.ndarray) -> np.ndarray:
+        """(facets,): how the logarithm of each one's area changes with those of the cells' sides (3, cells)."""
+        found = np.empty(len(self._cells))
+        for at, d, _ in self._sides:
+            found[at] = np.delete(stretch[:, self._cells[at]], d, axis=0).sum(axis=0)
+        return found
+
     def _tables(self, d: int, upper: bool) -> tuple[np.ndarray, np.ndarray]:
         """(points, functions) twice: values, and slopes along the axis of a side."""
         x = gauss(self._space.p + 1)[0]

@@ -111,8 +111,9 @@ def dissection(places: np.ndarray, graph: csc_array) -> np.ndarray:
             found.append(nodes)
             return
         side[nodes] = np.where(right, 2, 1)
-        # What is left of the plane and has a neighbour right of it joins the halves.
-        joins = np.unique(rows[(side[rows] == 1) & (side[columns] == 2)])
+        # What has a neighbour across the plane joins the halves: of its two sides the smaller one.
+        across = (side[rows] == 1) & (side[columns] == 2)
+        joins = min((np.unique(each[across]) for each in (rows, columns)), key=len)
         side[joins] = 3
         halves = []
         for which in (1, 2):

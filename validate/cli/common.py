@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from scenes.errors import SceneError, printable
@@ -12,7 +13,7 @@ from validate.cli.terminal import DIFFERS, FINE, Progress, show, style
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from compare.against.data import Data
+    from compare.against import Data
     from scenes.plan import Request, Step
 
 STATUS = "exit status: 0 every check came out as the scene declares, 1 one did not, 2 bad input, 3 the numerics failed"
@@ -68,9 +69,11 @@ def run(
     overrides: Sequence[str],
     given: Sequence[str] = (),
     data: Data | None = None,
+    then: Callable[..., Any] | None = None,
 ) -> int:
     """Explains, solves, writes and reports a scene as asked, and returns the exit status. The folder's name has the
-    ``overrides`` in it and, of a user's own ``data``, the file ``given`` and what is said of its columns."""
+    ``overrides`` in it and, of a user's own ``data``, the file ``given`` and what is said of its columns;
+    ``then`` adds to what was found."""
     from validate.report import names
 
     folder = out(arguments) or names.of(scene, request, overrides, given)
@@ -80,7 +83,8 @@ def run(
     from validate.report.output import run
 
     with Progress(arguments.quiet) as progress:
-        outcome = run(scene, request, folder, progress, data)
+        more = None if then is None else partial(then, say=progress)
+        outcome = run(scene, request, folder, progress, data, more)
     from compare.verdict import contrary
     from validate.report import table
 

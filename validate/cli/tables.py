@@ -9,7 +9,7 @@ from scenes.errors import SceneError, quoted, reason
 
 def jobs(given: str | None) -> int:
     """How many processes to use; SceneError for what is no positive number."""
-    from validate.verify.run import processors
+    from validate.verify.cases import processors
 
     return processors() if given is None else whole("--jobs", given, 1, 256)
 

@@ -176,8 +176,8 @@ def _quantities(run: Run, model: str, style: Style) -> str:
 
 
 def _checks(checks: Sequence[Check], style: Style) -> str:
-    """A line for every claim of the paper, with what 1D finds; and for every result of 1D, and the claim that the device
-    is built on, with what 3D finds."""
+    """A line for every claim of the paper, with what 1D finds; and for every result of 1D, and the claim that the
+    device is built on, with what 3D finds."""
     return "\n\n".join(
         _table(group, heads, style)
         for heads, group in (

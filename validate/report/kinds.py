@@ -2,7 +2,8 @@
 
 Such a module has ``title``, ``headline`` and ``tables`` (paragraphs) for the terminal and the page, ``entries`` of
 summary.json, ``columns`` of traces.csv, ``FIGURES`` by their names in the plan, and ``draws_field``; where a field
-is drawn ``field`` and ``field_figure``, and where field files are written ``stored``.
+is drawn ``field`` and ``field_figure``, where field files are written ``stored``, and ``more_columns`` where there are
+other files of columns.
 """
 
 from __future__ import annotations

@@ -34,7 +34,14 @@ def _of_sink(request: Request, data: Sequence[str]) -> list[str]:
     words = [] if request.reduction == "paper" else [request.reduction.replace(":", "")]
     if len(request.models) == 1:
         words.append({"fem3d": "3d", "reduced1d": "1d"}[request.models[0]])
-    words += ["steady"] * (not request.transient) + ["why"] * request.why + ["fields"] * request.fields
+    words += (
+        ["steady"] * (not request.transient)
+        + ["why"] * request.why
+        + ["sensitivities"] * request.sensitivities
+        + ([] if request.uncertain is None else ["uncertain", *request.uncertain.given])
+        + [f"monte-carlo-{request.monte_carlo}"] * (request.monte_carlo > 0)
+        + ["fields"] * request.fields
+    )
     words += [TIME.show(time).replace(" ", "") for time in request.field_times]
     words += ["against", data[0].replace("..", "up"), *data[1:]] if data else []
     return words

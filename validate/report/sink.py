@@ -42,10 +42,11 @@ def headline(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) ->
     """The answer of the run, then how many checks differ, and whether that was known."""
     said = [style.paint(wrapped(outcome.answer), "heading")]
     name = f"{sink_text(outcome.scene)}{_against(outcome)}"
-    own = [check for check in outcome.checks if check.own]
+    listed_ones = without_slopes(outcome.checks)
+    own = [check for check in listed_ones if check.own]
     if own:
         said.append(_verdicts(name, own, contrary, outcome.scene.expected_to_differ is not None, style))
-    rest = [check for check in outcome.checks if not check.own]
+    rest = [check for check in listed_ones if not check.own]
     if rest:
         count = sum(check.verdict == "differs" for check in rest)
         off = f"{count} differs" if count == 1 else f"{count} differ"
@@ -58,14 +59,28 @@ def tables(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) -> l
     parts = [quantities_text(outcome, style)]
     if outcome.against is not None:
         parts.append(wrapped(outcome.against.said()))
-    if outcome.checks:
-        parts.append(checks_text(outcome.checks, style))
-    parts.append(_reasons([check for check in outcome.checks if check.own], contrary, style))
+    shown = without_slopes(outcome.checks)
+    if shown:
+        parts.append(checks_text(shown, style))
+    parts.append(_reasons([check for check in shown if check.own], contrary, style))
+    if outcome.propagated is not None:
+        from validate.report.inputs import inputs_text
+
+        parts.append(inputs_text(outcome, outcome.propagated, style))
+    if outcome.sensitivities is not None:
+        from validate.report.sensitivities import sensitivities_text
+
+        parts.append(sensitivities_text(outcome.sensitivities, outcome.checks, style))
     if outcome.why is not None:
         from validate.report.budget import budget_text
 
         parts.append(budget_text(outcome.why, style))
     return parts
+
+
+def without_slopes(checks: Sequence[Check]) -> list[Check]:
+    """The checks but those of slopes, which have a table of their own."""
+    return [check for check in checks if not check.id.startswith("slope_")]
 
 
 def _against(outcome: Outcome[Sink]) -> str:
@@ -157,6 +172,8 @@ def kind_of(check: str, own: bool) -> str:
     if check in OF_THE_PAPER:
         whose = "the paper's equations" if own else "the paper's equations (not this model's)"
         return f"{whose}: 3D numbers in, relative to 3D's own"
+    if check.startswith("slope_"):
+        return "how the models follow a key: 1D less 3D"
     return {"energy": "3D alone"}.get(check, "your data less 3D" if check.startswith("against_") else "")
 
 
@@ -183,6 +200,12 @@ def entries(outcome: Outcome[Sink]) -> dict[str, Any]:
     }
     if outcome.why is not None:
         found["why"] = document(outcome.why)
+    if outcome.propagated is not None:
+        from validate.report.inputs import entered
+
+        entered(found, outcome.propagated, outcome.sampled)
+    if outcome.sensitivities is not None:
+        found["sensitivities"] = outcome.sensitivities.document()
     if outcome.against is not None:
         found["against"] = outcome.against.document()
     return found
@@ -224,6 +247,13 @@ def columns(outcome: Outcome[Sink]) -> dict[str, np.ndarray]:
     return found
 
 
+def more_columns(outcome: Outcome[Sink]) -> dict[str, dict[str, np.ndarray]]:
+    """The columns of other files, by their names."""
+    if outcome.sensitivities is None or outcome.sensitivities.course is None:
+        return {}
+    return {"sensitivities.csv": outcome.sensitivities.course.columns()}
+
+
 def stored(outcome: Outcome[Sink]) -> tuple[np.ndarray, float, Reduction | None]:
     """Of the field files the times (s), what rises are above (K), and the 1D model beside 3D."""
     from reduced1d.painted import of_result
@@ -231,7 +261,8 @@ def stored(outcome: Outcome[Sink]) -> tuple[np.ndarray, float, Reduction | None]
 
     sink, request, one = outcome.scene, outcome.request, outcome.reduced1d
     times = stored_times(sink.end_time, request.field_times)
-    painted = None if one is None else of_result(sink, one)
+    # A row's spans are not painted: the model that is painted has one.
+    painted = None if one is None or sink.spans > 1 else of_result(sink, one)
     return times if request.transient else times[:0], sink.room_temperature, painted
 
 
@@ -239,7 +270,10 @@ FIGURES = {
     "figure5": "profile_figure.draw",
     "figure6": "time_figures.rises",
     "figure7": "time_figures.current",
+    "islands": "row_figures.profile",
+    "islands_runs": "row_figures.runs",
     "why": "why_figure.draw",
+    "sensitivity": "sensitivity_figure.draw",
 }
 """What draws each figure of the plan but that of the field, in ``validate.report.figures``."""
 FIELD_FIGURE = "figure4"
@@ -247,7 +281,7 @@ FIELD_FIGURE = "figure4"
 
 def draws_field(sink: Sink, request: Request) -> bool:
     """Whether there will be a field to render."""
-    return FIELD_FIGURE not in plan.skipped_figures(request)
+    return FIELD_FIGURE not in plan.skipped_figures(request, sink)
 
 
 def field(outcome: Outcome[Sink]) -> Field:

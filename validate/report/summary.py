@@ -77,6 +77,8 @@ def check_document(check: Check) -> dict[str, Any]:
     """A check as the summary has it."""
     found = asdict(check)
     time = found.pop("time")
+    if check.u_input is None:
+        del found["u_input"]
     return found if time is None else found | {"time_s": time}
 
 

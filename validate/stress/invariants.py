@@ -10,19 +10,28 @@ import numpy as np
 
 from fem3d.solve_scene import solve
 from scenes.model import Boundary, Box, Point, Probe, Scene
-from scenes.result import Estimate, Result
+from scenes.result import Result
 from validate.stress.random_scenes import ROOM, Drawn
 
 ROUNDING = 1e-7  # of the largest value of a kind: what solves of badly conditioned scenes leave
 BALANCE = 1e-6  # of the heat that passes
+OVER_TIME = 10.0  # times the accuracy: that of a transient, of which the balance is no quantity
 
 
 def energy(drawn: Drawn, found: Result) -> float:
-    """What enters by the boundaries, the current and the sources adds up to nothing."""
+    """What enters by the boundaries, the current and the sources adds up to nothing; over time, as the run itself says.
+
+    All current leaves at "minus": an electrode inside has no probe.
+    """
+    if found.traces is not None:
+        return float(found.details["energy_imbalance"]) / (OVER_TIME * drawn.scene.accuracy)
     total, error, passing = 0.0, 0.0, 0.0
+    volts = {b.name: float(b.value) for b in drawn.scene.boundaries if b.kind == "voltage"}  # type: ignore[arg-type]
     for b in drawn.scene.boundaries:
+        if b.name == "plus":
+            continue
         each = found.steady[f"into {b.name}"]
-        factor = float(b.value) if b.kind == "voltage" else 1.0  # type: ignore[arg-type]
+        factor = volts["minus"] - volts["plus"] if b.kind == "voltage" else 1.0
         total += factor * each.value
         error += abs(factor) * each.error
         passing += abs(factor * each.value)
@@ -63,7 +72,7 @@ def mirrored(drawn: Drawn, found: Result) -> float:
     def turn(lower: Point, upper: Point) -> tuple[Point, Point]:
         return (lower[1], lower[2], far - upper[0]), (upper[1], upper[2], far - lower[0])
 
-    return _apart(found, solve(_moved(drawn.scene, turn)), 1.0, 1.0, 1.0)
+    return _apart(found, solve(_moved(drawn.scene, turn)), 1.0, 1.0, 1.0, drawn.scene.output_times)
 
 
 def rescaled(drawn: Drawn, found: Result) -> float:
@@ -131,7 +140,19 @@ def reciprocal(drawn: Drawn, _: Result) -> float:
 
 def honest(drawn: Drawn, found: Result) -> float:
     """Every value is within its estimated error of a solve that is ten times finer."""
-    return _apart(found, solve(replace(drawn.scene, accuracy=drawn.scene.accuracy / 10)), 1.0, 1.0, 1.0)
+    finer = solve(replace(drawn.scene, accuracy=drawn.scene.accuracy / 10))
+    return _apart(found, finer, 1.0, 1.0, 1.0, drawn.scene.output_times)
+
+
+def tests(drawn: Drawn) -> dict[str, Callable[[Drawn, Result], float]]:
+    """Those that a scene is held to: all that need no further solve, and one by turns of those that do."""
+    if not drawn.scene.steady:
+        names = list(OVER_TIMES)
+        turn = names[drawn.seed // 20 % len(names)]
+        return {"energy closes over time": energy, turn: OVER_TIMES[turn]}
+    names = list(IN_TURN)
+    turn = names[drawn.seed % len(names)]
+    return ALWAYS | {turn: IN_TURN[turn]}
 
 
 ALWAYS: dict[str, Callable[[Drawn, Result], float]] = {
@@ -142,24 +163,37 @@ IN_TURN: dict[str, Callable[[Drawn, Result], float]] = {
     "mirrored and turned": mirrored, "another unit of length": rescaled, "voltages swapped": swapped,
     "scales with V^2": squared, "reciprocity of power": reciprocal, "errors honoured by a finer solve": honest,
 }  # fmt: skip
+OVER_TIMES: dict[str, Callable[[Drawn, Result], float]] = {
+    "traces honoured by a finer solve": honest, "traces mirrored and turned": mirrored,
+}  # fmt: skip
 
 
-def _apart(one: Result, two: Result, rises: float, currents: float, flows: float) -> float:
-    """The largest distance of two results over their errors, the first's rises, currents and flows being multiplied."""
-    largest: dict[float, float] = {}
-    pairs = []
-    for name, a in one.steady.items():
-        b = two.steady[name]
-        if name.startswith("into"):
-            factor = currents if name in ("into plus", "into minus") else flows
-        else:
-            factor, a, b = rises, Estimate(a.value - ROOM, a.error), Estimate(b.value - ROOM, b.error)
-        largest[factor] = max(largest.get(factor, 0.0), abs(b.value))
-        pairs.append((factor, a, b, 1e-12 * ROOM * (factor == rises)))
+def _apart(
+    one: Result, two: Result, rises: float, currents: float, flows: float, times: tuple[float, ...] = ()
+) -> float:
+    """The largest distance of two results over their errors, the first's rises, currents and flows being multiplied;
+    of traces at some times (s)."""
+    factors = {"rise": rises, "current": currents, "flow": flows}
+    largest = dict.fromkeys(factors, 0.0)
+    pairs, mine, theirs = [], _numbers(one, times), _numbers(two, times)
+    for name, (a, error) in mine.items():
+        b, other = theirs[name]
+        kind = "rise" if name.startswith("mean") else "current" if name in ("into plus", "into minus") else "flow"
+        off = ROOM if kind == "rise" else 0.0
+        largest[kind] = max(largest[kind], float(np.abs(b - off).max()))
+        pairs.append((kind, np.abs(factors[kind] * (a - off) - (b - off)).max(), abs(factors[kind]) * error + other))
     return max(
-        abs(f * a.value - b.value) / (abs(f) * a.error + b.error + ROUNDING * largest[f] + rounding + 1e-300)
-        for f, a, b, rounding in pairs
+        float(apart / (error + ROUNDING * largest[kind] + 1e-12 * ROOM * (kind == "rise") + 1e-300))
+        for kind, apart, error in pairs
     )
+
+
+def _numbers(found: Result, times: tuple[float, ...]) -> dict[str, tuple[np.ndarray, float]]:
+    """The steady values, or those of the traces at some times, with their errors."""
+    if found.traces is None:
+        return {name: (np.array(e.value), e.error) for name, e in found.steady.items()}
+    at, traces = found.traces.time, found.traces
+    return {name: (np.interp(times, at, v), traces.errors[name]) for name, v in traces.values.items()}
 
 
 def _moved(scene: Scene, move: Callable[[Point, Point], tuple[Point, Point]]) -> Scene:

@@ -1,18 +1,19 @@
 """Random scenes: connected boxes of random sizes and materials, heated in one or more ways, cooled somewhere.
 
 Boxes are cells of a random grid of up to three by three by two, with voids between, re-entrant edges and corners, thin
-layers; one material conducts, and the underside is held at a temperature. Everything follows from a seed.
+layers; one or two materials conduct, and the underside is held at a temperature. Three of twenty scenes run over time,
+under steps and ramps. Everything follows from a seed.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, product
 from typing import NamedTuple
 
 import numpy as np
 
-from scenes.model import Boundary, Box, Material, Point, Probe, Scene
+from scenes.model import Boundary, Box, Material, Point, Probe, Scene, Schedule
 
 ROOM, RISE = 293.0, 10.0
 MATERIALS = (
@@ -35,7 +36,8 @@ class Drawn:
 
 def draw(seed: int, accuracy: float = 1e-2) -> Drawn:
     """The scene of a seed."""
-    rng = np.random.default_rng(seed)
+    # What is drawn of the second generator leaves the rest as it is.
+    rng, more = np.random.default_rng(seed), np.random.default_rng([seed, 1])
     base = 10 ** float(rng.uniform(-5.5, -4))
     planes = [_planes(rng, int(rng.integers(1, 4)), base) for _ in range(2)]
     planes.append(_planes(rng, int(rng.integers(1, 3)), base * 10 ** float(rng.uniform(-2, 0))))
@@ -50,6 +52,10 @@ def draw(seed: int, accuracy: float = 1e-2) -> Drawn:
         Box(f"box {i}", palette[int(rng.integers(len(palette)))], *_corners(planes, cell))
         for i, cell in enumerate(cells)
     ]
+    other = conductors[int(more.integers(len(conductors)))]
+    for i in np.flatnonzero(more.random(len(boxes)) < 0.3).tolist():
+        if boxes[i].material is palette[0]:
+            boxes[i] = replace(boxes[i], material=other)
     free = _free_faces(cells)
     rng.shuffle(free)
     boundaries, heats = [], []
@@ -61,12 +67,22 @@ def draw(seed: int, accuracy: float = 1e-2) -> Drawn:
         film = free.pop()
         h = 10 ** float(rng.uniform(1, 5))
         boundaries.append(Boundary("film", "convection", *_face(planes, cells[film[0]], *film[1:]), h, ROOM))
+        behind = film[0], film[1], 1 - film[2]
+        if behind in free and more.random() < 0.7:
+            free.remove(behind)
+            h *= 10 ** float(more.uniform(-1, 1))
+            boundaries.append(Boundary("back", "convection", *_face(planes, cells[film[0]], *behind[1:]), h, ROOM))
     strength = _strength(planes, boxes)
     ends = _electrodes(boxes, cells, free) if rng.random() < 0.7 else None
+    inner = ""
     if ends is not None:
+        for at in ends:
+            free.remove(at)
+        inside = _inside(boxes, cells, ends[1])
+        if inside and more.random() < 0.4:
+            inner, ends = "plus", (inside[int(more.integers(len(inside)))], ends[1])
         for name, at, volts in zip(("plus", "minus"), ends, (strength.voltage, 0.0), strict=True):
             boundaries.append(Boundary(name, "voltage", *_face(planes, cells[at[0]], *at[1:]), volts))
-            free.remove(at)
         heats.append("current")
     if (rng.random() < 0.4 or not heats) and free:
         hot = free.pop()
@@ -78,10 +94,37 @@ def draw(seed: int, accuracy: float = 1e-2) -> Drawn:
         heats.append("source")
     probes = [Probe(f"mean {i}", box.lower, box.upper) for i, box in enumerate(boxes[:3])]
     probes += [
-        Probe(f"into {b.name}", b.lower, b.upper, "current" if b.kind == "voltage" else "heat_flow") for b in boundaries
+        Probe(f"into {b.name}", b.lower, b.upper, "current" if b.kind == "voltage" else "heat_flow")
+        for b in boundaries
+        if b.name != inner
     ]
     scene = Scene(f"random {seed}", tuple(boxes), tuple(boundaries), tuple(probes), ROOM, 1.0, accuracy, True)
+    if seed % 20 >= 17:
+        scene = _over_time(more, scene, max(p[-1] - p[0] for p in planes))
     return Drawn(seed, scene, tuple(heats))
+
+
+def _over_time(rng: np.random.Generator, scene: Scene, size: float) -> Scene:
+    """The scene from rest over a time in which heat crosses some of the first box's material: what heats it steps and
+    ramps, up, down and to the other sign; sometimes the cold temperature steps too."""
+    material = scene.boxes[0].material
+    end = 10 ** float(rng.uniform(-2, 0.5)) * size**2 * material.heat_capacity / material.thermal_conductivity
+
+    def varied(value: float) -> Schedule:
+        times, factors = np.sort(rng.uniform(0, end, 3)), rng.uniform(-1, 1, 3)
+        at, levels = [0.0, times[0], times[0], times[1], times[2]], [1.0, 1.0, factors[0], factors[1], factors[2]]
+        return Schedule(tuple(map(float, at)), tuple(value * float(f) for f in levels))
+
+    boundaries = tuple(
+        replace(b, value=varied(float(b.value))) if b.name in ("plus", "flux") else b  # type: ignore[arg-type]
+        for b in scene.boundaries
+    )
+    if rng.random() < 0.3:
+        step = Schedule((0.0, 0.37 * end, 0.37 * end), (ROOM, ROOM, ROOM + RISE / 2))
+        boundaries = (replace(boundaries[0], value=step), *boundaries[1:])
+    boxes = tuple(replace(b, heat_source=varied(b.heat_source)) if b.heat_source else b for b in scene.boxes)  # type: ignore[arg-type]
+    instants = tuple((end * np.linspace(0.05, 1.0, 20)).tolist())
+    return replace(scene, boxes=boxes, boundaries=boundaries, steady=False, end_time=end, output_times=instants)
 
 
 class _Strength(NamedTuple):
@@ -171,6 +214,18 @@ def _electrodes(
         if p[1] == q[1] and p[2] != q[2] and cells[p[0]][p[1]] + p[2] != cells[q[0]][q[1]] + q[2]
     ]  # fmt: skip
     return max(apart)[1:] if apart else None
+
+
+def _inside(boxes: list[Box], cells: list[Cell], minus: tuple[int, int, int]) -> list[tuple[int, int, int]]:
+    """The faces between cells of one conducting piece that are parallel to an electrode on it, in another plane."""
+    number, d, side = minus
+    piece = _piece(cells, {i for i, box in enumerate(boxes) if box.material.resistivity is not None})
+    found = []
+    for i in sorted(piece):
+        above = tuple(c + (e == d) for e, c in enumerate(cells[i]))
+        if above in cells and cells.index(above) in piece and cells[i][d] + 1 != cells[number][d] + side:
+            found.append((i, d, 1))
+    return found
 
 
 def _piece(cells: list[Cell], conducting: set[int]) -> set[int]:

@@ -51,9 +51,7 @@ def examine(seed: int, limit: int = LIMIT) -> Outcome:
     try:
         found = invariants.solve(drawn.scene)
         unknowns = int(found.details["unknowns"])
-        names = list(invariants.IN_TURN)
-        name = names[seed % len(names)]
-        for each, test in (*invariants.ALWAYS.items(), (name, invariants.IN_TURN[name])):
+        for each, test in invariants.tests(drawn).items():
             violations[each] = test(drawn, found)
     except _TimeIsUpError:
         ended = "out of time"

@@ -24,7 +24,7 @@ LOOKS = 2
 """Rounds that look only for where they disagree, so that the error has been measured before it is relied on."""
 
 ENOUGH = 0.01
-"""The part of the cells that may stay unresolved; the last ones would each need a solution of its own."""
+"""The part of the cells that may stay unresolved by interpolation; the last ones would each need a solution."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +109,9 @@ def _next(found: Map, rounds: int, most: int) -> np.ndarray:
     value, shape = found.surface.value, found.surface.value.shape
     free = np.ones(shape, bool)
     free.flat[list(found.solved)] = False
-    unresolved = (found.verdicts == "unresolved") & free
+    # Where the solved values' own error reaches the tolerance more of them would not tell.
+    told = ~(np.abs(np.abs(value) - found.tolerance) <= found.surface.own)
+    unresolved = (found.verdicts == "unresolved") & free & told
     if unresolved.mean() <= ENOUGH and rounds > LOOKS:
         return np.empty((0, 2), int)
     # Where an answer ends there is no error to go by: the middle of the gap halves it.

@@ -20,12 +20,14 @@ RECENT = 48
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """Over the cells (n, m): the ``value``, NaN where there is none, its ``error``, that of the solved values included,
-    and the greatest ``disagreement`` in the cell's triangle and its neighbours, infinite where a corner of the triangle
-    has no answer. ``lost`` are the cells all of whose corners have none."""
+    """Over the cells (n, m): the ``value``, NaN where there is none, its ``error``, of which ``own`` is that of the
+    solved values at the triangle's corners, and the greatest ``disagreement`` in the cell's triangle and its
+    neighbours, infinite where a corner of the triangle has no answer. ``lost`` are the cells all of whose corners have
+    none."""
 
     value: np.ndarray
     error: np.ndarray
+    own: np.ndarray
     disagreement: np.ndarray
     lost: np.ndarray
 
@@ -75,6 +77,6 @@ def surface(shape: tuple[int, int], cells: np.ndarray, values: np.ndarray, error
         apart = np.where(bad == 0, most[within].reshape(shape), np.inf)
     at = tuple(cells.T)
     smooth[at], apart[at] = values, np.where(answered, 0.0, np.inf)
-    known = np.where(answered, errors, 0.0)[net.simplices].max(axis=1)[within].reshape(shape)
-    known[at] = errors
-    return Surface(np.where(bad == 3, np.nan, smooth), share * apart + known, apart, bad == 3)
+    own = np.where(answered, errors, 0.0)[net.simplices].max(axis=1)[within].reshape(shape)
+    own[at] = errors
+    return Surface(np.where(bad == 3, np.nan, smooth), share * apart + own, own, apart, bad == 3)

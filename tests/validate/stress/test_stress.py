@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from reduced1d.device.lumped import lump
 from reduced1d.device.paper import stability_limit
 from scenes.device import Device
-from scenes.model import Boundary, Box, Material, Probe, Scene
+from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
 from validate.cli import main
 from validate.report.table import Style
 from validate.stress import coupling, invariants, report, sweep
@@ -34,6 +34,17 @@ def test_random_scenes_are_heated_cooled_and_reproducible(seed):
         assert all(low < high for low, high in zip(box.lower, box.upper, strict=True))
     for b in drawn.scene.boundaries:
         assert sum(low == high for low, high in zip(b.lower, b.upper, strict=True)) == 1
+
+
+def test_all_kinds_of_scenes_are_drawn():
+    scenes = [draw(seed).scene for seed in range(100)]
+    names = [{b.name for b in s.boundaries} for s in scenes]
+    assert sum(not s.steady for s in scenes) == 15
+    assert any({"film", "back"} <= n for n in names)
+    assert any(
+        "plus" in n and "into plus" not in {p.name for p in s.probes} for n, s in zip(names, scenes, strict=True)
+    )
+    assert any(len({b.material for b in s.boxes if b.material.resistivity}) == 2 for s in scenes)
 
 
 def bar(**changes):
@@ -70,6 +81,26 @@ def test_invariants_see_what_they_are_there_for():
     cooled = replace(drawn.scene, boxes=(replace(drawn.scene.boxes[0], heat_source=-3e13),))
     assert invariants.never_colder(drawn, invariants.solve(cooled)) > 1
     assert invariants.undershoot(drawn, invariants.solve(cooled)) > 1
+
+
+def test_invariants_over_time_see_what_they_are_there_for():
+    """A step of what heats the bar and of what cools it; the traces of another scene, and a balance that is off."""
+    hot, cold = Schedule((0.0, 3e-6, 3e-6), (1e12, 1e12, -2e12)), Schedule((0.0, 5e-6, 5e-6), (ROOM, ROOM, ROOM + 5))
+    steady = bar().scene
+    boundaries = (replace(steady.boundaries[0], value=cold), steady.boundaries[3])
+    scene = replace(
+        steady, steady=False, accuracy=1e-2, end_time=1e-5, output_times=(2e-6, 6e-6, 1e-5), boundaries=boundaries,
+        boxes=(replace(steady.boxes[0], heat_source=hot),), probes=(*steady.probes[:2], steady.probes[4]),
+    )  # fmt: skip
+    drawn = Drawn(0, scene, ())
+    found = invariants.solve(scene)
+    assert list(invariants.tests(drawn)) == ["energy closes over time", "traces honoured by a finer solve"]
+    assert invariants.energy(drawn, found) <= 1
+    assert invariants.honest(drawn, found) <= 1
+    later = replace(boundaries[0], value=replace(cold, times=(0.0, 5.5e-6, 5.5e-6)))
+    assert invariants.honest(Drawn(0, replace(scene, boundaries=(later, *boundaries[1:])), ()), found) > 1
+    off = replace(found, details=found.details | {"energy_imbalance": 0.2})
+    assert invariants.energy(drawn, off) > 1
 
 
 def test_a_scene_that_takes_too_long_or_fails_is_an_outcome(monkeypatch):

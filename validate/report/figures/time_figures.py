@@ -16,7 +16,7 @@ from validate.report.figures.colours import LINES
 from validate.report.figures.drawing import new_figure, smooth
 
 if TYPE_CHECKING:
-    from compare.against.data import Data
+    from compare.against import Data
     from compare.outcome import Outcome
     from scenes.sink import Sink
 

@@ -10,6 +10,7 @@ from compare.verdict import contrary
 from validate.report.html import checks, numbers, sections
 from validate.report.html import device as device_section
 from validate.report.html import field as field_section
+from validate.report.html import sensitivities as sensitivities_section
 from validate.report.html import why as why_section
 from validate.report.html.words import text
 from validate.report.kinds import of
@@ -42,6 +43,7 @@ def page(folder: Path, title: str, headline: str, document: Mapping[str, Any], f
         shown,
         sections.figures(folder, document),
         why_section.why(document),
+        sensitivities_section.sensitivities(document),
         sections.others(document),
         numbers.errors(document),
         numbers.energy(document),

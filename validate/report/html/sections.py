@@ -15,13 +15,14 @@ from validate.report.html.words import named, text
 
 _TREATED = (
     "schema", "command", "scene", "plan", "provenance", "fem3d", "reduced1d", "checks", "warnings", "files", "timing_s",
-    "why", "findings", "design", "answer",
+    "why", "sensitivities", "findings", "design", "answer",
 )  # fmt: skip
 _CAPTIONS = {
     "figure5": "The steady rise along the beam in both models.",
     "figure6": "Rises against time in both models.",
     "figure_traces": "Every probe against time.",
     "why": "What each assumption of the 1D model adds to its difference from 3D.",
+    "sensitivity": "How rises and current follow the keys of the scene, in percent for each percent.",
     "figure7": "The current against time in both models.",
     **FIGURES,
 }
@@ -30,7 +31,8 @@ _CAPTIONS = {
 def figures(folder: Path, document: Document, captions: Mapping[str, str] = _CAPTIONS) -> str:
     """The figures of the folder but the field's picture, which has a section of its own."""
     names = sorted(
-        {Path(f).stem for f in document.get("files", ()) if f.startswith(("figure", "why."))} - set(PICTURES),
+        {Path(f).stem for f in document.get("files", ()) if f.startswith(("figure", "why.", "sensitivity."))}
+        - set(PICTURES),
         key=_order,
     )
     found = []

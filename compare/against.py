@@ -1,0 +1,152 @@
+"""A user's own traces against the 3D model's: the largest distance over time, with what it is known to.
+
+`validate.against` reads them from files of other programs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from compare.verdict import FIRST_TIME, Check, Comparison, judged
+from scenes.checks import AGAINST_TOLERANCES
+from scenes.errors import SceneError, quoted
+from scenes.formats import quantity, signed
+from scenes.result import Result
+from scenes.sink import Sink
+
+QUANTITIES = {"peak": "peak_K", "end": "end_K", "mean": "mean_K", "current": "current_A", "power": "power_W"}
+"""What a user calls the quantities of traces.csv."""
+_OF = {
+    "peak_K": ("peak_rise_K", "final rise"),
+    "end_K": ("end_rise_K", "final rise"),
+    "mean_K": ("mean_rise_K", "final rise"),
+    "current_A": ("current_A", "final change"),
+    "power_W": ("power_W", "final value"),
+}
+
+
+@dataclass(frozen=True)
+class Data:
+    """Traces from a file: ``time`` (s, ascending) and ``values`` by the keys of traces.csv, in SI units.
+
+    ``headers`` are the columns' own names, the time's among them, and ``how`` they were read where that is not plain,
+    ``left_out`` says why the others are none, ``run`` which of several runs it is, ``notes`` what else was done,
+    ``warnings`` what may be another scene's.
+    """
+
+    name: str
+    kind: str
+    time: np.ndarray
+    values: dict[str, np.ndarray]
+    headers: dict[str, str]
+    how: Mapping[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    left_out: Mapping[str, str] = field(default_factory=dict)
+    run: str = ""
+    warnings: tuple[str, ...] = ()
+
+    def document(self) -> dict[str, Any]:
+        """What the summary says of it."""
+        return {
+            "file": self.name, "kind": self.kind, "rows": len(self.time),
+            "from_s": float(self.time[0]), "to_s": float(self.time[-1]), "run": self.run or None,
+            "columns": self.headers, "read_as": dict(self.how), "left_out": dict(self.left_out),
+            "notes": list(self.notes),
+        }  # fmt: skip
+
+    def said(self) -> str:
+        """One sentence: which column is which quantity, of which run, and which are left out, and why."""
+        names = {"time_s": "time", **{key: name for name, key in QUANTITIES.items()}}
+        how = {key: f" ({text})" for key, text in self.how.items()}
+        parts = [", ".join(f"{names[k]} is {quoted(header)}{how.get(k, '')}" for k, header in self.headers.items())]
+        parts += [self.run] if self.run else []
+        parts += list(self.notes)
+        left = [f"{quoted(name)}, it {why}" for name, why in list(self.left_out.items())[:6]]
+        left += [f"{len(self.left_out) - 6} more"] if len(self.left_out) > 6 else []
+        parts += [f"left out: {'; '.join(left)}"] if left else []
+        first, last = (quantity(float(t), "s", 3) for t in (self.time[0], self.time[-1]))
+        span = f"{len(self.time)} rows, {first} to {last}"
+        return f"{self.name} ({self.kind}, {span}): {'; '.join(parts)}."
+
+
+def check_id(key: str) -> str:
+    """The check of a quantity of traces.csv: "against_peak"."""
+    return f"against_{key.rpartition('_')[0]}"
+
+
+def evaluate(sink: Sink, data: Data, fem3d: Result) -> tuple[Check, ...]:
+    """A check for every quantity of the data, in the order of the declared tolerances."""
+    keys = [key for key in _OF if key in data.values and check_id(key) in AGAINST_TOLERANCES]
+    return tuple(judged(check_id(key), compare(sink, data, fem3d, key), sink, always=True) for key in keys)
+
+
+def compare(sink: Sink, data: Data, fem3d: Result, key: str) -> Comparison:
+    """The largest distance data - 3D from 10 us on, relative to the quantity's final rise, change or value.
+
+    It is sought at the times of both, within the time that both cover, each interpolated linearly in time. Its error
+    is that of the 3D trace, and that of interpolating the data: a third of the largest change when every other of
+    their rows is left out (for smooth curves the error falls with the square of the spacing).
+    """
+    traces = fem3d.traces
+    assert traces is not None
+    unit = key.rpartition("_")[2]
+    first = max(FIRST_TIME, float(data.time[0]), float(traces.time[0]))
+    last = min(float(data.time[-1]), float(traces.time[-1]))
+    if not first < last:
+        span = f"{quantity(float(data.time[0]), 's')} to {quantity(float(data.time[-1]), 's')}"
+        raise SceneError(
+            f"--against {quoted(data.name)} covers {span}, the run 10 us to {quantity(sink.end_time, 's')}: there is "
+            "no time to compare at"
+        )
+    both = np.union1d(data.time, traces.time)
+    time = np.unique(np.concatenate([[first], both[(both > first) & (both < last)], [last]]))
+    theirs, ours = np.interp(time, data.time, data.values[key]), np.interp(time, traces.time, traces.values[key])
+    off = theirs - ours
+    i = int(np.argmax(np.abs(off)))
+    scale, of = _scale(fem3d, key)
+    error = (traces.errors[key] + interpolation_error(data, key, first, last)) / abs(scale)
+    p, m = float(theirs[i]), float(ours[i])
+    if unit == "K":
+        p, m = p - sink.room_temperature, m - sink.room_temperature
+
+    def because() -> str:
+        return (
+            f"{data.name} is furthest from 3D at {quantity(float(time[i]), 's', 3)}: {quantity(p, unit)} against "
+            f"{quantity(m, unit)}, {signed(float(off[i]), unit)} of a {of} of {quantity(scale, unit)}"
+        )
+
+    title = f"{_title(key)}, {_short(data.name)}"
+    return Comparison(title, p, m, unit, float(off[i]) / abs(scale), error, because, float(time[i]))
+
+
+def interpolation_error(data: Data, key: str, first: float, last: float) -> float:
+    """What linear interpolation between the data's rows may be off by from ``first`` to ``last`` (s), in their unit."""
+    time, values = data.time, data.values[key]
+    inside = (time >= first) & (time <= last)
+    if inside.sum() < 5:
+        # Too few to tell: as far as they are apart.
+        return float(np.abs(np.diff(values)).max())
+    coarse = np.interp(time, time[::2], values[::2])
+    return float(np.abs(coarse - values)[inside].max() / 3)
+
+
+def _scale(fem3d: Result, key: str) -> tuple[float, str]:
+    name, of = _OF[key]
+    value = fem3d.steady[name].value
+    if key == "current_A":
+        assert fem3d.traces is not None
+        change = value - float(fem3d.traces.values[key][0])
+        return (change, of) if change else (value, "final value")
+    return value, of
+
+
+def _title(key: str) -> str:
+    return {"peak_K": "peak", "end_K": "end", "mean_K": "mean", "current_A": "current", "power_W": "power"}[key]
+
+
+def _short(name: str) -> str:
+    return name if len(name) <= 16 else f"{name[:13]}..."

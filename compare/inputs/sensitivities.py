@@ -1,0 +1,185 @@
+"""How both models of a sink follow each of its keys: d ln quantity / d ln key, side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from compare.verdict import Check, judge
+from scenes.formats import percent
+from scenes.result import Estimate, Result
+from scenes.sink import Sink
+from scenes.varied import numbers
+
+QUANTITIES = {
+    "peak_rise_K": "peak rise",
+    "end_rise_K": "end rise",
+    "mean_rise_K": "mean rise",
+    "current_A": "current",
+    "power_W": "power",
+    "heat_out_W": "heat to the substrate",
+    "anchor_resistance_K_per_W": "anchor resistance",
+}
+PREFIX = "slope_"
+NONE = 1e-6  # of a slope: less is none
+
+
+@dataclass(frozen=True)
+class Slope:
+    """d ln quantity / d ln key in 3D, with its error, and in 1D; ``None`` of a model that was not asked for."""
+
+    fem3d: Estimate | None
+    reduced1d: float | None
+
+    @property
+    def size(self) -> float:
+        """The larger of both."""
+        return max(abs(self.fem3d.value) if self.fem3d else 0.0, abs(self.reduced1d or 0.0))
+
+
+@dataclass(frozen=True)
+class Course:
+    """d ln quantity / d ln key at ``times`` (s) by model, key and quantity (of rises, for temperatures), and the errors
+    of the 3D ones."""
+
+    times: np.ndarray
+    fem3d: dict[str, dict[str, np.ndarray]]
+    errors: dict[str, dict[str, float]]
+    reduced1d: dict[str, dict[str, np.ndarray]]
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """As columns of a file: time_s, then <model>_<quantity>_by_<key>."""
+        models = {"fem3d": self.fem3d, "reduced1d": self.reduced1d}
+        return {"time_s": self.times} | {
+            f"{model}_{name}_by_{key}": values
+            for model, found in models.items() for key, of in found.items() for name, values in of.items()
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Sensitivities:
+    """``keys`` with their values (SI units); ``steady`` by key and quantity; ``course`` where the run went over time;
+    ``left_out`` says why a key has none in 3D."""
+
+    keys: dict[str, float]
+    steady: dict[str, dict[str, Slope]]
+    course: Course | None = None
+    left_out: dict[str, str] = field(default_factory=dict)
+
+    def document(self) -> dict[str, Any]:
+        """What summary.json says of it: {key: {quantity: {"fem3d": {"value", "error"}, "reduced1d": {"value"}}}}."""
+        return {key: {name: _document(slope) for name, slope in of.items()} for key, of in self.steady.items()}
+
+    def largest(self, quantity: str) -> float:
+        """The largest slope of a quantity by any key, in 3D where that is there."""
+        slopes = [of[quantity] for of in self.steady.values() if quantity in of]
+        return max((abs(s.fem3d.value) if s.fem3d else s.size for s in slopes), default=0.0)
+
+    def sorted(self, quantities: Iterable[str]) -> list[str]:
+        """The keys that any of the quantities follows, that which one follows most first."""
+        names = list(quantities)
+        sizes = {key: max((of[n].size for n in names if n in of), default=0.0) for key, of in self.steady.items()}
+        return sorted((key for key, size in sizes.items() if size > NONE), key=lambda key: -sizes[key])
+
+
+def _document(slope: Slope) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    if slope.fem3d is not None:
+        found["fem3d"] = {"value": slope.fem3d.value, "error": slope.fem3d.error}
+    if slope.reduced1d is not None:
+        found["reduced1d"] = {"value": slope.reduced1d}
+    return found
+
+
+def of_sink(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> Sensitivities:
+    """The sensitivities of what a run has solved.
+
+    Those of reductions that stand on the plate are of the steady state alone: each costs a plate. Raises what
+    `fem3d.sink_sensitivity.of_sink` and `reduced1d.slopes.of_sink` raise.
+    """
+    keys = numbers(sink)
+    steady: dict[str, dict[str, Slope]] = {key: {} for key in keys}
+    times = None
+    course3d: dict[str, dict[str, np.ndarray]] = {}
+    errors: dict[str, dict[str, float]] = {}
+    left_out: dict[str, str] = {}
+    if fem3d is not None:
+        from fem3d import sink_sensitivity
+
+        found = sink_sensitivity.of_sink(sink, fem3d)
+        left_out = found.left_out
+        for key, of in found.steady.items():
+            steady[key] = {name: Slope(estimate, None) for name, estimate in of.items()}
+        if found.course is not None:
+            times, course3d, errors = found.course.times, found.course.values, found.course.errors
+    elif reduced1d is not None and reduced1d.traces is not None:
+        times = reduced1d.traces.time[1:]
+    course1d: dict[str, dict[str, np.ndarray]] = {}
+    if reduced1d is not None:
+        from reduced1d import slopes
+
+        over_time = times if reduced1d.model == "paper" else None
+        of_one, course1d = slopes.of_sink(sink, reduced1d.model, keys, over_time)
+        for key, values in of_one.items():
+            own = steady[key]
+            steady[key] = own | {
+                name: Slope(own[name].fem3d if name in own else None, value) for name, value in values.items()
+            }
+    course = None if times is None else Course(times, course3d, errors, course1d)
+    return Sensitivities(keys, steady, course, left_out)
+
+
+def checks(sink: Sink, found: Sensitivities) -> tuple[Check, ...]:
+    """For each key that anything follows the check whether 1D follows it as 3D does: the largest difference of their
+    slopes over quantities, of the largest slope of that quantity by any key."""
+    made = []
+    largest = {name: found.largest(name) for name in QUANTITIES}
+    tolerance = sink.tolerance("slope")
+    for key in found.sorted(QUANTITIES):
+        slopes = found.steady[key].items()
+        both = {
+            n: (s.fem3d, s.reduced1d)
+            for n, s in slopes
+            if s.fem3d is not None and s.reduced1d is not None and largest.get(n, 0.0) > NONE
+        }
+        if not both:
+            continue
+        off = {n: (in_1d - in_3d.value) / largest[n] for n, (in_3d, in_1d) in both.items()}
+        name = max(off, key=lambda n: abs(off[n]))
+        in_3d, in_1d = both[name]
+        u_num = in_3d.error / largest[name]
+        verdict = judge(off[name], tolerance, u_num)
+        because = "" if verdict == "agrees" else _said(name, key, in_3d.value, in_1d)
+        title = f"{QUANTITIES[name]}, d ln / d ln key"
+        made.append(
+            Check(
+                f"{PREFIX}{key}", title, in_1d, in_3d.value, "1", off[name], tolerance, u_num, verdict,
+                because=because, relative_to="the largest slope of the quantity",
+            )
+        )  # fmt: skip
+    return tuple(made)
+
+
+def sentence(made: Iterable[Check]) -> str:
+    """The worst of the checks of slopes in a sentence; empty where there are none."""
+    own = [check for check in made if check.id.startswith(PREFIX)]
+    worst = max(own, key=lambda check: abs(check.difference), default=None)
+    if worst is None:
+        return ""
+    if worst.verdict == "agrees":
+        return "The 1D model follows every key as 3D does."
+    return f"The 1D model {worst.because}."
+
+
+def _said(name: str, key: str, in_3d: float, in_1d: float) -> str:
+    how = f"how the {QUANTITIES[name]} follows {key}"
+    slopes = f"{in_1d:+.3f} in place of {in_3d:+.3f} % for each percent"
+    if in_1d * in_3d <= 0:
+        if abs(in_1d) <= NONE:
+            return f"does not see {how}: {slopes}"
+        return f"has {how} the wrong way round: {slopes}" if abs(in_3d) > NONE else f"invents {how}: {slopes}"
+    ratio = abs(in_1d / in_3d) - 1
+    return f"{'overrates' if ratio > 0 else 'underrates'} {how} by {percent(abs(ratio))}: {slopes}"

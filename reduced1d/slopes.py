@@ -1,0 +1,50 @@
+"""Logarithmic derivatives of a reduction's quantities by the keys of its scene, by central differences.
+
+The reductions are solved to rounding, and a step of 2e-4 is off by its square: a few 1e-8 of a quantity that goes like
+a third power.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from reduced1d import ladder
+from scenes.result import Result
+from scenes.sink import Sink
+from scenes.varied import varied
+
+STEP = 2e-4
+
+Steady = dict[str, dict[str, float]]
+OverTime = dict[str, dict[str, np.ndarray]]
+
+
+def of_sink(
+    sink: Sink, reduction: str, keys: Iterable[str], times: np.ndarray | None = None
+) -> tuple[Steady, OverTime]:
+    """d ln quantity / d ln key of the steady quantities and, with ``times`` (s), of the traces there (of rises, for
+    temperatures), by key and quantity. Raises what `reduced1d.ladder.solve` raises."""
+
+    def solved(key: str, step: float) -> tuple[dict[str, float], dict[str, np.ndarray]]:
+        other = varied(sink, key, 1 + step)
+        found: Result = ladder.solve(other, reduction, steady_only=times is None, times=times)
+        traces = {} if found.traces is None else found.traces.values
+        rises = {n: v - other.room_temperature * n.endswith("_K") for n, v in traces.items()}
+        return {name: e.value for name, e in found.steady.items()}, rises
+
+    steady, course = Steady(), OverTime()
+    for key in keys:
+        more, less = solved(key, STEP), solved(key, -STEP)
+        steady[key] = {n: float(_slope(v, less[0][n])) for n, v in more[0].items()}
+        course[key] = {n: _slope(v, less[1][n]) for n, v in more[1].items()}
+    return steady, course
+
+
+def _slope(more: float | np.ndarray, less: float | np.ndarray) -> np.ndarray:
+    """The logarithmic derivative by two values; nought of nothing."""
+    middle = (np.asarray(more) + less) / 2
+    found = np.zeros_like(middle)
+    np.divide(np.asarray(more) - less, 2 * STEP * middle, out=found, where=middle != 0)
+    return found

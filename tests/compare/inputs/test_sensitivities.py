@@ -1,0 +1,85 @@
+"""Sensitivities of both models side by side, their checks, and what is said of them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import compare
+from compare.inputs import sensitivities
+from compare.inputs.sensitivities import Course, Sensitivities, Slope
+from scenes.result import Estimate
+from scenes.sink import Sink
+from validate.cli import main
+
+
+def made(**slopes: tuple[float, float]) -> Sensitivities:
+    """The slopes (3D, 1D) of the end rise by keys."""
+    steady = {key: {"end_rise_K": Slope(Estimate(three, 1e-4), one)} for key, (three, one) in slopes.items()}
+    return Sensitivities(dict.fromkeys(slopes, 1.0), steady)
+
+
+def test_a_slope_is_judged_by_the_largest_of_its_quantity() -> None:
+    found = sensitivities.checks(Sink(), made(voltage=(2.0, 2.0), width=(0.5, 0.65), length=(-0.5, -0.75)))
+    verdicts = {check.id: check.verdict for check in found}
+    assert verdicts == {"slope_voltage": "agrees", "slope_width": "agrees", "slope_length": "differs"}
+    by_id = {check.id: check for check in found}
+    assert by_id["slope_length"].difference == pytest.approx(-0.125)
+    assert by_id["slope_length"].u_num == pytest.approx(5e-5)
+
+
+@pytest.mark.parametrize(("one", "said"), [
+    (0.8, "underrates how the end rise follows width by 60 %"),
+    (3.0, "overrates how the end rise follows width by 50 %"),
+    (-2.0, "has how the end rise follows width the wrong way round"),
+    (0.0, "does not see how the end rise follows width"),
+])  # fmt: skip
+def test_the_worst_in_a_sentence(one: float, said: str) -> None:
+    checks = sensitivities.checks(Sink(), made(width=(2.0, one), length=(-0.5, -0.5)))
+    assert said in sensitivities.sentence(checks)
+
+
+def test_nothing_to_say_where_they_agree() -> None:
+    checks = sensitivities.checks(Sink(), made(width=(2.0, 2.0)))
+    assert sensitivities.sentence(checks) == "The 1D model follows every key as 3D does."
+    assert sensitivities.sentence(()) == ""
+
+
+def test_a_tolerance_of_ones_own() -> None:
+    sink = Sink(tolerances={"slope": 0.5})
+    assert sensitivities.checks(sink, made(width=(2.0, 1.5)))[0].verdict == "agrees"
+
+
+def test_columns() -> None:
+    one = {"width": {"end_K": np.array([1.0])}}
+    course = Course(np.array([2.0]), one, {}, one)
+    assert list(course.columns()) == ["time_s", "fem3d_end_K_by_width", "reduced1d_end_K_by_width"]
+
+
+def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "run"
+    arguments = ["sink", "--sensitivities", "--steady", "--accuracy", "1e-2", "--no-figures", "--out", str(folder)]
+    assert main(arguments) == 0
+    said = capsys.readouterr().out
+    assert "anchor.pad_width" in said
+    assert max(map(len, said.splitlines())) <= 80
+    summary = json.loads((folder / "summary.json").read_text())
+    slope = summary["sensitivities"]["anchor.oxide_thickness"]["end_rise_K"]
+    assert slope["fem3d"]["value"] == pytest.approx(0.2345, abs=slope["fem3d"]["error"])
+    assert slope["reduced1d"]["value"] == pytest.approx(0.3109, abs=1e-4)
+    checks = {check["id"]: check["verdict"] for check in summary["checks"]}
+    assert checks["slope_anchor.pad_width"] == "differs"
+    assert checks["slope_drive.voltage"] == "agrees"
+    assert "Sensitivities" in (folder / "report.html").read_text()
+
+
+def test_from_python_and_one_model_alone(tmp_path: Path) -> None:
+    assert compare.run("sink", steady=True, accuracy=1e-2).sensitivities is None
+    run = compare.run("sink", steady=True, accuracy=1e-2, sensitivities=True)
+    assert run.sensitivities is not None
+    assert run.check("slope_sink.length").verdict == "agrees"
+    assert main(["sink", "--only", "1d", "--sensitivities", "--no-figures", "--out", str(tmp_path / "one")]) == 0
+    assert (tmp_path / "one" / "sensitivities.csv").exists()

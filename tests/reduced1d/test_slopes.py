@@ -1,0 +1,62 @@
+"""Derivatives of the reductions, against their formulas."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from reduced1d import slopes
+from reduced1d.sink import anchor_series_resistance
+from scenes.sink import Sink
+from scenes.varied import numbers, varied
+
+
+def test_anchor_resistance_by_its_formula() -> None:
+    """Eq 14: R = u_o / (k w t) + t_o / (k_o l_o w_o), and u_o half of what the pad is longer than the oxide."""
+    sink = Sink()
+    steady, _ = slopes.of_sink(sink, "paper", numbers(sink))
+    found = {key: of["anchor_resistance_K_per_W"] for key, of in steady.items()}
+    whole = anchor_series_resistance(sink)
+    pad = sink.anchor_distance / (130 * sink.pad_width * sink.thickness) / whole
+    expected = {
+        "sink.thickness": -pad,
+        "anchor.pad_width": -pad,
+        "anchor.pad_length": pad * sink.pad_length / (sink.pad_length - sink.oxide_length),
+        "anchor.oxide_length": -pad * sink.oxide_length / (sink.pad_length - sink.oxide_length) - (1 - pad),
+        "anchor.oxide_width": -(1 - pad),
+        "anchor.oxide_thickness": 1 - pad,
+        "materials.silicon.thermal_conductivity": -pad,
+        "materials.oxide.thermal_conductivity": -(1 - pad),
+        "drive.voltage": 0.0,
+    }
+    assert {key: found[key] for key in expected} == pytest.approx(expected, abs=1e-6)
+
+
+def test_current_by_its_formula() -> None:
+    """I = V / (R (1 + a dT)) and the power V I, of which dT is a fixed share per watt: d ln dT / d ln V = 2 / (1 + f)
+    with f = a dT / (1 + a dT), that of a fixed point."""
+    sink = Sink(voltage=5.0)
+    steady, _ = slopes.of_sink(sink, "paper", ["drive.voltage"])
+    a = 5e-4
+    from reduced1d.sink import solve
+
+    warm = a * solve(sink, steady_only=True).steady["mean_rise_K"].value
+    f = warm / (1 + warm)
+    assert steady["drive.voltage"]["mean_rise_K"] == pytest.approx(2 / (1 + f), abs=1e-6)
+    assert steady["drive.voltage"]["current_A"] == pytest.approx(1 - 2 * f / (1 + f), abs=1e-6)
+
+
+def test_over_time_it_goes_to_the_steady_state() -> None:
+    sink = Sink()
+    steady, course = slopes.of_sink(sink, "paper", ["sink.width"], np.array([1e-5, 0.2]))
+    found = course["sink.width"]
+    assert found["end_K"][-1] == pytest.approx(steady["sink.width"]["end_rise_K"], abs=1e-6)
+    # Early on the rise is the energy over the heat capacity, and neither knows the width.
+    assert found["mean_K"][0] == pytest.approx(0, abs=1e-2)
+
+
+def test_a_key_of_another_value_is_caught() -> None:
+    sink = Sink()
+    keys = ["anchor.pad_width"]
+    here, there = (slopes.of_sink(s, "paper", keys)[0][keys[0]] for s in (sink, varied(sink, keys[0], 1.01)))
+    assert here["end_rise_K"] != pytest.approx(there["end_rise_K"], abs=1e-4)

@@ -1,0 +1,118 @@
+"""A user's traces against the 3D model: equal ones agree, moved ones are found by how much, at any rows of time."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from compare.against import Data, compare, evaluate
+from scenes.errors import SceneError
+from scenes.result import Result
+from tests.conftest import Case
+from validate.cli import main
+
+KEYS = ("peak_K", "end_K", "mean_K", "current_A", "power_W")
+
+
+def made(fem3d: Result, times: np.ndarray, factor: float = 1.0, later: float = 0.0) -> Data:
+    """The 3D traces at other times, their changes times a factor, and later by a part of the time."""
+    traces = fem3d.traces
+    assert traces is not None
+    values = {}
+    for key in KEYS:
+        first = traces.values[key][0]
+        values[key] = first + factor * (np.interp(times / (1 + later), traces.time, traces.values[key]) - first)
+    return Data("mine.csv", "CSV", times, values, dict.fromkeys(KEYS, "x"))
+
+
+UNEVEN = np.concatenate([[0.0], np.geomspace(3e-6, 0.05, 300)])
+
+
+def test_the_same_curves_agree_at_other_rows(case: Case) -> None:
+    """Twice as many rows as the 3D trace has, and none in common: nothing is compared by its row."""
+    for check in evaluate(case.sink, made(case.fem3d, UNEVEN), case.fem3d):
+        assert check.verdict == "agrees"
+        assert abs(check.difference) <= check.u_num
+
+
+@pytest.mark.parametrize("factor", [0.9, 1.1])
+def test_a_curve_that_is_off_is_found_by_how_much(case: Case, factor: float) -> None:
+    found = {check.id: check for check in evaluate(case.sink, made(case.fem3d, UNEVEN, factor), case.fem3d)}
+    assert list(found) == ["against_peak", "against_end", "against_mean", "against_current", "against_power"]
+    for name in ("against_peak", "against_end", "against_mean", "against_current"):
+        assert found[name].verdict == "differs"
+        assert abs(found[name].difference) == pytest.approx(0.1, abs=0.005)
+    # The current falls: with more of its change the data are below.
+    assert found["against_current"].difference * (factor - 1) < 0
+
+
+def test_a_shift_in_time_is_a_difference(case: Case) -> None:
+    """Compared by rows, a curve with the same values at times 30 % later would agree."""
+    found = compare(case.sink, made(case.fem3d, UNEVEN * 1.3, later=0.3), case.fem3d, "peak_K")
+    assert abs(found.difference) > 0.05
+    assert found.time is not None
+    assert 1e-4 < found.time < 0.02
+
+
+def test_few_rows_cannot_tell(case: Case) -> None:
+    """The interpolation's own error is in u_num, which falls with the square of the spacing."""
+    errors = [
+        compare(case.sink, made(case.fem3d, np.linspace(0, 0.02, n)), case.fem3d, "mean_K").u_num for n in (21, 161)
+    ]
+    assert errors[0] > 20 * errors[1]
+    few = evaluate(case.sink, made(case.fem3d, np.array([0.0, 0.005, 0.02])), case.fem3d)
+    assert few[0].verdict == "unresolved"
+
+
+def test_no_time_in_common(case: Case) -> None:
+    with pytest.raises(SceneError, match="no time to compare"):
+        evaluate(case.sink, made(case.fem3d, np.array([1.0, 2.0, 3.0])), case.fem3d)
+
+
+def test_a_declared_tolerance_holds(case: Case) -> None:
+    data = made(case.fem3d, UNEVEN, 1.1)
+    loose = replace(case.sink, tolerances={"against_peak": 0.2})
+    assert evaluate(loose, data, case.fem3d)[0].verdict == "agrees"
+
+
+@pytest.mark.usefixtures("no_solver")
+def test_the_command(
+    case: Case, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In the table, the summary, the report and figure 6; and refused before anything is solved."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("validate.report.figures.render.Renderer.start", lambda self: None)
+    data = made(case.fem3d, UNEVEN, 1.1)
+    # The scene declares every check that differs, and this one is not among them.
+    Path("comsol.txt").write_text(
+        "% Version: COMSOL 6.2\n% Time (ms)    Temperature (degC), Maximum\n"
+        + "\n".join(f"{1e3 * t:.9g}  {v - 273.15:.9g}" for t, v in zip(data.time, data.values["peak_K"], strict=True))
+    )
+    assert main(["sink", "--against", "comsol.txt"]) == 1
+    out = capsys.readouterr().out
+    assert "against_peak" in out
+    assert "comsol.txt (COMSOL table, 301 rows, 0 s to 50.0 ms): time is" in out
+    assert '"Temperature (degC), Maximum"' in " ".join(out.split())
+    assert "not as expected: against_peak" in out
+    summary = json.loads(Path("results/sink-1V-against-comsol.txt/summary.json").read_text())
+    assert summary["against"]["columns"] == {"time_s": "Time (ms)", "peak_K": "Temperature (degC), Maximum"}
+    assert summary["checks"][-1]["id"] == "against_peak"
+    assert any(step["step"] == "against comsol.txt" for step in summary["plan"])
+    figure = Path("results/sink-1V-against-comsol.txt/figure6.svg").read_text()
+    assert "peak, comsol.txt" in figure
+    assert "against_peak DIFFERS" in figure
+    report = Path("results/sink-1V-against-comsol.txt/report.html").read_text()
+    assert "comsol.txt" in report
+    assert "Temperature (degC), Maximum" in report
+    for wrong in (["--steady"], ["--only", "1d"]):
+        assert main(["sink", "--against", "comsol.txt", *wrong]) == 2
+        assert "--against" in capsys.readouterr().err
+    assert main(["sink", "--column", "peak=2"]) == 2
+    assert "--against FILE" in capsys.readouterr().err
+    other = ["sink", "--against", "comsol.txt", "--column", "mean=2", "--only", "3d", "--no-figures"]
+    assert main(other) == 1
+    assert "against_mean" in capsys.readouterr().out

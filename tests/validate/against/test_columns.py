@@ -1,0 +1,222 @@
+"""Which column is which quantity: ordinary headers, --column, ngspice's tables, and what may be another scene's."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from compare.against import Data
+from scenes.errors import SceneError
+from scenes.sink import Sink
+from validate.against.read import read
+
+SINK = Sink()
+TIMES = np.array([0.0, 1.0, 5.0, 20.0])
+RISES = np.array([0.0, 10.0, 18.0, 20.0])
+
+
+def table(*columns: tuple[str, np.ndarray], separator: str = ",") -> str:
+    names = separator.join(f'"{name}"' if separator in name else name for name, _ in columns)
+    rows = (separator.join(f"{value:.9g}" for value in row) for row in zip(*(v for _, v in columns), strict=True))
+    return names + "\n" + "\n".join(rows) + "\n"
+
+
+def found(folder: Path, text: str, *columns: str) -> Data:
+    path = folder / "a.txt"
+    path.write_text(text)
+    return read(path, SINK, columns)
+
+
+MILLISECONDS = ("Time (ms)", TIMES)
+
+
+@pytest.mark.parametrize(
+    ("header", "key", "values"),
+    [
+        ("maxop1(T) (K)", "peak_K", 293 + RISES), ("aveop1(T) (K)", "mean_K", 293 + RISES),
+        ("T_max / °C", "peak_K", 19.85 + RISES), ("Tend [degC]", "end_K", 19.85 + RISES),
+        ("peak(K)", "peak_K", 293 + RISES), ("maxop1(T-T0) (K)", "peak_K", RISES), ("T_peak (K)", "peak_K", RISES),
+        ("peak rise (degC)", "peak_K", RISES), ("maxop1(T)-293[K] (K)", "peak_K", RISES),
+        ("dT_mean (mK)", "mean_K", 1e3 * RISES),
+        ("T (K), Point: (0, 0.5, 0.001)", "peak_K", 293 + RISES), ("T (K), Point: (0, 1000, 1)", "end_K", 293 + RISES),
+    ],
+)  # fmt: skip
+def test_ordinary_headers(header: str, key: str, values: np.ndarray, tmp_path: Path) -> None:
+    """Kelvins, degrees and rises, a rise in degrees among them; and one in kelvins that is not called so."""
+    for separator in (",", "  "):
+        data = found(tmp_path, table(MILLISECONDS, (header, values), separator=separator))
+        assert list(data.values) == [key]
+        assert data.values[key] == pytest.approx(293 + RISES)
+        assert data.time == pytest.approx(1e-3 * TIMES)
+
+
+def test_a_current(tmp_path: Path) -> None:
+    data = found(tmp_path, table(MILLISECONDS, ("ec.I0_1 (mA)", 3.3 - RISES / 1e3)))
+    assert data.values["current_A"] == pytest.approx(1e-3 * (3.3 - RISES / 1e3))
+
+
+@pytest.mark.parametrize(
+    "header", ["T (K), Point: (0, 2E-4, 0)", "T (K), Point: (4E-5, 5E-4, 0)", "T (K), Point: (0, 0, 9)"]
+)
+def test_points_elsewhere_are_no_place(header: str, tmp_path: Path) -> None:
+    """A point on the beam in metres is not looked for in micrometres, where it would be next to the origin."""
+    with pytest.raises(SceneError, match="names no place"):
+        found(tmp_path, table(MILLISECONDS, (header, 293 + RISES)))
+
+
+POINTS = (("T (K), Point 1", 293 + RISES), ("T (K), Point 2", 293 + RISES / 4))
+
+
+def test_column_settles_what_cannot_be_told(tmp_path: Path) -> None:
+    text = table(MILLISECONDS, *POINTS)
+    with pytest.raises(SceneError, match='--column "peak'):
+        found(tmp_path, text)
+    for peak, end in (("T (K), Point 1", "T (K), Point 2"), ("t (k), point 1", "3")):
+        data = found(tmp_path, text, f"peak={peak}", f"end={end}")
+        assert data.values["peak_K"] == pytest.approx(293 + RISES)
+        assert data.values["end_K"] == pytest.approx(293 + RISES / 4)
+        assert list(data.headers.values()) == ["Time (ms)", "T (K), Point 1", "T (K), Point 2"]
+    both = table(MILLISECONDS, ("max 1 (K)", 293 + RISES), ("max 2 (K)", 293 + RISES / 4))
+    with pytest.raises(SceneError, match=r'both "max 1 .*--column peak='):
+        found(tmp_path, both)
+    data = found(tmp_path, both, "peak=max 2 (K)")
+    assert data.values["peak_K"][-1] == pytest.approx(298.0)
+    assert "max 1 (K)" in data.left_out
+
+
+def test_names_that_stand_twice_are_told_apart(tmp_path: Path) -> None:
+    text = table(MILLISECONDS, ("T (K)", 293 + RISES), ("T (K)", 293 + RISES / 4))
+    for end in ("T (K) #2", "3"):
+        data = found(tmp_path, text, "peak=T (K)", f"end={end}")
+        assert data.values["peak_K"][-1] == pytest.approx(313.0)
+        assert data.values["end_K"][-1] == pytest.approx(298.0)
+
+
+def test_a_column_that_is_in_the_way_is_left_out(tmp_path: Path) -> None:
+    """Called like a key of the scene, and not meant for it."""
+    text = table(MILLISECONDS, ("peak (K)", 293 + RISES), ("width (mm)", np.full(4, 3.0)))
+    with pytest.raises(SceneError, match="no run of this scene"):
+        found(tmp_path, text)
+    for name in ("width (mm)", "width"):
+        assert found(tmp_path, text, f"ignore={name}").left_out == {"width (mm)": "is left out by --column"}
+
+
+def test_column_gives_units_and_rises(tmp_path: Path) -> None:
+    text = table(("Time", TIMES), ("sensor", RISES), ("A", 19.85 + RISES))
+    for told in ("peak rise (K)=sensor", "peak (degC)=A"):
+        data = found(tmp_path, text, "time (ms)=Time", told)
+        assert data.time[-1] == pytest.approx(0.02)
+        assert data.values["peak_K"] == pytest.approx(293 + RISES)
+
+
+@pytest.mark.parametrize(
+    ("columns", "said"),
+    [
+        (["peak"], "NAME=COLUMN"), (["top=T (K), Point 1"], "no quantity"), (["peak=T (K), Point 3"], 'mean "T'),
+        (["peak=9"], "no column"), (["peak=2", "peak=3"], "already"), (["peak=2", "end=2"], "already"),
+        (["current=2"], "can't be the current"), (["peak (V)=2"], "can't be the peak"), (["time=2"], "no unit of time"),
+        (["peak=Time (ms)"], "no column is the time"),
+    ],
+)  # fmt: skip
+def test_what_column_refuses(columns: list[str], said: str, tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match=said) as caught:
+        found(tmp_path, table(MILLISECONDS, *POINTS), *columns)
+    assert "\n" not in str(caught.value)
+
+
+def wrdata(names: bool, single: bool) -> str:
+    """What ngspice 39 writes: numbers with a sign or a space before and a space behind, names padded to 15."""
+    vectors = {"v(peak)": RISES, "v(end)": RISES / 4, "i(vdrive)": -3.3e-3 + 1e-6 * RISES}
+    columns: list[tuple[str, np.ndarray]] = [("time", 1e-3 * TIMES)] if single else []
+    for name, values in vectors.items():
+        columns += [(name, values)] if single else [("time", 1e-3 * TIMES), (name, values)]
+    head = " " + " ".join(f"{name:<15}" for name, _ in columns) + "\n" if names else ""
+    return head + "".join(
+        "".join(f"{v: .8e} " for v in row) + "\n" for row in zip(*(v for _, v in columns), strict=True)
+    )
+
+
+@pytest.mark.parametrize("names", [True, False])
+@pytest.mark.parametrize("single", [True, False])
+def test_wrdata(names: bool, single: bool, tmp_path: Path) -> None:
+    """With and without wr_vecnames and wr_singlescale; what has no names is told by number, never guessed."""
+    told: tuple[str, ...] = ()
+    if not names:
+        with pytest.raises(SceneError, match="no names"):
+            found(tmp_path, wrdata(names, single))
+        told = ("peak=2", "end=3", "current=4") if single else ("peak=2", "end=4", "current (A)=6")
+    data = found(tmp_path, wrdata(names, single), *told)
+    assert data.kind == "ngspice wrdata"
+    assert data.time == pytest.approx(1e-3 * TIMES)
+    assert data.values["peak_K"] == pytest.approx(293 + RISES)
+    assert data.values["end_K"] == pytest.approx(293 + RISES / 4)
+    assert data.values["current_A"] == pytest.approx(3.3e-3 - 1e-6 * RISES)
+    assert "rise" in data.how["peak_K"]
+
+
+def test_two_wrdata_runs_in_one_file(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match="repeat or step back"):
+        found(tmp_path, wrdata(True, True) + wrdata(True, True))
+    unequal = wrdata(True, False).replace(" 1.00000000e-03  2.5", " 1.10000000e-03  2.5")
+    with pytest.raises(SceneError, match="several columns are the time"):
+        found(tmp_path, unequal)
+
+
+def test_ltspices_export_and_savetxt(tmp_path: Path) -> None:
+    text = table(("time", 1e-3 * TIMES), ("V(peak)", RISES), separator="\t")
+    assert found(tmp_path, text).values["peak_K"] == pytest.approx(293 + RISES)
+    text = "# " + table(("time_ms", TIMES), ("peak_K", 293 + RISES), separator=" ")
+    assert found(tmp_path, text).values["peak_K"] == pytest.approx(293 + RISES)
+
+
+@pytest.mark.parametrize(
+    ("columns", "said"),
+    [
+        ((MILLISECONDS, ("peak (degC)", RISES)), r'19\.85 K below .* --column "peak rise=peak \(degC\)"'),
+        ((MILLISECONDS, ("peak rise (K)", 293 + RISES)), "293 K above"),
+        ((MILLISECONDS, ("peak (K)", 300 + RISES)), "7 K above .* --set room_temperature=300"),
+        ((("Time (s)", TIMES), ("peak (K)", 293 + RISES)), r"1 times up to .* --column \"time \(ms\)="),
+    ],
+)
+def test_what_is_of_another_scene_is_refused(
+    columns: tuple[tuple[str, np.ndarray], ...], said: str, tmp_path: Path
+) -> None:
+    """Each would otherwise come out as a difference of the models."""
+    with pytest.raises(SceneError, match=said):
+        found(tmp_path, table(*columns))
+
+
+def test_what_may_be_of_another_scene_is_warned_of(tmp_path: Path) -> None:
+    """COMSOL's own room temperature is 293.15 K; the paper's is 293 K."""
+    assert found(tmp_path, table(MILLISECONDS, ("peak (K)", 293.05 + RISES))).warnings == ()
+    (said,) = found(tmp_path, table(MILLISECONDS, ("peak (K)", 293.15 + RISES))).warnings
+    assert "0.15 K above" in said
+    assert "--set room_temperature=293.15" in said
+    (said,) = found(tmp_path, table(("Time (us)", TIMES), ("peak (K)", 293 + RISES))).warnings
+    assert "only that is compared" in said
+
+
+def test_a_workbook_and_utf_16(tmp_path: Path) -> None:
+    path = tmp_path / "a.xlsx"
+    path.write_bytes(b"PK\3\4" + bytes(100))
+    with pytest.raises(SceneError, match="save the table as text or CSV"):
+        read(path, SINK)
+    path.write_bytes(table(MILLISECONDS, ("peak (K)", 293 + RISES), separator="\t").encode("utf-16"))
+    assert read(path, SINK).values["peak_K"] == pytest.approx(293 + RISES)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Elapsed time (ms);Tmax [degC];\n0;19,85;\n1;29,85;\n5;37,85;\n20;39,85;\n",
+        "Zeit [ms]\tTmax [K]\r\n0\t293\r\n1\t303\r\n5\t311\r\n20\t313\r\n",
+        '"t (ms)","Tmax (K)"\n"0","293"\n"1","303"\n"5","311"\n"20","313"\n',
+    ],
+)
+def test_what_spreadsheets_write(text: str, tmp_path: Path) -> None:
+    """Separators behind the last cell, other words for the time, quotes around numbers."""
+    data = found(tmp_path, text)
+    assert data.time == pytest.approx(1e-3 * TIMES)
+    assert data.values["peak_K"] == pytest.approx(293 + RISES)

@@ -1,0 +1,173 @@
+"""Reading other tools' tables: what each kind of file says, and refusals that say what was found."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from scenes.errors import SceneError
+from scenes.sink import Sink
+from validate.against.read import read
+
+SINK = Sink()
+COMSOL = """% Model:              active_sink.mph
+% Version:            COMSOL 6.2.0.339
+% Date:               Mar 5 2026, 14:02
+% Table:              Table 2 - Point Probe 1, Boundary Probe 1, Global Variable Probe 1
+"""
+ROWS = ((0.0, 19.85, 293.0, 3.3333), (0.5, 30.0, 295.0, 3.32), (2.0, 38.0, 297.0, 3.31), (20.0, 40.0, 297.4, 3.3085))
+NAMES = ("Time (ms)", "Temperature (degC), Point: (0, 5E-4, 1E-6)", "Temperature (K), Average over end face",
+         "Terminal current (mA)")  # fmt: skip
+
+
+def spaced() -> str:
+    rows = "\n".join("".join(f"{value:<24.6G}" for value in row).rstrip() for row in ROWS)
+    return f"{COMSOL}% {'  '.join(NAMES)}\n{rows}\n"
+
+
+def with_commas(quote: str) -> str:
+    head = ",".join(f"{quote}{name}{quote}" for name in NAMES)
+    return f"{COMSOL}% {head}\n" + "\n".join(",".join(map(repr, row)) for row in ROWS) + "\n"
+
+
+def comsol_texts() -> dict[str, str]:
+    return {"text": spaced(), "csv": with_commas('"'), "bare csv": with_commas("")}
+
+
+@pytest.mark.parametrize("kind", ["text", "csv", "bare csv"])
+def test_a_comsol_table(kind: str, tmp_path: Path) -> None:
+    path = tmp_path / "probe.txt"
+    path.write_text(comsol_texts()[kind])
+    data = read(path, SINK)
+    assert data.kind == "COMSOL table"
+    assert data.time == pytest.approx([0.0, 5e-4, 2e-3, 0.02])
+    assert data.values["peak_K"] == pytest.approx([293.0, 303.15, 311.15, 313.15])
+    assert data.values["end_K"] == pytest.approx([293.0, 295.0, 297.0, 297.4])
+    assert data.values["current_A"] == pytest.approx([3.3333e-3, 3.32e-3, 3.31e-3, 3.3085e-3])
+    assert data.headers["peak_K"].startswith("Temperature (degC), Point")
+
+
+@pytest.mark.parametrize(
+    ("text", "peak"),
+    [
+        ("time_s,peak_K\n0,293\n1e-3,300\n2e-3,301\n", 301.0),
+        ("# mine\nt [us];T_max [degC]\n0;19,85\n1000;26,85\n2000;27,85\n", 301.0),
+        ("Time (s)\tpeak rise (K)\n0\t0\n1e-3\t7\n2e-3\t8\n", 301.0),
+        ("\N{ZERO WIDTH NO-BREAK SPACE}Time (ms), centre (K), comment_x\n0, 293, 1\n1, 300, 1\n2, 301, 1\n", 301.0),
+        ("time_s,fem3d_peak_K,reduced1d_peak_K\n0,293,293\n1e-3,300,299\n2e-3,301,300\n", 301.0),
+    ],
+)
+def test_a_plain_csv(text: str, peak: float, tmp_path: Path) -> None:
+    """With any separator, decimal commas, rises, Celsius, and this program's own traces.csv."""
+    path = tmp_path / "a.csv"
+    path.write_text(text, encoding="utf-8")
+    data = read(path, SINK)
+    assert data.time[-1] == pytest.approx(2e-3)
+    assert data.values["peak_K"][-1] == pytest.approx(peak)
+    assert data.values["peak_K"][0] == pytest.approx(293.0)
+
+
+HEADER = "Title: thermal network\nDate: Tue Mar 3 10:00:00 2026\nPlotname: {name}\nFlags: real\nNo. Variables: 4\n\
+No. Points: 3\nVariables:\n\t0\ttime\ttime\n\t1\tv(peak)\tvoltage\n\t2\tv(end)\tvoltage\n\t3\ti(vdrive)\tcurrent\n"
+POINTS = ((0.0, 0.0, 0.0, -3.3e-3), (1e-3, 7.0, 2.0, -3.2e-3), (2e-3, 8.0, 3.0, -3.1e-3))
+
+
+def raw(kind: str) -> bytes:
+    head = HEADER.format(name="Transient Analysis").encode()
+    if kind == "binary":
+        return head + b"Binary:\n" + b"".join(struct.pack("<4d", *point) for point in POINTS)
+    body = "Values:\n"
+    for k, point in enumerate(POINTS):
+        body += f"{k}\t\t{point[0]:.15e}\n" + "".join(f"\t{value:.15e}\n" for value in point[1:]) + "\n"
+    if kind == "after another":
+        other = HEADER.format(name="Operating Point").replace("No. Points: 3", "No. Points: 1")
+        return f"{other}Values:\n0\t\t0\n\t1\n\t1\n\t1\n\n".encode() + head + body.encode()
+    return head + body.encode()
+
+
+@pytest.mark.parametrize("kind", ["ascii", "binary", "after another"])
+def test_an_ngspice_raw_file(kind: str, tmp_path: Path) -> None:
+    path = tmp_path / "run.raw"
+    path.write_bytes(raw(kind))
+    data = read(path, SINK)
+    assert data.time == pytest.approx([0.0, 1e-3, 2e-3])
+    assert data.values["peak_K"] == pytest.approx([293.0, 300.0, 301.0])
+    assert data.values["end_K"] == pytest.approx([293.0, 295.0, 296.0])
+    assert data.values["current_A"] == pytest.approx([3.3e-3, 3.2e-3, 3.1e-3])
+    assert "sign" in data.how["current_A"]
+    assert "rise" in data.how["peak_K"]
+
+
+def test_what_ngspice_prints(tmp_path: Path) -> None:
+    """With the header repeated on a second page, and rows kept apart from a second table."""
+    page = "Index   time            v(peak)         v(mean)         \n" + "-" * 80 + "\n"
+    rows = [f"{k}\t{k * 1e-3:.6e}\t{293 + k:.6e}\t{293 + k / 2:.6e}\t\n" for k in range(6)]
+    other = "Index   time            i(vdrive)       \n0\t0.0\t1.0\n"
+    path = tmp_path / "out.txt"
+    path.write_text("Circuit: thermal\n\n" + page + "".join(rows[:3]) + "\n" + page + "".join(rows[3:]) + "\n" + other)
+    data = read(path, SINK)
+    assert data.kind == "ngspice print"
+    assert data.values["peak_K"] == pytest.approx(293.0 + np.arange(6))
+    assert set(data.values) == {"peak_K", "mean_K"}
+
+
+REFUSED = {
+    "": "no rows",
+    "time (s),peak (K)\n": "no rows",
+    "1,2\n3,4\n5,6\n": "names with units",
+    "time,peak (K)\n0,1\n1,2\n2,3\n": "the time",
+    "time (s),p (K)\n0,1\n1,2\n2,3\n": "names no place",
+    "time (s),peak\n0,1\n1,2\n2,3\n": "has no unit",
+    "time (s),peak (V)\n0,1\n1,2\n2,3\n": "no temperature",
+    "time (s),peak (K),max (K)\n0,1,1\n1,2,2\n2,3,3\n": "both",
+    "time (s),peak (K)\n0,1\n1,abc\n2,3\n": "row 3",
+    "time (s),peak (K)\n0,1\n1\n2,3\n": "columns",
+    "time (s),peak (K)\n0,1\n1,nan\n2,3\n": "finite",
+    "time (s),peak (K)\n0,1\n1,2\n": "three",
+    "% Model: a\n% Time (s)  T (K)\n0 1 2\n1 2 3\n2 3 4\n": "another number of columns",
+}
+
+
+@pytest.mark.parametrize("text", REFUSED)
+def test_refusals_say_what_was_found(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text(text)
+    with pytest.raises(SceneError, match=REFUSED[text]) as caught:
+        read(path, SINK)
+    assert "\n" not in str(caught.value)
+    assert "a.csv" in str(caught.value)
+
+
+def test_binary_that_is_no_raw_file(tmp_path: Path) -> None:
+    path = tmp_path / "a.mph"
+    path.write_bytes(bytes(range(256)))
+    with pytest.raises(SceneError, match="binary"):
+        read(path, SINK)
+    with pytest.raises(SceneError, match="cannot be read"):
+        read(tmp_path / "none.csv", SINK)
+
+
+def test_a_raw_file_cut_short(tmp_path: Path) -> None:
+    path = tmp_path / "a.raw"
+    path.write_bytes(raw("binary")[:-8])
+    with pytest.raises(SceneError, match="11 numbers"):
+        read(path, SINK)
+
+
+def test_a_raw_file_cut_within_a_number(tmp_path: Path) -> None:
+    path = tmp_path / "a.raw"
+    path.write_bytes(raw("binary")[:-3])
+    with pytest.raises(SceneError, match="11 numbers"):
+        read(path, SINK)
+
+
+def test_what_is_left_out_is_said(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("time (ms),peak (K),stress (MPa)\n0,293,1\n1,294,2\n2,295,3\n")
+    data = read(path, SINK)
+    assert data.left_out == {"stress (MPa)": "has no unit that is known"}
+    assert 'peak is "peak (K)"' in data.said()
+    assert 'left out: "stress (MPa)", it has no unit' in data.said()

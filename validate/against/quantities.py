@@ -1,0 +1,177 @@
+"""Which column is which quantity of the sink: by its words, by its unit, or by the place of a point."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from compare.against import QUANTITIES
+from scenes.dimensions import POWER, TEMPERATURE, TIME, VOLTAGE
+from scenes.errors import SceneError, quoted
+from scenes.sink import Sink
+from validate.against.columns import Column, Table, in_si, unit_of
+from validate.against.meanings import Meaning
+
+_AMPERE = unit_of("A")
+assert _AMPERE is not None
+CURRENT_POWERS = _AMPERE.powers
+
+_WORDS = {
+    "peak_K": ("peak", "max", "maximum", "maxop", "centre", "center", "middle", "midpoint", "mid"),
+    "end_K": ("end", "edge", "anchor"),
+    "mean_K": ("mean", "average", "avg", "ave", "aveop", "equivalent"),
+}
+_RISE = {"rise", "delta", "deltat", "dt"}
+_DIFFERENCE = re.compile(r"\bT\)?\s*-\s*[\dT]")
+_POINT = re.compile(r"\(\s*([^()\[\],]+)\s*,\s*([^()\[\],]+)\s*,\s*([^()\[\],]+)\s*\)")
+_LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6}
+_NEAR = 1e-3
+"""Of the beam's length: how near a point must be to the place of a quantity."""
+
+
+@dataclass(frozen=True)
+class Match:
+    """A quantity's column, its values in SI units (temperatures in kelvin), and how it was read where that is not
+    plain."""
+
+    key: str
+    header: str
+    values: np.ndarray
+    note: str = ""
+
+
+def is_time(column: Column) -> bool:
+    """Whether a column is the time by its name."""
+    words = re.findall(r"[a-z]+", column.name.lower())
+    return has_time(column) and ("time" in words or words[:1] == ["t"])
+
+
+def has_time(column: Column) -> bool:
+    """Whether a column has a unit of time."""
+    unit = unit_of(column.unit)
+    return unit is not None and unit.powers == TIME.powers
+
+
+def match(column: Column, meaning: Meaning | None, sink: Sink, spice: bool) -> Match | str:
+    """The quantity that a column is, or why it is none; SceneError where it can't be what it is said to be."""
+    unit = unit_of((meaning.unit if meaning else "") or column.unit)
+    words = set(re.findall(r"[a-z]+", column.name.lower()))
+    if meaning is None and "reduced1d" in column.name.lower():
+        return "is of a 1D model"
+    if unit is None:
+        return _refused(meaning, column, "has no unit that is known")
+    # SPICE calls volts what it knows no unit of.
+    volts = spice and unit.powers == VOLTAGE.powers
+    if volts and meaning is not None and meaning.what in ("current_A", "power_W"):
+        unit = unit_of(meaning.what.rpartition("_")[2]) or unit
+    values = in_si(column.values, unit)
+    if unit.powers == CURRENT_POWERS:
+        found = _positive(Match("current_A", column.name, values), sink)
+    elif unit.powers == POWER.powers:
+        found = Match("power_W", column.name, values)
+    elif unit.powers == TEMPERATURE.powers or volts:
+        key, note = (meaning.what, "") if meaning else _place(column.name, sink)
+        if not key.endswith("_K"):
+            return _refused(meaning, column, note or "is a temperature")
+        # A rise in degrees Celsius is one in kelvins.
+        rise = (meaning is not None and meaning.rise) or bool(words & _RISE or _DIFFERENCE.search(column.name))
+        found = _temperature(key, column, values - (273.15 if rise and unit.celsius else 0.0), rise, note, sink)
+        if volts:
+            note = ", ".join(filter(None, (found.note, "volts taken for kelvins")))
+            found = Match(key, found.header, found.values, note)
+    else:
+        return _refused(meaning, column, "is no temperature, current or power")
+    if meaning is not None and meaning.what != found.key:
+        return _refused(meaning, column, f"is the {_called(found.key)} by its unit")
+    return found
+
+
+def refusal(table: Table, found: dict[str, str]) -> str:
+    """A sentence on columns of which none could be used."""
+    if table.unnamed:
+        return (
+            "its columns have no names: say what they are by their numbers, such as "
+            + ("" if table.spice else '--column "time (s)=1" ')
+            + '--column "peak (K)=2", or put a row of names with units on top'
+        )
+    named = dict.fromkeys(c.name for c in table.columns)
+    listed = "; ".join(f"{quoted(name)} {found.get(name, 'is the time')}" for name in list(named)[:8])
+    return (
+        f"none of its columns is a quantity of the sink: {listed}; name them with place and unit, such as "
+        '"peak (K)", "end (degC)", "mean temperature (K)", "current (mA)", "power (W)", or say which they are: '
+        f'--column "peak (K)=NAME"'
+    )
+
+
+def _refused(meaning: Meaning | None, column: Column, why: str) -> str:
+    if meaning is None:
+        return why
+    raise SceneError(f"--column: {quoted(column.name)} can't be the {_called(meaning.what)}: it {why}")
+
+
+def _called(what: str) -> str:
+    """What a user calls a quantity."""
+    return next((name for name, key in QUANTITIES.items() if key == what), what)
+
+
+def _temperature(key: str, column: Column, values: np.ndarray, rise: bool, note: str, sink: Sink) -> Match:
+    """Kelvins as absolute ones. The scene starts at room temperature: what starts below half of that is no absolute
+    temperature, but a rise."""
+    notes = [note] if note else []
+    if rise:
+        notes.append("a rise")
+    elif values[0] < sink.room_temperature / 2:
+        rise = True
+        notes.append(f"a rise, for it starts at {values[0]:.4g} K")
+    return Match(key, column.name, values + sink.room_temperature * rise, ", ".join(notes))
+
+
+def _place(name: str, sink: Sink) -> tuple[str, str]:
+    """The quantity whose place a name tells, and a note on how; or "" and why there is none."""
+    words = re.findall(r"[a-z]+", name.lower())
+    words += [word[1:] for word in words if word.startswith("t")]
+    found = {key for key, known in _WORDS.items() for word in words if word in known}
+    if found == {"end_K", "mean_K"}:
+        return "end_K", ""  # a mean over an end, which is what the quantity is
+    if len(found) == 1:
+        key = found.pop()
+        return key, "taken for the beam's mean" if "aveop" in words else ""
+    return _by_point(name, sink) or ("", "names no place (peak, end or mean)" if not found else "names several places")
+
+
+def _by_point(name: str, sink: Sink) -> tuple[str, str] | None:
+    """The same by a point in the scene's coordinates: the beam's centre, or an end of its axis. COMSOL writes them in
+    the geometry's unit, which is the largest that puts the point in the sink."""
+    at = _POINT.search(name)
+    if at is None:
+        return None
+    try:
+        given = [float(part) for part in at.groups()]
+    except ValueError:
+        return None
+    near = _NEAR * sink.length
+    for unit, factor in _LENGTHS.items():
+        x, y, z = (factor * part for part in given)
+        beside = max(sink.width, sink.pad_width) / 2 + near
+        along = max(abs(y - sink.length / 2) - sink.length / 2 - sink.pad_length, 0.0)
+        if abs(x) > beside or along > near or not -sink.oxide_thickness - near <= z <= sink.thickness + near:
+            continue
+        said = "" if unit == "m" else f"its place in {unit}"
+        if abs(x) > near or z < -near:
+            return None
+        if abs(y - sink.length / 2) <= near:
+            return "peak_K", said
+        if min(abs(y), abs(y - sink.length)) <= near:
+            return "end_K", ", ".join(filter(None, (said, "a point, taken for the end's mean")))
+        return None
+    return None
+
+
+def _positive(found: Match, sink: Sink) -> Match:
+    """A source's own current counts as negative where it delivers: turned to the sign of the drive."""
+    middle = float(np.median(found.values))
+    if middle * sink.voltage >= 0:
+        return found
+    return Match(found.key, found.header, -found.values, "sign turned to that of the voltage")

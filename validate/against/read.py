@@ -1,0 +1,127 @@
+"""A user's own traces, ready to be compared: read from whichever file it is, sorted by what the columns mean."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from compare.against import QUANTITIES, Data
+from compare.verdict import FIRST_TIME
+from scenes.errors import SceneError, printable, quoted
+from scenes.formats import quantity
+from scenes.sink import Sink
+from validate.against import comsol, meanings, ngspice, quantities, runs, text_table
+from validate.against.columns import Table, read_bytes, text_of
+
+_NOTICED, _REFUSED = 0.005, 0.05
+"""How far from room temperature a trace may start, of its own change: what is said, and what the checks' own tolerance
+would be spent on."""
+
+
+def read(path: Path, sink: Sink, columns: Sequence[str] = ()) -> Data:
+    """The traces in a file; ``columns`` say what some of its columns are, as `--column` does. SceneError where there
+    are none that the sink has, saying what was found, and where it can't be told which of several is meant."""
+    table, shown = _told_apart(_table(path)), quoted(path)
+    given = meanings.meanings(table, columns)
+    picked = runs.pick(table, given, sink, shown)
+    kept: dict[str, quantities.Match] = {}
+    left = dict(picked.left_out)
+    for column in picked.columns:
+        meaning = given.get(column.name)
+        found = quantities.match(column, meaning, sink, table.spice)
+        if isinstance(found, str):
+            left[column.name] = found + ("" if table.spice else runs.constant(column))
+        elif meaning is None and found.key in (other.what for other in given.values()):
+            left[column.name] = "is not the one that --column names"
+        elif found.key in kept and given.get(kept[found.key].header) is None:
+            name = next(name for name, key in QUANTITIES.items() if key == found.key)
+            raise SceneError(
+                f"--against {shown}: both {quoted(kept[found.key].header)} and {quoted(column.name)} may be the "
+                f'sink\'s {name}: say which, --column {name}="{printable(column.name)}"'
+            )
+        else:
+            kept[found.key] = found
+    if not kept:
+        raise SceneError(f"--against {shown}: {quantities.refusal(table, left)}")
+    for match in kept.values():
+        if not np.isfinite(match.values).all():
+            raise SceneError(f"--against {shown}: {quoted(match.header)} has values that are not finite numbers")
+    _check_times(picked.time, sink, shown)
+    warnings = (*_spans(picked.time, sink), *_starts(picked.time, kept, sink, shown))
+    values = {key: m.values for key, m in kept.items()}
+    headers = {"time_s": picked.clock, **{key: m.header for key, m in kept.items()}}
+    how = {key: m.note for key, m in kept.items() if m.note}
+    return Data(path.name, table.kind, picked.time, values, headers, how, table.notes, left, picked.run, warnings)
+
+
+def _table(path: Path) -> Table:
+    data = read_bytes(path)
+    if ngspice.is_raw(data):
+        return ngspice.read_raw(path, data)
+    text = text_of(path, data)
+    if comsol.is_one(text):
+        return comsol.read(path, text)
+    if ngspice.is_printed(text):
+        return ngspice.read_printed(path, text)
+    return text_table.read(path, text)
+
+
+def _told_apart(table: Table) -> Table:
+    """With a number behind names that stand twice; the time may, before every vector."""
+    seen: dict[object, int] = {}
+    made = []
+    for column in table.columns:
+        n = seen[column.name, column.at] = seen.get((column.name, column.at), 0) + 1
+        again = n > 1 and not quantities.is_time(column)
+        made.append(replace(column, name=f"{column.name} #{n}") if again else column)
+    return replace(table, columns=tuple(made))
+
+
+def _check_times(time: np.ndarray, sink: Sink, shown: str) -> None:
+    """Three rows within the run are the least; a file in another unit of time than it says has fewer."""
+    within = int((time <= sink.end_time * (1 + 1e-9)).sum())
+    if len(time) < 3 or within < 3:
+        covered = " to ".join(quantity(float(t), "s", 3) for t in (time[0], time[-1]))
+        raise SceneError(
+            f"--against {shown} covers {covered} with {within} times up to the run's end, "
+            f"{quantity(sink.end_time, 's')}: three are the least to compare curves by (times in another unit: "
+            '--column "time (ms)=NAME"; a longer run: --set end_time=T)'
+        )
+
+
+def _spans(time: np.ndarray, sink: Sink) -> tuple[str, ...]:
+    """What to say of traces that cover much more or less than the run."""
+    last, end = float(time[-1]), sink.end_time
+    if 0.5 * end <= last <= 10 * end:
+        return ()
+    which = (
+        "only that is compared" if last < end else "is its time in another unit? only what the run covers is compared"
+    )
+    return (f"it ends at {quantity(last, 's', 3)}, the run at {quantity(end, 's', 3)}: {which}",)
+
+
+def _starts(time: np.ndarray, kept: Mapping[str, quantities.Match], sink: Sink, shown: str) -> tuple[str, ...]:
+    """What to say of traces that don't start at the scene's room temperature, as far as the file has its start."""
+    if time[0] > FIRST_TIME / 10:
+        return ()
+    said = []
+    for key, match in kept.items():
+        if not key.endswith("_K"):
+            continue
+        off = float(match.values[0]) - sink.room_temperature
+        change = float(np.abs(match.values - match.values[0]).max())
+        if abs(off) <= _NOTICED * change:
+            continue
+        where = f"starts {abs(off):.4g} K {'above' if off > 0 else 'below'} the scene's room temperature"
+        name = next(name for name, known in QUANTITIES.items() if known == key)
+        room = f"--set room_temperature={sink.room_temperature + off:.6g}"
+        if abs(off) > _REFUSED * change:
+            raise SceneError(
+                f"--against {shown}: {quoted(match.header)} {where}, {sink.room_temperature:g} K: give {room}, "
+                f'or where it is a rise --column "{name} rise={printable(match.header)}"'
+            )
+        said.append(f"{quoted(match.header)} {where}, which goes into the difference: {room} would meet it")
+    return tuple(said)

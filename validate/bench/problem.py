@@ -1,0 +1,76 @@
+"""What every entry is given: cells, steps in time and methods; and the numbers that entries are compared by.
+
+The cells are those that this toolkit starts with for an accuracy, cut further: graded towards the singular edges with
+its knowledge of the exponents, which a user of another program would have to work out or find by trial; all entries
+share them so that a comparison is of solvers, not of patience.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from meshes import grading, symmetry
+from meshes.grid import Grid
+from scenes.model import Scene
+from scenes.sink import Sink
+
+QUANTITIES = ("peak_rise_K", "end_rise_K", "mean_rise_K", "current_A")
+END = 0.02  # s, of the default sink
+# Octaves from 10 us on; tools that step in time have them among their steps, so that none pays for interpolation
+# but those that report traces to be interpolated.
+TIMES = (*(1e-5 * 2.0**k for k in range(11)), END)
+# Intervals within which steps are equal: each four times as long as the one before, one factorization each.
+EDGES = (0.0, *(1e-5 * 4.0**k for k in range(6)), END)
+
+Values = Mapping[str, Sequence[float]]
+
+
+def step_times(per_interval: int) -> np.ndarray:
+    """Times (s) of equal steps within each of EDGES; three times ``per_interval`` where TIMES lie at the thirds."""
+    found = [np.zeros(1)]
+    for i, (a, b) in enumerate(pairwise(EDGES)):
+        n = per_interval * (3 if 0 < i < len(EDGES) - 2 else 1)
+        found.append(a + (b - a) * np.arange(1, n + 1) / n)
+    return np.concatenate(found)
+
+
+def at_times(times: np.ndarray) -> list[int]:
+    """Where TIMES are among some times; ValueError where one is not."""
+    found = [int(np.abs(times - t).argmin()) for t in TIMES]
+    if any(abs(times[i] - t) > 1e-9 * t for i, t in zip(found, TIMES, strict=True)):
+        raise ValueError("an instant of the comparison is not among the steps")
+    return found
+
+
+def steady_errors(found: Values, reference: Values) -> dict[str, float]:
+    """The error of each quantity, relative to the final rise, of the current to itself; both have lists of one."""
+    return {q: abs(found[q][-1] - reference[q][-1]) / abs(reference[q][-1]) for q in QUANTITIES}
+
+
+def trace_errors(found: Values, reference: Values, steady: Values) -> dict[str, float]:
+    """The largest error of each quantity at TIMES, relative to its ``steady`` value."""
+    return {
+        q: float(np.abs(np.array(found[q]) - np.array(reference[q])).max()) / abs(steady[q][-1]) for q in QUANTITIES
+    }
+
+
+def quarter(sink: Sink) -> Scene:
+    """The quarter of a sink that every entry solves."""
+    return symmetry.reduce(sink.scene()).scene
+
+
+def graded(scene: Scene, accuracy: float, cuts: int, degree: int, layers: int | None = None) -> Grid:
+    """The first grid for an accuracy, each interval in ``cuts`` equal pieces but for those across thin layers, which
+    stay whole; of one degree everywhere, or of another one (``layers``) across those."""
+    breaks, degrees = [], []
+    first = grading.first_grid(scene, accuracy, grading.features(scene))
+    for old, own in zip(first.breaks, first.degrees, strict=True):
+        thin = own < grading.LEAST_AT_EDGE
+        count = np.where(thin, 1, cuts)
+        inner = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(old, old[1:], count, strict=False)]
+        breaks.append(np.append(np.concatenate(inner), old[-1]))
+        degrees.append(np.repeat(np.where(thin, degree if layers is None else layers, degree), count))
+    return first.with_axes(breaks, degrees)
