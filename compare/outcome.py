@@ -35,16 +35,11 @@ class Outcome(Generic[S]):
         earlier run it replaced.
 
         Of a sink also ``why``, the budget of the differences of the 1D model, and ``exported``, the few-state model's
-    <<<<<<< HEAD
-        folder, where asked for, and ``against``, a user's own traces if there are any. Of a device its ``simulated``
-        runs in 1D, those of ``device_3d`` where asked for, and a designer's answers. Of a free scene over time
-        ``shown``: the time (s) whose field is drawn, and whether it is then above the initial temperature.
-    =======
-        folder, where asked for, and ``against``, a user's own traces if there are any, and ``sensitivities`` and what
-        they make of uncertain inputs (``propagated``, ``sampled``) where asked for; of a row of spans ``varied``, how its
-        differences run, where asked for. Of a device its ``simulated`` runs and a designer's answers. Of a free scene over
-        time ``shown``: the time (s) whose field is drawn, and whether it is then above the initial temperature.
-    >>>>>>> main
+    folder, where asked for, and ``against``, a user's own traces if there are any, and ``sensitivities`` and what
+    they make of uncertain inputs (``propagated``, ``sampled``) where asked for; of a row of spans ``varied``, how
+    its differences run, where asked for. Of a device its ``simulated`` runs in 1D, those of ``device_3d`` where
+    asked for, and a designer's answers. Of a free scene over time ``shown``: the time (s) whose field is drawn, and
+    whether it is then above the initial temperature.
     """
 
     scene: S

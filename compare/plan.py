@@ -9,11 +9,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from compare.verdict import FIRST_TIME
-<<<<<<< HEAD
-from scenes.checks import DEFAULT_TOLERANCES, DEVICE_3D_TOLERANCES, DEVICE_TOLERANCES, OF_THE_REDUCTION, OVER_TIME
-=======
-from scenes.checks import DEFAULT_TOLERANCES, DEVICE_TOLERANCES, ISLAND_TOLERANCES, OF_THE_REDUCTION, OVER_TIME
->>>>>>> main
+from scenes.checks import (
+    DEFAULT_TOLERANCES,
+    DEVICE_3D_TOLERANCES,
+    DEVICE_TOLERANCES,
+    ISLAND_TOLERANCES,
+    OF_THE_REDUCTION,
+    OVER_TIME,
+)  # fmt: skip
 from scenes.device import Device
 from scenes.plan import Request, Step, skipped_together, step
 from scenes.sink import Sink

@@ -130,11 +130,7 @@ def solve_paper(
     accurate = solve_accurate(device, meter=meter)
     rows = min(len(traces), len(accurate.time_s))
     room = device.sink.room_temperature
-<<<<<<< HEAD
-    result = device_result("paper", table.times[: len(traces)], traces, room, {}, **around(device))
-=======
-    result = device_result("paper", time, traces, room, {})
->>>>>>> main
+    result = device_result("paper", time, traces, room, {}, **around(device))
     off = {q: np.abs(result.trace(q)[:rows] - accurate.trace(q)[:rows]) for q in QUANTITIES}
     worst = {q: (float(d.max()), float(accurate.time_s[int(d.argmax())])) for q, d in off.items()}
     late = accurate.time_s[:rows] >= 0.05
@@ -145,13 +141,8 @@ def solve_paper(
     if late.any():
         text += f"; after 50 ms by up to {max(off['sink_K'][late].max(), off['sensor_K'][late].max()):.2g} K"
     text += "; most of that is an error in space, from the first differences at the faces, which a smaller step keeps"
-<<<<<<< HEAD
     return replace(
         result, errors={q: w for q, (w, _) in worst.items()},
-=======
-    return device_result(
-        "paper", time, traces, room, {q: w for q, (w, _) in worst.items()},
->>>>>>> main
         findings=(text, *accurate.findings),
         details={"dt_s": used.dt, "stability_limit_s": limit, "nx": used.nx, "nt": used.nt},
     )  # fmt: skip
