@@ -31,10 +31,10 @@ S = TypeVar("S", covariant=True)
 @dataclass(frozen=True)
 class Outcome(Generic[S]):
     """What a run found: the plan as carried out, each model's result (``None`` where not asked for), the checks, the
-        remarks on the run, the answer in a sentence, how long each stage took (s), the folder with its files, and which
-        earlier run it replaced.
+    remarks on the run, the answer in a sentence, how long each stage took (s), the folder with its files, and which
+    earlier run it replaced.
 
-        Of a sink also ``why``, the budget of the differences of the 1D model, and ``exported``, the few-state model's
+    Of a sink also ``why``, the budget of the differences of the 1D model, and ``exported``, the few-state model's
     folder, where asked for, and ``against``, a user's own traces if there are any, and ``sensitivities`` and what
     they make of uncertain inputs (``propagated``, ``sampled``) where asked for; of a row of spans ``varied``, how
     its differences run, where asked for. Of a device its ``simulated`` runs in 1D, those of ``device_3d`` where

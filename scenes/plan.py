@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 class Request:
     """What the user asked of a run, of whichever kind of scene; each kind reads what concerns it.
 
-        Of any: ``figures``, ``fields``, and the ``command`` line that asked, if it was one. Of a sink: the ``models``,
-        whether the ``transient`` is solved, ``field_times`` (s) beside those that are stored anyway, the 1D model
+    Of any: ``figures``, ``fields``, and the ``command`` line that asked, if it was one. Of a sink: the ``models``,
+    whether the ``transient`` is solved, ``field_times`` (s) beside those that are stored anyway, the 1D model
     (``reduction``, by its canonical name), the budget of its differences from 3D (``why``), how both models follow
     each key (``sensitivities``), how well the keys are known (``uncertain``) and how many samples of that are
     solved (``monte_carlo``), the folder for the few-state model (``export``). Of a device: whether it is solved
