@@ -98,12 +98,6 @@ class Conductor:
         """Whether any resistivity depends on the temperature."""
         return bool(self.warm.any())
 
-    @property
-    def span(self) -> float:
-        """The largest difference of voltages at the start (V)."""
-        given = [self.voltages[0][own > 0] for own in self.electrodes.values()]
-        return float(np.ptp(np.concatenate(given)))
-
     def conducts(self, rise: np.ndarray) -> bool:
         """Whether the resistivity is positive everywhere."""
         return bool((self.resistivity(rise) > 0).all())
@@ -207,16 +201,9 @@ class Conductor:
 
     def joule(self, density: np.ndarray, rise: np.ndarray) -> dict[str, float]:
         """The Joule heat of each conducting body by its name (W)."""
-        return self.by_body((self.on.weights * self.heating(density, density, rise)).sum(axis=1))
-
-    def by_body(self, per_cell: np.ndarray) -> dict[str, float]:
-        """The sums over the cells of each body that carries current, by name, of (cells, ...)."""
-        domain, found = self.heat.domain, dict[str, float]()
-        own = domain.body[self.cells]
-        for number in np.unique(own):
-            name, value = domain.names[number], per_cell[own == number].sum(axis=0)
-            found[name] = found[name] + value if name in found else value
-        return found
+        per_cell = (self.on.weights * self.heating(density, density, rise)).sum(axis=1)
+        names = np.array(self.heat.domain.names)[self.heat.domain.body[self.cells]]
+        return {name: float(per_cell[names == name].sum()) for name in dict.fromkeys(names.tolist())}
 
 
 def independent(conductor: Conductor, potentials: Sequence[Potential]) -> list[Pattern]:

@@ -12,7 +12,8 @@ from fem3d import adapt, alike, rescaled, sink_quantities, span_quantities
 from fem3d.adapt import Answer
 from fem3d.fields import Fields, grid_of
 from fem3d.steady import SteadyState
-from meshes import connected, statistics, symmetry
+from meshes import connected, symmetry
+from meshes.grid import statistics
 from meshes.symmetry import Symmetry
 from scenes.plan import Request, Step, noted, step
 from scenes.result import Result
@@ -45,7 +46,7 @@ def solve(
         "levels": answer.levels,
         "energy_imbalance": _imbalance(sink, state, part),
         "transient_imbalance": None if response is None else response.imbalance,
-        "mesh": statistics.of(grid_of(state.heat)),
+        "mesh": statistics(grid_of(state.heat)),
         "symmetry": part.part,
         "plan": noted(_plan(sink, part, request), _found(sink, answer)),
         "warnings": _warnings(sink, float(values["peak_rise_K"])),

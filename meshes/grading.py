@@ -29,12 +29,11 @@ FAR = 300.0  # times its share that an interval may miss before it gets two degr
 
 @dataclass(frozen=True)
 class Features:
-    """Per axis, coordinates (m) of the planes inside the solid, and of those that are singular the exponents and the
-    lengths (m) over which their edges spread (`meshes.singular.edges`)."""
+    """Per axis, coordinates (m) of the planes inside the solid, and of those that are singular the exponents
+    (`meshes.singular.edges`)."""
 
     planes: tuple[list[float], ...]
     exponents: tuple[dict[float, float], ...]
-    lengths: tuple[dict[float, float], ...]
 
     @property
     def sharpest(self) -> float:
@@ -48,9 +47,8 @@ class Features:
 
 def features(scene: Scene) -> Features:
     """The features of a scene."""
-    exponents, lengths = singular.edges(scene)
     planes = tuple(connected.scene_planes(scene, d)[1:-1] for d in range(3))
-    return Features(planes, tuple(exponents), tuple(lengths))
+    return Features(planes, tuple(singular.edges(scene)))
 
 
 def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:

@@ -67,7 +67,7 @@ def test_the_places_to_add_to_are_the_true_ones() -> None:
 
 
 def test_every_command_is_on_its_page() -> None:
-    from validate.cli.commands import COMMANDS
+    from validate.cli.arguments import COMMANDS
 
     page = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
     assert [name for name in COMMANDS if f"validate {name} --help" not in page] == []

@@ -98,7 +98,7 @@ class _Found(Generic[S]):
     def traces(self) -> Columns:
         """Every quantity over time, by the columns of traces.csv: ``traces["fem3d_peak_K"]``,
         ``traces.to_dataframe()``; empty without a transient."""
-        from validate.report.kinds import of
+        from validate.report import of
 
         return Columns(of(self.scene).columns(self.outcome))
 

@@ -15,10 +15,9 @@ from typing import TYPE_CHECKING, Any
 from compare.outcome import Clock, Outcome
 from compare.pipeline import answer
 from scenes.plan import Request, Step, noted
-from validate.report import names
+from validate.report import names, of
 from validate.report.figures.render import Field, Renderer
 from validate.report.folder import Folder
-from validate.report.kinds import of
 
 if TYPE_CHECKING:
     import numpy as np

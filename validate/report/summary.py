@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from compare.pipeline import kind
+from validate.report import of
 from validate.report.folder import SCHEMA
-from validate.report.kinds import of
 
 if TYPE_CHECKING:
     from compare.outcome import Outcome
