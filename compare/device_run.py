@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from compare.outcome import Clock, Outcome
 from compare.plan import design_reason, needs, of_device
-from scenes.errors import SceneError
 from scenes.plan import Request, Step
 
 if TYPE_CHECKING:
@@ -27,8 +26,6 @@ def solve(
 ) -> Outcome[Device]:  # fmt: skip
     """The runs, the checks and the designer's answers. Raises SceneError for what the model refuses, ArithmeticError
     where its numerics fail."""
-    if request.in_3d and device.sink.spans > 1:
-        raise SceneError(f"sink.spans = {device.sink.spans}: --3d knows the device of one span only")
     with clock.stage("imports"):
         from compare import device_checks
         from reduced1d.device import design
