@@ -60,6 +60,8 @@ def of_sink(sink: Sink, request: Request, solver: tuple[Step, ...], data: Data |
     steps.append(step("field files", _FIELD_FILES, fields_reason(request, "fem3d" in request.models)))
     turned = "" if "figure4" in drawn else ", with the field to turn"
     steps.append(Step("report.html", "done", f"everything on one page{turned}"))
+    if data is not None and (request.uncertain is not None or request.data_uncertainty):
+        steps.append(Step("validation", "done", "E = S - D against u_val of ASME V&V 20, of both models"))
     if data is not None:
         said = data.said().partition(": ")[2].rstrip(".")
         steps.append(Step(f"against {data.name}", "done", f"{said}; interpolated in time"))
@@ -142,8 +144,6 @@ def _where_asked_for(request: Request) -> list[Step]:
     if request.uncertain is not None:
         given = ", ".join(request.uncertain.given)
         steps.append(Step("uncertain inputs", "done", f"{given}: u_input by the sensitivities, to first order"))
-    if request.air:
-        steps.append(Step("air", "done", "steady in both models at coefficients from 0 to 1e5 W/(m2 K)"))
     if request.sensitivities:
         of = "by dual solutions in 3D, by the formulas in 1D" if len(request.models) > 1 else "of one model"
         steps.append(Step("sensitivity", "done", f"how quantities follow each key, {of}"))
