@@ -88,8 +88,8 @@ def power(solution: Manufactured) -> float:
 
 
 def distances(solution: Manufactured, weights: Any, points: Any, values: Any, slopes: Any) -> dict[str, float]:
-    """L2 norm and H1 seminorm of the error of a rise, and that of its weighted mean, by a rule with weights (..., points):
-    from its values there (..., points) and its gradient (3, ..., points)."""
+    """L2 norm and H1 seminorm of the error of a rise, and the error of its weighted mean, by a rule with weights
+    (..., points): from its values there (..., points) and its gradient (3, ..., points)."""
     mean = float((weights * values * at(solution.weight, *points)).sum())
     found = norms("rise", weights, values - at(solution.u, *points), slopes - at(solution.gradient, *points))
     return found | {"mean": abs(mean - weighted(solution))}
