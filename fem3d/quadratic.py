@@ -1,7 +1,7 @@
 """Fields of the whole structure on quadratic hexahedra, for files: temperature, potential, current density, heat.
 
 Each brick of the solved part is cut into pieces on which triquadratic functions follow the solution to a part of the
-run's accuracy (`fem3d.pieces`), and mirrored to the whole, with the points of the mirror planes shared.
+run's accuracy (`fem3d.parabolas`), and mirrored to the whole, with the points of the mirror planes shared.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from fem3d.bricks import BrickSpace
 from fem3d.conductor import Conductor, law
 from fem3d.heat import HeatProblem
-from fem3d.pieces import GAUSS, Pieces, cut, samples
+from fem3d.parabolas import GAUSS, CutAxis, cut, samples
 from meshes.grid import VOID
 from meshes.symmetry import Symmetry
 
@@ -84,7 +84,7 @@ class Quadratic:
         for d, (breaks, degrees) in enumerate(zip(self._grid.breaks, self._grid.degrees, strict=True)):
             lines = [np.moveaxis(u, d, 0).reshape(u.shape[d], -1) for u in fields]
             cuts.append(cut(breaks, degrees, lines, [t / 3 for t in tolerances]))
-        self._pieces: tuple[Pieces, Pieces, Pieces] = (cuts[0][0], cuts[1][0], cuts[2][0])
+        self._pieces: tuple[CutAxis, CutAxis, CutAxis] = (cuts[0][0], cuts[1][0], cuts[2][0])
         self.error = tolerance / 3 * sum(worst for _, worst in cuts)
 
     @cached_property

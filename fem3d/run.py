@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fem3d import adapt, another_voltage, sink_quantities
+from fem3d import adapt, rescaled, sink_quantities
 from fem3d.adapt import Answer
 from fem3d.fields import Fields, grid_of
 from fem3d.steady import SteadyState
@@ -33,7 +33,7 @@ def solve(
     if earlier is not None:
         first, before = earlier.details["sink"], earlier.details["answer"]
         if replace(first, voltage=sink.voltage) == sink and request.transient == (before.response is not None):
-            answer = another_voltage.solve(study, before, sink.voltage / first.voltage)
+            answer = rescaled.solve(study, before, sink.voltage / first.voltage)
     if answer is None:
         answer = adapt.solve(study, request.transient, progress or (lambda _: None))
     state, values = answer.fine.state, answer.fine.quantities
@@ -68,12 +68,7 @@ def _plan(sink: Sink, part: Symmetry, request: Request, answer: Answer | None) -
     """The lines; with an answer, those that depend on the solution say what it turned out to be."""
     if "fem3d" not in request.models:
         return (Step("3D model", "skipped", "only the 1D model was asked for"),)
-    steps = []
-    names = " and ".join(f"{'xyz'[axis]} ({parity})" for axis, _, parity in part.planes)
-    if part.planes:
-        steps.append(Step("symmetry", "done", f"{part.part} is solved: mirror planes across {names}"))
-    else:
-        steps.append(Step("symmetry", "skipped", "the scene has no mirror plane; the whole is solved"))
+    steps = [part.step]
     steps.append(Step("steady state", "done", f"refined until every estimated error is below {sink.accuracy:g}"))
     steps.append(Step("thermal factorization", "done", "one per mesh: the conductivity doesn't depend on temperature"))
     steps += _electric_steps(sink, part, answer)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from fem3d.level import Problems, Solution
 from fem3d.mesh_fields import MeshFields
 from fem3d.probes import reading
 from fem3d.study import Study
-from fem3d.time_response import Marched, Response
+from fem3d.time_response import Marched
 from meshes import symmetry
 from meshes.grouped.check import check, remarks
 from meshes.grouped.place import Placed
@@ -107,6 +107,41 @@ def _refines(placed: Placed) -> bool:
     return 8 * placed.mesh.mesh.nvertices * (7 if placed.mesh.simplex else 8) <= LARGEST_REFINED
 
 
+Judged = tuple[dict[str, float], dict[str, float]]
+"""The errors of quantities, and what they are relative to."""
+
+
+class Found(NamedTuple):
+    """What the last space gives, with the errors of each quantity and what they are relative to."""
+
+    space: Space
+    answer: Any
+    errors: dict[str, float]
+    scales: dict[str, float]
+    levels: int
+
+
+def _refined(
+    placed: Placed,
+    say: Callable[[str], None],
+    accuracy: float,
+    solved: Callable[[Space, Any], Any],
+    compared: Callable[[Space, Any, Space, Any], Judged],
+) -> Found:
+    """As many spaces as the accuracy takes and the mesh allows: ``solved`` answers one, knowing the answer before, and
+    ``compared`` gives the errors, with their scales, of two in a row."""
+    before: Found | None = None
+    for number, space in enumerate(_spaces(placed), 1):
+        say(f"{space.words}: {space.heat.free} unknowns")
+        answer = solved(space, before and before.answer)
+        errors, scales = compared(space, answer, before.space, before.answer) if before else ({}, {})
+        before = Found(space, answer, errors, scales, number)
+        if errors and max(e / scales[n] for n, e in errors.items()) <= accuracy:
+            break
+    assert before is not None
+    return before
+
+
 def _apart(vertices: int, pairs: list[tuple[np.ndarray, np.ndarray]]) -> float:
     """The largest relative difference of some fields (..., functions), as root of the mean square over the corners of
     the file's cells, which all spaces have first."""
@@ -119,99 +154,71 @@ def _apart(vertices: int, pairs: list[tuple[np.ndarray, np.ndarray]]) -> float:
 
 
 def _steady(placed: Placed, study: Study, say: Callable[[str], None]) -> Result:
-    before: tuple[Space, Solution] | None = None
-    errors: dict[str, float] = {}
-    scales: dict[str, float] = {}
-    count = 0
-    for space in _spaces(placed):
-        if errors and max(e / scales[n] for n, e in errors.items()) <= study.accuracy:
-            break
-        say(f"{space.words}: {space.heat.free} unknowns")
-        fine, count = level.solution(study, space.problems, space.degree - 1), count + 1
-        if before is not None:
-            scales, low = study.steady_scales(fine.out), before[1]
-            pairs = [(_field(space, fine), _field(before[0], low))]
-            if fine.state.conductor is not None:
-                pairs.append((fine.state.hot_potential, low.state.hot_potential))
-            least = LEAST * _apart(placed.mesh.mesh.nvertices, pairs) + ROUNDING + fine.state.unsettled
-            caution = space.caution(study)
-            errors = {
-                n: caution[n] * abs(float(v - low.quantities[n])) + least * scales[n]
-                for n, v in fine.quantities.items()
-            }
-        before = space, fine
-    assert before is not None, "there are two spaces at least"
-    space, fine = before
-    found = {n: Estimate(float(v), errors[n]) for n, v in fine.quantities.items()}
-    details = _details(placed, space, {n: e / scales[n] for n, e in errors.items()}, study, count)
-    imbalance = solve_scene.imbalance(fine.out)
-    details |= {"steps": 0, "energy_imbalance": imbalance, "transient_imbalance": None}
-    details["fields"] = MeshFields(placed, space.heat, fine.state, None)
-    return Result("fem3d", found, None, details)
+    def compared(space: Space, fine: Solution, coarser: Space, low: Solution) -> Judged:
+        scales, caution = study.steady_scales(fine.out), space.caution(study)
+        pairs = [(space.heat.field(fine.state.rise), coarser.heat.field(low.state.rise))]
+        if fine.state.conductor is not None:
+            pairs.append((fine.state.hot_potential, low.state.hot_potential))
+        least = LEAST * _apart(placed.mesh.mesh.nvertices, pairs) + ROUNDING + fine.state.unsettled
+        apart = time_response.distance(fine.quantities, low.quantities)
+        return {n: caution[n] * d + least * scales[n] for n, d in apart.items()}, scales
 
+    def solved(space: Space, before: Solution | None) -> Solution:
+        return level.solution(study, space.problems, space.degree - 1)
 
-def _field(space: Space, solution: Solution) -> np.ndarray:
-    return space.heat.field(solution.state.rise)
+    found = _refined(placed, say, study.accuracy, solved, compared)
+    fine: Solution = found.answer
+    details = _details(placed, found, found.errors, study) | {
+        "steps": 0,
+        "energy_imbalance": solve_scene.imbalance(fine.out),
+        "transient_imbalance": None,
+        "fields": MeshFields(placed, found.space.heat, fine.state, None),
+    }
+    return Result("fem3d", {n: Estimate(float(v), found.errors[n]) for n, v in fine.quantities.items()}, None, details)
 
 
 def _transient(placed: Placed, study: Study, say: Callable[[str], None]) -> Result:
-    """The transient in as many spaces as the accuracy takes and the mesh allows."""
-    slowest, count = study.end, 0
-    errors: dict[str, float] = {}
-    before: tuple[Space, Marched] | None = None
-    for space in _spaces(placed):
-        say(f"{space.words}: {space.heat.free} unknowns")
-        shift, count = transient.shift(slowest, study.earliest), count + 1
-        own = space.problems.conductors[space.degree - 1]
-        base = start.of(space.heat, own, shift, study.end, study.accuracy)
-        fine = time_response.marched(study, base, shift, None)
-        slowest = min(study.end, float(1 / max(fine.answer.trajectory.rates.min(), 1e-300)))
-        last, before = before, (space, fine)
-        if last is None:
-            continue
-        errors = _errors(study, space, fine, *last)
-        worst = max((e / fine.scales[n] for n, e in errors.items()), default=0.0)
-        if worst <= (1 - time_response.ROW_SHARE) * study.accuracy:
-            break
-    assert before is not None, "there are two spaces at least"
-    space, fine = before
-    found: Response = time_response.with_rows(study, fine.answer, fine.reduced, errors, fine.scales, fine.generations)
-    relative = {n: e / fine.scales[n] for n, e in found.errors.items()}
-    details = _details(placed, space, relative, study, count)
-    details |= {
-        "steps": len(fine.answer.trajectory.steps),
-        "energy_imbalance": found.imbalance,
-        "transient_imbalance": found.imbalance,
-        "accurate_from_s": study.earliest,
-        "jumps": len(space.heat.jumps(study.end)),
-        "fields": MeshFields(placed, space.heat, None, fine.answer),
-    }
-    return Result("fem3d", {}, Traces(found.times, found.traces, found.errors), details)
-
-
-def _errors(study: Study, space: Space, fine: Marched, coarser: Space, low: Marched) -> dict[str, float]:
     times = np.array([0.1, 1.0]) * study.end
-    fields = [own.heat.field(answer.answer.rises(times)) for own, answer in ((space, fine), (coarser, low))]
-    vertices = int(coarser.problems.domain.space.mesh.nvertices)
-    least = LEAST * _apart(vertices, list(zip(*fields, strict=True)))
-    caution = space.caution(study)
-    return {
-        n: OVER_TIME * caution[n] * d + least * fine.scales[n] + fine.lost[n]
-        + float(np.max(fine.out.get(f"doubt:{n}", 0.0)))
-        for n, d in time_response.distance(fine.there, low.there).items()
-    }  # fmt: skip
+
+    def solved(space: Space, before: Marched | None) -> Marched:
+        slowest = study.end if before is None else 1 / max(before.answer.trajectory.rates.min(), 1e-300)
+        shift = transient.shift(min(study.end, slowest), study.earliest)
+        own = space.problems.conductors[space.degree - 1]
+        return time_response.marched(study, start.of(space.heat, own, shift, study.end, study.accuracy), shift, None)
+
+    def compared(space: Space, fine: Marched, coarser: Space, low: Marched) -> Judged:
+        pairs = zip(*(s.heat.field(m.answer.rises(times)) for s, m in ((space, fine), (coarser, low))), strict=True)
+        least, caution = LEAST * _apart(placed.mesh.mesh.nvertices, list(pairs)), space.caution(study)
+        errors = {}
+        for n, apart in time_response.distance(fine.there, low.there).items():
+            doubt = float(np.max(fine.out.get(f"doubt:{n}", 0.0)))
+            errors[n] = OVER_TIME * caution[n] * apart + least * fine.scales[n] + fine.lost[n] + doubt
+        return errors, fine.scales
+
+    found = _refined(placed, say, (1 - time_response.ROW_SHARE) * study.accuracy, solved, compared)
+    fine: Marched = found.answer
+    made = time_response.with_rows(study, fine.answer, fine.reduced, found.errors, found.scales, fine.generations)
+    details = _details(placed, found, made.errors, study) | {
+        "steps": len(fine.answer.trajectory.steps),
+        "energy_imbalance": made.imbalance,
+        "transient_imbalance": made.imbalance,
+        "accurate_from_s": study.earliest,
+        "jumps": len(found.space.heat.jumps(study.end)),
+        "fields": MeshFields(placed, found.space.heat, None, fine.answer),
+    }
+    return Result("fem3d", {}, Traces(made.times, made.traces, made.errors), details)
 
 
-def _details(placed: Placed, space: Space, relative: dict[str, float], study: Study, levels: int) -> dict[str, Any]:
-    conductor, mesh = space.problems.conductors[space.degree - 1], placed.mesh
-    functions = space.problems.domain.space
+def _details(placed: Placed, found: Found, errors: dict[str, float], study: Study) -> dict[str, Any]:
+    space, mesh = found.space, placed.mesh
+    conductor, functions = space.problems.conductors[space.degree - 1], space.problems.domain.space
     electric = 0 if conductor is None else len(conductor.free)
     return {
         "unknowns": space.heat.free if physics.heat(placed.scene) else electric,
         "electric_unknowns": electric,
-        "levels": levels,
+        "levels": found.levels,
         "symmetry": "whole",
-        "warnings": _warnings(relative, study, space),
+        "warnings": _warnings({n: e / found.scales[n] for n, e in errors.items()}, study, space),
         "mesh": {
             "cells": mesh.count,
             "cell_type": mesh.file_type,
@@ -258,20 +265,9 @@ def _plan(placed: Placed, space: Space | None) -> tuple[Step, ...]:
         steps.append(Step("refinement", "skipped", "degrees 1 and 2 agree within the accuracy on the mesh as it is"))
     else:
         steps.append(Step("refinement", "done", "every cell into eight, once, where degrees 1 and 2 differ by more"))
-    if physics.heat(scene):
-        steps.append(Step("heat", "done", "one factorization per level: conductivities don't depend on temperature"))
-    else:
-        steps.append(Step("heat", "skipped", "nothing thermal is asked for: the currents at the initial temperature"))
     if physics.electric(scene) and any(b.kind == "voltage" for b in scene.boundaries):
-        steps.append(Step("electric problem", "done", "in the cells that conduct"))
+        electric = Step("electric problem", "done", "in the cells that conduct")
     else:
-        steps.append(Step("electric problem", "skipped", "there is no electrode"))
-    if scene.steady:
-        steps.append(Step("steady state", "done", f"errors estimated, and compared with {scene.accuracy:g}"))
-        steps.append(Step("transient", "skipped", "only the steady state was asked for"))
-    elif physics.heat(scene):
-        steps.append(Step("steady state", "skipped", "only the transient was asked for"))
-        steps.append(Step("transient", "done", f"to {scene.end_time:g} s, projected on Krylov fields"))
-    else:
-        steps += currents.plan(scene)
-    return tuple(steps)
+        electric = Step("electric problem", "skipped", "there is no electrode")
+    reached = f"errors estimated, and compared with {scene.accuracy:g}"
+    return *steps, solve_scene.heat_step(scene), electric, *solve_scene.states(scene, reached)

@@ -12,7 +12,7 @@ from fem3d.study import Study
 from meshes import connected, statistics, symmetry
 from meshes.symmetry import Symmetry
 from scenes import physics
-from scenes.model import Point, Scene
+from scenes.model import AnyScene, Point, Scene
 from scenes.plan import Step
 from scenes.result import Estimate, Result, Traces
 
@@ -105,31 +105,30 @@ def imbalance(out: outputs.Outputs) -> float:
 def plan(scene: Scene) -> tuple[Step, ...]:
     """What `solve` will do, before it does it."""
     part: Symmetry = symmetry.reduce(clipped(scene))
-    steps = [_symmetry(part)]
     warm = any(b.material.resistivity and b.material.temperature_coefficient for b in part.scene.boxes)
-    if physics.heat(scene):
-        steps.append(Step("heat", "done", "one factorization per mesh: the conductivity doesn't depend on temperature"))
-    else:
-        steps.append(Step("heat", "skipped", "nothing thermal is asked for: the currents at the initial temperature"))
     if connected.live(part.scene).any():
         follows = ", whose resistance follows the temperature" if warm and physics.heat(scene) else ""
-        steps.append(Step("electric problem", "done", f"in the parts that touch electrodes of two voltages{follows}"))
+        electric = Step("electric problem", "done", f"in the parts that touch electrodes of two voltages{follows}")
     else:
-        steps.append(Step("electric problem", "skipped", "no part touches electrodes of two voltages"))
+        electric = Step("electric problem", "skipped", "no part touches electrodes of two voltages")
+    reached = f"refined until every estimated error is below {scene.accuracy:g}"
+    return part.step, heat_step(scene), electric, *states(scene, reached)
+
+
+def heat_step(scene: AnyScene) -> Step:
+    """The line of the heat problem."""
+    if physics.heat(scene):
+        return Step("heat", "done", "one factorization per mesh: the conductivity doesn't depend on temperature")
+    return Step("heat", "skipped", "nothing thermal is asked for: the currents at the initial temperature")
+
+
+def states(scene: AnyScene, reached: str) -> tuple[Step, Step]:
+    """The lines of the steady state, with what is ``reached`` there, and of the transient."""
     if scene.steady:
-        steps.append(Step("steady state", "done", f"refined until every estimated error is below {scene.accuracy:g}"))
-        steps.append(Step("transient", "skipped", "only the steady state was asked for"))
-    elif physics.heat(scene):
-        steps.append(Step("steady state", "skipped", "only the transient was asked for"))
-        reason = f"to {scene.end_time:g} s, projected on Krylov fields, errors below {scene.accuracy:g}"
-        steps.append(Step("transient", "done", reason))
-    else:
-        steps += currents.plan(scene)
-    return tuple(steps)
-
-
-def _symmetry(part: Symmetry) -> Step:
-    if not part.planes:
-        return Step("symmetry", "skipped", "the scene has no mirror plane; the whole is solved")
-    names = " and ".join(f"{'xyz'[axis]} ({parity})" for axis, _, parity in part.planes)
-    return Step("symmetry", "done", f"{part.part} is solved: mirror planes across {names}")
+        only = "only the steady state was asked for"
+        return Step("steady state", "done", reached), Step("transient", "skipped", only)
+    if not physics.heat(scene):
+        return currents.plan(scene)
+    how = f"to {scene.end_time:g} s, projected on Krylov fields, errors held against {scene.accuracy:g}"
+    only = "only the transient was asked for"
+    return Step("steady state", "skipped", only), Step("transient", "done", how)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fem3d import estimate, level, outputs, probes, rows, transient
+from fem3d import estimate, level, outputs, probes, trace_times, transient
 from fem3d.domain import Domain
 from fem3d.estimate import Estimator, Spread
 from fem3d.heat import HeatProblem
@@ -116,7 +116,9 @@ def respond(
     lesser = [below(base) for base in bases[1:]]
     low = study.traces(outputs.of_transient(lesser[0], study.part, checked))
     apart = distance(there, low)
-    at = [int(np.abs(there[n] - low[n]).argmax()) for n in study.trace_rises or there]
+    # Where rises are known worst, and whatever is known worst of all: the heat that enters after a jump, it may be.
+    worst_known = max(apart, key=lambda n: apart[n] / scales[n])
+    at = [int(np.abs(there[n] - low[n]).argmax()) for n in {*study.trace_rises, worst_known}]
     judged = _Judged(study, given, marks, answer, lesser, scales, bool(steady_errors))
     goals = (
         judged.at(checked[sorted({len(checked) - 1, *at})])
@@ -160,12 +162,14 @@ class _Judged:
         self.electric = 0.0 if steady else estimate.total(self.of_power)
 
     def at(self, times: np.ndarray) -> dict[str, Spread]:
-        """For each thermal trace the worst of what is left at some times (s)."""
+        """For each thermal trace the worst of what is left at some times (s), each seen as that long after the last
+        bend or jump of the inputs."""
         given, heat = self._given, self._given.heat
         rises = [self._fine.rises(times)]
         rises += [given.lifted(t.rises(times), 1 - k) for k, t in enumerate(self._lesser)]
         found: dict[str, Spread] = {}
-        for i, time in enumerate(times):
+        knots = np.append(0.0, heat.inputs.knots(self._study.end))
+        for i, time in enumerate(t - knots[knots < t].max() for t in times.tolist()):
             fine, low = rises[0][i], rises[1][i]
             # Without the lowest space, as if each degree took away as much as the last.
             lowest = rises[2][i] if len(rises) > 2 else 2 * low - fine
@@ -182,7 +186,7 @@ class _Judged:
 
 def instants(study: Study, heat: HeatProblem) -> np.ndarray:
     """Times (s) at which meshes and spaces are compared: early and late, and after bends and jumps of the inputs; after
-    a jump of a given temperature from the earliest time of interest on, as after the start."""
+    a jump from the earliest time of interest on, as after the start."""
     end, first = study.end, min(study.earliest, study.end)
     knots = heat.inputs.knots(end)
     found = [np.geomspace(first, end, 40), np.linspace(0, end, 21)[1:]]
@@ -193,7 +197,7 @@ def instants(study: Study, heat: HeatProblem) -> np.ndarray:
         gap = (following[0] if len(following) else end) - knot
         found.append(knot + np.geomspace(min(first, gap / 2), gap * (1 - 1e-9), 6))
     times = np.unique(np.concatenate(found))
-    jumps = heat.jumps(end)
+    jumps = np.array([t for t in knots if heat.inputs.jump(float(t)).any()])
     for jump, gap in zip(jumps, np.diff(np.append(jumps, end)), strict=True):
         times = times[(times < jump) | (times >= jump + min(first, gap / 2) * (1 - 1e-9))]
     return times
@@ -228,7 +232,7 @@ def with_rows(
     allowed = {name: ROW_SHARE * study.accuracy * scale for name, scale in scales.items()}
     drive = answer.base.heat.inputs
     jumps = [float(t) for t in drive.knots(study.end) if drive.jump(float(t)).any()]
-    times, found, between = rows.choose(answer.trajectory.steps, traces, allowed, jumps, study.instants)
+    times, found, between = trace_times.choose(answer.trajectory.steps, traces, allowed, jumps, study.instants)
     if answer.base.heat.lifts.any():
         _start(answer.base.heat.domain, found)
     relative = {name: errors[name] / scales[name] for name in errors}

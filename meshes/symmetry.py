@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from scenes.model import Boundary, Box, Point, Probe, Scene, Schedule, Value
+from scenes.plan import Step
 
 Corners = tuple[Point, Point]
 
@@ -55,6 +56,14 @@ class Symmetry:
     def part(self) -> str:
         """In words."""
         return {1: "the whole", 2: "the half", 4: "the quarter", 8: "the eighth"}[self.copies]
+
+    @property
+    def step(self) -> Step:
+        """The line of a plan."""
+        if not self.planes:
+            return Step("symmetry", "skipped", "the scene has no mirror plane; the whole is solved")
+        names = " and ".join(f"{'xyz'[axis]} ({parity})" for axis, _, parity in self.planes)
+        return Step("symmetry", "done", f"{self.part} is solved: mirror planes across {names}")
 
 
 def reduce(scene: Scene) -> Symmetry:
