@@ -16,13 +16,10 @@ from matplotlib.tri import LinearTriInterpolator, Triangulation
 from scenes.formats import percent, scale
 from validate.report.figures.colours import INK
 from validate.report.figures.drawing import new_figure
-from validate.sweep.table import TITLES, Table
+from validate.sweep.table import COLOURS, TITLES, Table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#999999", "#f0e442")
-"""Okabe and Ito's, which stay apart for colour-blind readers."""
 
 
 def draw(table: Table) -> dict[str, Figure]:

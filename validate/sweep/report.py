@@ -13,8 +13,7 @@ from validate.report import html as report
 from validate.report.html.parts import section, table, values
 from validate.report.html.sections import figures
 from validate.report.html.words import text
-from validate.sweep.figures import COLOURS
-from validate.sweep.table import Table
+from validate.sweep.table import COLOURS, Table
 
 _CAPTIONS = {
     "figure_map": "Where the reduction is within the tolerance, and which assumption is to blame where it is not.",

@@ -159,6 +159,10 @@ TITLES = {"fig4": "the steady peak", "fig6_peak": "the peak over time", "fig6_en
        "fig7_current": "the current over time", "fig5": "the shape of the profile"}  # fmt: skip
 
 
+COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#999999", "#f0e442")
+"""Okabe and Ito's, which stay apart for colour-blind readers."""
+
+
 def sentence(table: Table) -> str:
     """What the whole says, in one sentence."""
     lost = {word: number for word, number in table.counts.items() if word != "ok"}
