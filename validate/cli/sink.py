@@ -47,14 +47,14 @@ def describe(parser: argparse.ArgumentParser) -> None:
     add("--column", action="append", default=[], metavar="NAME=COLUMN",
         help='what a column of that file is, where its name does not tell: peak="T (K), Point 1", "end rise (K)=3", '
         "drive.voltage=Va; as often as needed")  # fmt: skip
+    add("--data-uncertainty", action="append", default=[], metavar="U",
+        help='the standard uncertainty of the data: 0.5K, 1%%, peak=0.5K or peak="a column"')  # fmt: skip
     add("--steady", action="store_true", help="the steady state only, no transient")
     add("--only", choices=("3d", "1d"), help="one model only")
     first, *between, last = REDUCTIONS
     add("--reduction", metavar="R",
         help=f"the 1D model: {first} (default), {', '.join(between)} or {last}[:N]")  # fmt: skip
     add("--why", action="store_true", help="split the 1D model's differences from 3D by the assumptions behind them")
-    add("--air", action="store_true",
-        help="up to which coefficient losses to the air may be left out, and what a lumped term gives")  # fmt: skip
     add("--sensitivities", action="store_true",
         help="how both models follow each key: d ln quantity / d ln key, 1D against 3D")  # fmt: skip
     add("--uncertain", action="append", default=[], metavar="KEY=U",
@@ -78,7 +78,12 @@ def run(arguments: argparse.Namespace) -> int:
 
     sink = load(arguments.scene, common.settings(arguments, ("drive.voltage", arguments.voltage)))
     uncertain = _uncertain(arguments, sink)
-    request = replace(_request(arguments, sink.end_time), uncertain=uncertain, monte_carlo=_samples(arguments))
+    request = replace(
+        _request(arguments, sink.end_time),
+        uncertain=uncertain,
+        monte_carlo=_samples(arguments),
+        data_uncertainty=tuple(arguments.data_uncertainty),
+    )
     if request.reduction != "paper":
         # What a scene declares is of the paper's model.
         sink = replace(sink, expected_to_differ=None)
@@ -131,12 +136,19 @@ def _data(arguments: argparse.Namespace, sink: Sink, request: Request) -> Data |
     if arguments.against is None:
         if arguments.column:
             raise SceneError("--column says what a column of --against FILE is: give that, too")
+        if arguments.data_uncertainty:
+            raise SceneError("--data-uncertainty is that of the data of --against FILE: give that, too")
         return None
     if not request.transient or "fem3d" not in request.models:
         raise SceneError("--against compares with the 3D model over time: leave out --steady and --only 1d")
     from validate.against.read import read
 
-    return read(Path(arguments.against), sink, arguments.column)
+    data = read(Path(arguments.against), sink, arguments.column)
+    if arguments.data_uncertainty:
+        from compare.inputs.validation import data_uncertainty
+
+        data_uncertainty(sink, data, arguments.data_uncertainty)
+    return data
 
 
 def _request(arguments: argparse.Namespace, end_time: float) -> Request:
@@ -148,8 +160,6 @@ def _request(arguments: argparse.Namespace, end_time: float) -> Request:
 
     if arguments.why and arguments.only:
         raise SceneError(f"--why compares both models: leave out --only {arguments.only}")
-    if arguments.air and arguments.only:
-        raise SceneError(f"--air compares both models: leave out --only {arguments.only}")
     if arguments.fields and arguments.only == "1d":
         raise SceneError("--fields writes the 3D model's fields: leave out --only 1d")
     if arguments.reduction is not None and arguments.only == "3d":
@@ -173,7 +183,6 @@ def _request(arguments: argparse.Namespace, end_time: float) -> Request:
         reduction=reduction,
         why=arguments.why,
         sensitivities=arguments.sensitivities,
-        air=arguments.air,
         export=Path(arguments.export) if arguments.export else None,
         command=arguments.command_line,
     )

@@ -67,10 +67,10 @@ def tables(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) -> l
         from validate.report.inputs import inputs_text
 
         parts.append(inputs_text(outcome, outcome.propagated, style))
-    if outcome.air is not None:
-        from validate.report.air import air_text
+    if outcome.validation is not None:
+        from validate.report.validation import validation_text
 
-        parts.append(air_text(outcome.air, style))
+        parts.append(validation_text(outcome.validation, style))
     if outcome.sensitivities is not None:
         from validate.report.sensitivities import sensitivities_text
 
@@ -148,9 +148,8 @@ def _quantity_line(
 
 def checks_text(checks: Sequence[Check], style: Style) -> str:
     """A line for every check, under what is compared in it."""
+    lines = [style.paint(f"  {'check':<40}{'difference':>17}{'tolerance':>10}", "heading")]
     room = max((len(check.id) + 1 for check in checks), default=0)
-    width = max([40, *(max(room, 14) + len(check.title) for check in checks)])
-    lines = [style.paint(f"  {'check':<{width}}{'difference':>17}{'tolerance':>10}", "heading")]
     for kind, found in by_kind(checks).items():
         lines += [f"  {kind}"] if kind else []
         for check in found:
@@ -158,7 +157,7 @@ def checks_text(checks: Sequence[Check], style: Style) -> str:
             word = style.paint(check.verdict, check.verdict)
             mark = style.paint(style.mark(check.verdict), check.verdict)
             name = f"{check.id:<{max(room, 14)}}{check.title}"
-            lines.append(f"{mark} {name:<{width}}{difference:>18}{percent(check.tolerance, 1):>8}  {word}")
+            lines.append(f"{mark} {name:<40}{difference:>18}{percent(check.tolerance, 1):>8}  {word}")
     return "\n".join(lines)
 
 
@@ -179,10 +178,6 @@ def kind_of(check: str, own: bool) -> str:
         return f"{whose}: 3D numbers in, relative to 3D's own"
     if check.startswith("slope_"):
         return "how the models follow a key: 1D less 3D"
-    if check.startswith("air_"):
-        return "the air left out: 3D without it less 3D with it"
-    if check == "islands_equivalent":
-        return "3D alone"
     return {"energy": "3D alone"}.get(check, "your data less 3D" if check.startswith("against_") else "")
 
 
@@ -213,8 +208,8 @@ def entries(outcome: Outcome[Sink]) -> dict[str, Any]:
         from validate.report.inputs import entered
 
         entered(found, outcome.propagated, outcome.sampled)
-    if outcome.air is not None:
-        found["air"] = outcome.air.document()
+    if outcome.validation is not None:
+        found["validation"] = outcome.validation.document()
     if outcome.sensitivities is not None:
         found["sensitivities"] = outcome.sensitivities.document()
     if outcome.against is not None:
@@ -282,10 +277,10 @@ FIGURES = {
     "figure6": "time_figures.rises",
     "figure7": "time_figures.current",
     "islands": "row_figures.profile",
-    "air": "air_figure.draw",
     "islands_runs": "row_figures.runs",
     "why": "why_figure.draw",
     "sensitivity": "sensitivity_figure.draw",
+    "validation": "validation_figure.draw",
 }
 """What draws each figure of the plan but that of the field, in ``validate.report.figures``."""
 FIELD_FIGURE = "figure4"
