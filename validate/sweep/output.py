@@ -26,7 +26,7 @@ class Outcome:
 
 def write(job: Job, store: Store, found: Map | None, figures: bool, seconds: float) -> Outcome:
     """Writes the files; all are there when this returns, and made anew by another run of the same."""
-    from validate.report.summary import plain
+    from validate.report.summary import as_json
 
     table = tables.read(job, store)
     tolerances = _tolerances(job, table)
@@ -38,7 +38,7 @@ def write(job: Job, store: Store, found: Map | None, figures: bool, seconds: flo
         files.append("map.csv")
     if figures:
         files += _draw(job, store, table, tolerances, found)
-    document = plain(
+    document = as_json(
         {
             "schema": 1,
             "asked": job.document(),
