@@ -20,8 +20,9 @@ if TYPE_CHECKING:
     from compare.inputs.validation import Validation
     from compare.row_runs import Varied
     from compare.verdict import Check
+    from fem3d.device.runs import Solved
     from reduced1d.device.design import Design
-    from reduced1d.device.runs import Runs
+    from scenes.loop.runs import Runs
     from scenes.result import Result
 
 S = TypeVar("S", covariant=True)
@@ -38,8 +39,8 @@ class Outcome(Generic[S]):
     folder, where asked for, and ``against``, a user's own traces if there are any, and ``sensitivities`` and what
     they make of uncertain inputs (``propagated``, ``sampled``, and ``validation`` against the data) where asked
     for; of a row of spans ``varied``, how its differences run, where asked for. Of a device its ``simulated`` runs
-    and a designer's answers. Of a free scene over time ``shown``: the time (s) whose field is drawn, and whether it
-    is then above the initial temperature.
+    in 1D, those of ``device_3d`` where asked for, and a designer's answers. Of a free scene over time ``shown``:
+    the time (s) whose field is drawn, and whether it is then above the initial temperature.
     """
 
     scene: S
@@ -63,6 +64,7 @@ class Outcome(Generic[S]):
     sampled: Sampled | None = None
     validation: Validation | None = None
     simulated: Runs | None = None
+    device_3d: Solved | None = None
     design: Design | None = None
     shown: tuple[float, bool] | None = None
 
