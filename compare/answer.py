@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from compare.outcome import Outcome
-from compare.plan import BLAME, noted
+from compare.plan import BLAME
 from compare.verdict import PAPERS, Verdict, judge, relative, spread
 from scenes.formats import difference_text, percent, quantity, with_error
-from scenes.plan import Step
+from scenes.plan import Step, noted
 
 if TYPE_CHECKING:
     from compare.budget import Budget
@@ -79,7 +79,7 @@ def answered(outcome: Outcome[Sink], levels: Levels | None = None) -> Outcome[Si
         )
     plan = outcome.plan
     if reason:
-        plan = noted(plan, {BLAME: Step(BLAME, "skipped", reason)})
+        plan = noted(plan, [Step(BLAME, "skipped", reason)])
     return replace(outcome, answer=f"{said}.", plan=plan)
 
 

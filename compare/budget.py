@@ -114,6 +114,8 @@ def scale_of(sink: Sink, name: str, fem3d: Result, levels: Levels) -> float:
         return abs(value)
     if fem3d.traces is not None:
         return abs(value - float(fem3d.traces.values["current_A"][0]))
+    if sink.spans > 1:
+        return abs(value - sink.spans * sink.voltage / levels.fine.fin().resistance)
     return abs(value - sink.voltage / levels.fine.plate.current.whole.resistance)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from compare import equation_checks, figure_checks
+from compare import equation_checks, figure_checks, row_checks
 from compare.plan import made_checks
 from compare.verdict import PAPERS, Check, Comparison, Models, judged
 from scenes.checks import OF_THE_PAPER
@@ -26,16 +26,24 @@ DEFINITIONS: dict[str, Callable[[Models], Comparison]] = {
     "fig6_end": figure_checks.fig6_end,
     "fig7_current": figure_checks.fig7_current,
     "energy": equation_checks.energy,
+    **row_checks.DEFINITIONS,
 }
 
 
-def evaluate(sink: Sink, request: Request, fem3d: Result, reduced1d: Result | None) -> tuple[Check, ...]:
-    """The checks that the run allows (``compare.plan``), in the order of ``DEFINITIONS``.
+def evaluate(
+    sink: Sink, request: Request, fem3d: Result, reduced1d: Result | None, single: Result | None = None
+) -> tuple[Check, ...]:
+    """The checks that the run allows (``compare.plan``), in its order.
 
     ``fem3d`` has the steady state, and the traces if the request is for the transient; ``reduced1d``, ``None`` where
-    it was not asked for, has its traces at the same times.
+    it was not asked for, has its traces at the same times. ``single`` is the 3D steady state of one span alone, for a
+    row of them.
     """
-    models = Models(sink, fem3d, reduced1d)
-    found = [judged(name, DEFINITIONS[name](models), sink) for name in made_checks(sink, request)]
+    models = Models(sink, fem3d, reduced1d, single)
+    # What a row's checks find is told whether they agree or not: two faults may offset each other.
+    found = [
+        judged(name, DEFINITIONS[name](models), sink, name in row_checks.DEFINITIONS)
+        for name in made_checks(sink, request)
+    ]
     another = reduced1d is not None and reduced1d.model not in PAPERS
     return tuple(replace(check, own=not (another and check.id in OF_THE_PAPER)) for check in found)

@@ -14,7 +14,10 @@ from scenes.plan import Request, Step
 if TYPE_CHECKING:
     from compare.against import Data
     from compare.budget import Budget
+    from compare.inputs.propagation import Propagated
+    from compare.inputs.sampling import Sampled
     from compare.inputs.sensitivities import Sensitivities
+    from compare.row_runs import Varied
     from compare.verdict import Check
     from reduced1d.device.design import Design
     from reduced1d.device.runs import Runs
@@ -31,9 +34,10 @@ class Outcome(Generic[S]):
     earlier run it replaced.
 
     Of a sink also ``why``, the budget of the differences of the 1D model, and ``exported``, the few-state model's
-    folder, where asked for, and ``against``, a user's own traces if there are any, and ``sensitivities`` where
-    asked for. Of a device its ``simulated`` runs and a designer's answers. Of a free scene over time ``shown``: the
-    time (s) whose field is drawn, and whether it is then above the initial temperature.
+    folder, where asked for, and ``against``, a user's own traces if there are any, and ``sensitivities`` and what
+    they make of uncertain inputs (``propagated``, ``sampled``) where asked for; of a row of spans ``varied``, how its
+    differences run, where asked for. Of a device its ``simulated`` runs and a designer's answers. Of a free scene over
+    time ``shown``: the time (s) whose field is drawn, and whether it is then above the initial temperature.
     """
 
     scene: S
@@ -50,8 +54,11 @@ class Outcome(Generic[S]):
     files: tuple[str, ...] = ()
     why: Budget | None = None
     exported: Path | None = None
+    varied: tuple[Varied, ...] = ()
     against: Data | None = None
     sensitivities: Sensitivities | None = None
+    propagated: Propagated | None = None
+    sampled: Sampled | None = None
     simulated: Runs | None = None
     design: Design | None = None
     shown: tuple[float, bool] | None = None

@@ -6,11 +6,10 @@ decides it, and the plan that says so.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from compare.verdict import FIRST_TIME
-from scenes.checks import DEFAULT_TOLERANCES, DEVICE_TOLERANCES, OF_THE_REDUCTION, OVER_TIME
+from scenes.checks import DEFAULT_TOLERANCES, DEVICE_TOLERANCES, ISLAND_TOLERANCES, OF_THE_REDUCTION, OVER_TIME
 from scenes.device import Device
 from scenes.plan import Request, Step, skipped_together, step
 from scenes.sink import Sink
@@ -25,6 +24,11 @@ SINK_FIGURES = {
     "figure6": "rises against time",
     "figure7": "current against time",
 }
+ROW_FIGURES = {
+    "islands": "the rise along the whole row",
+    "islands_runs": "how the differences run with the number of spans and with an island's length",
+}
+"""Of a sink of several spans, which has no figure 5."""
 DEVICE_FIGURES = {
     "figure9": "power of sink and sensor against time",
     "figure10": "heat flow into the polymer against time",
@@ -44,12 +48,12 @@ ONLY_1D = Step("3D model", "skipped", "only the 1D model was asked for")
 
 def of_sink(sink: Sink, request: Request, solver: tuple[Step, ...], data: Data | None = None) -> tuple[Step, ...]:
     """The plan of a sink around the lines of the 3D ``solver``."""
-    made, drawn = made_checks(sink, request), skipped_figures(request)
+    made, drawn = made_checks(sink, request), skipped_figures(request, sink)
     steps = [*solver, _reduction(request)]
     if made:
         steps.append(Step("checks", "done", ", ".join(made)))
     steps += skipped_together("checks", skipped_checks(sink, request))
-    steps += [Step(name, "done", what) for name, what in SINK_FIGURES.items() if name not in drawn]
+    steps += [Step(name, "done", what) for name, what in figures_of(sink).items() if name not in drawn]
     steps += skipped_together("figures", drawn)
     steps.append(step("traces.csv", "every quantity against time", "" if request.transient else _STEADY))
     steps += _where_asked_for(request)
@@ -65,33 +69,50 @@ def of_sink(sink: Sink, request: Request, solver: tuple[Step, ...], data: Data |
 def skipped_checks(sink: Sink, request: Request) -> dict[str, str]:
     """The checks that a run of a sink can't make, each with the reason."""
     if "fem3d" not in request.models:
-        return dict.fromkeys(DEFAULT_TOLERANCES, "they need the 3D model")
+        return dict.fromkeys(checks_of(sink), "they need the 3D model")
     skipped: dict[str, str] = {}
+    over_time = [*OVER_TIME, *(check for check in ISLAND_TOLERANCES if check.endswith("_over_time"))]
     if not request.transient:
-        skipped |= dict.fromkeys(OVER_TIME, "they need the transient")
+        skipped |= dict.fromkeys(over_time, "they need the transient")
     elif sink.end_time <= FIRST_TIME:
-        skipped |= dict.fromkeys(OVER_TIME, "they compare from 10 us on, and the run ends before")
+        skipped |= dict.fromkeys(over_time, "they compare from 10 us on, and the run ends before")
     if "reduced1d" not in request.models:
         skipped |= dict.fromkeys(OF_THE_REDUCTION, "they need the 1D model")
-    return {check: skipped[check] for check in DEFAULT_TOLERANCES if check in skipped}
+    if sink.spans == 2:
+        inner = (check for check in ISLAND_TOLERANCES if "inner" in check)
+        skipped |= dict.fromkeys(inner, "both of two spans are outer ones")
+    return {check: skipped[check] for check in checks_of(sink) if check in skipped}
+
+
+def checks_of(sink: Sink) -> tuple[str, ...]:
+    """The checks that there are of a sink, in the order in which they are reported: of one span those of the paper's
+    equations and figures, of several those of their equivalence."""
+    return tuple(DEFAULT_TOLERANCES) if sink.spans == 1 else (*ISLAND_TOLERANCES, "energy")
 
 
 def made_checks(sink: Sink, request: Request) -> tuple[str, ...]:
     """The checks that a run of a sink makes, in the order in which they are reported."""
     skipped = skipped_checks(sink, request)
-    return tuple(check for check in DEFAULT_TOLERANCES if check not in skipped)
+    return tuple(check for check in checks_of(sink) if check not in skipped)
 
 
-def skipped_figures(request: Request) -> dict[str, str]:
+def figures_of(sink: Sink) -> dict[str, str]:
+    """The figures that there are of a sink, and what each shows."""
+    return SINK_FIGURES if sink.spans == 1 else {n: w for n, w in SINK_FIGURES.items() if n != "figure5"} | ROW_FIGURES
+
+
+def skipped_figures(request: Request, sink: Sink) -> dict[str, str]:
     """The figures that a run of a sink doesn't draw, each with the reason."""
     if not request.figures:
-        return dict.fromkeys(SINK_FIGURES, _NO_FIGURES)
+        return dict.fromkeys(figures_of(sink), _NO_FIGURES)
     skipped: dict[str, str] = {}
+    if not request.why:
+        skipped["islands_runs"] = "other rows are solved for it only with --why"
     if "fem3d" not in request.models:
-        skipped |= dict.fromkeys(("figure4", "figure5"), "there is no 3D field")
+        skipped |= dict.fromkeys(("figure4", "figure5", *ROW_FIGURES), "there is no 3D field")
     if not request.transient:
         skipped |= dict.fromkeys(("figure6", "figure7"), _STEADY)
-    return skipped
+    return {name: why for name, why in skipped.items() if name in figures_of(sink)}
 
 
 def fields_reason(request: Request, solved: bool = True, missing: str = "there is no 3D field") -> str:
@@ -118,6 +139,9 @@ def _where_asked_for(request: Request) -> list[Step]:
         steps.append(Step("why", "done", said))
     elif request.models == Request().models:
         steps.append(Step(BLAME, "done", "by the ladder between the models, where the 1D model differs"))
+    if request.uncertain is not None:
+        given = ", ".join(request.uncertain.given)
+        steps.append(Step("uncertain inputs", "done", f"{given}: u_input by the sensitivities, to first order"))
     if request.sensitivities:
         of = "by dual solutions in 3D, by the formulas in 1D" if len(request.models) > 1 else "of one model"
         steps.append(Step("sensitivity", "done", f"how quantities follow each key, {of}"))
@@ -244,8 +268,3 @@ def _heat(scene: AnyScene) -> bool:
 
 def _no_traces(scene: AnyScene) -> str:
     return f"{_STEADY} (run.steady)" if scene.steady else ""
-
-
-def noted(plan: tuple[Step, ...], notes: Mapping[str, Step]) -> tuple[Step, ...]:
-    """The plan as carried out: with what turned out otherwise, by the lines' names."""
-    return tuple(notes.get(line.step, line) for line in plan)

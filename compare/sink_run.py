@@ -16,17 +16,21 @@ from scenes.plan import Request, Step
 
 if TYPE_CHECKING:
     from compare.against import Data
+    from compare.inputs.sensitivities import Sensitivities
+    from compare.row_runs import Varied
     from compare.verdict import Check
     from reduced1d.ladder.levels import Levels
     from scenes.result import Result
     from scenes.sink import Sink
+    from scenes.uncertain import Uncertain
 
 FEW = 16
 """Instants at which a sink's temperatures are looked at: they grow evenly."""
 
 
 def plan(sink: Sink, request: Request, data: Data | None = None) -> tuple[Step, ...]:
-    """What `solve` will do, before it does it."""
+    """What `solve` will do, before it does it. Raises SceneError for what isn't made of a row of spans."""
+    _refuse(sink, request)
     if "fem3d" not in request.models:
         return of_sink(sink, request, (ONLY_1D,), data)
     from fem3d.run import plan as plan_3d
@@ -38,7 +42,8 @@ def solve(
     sink: Sink, request: Request, say: Callable[[str], None], clock: Clock, data: Data | None = None
 ) -> Outcome[Sink]:  # fmt: skip
     """Both models, the checks, with those of a user's own ``data``, and the answer. Raises RunawayError (of either
-    model) and NumericsError."""
+    model) and NumericsError, and SceneError as `plan` does."""
+    _refuse(sink, request)
     from compare.answer import answered
 
     levels = _levels(sink, request)
@@ -47,7 +52,7 @@ def solve(
         warnings = (*outcome.warnings, *_too_hot(sink, outcome.fem3d, outcome.reduced1d))
     with clock.stage("answer"):
         outcome = answered(replace(outcome, warnings=warnings), levels)
-    if request.sensitivities:
+    if request.sensitivities or request.uncertain is not None:
         say("sensitivities")
         with clock.stage("sensitivities"):
             outcome = _with_sensitivities(outcome)
@@ -61,17 +66,50 @@ def solve(
 
 
 def _with_sensitivities(outcome: Outcome[Sink]) -> Outcome[Sink]:
-    """With how the models follow the keys, the checks of that, and what these say at the end of the answer."""
+    """With how the models follow the keys, where that is asked for, and what uncertain keys make of them."""
     from compare.inputs import sensitivities
 
-    found = sensitivities.of_sink(outcome.scene, outcome.fem3d, outcome.reduced1d)
-    made = sensitivities.checks(outcome.scene, found)
-    said = f"{outcome.answer} {sensitivities.sentence(made)}".rstrip()
+    sink, request = outcome.scene, outcome.request
+    found = sensitivities.of_sink(sink, outcome.fem3d, outcome.reduced1d)
     left_out = tuple(f"no sensitivity to {key}: {why}" for key, why in found.left_out.items())
-    return replace(
-        outcome, sensitivities=found, checks=(*outcome.checks, *made), answer=said,
-        warnings=(*outcome.warnings, *left_out),
-    )  # fmt: skip
+    outcome = replace(outcome, warnings=(*outcome.warnings, *left_out))
+    if request.uncertain is not None:
+        outcome = _with_uncertain(outcome, request.uncertain, found)
+    if not request.sensitivities:
+        return outcome
+    made = sensitivities.checks(sink, found)
+    said = f"{outcome.answer} {sensitivities.sentence(made)}".rstrip()
+    return replace(outcome, sensitivities=found, checks=(*outcome.checks, *made), answer=said)
+
+
+def _with_uncertain(outcome: Outcome[Sink], uncertain: Uncertain, found: Sensitivities) -> Outcome[Sink]:
+    """With the u_input of quantities and checks."""
+    from compare.inputs import propagation
+
+    sink, three, one = outcome.scene, outcome.fem3d, outcome.reduced1d
+    made = propagation.propagated(uncertain, found, three, one)
+    checks = outcome.checks
+    if three is not None:
+        checks = propagation.judged(checks, sink, three, one, uncertain, found)
+    bent = propagation.bent(sink, made) if one is not None and one.model == "paper" else ()
+    return replace(outcome, propagated=made, checks=checks, warnings=(*outcome.warnings, *bent))
+
+
+def _refuse(sink: Sink, request: Request) -> None:
+    """SceneError for what is asked of a row of spans and made of one span only."""
+    if sink.spans == 1:
+        return
+    asked = {
+        f"--reduction {request.reduction}": request.reduction.startswith(("plate", "moments")),
+        "--export": request.export is not None,
+        "--sensitivities": request.sensitivities,
+        "--uncertain": request.uncertain is not None,
+    }
+    for what, is_asked in asked.items():
+        if is_asked:
+            from scenes.errors import SceneError
+
+            raise SceneError(f"{what} is made of one span, and sink.spans = {sink.spans} is a row: leave out either")
 
 
 def compared(sink: Sink, request: Request, earlier: Result | None = None) -> Outcome[Sink]:
@@ -89,7 +127,8 @@ def _compared(
     earlier: Result | None = None,
     data: Data | None = None,
 ) -> Outcome[Sink]:
-    fem3d = reduced1d = why = exported = None
+    fem3d = reduced1d = single = why = exported = None
+    runs: tuple[Varied, ...] = ()
     if request.export is not None and levels is not None:
         from reduced1d.export import export
 
@@ -120,15 +159,21 @@ def _compared(
         from compare.checks import evaluate
 
         with clock.stage("checks"):
-            checks = evaluate(sink, request, fem3d, reduced1d)
+            if sink.spans > 1:
+                single = solve_3d(replace(sink, spans=1), replace(request, transient=False), say)
+            checks = evaluate(sink, request, fem3d, reduced1d, single)
     if request.why and fem3d is not None and levels is not None:
         from compare.budget import budget
 
         with clock.stage("why"):
             why = budget(sink, request.reduction, fem3d, levels, say)
+            if single is not None:
+                from compare.row_runs import varied
+
+                runs = varied(sink, request.reduction, single, say)
     warnings = tuple(text for model in (fem3d, reduced1d) if model for text in model.details.get("warnings", ()))
     steps = of_sink(sink, request, solver_steps, data)
-    return Outcome(sink, request, steps, fem3d, reduced1d, checks, warnings, why=why, exported=exported)
+    return Outcome(sink, request, steps, fem3d, reduced1d, checks, warnings, why=why, exported=exported, varied=runs)
 
 
 def _too_hot(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tuple[str, ...]:
@@ -137,10 +182,13 @@ def _too_hot(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tupl
 
     if fem3d is not None:
         reached = hottest.by_material(fem3d.details["fields"], hottest.moments(fem3d.traces, FEW))
-    elif reduced1d is not None:
+    elif reduced1d is not None and sink.spans == 1:
         from reduced1d.painted import of_result
 
         reached = hottest.of_painted(of_result(sink, reduced1d))
+    elif reduced1d is not None:
+        hot = sink.room_temperature + reduced1d.steady["peak_rise_K"].value
+        reached = {sink.silicon.name: hottest.Hottest(hot)}
     else:
         return ()
     return tuple(hottest.warnings((sink.silicon, sink.oxide), reached))

@@ -32,6 +32,8 @@ QUANTITIES = {
     "anchor_resistance": ("anchor_resistance_K_per_W", "anchor resistance", "K/W"),
 }
 """What can be asserted of the steady state, beside the checks by their ids."""
+COVERS = 2.0
+"""Standard uncertainties of the inputs that are counted: 95 % (GUM 6.3.3)."""
 
 
 def assert_reduction_agrees(
@@ -39,18 +41,22 @@ def assert_reduction_agrees(
     *,
     voltage: float | None = None,
     accuracy: float | None = None,
+    uncertain: Mapping[str, str] | None = None,
     **tolerances: float,
 ) -> Run:
     """Assert that the 1D model is within relative tolerances of the 3D one; returns the run.
 
     ``tolerances`` are by quantity (``peak=0.05``; rises relative to the 3D rise) or by check (``eq13=0.001``,
-    ``fig6_peak=0.4``). AssertionError where one is exceeded, and where the 3D model's own error leaves it open.
+    ``fig6_peak=0.4``). With ``uncertain`` inputs, {"sink.width": "1%"}, the difference must be within the tolerance
+    wherever they may be: twice its u_input (95 %) counts with the 3D model's error. AssertionError where a tolerance is
+    exceeded, and where what is not known leaves it open.
     SceneError for a name that there isn't.
     """
     __tracebackhide__ = True
     known = (*QUANTITIES, *DEFAULT_TOLERANCES)
     _known(tolerances, known, "peak=0.05")
-    found = compare.run(scene, voltage=voltage, accuracy=accuracy, steady=not set(tolerances) & set(OVER_TIME))
+    steady = not set(tolerances) & set(OVER_TIME)
+    found = compare.run(scene, voltage=voltage, accuracy=accuracy, steady=steady, uncertain=uncertain)
     told = [
         _quantity(found, name, tolerance) if name in QUANTITIES else _check(found.check(name), tolerance)
         for name, tolerance in tolerances.items()
@@ -101,18 +107,27 @@ def _quantity(found: Run, name: str, tolerance: float) -> tuple[Verdict, str]:
     u_num = spread(lambda m: relative(predicted, m), {"m": measured})
     value, error, shown, places, factor = with_error(measured.value, measured.error, unit)
     values = f"1D {predicted * factor:.{places}f} {shown}, 3D {value} \N{PLUS-MINUS SIGN} {error} {shown}"
-    verdict = judge(difference, tolerance, u_num)
-    return verdict, _lines(name, words, values, difference, u_num, tolerance, verdict, "")
+    u_input = 0.0 if found.uncertain is None else found.uncertain.difference.get(key, 0.0)
+    known_to = u_num + COVERS * u_input
+    verdict = judge(difference, tolerance, known_to)
+    return verdict, _lines(name, words, values, difference, known_to, _of(u_input), tolerance, verdict, "")
 
 
 def _check(check: Check, tolerance: float) -> tuple[Verdict, str]:
     """The same of a check."""
     unit = "" if check.unit == "1" else check.unit
     values = f"1D {quantity(check.predicted, unit, 5)}, 3D {quantity(check.measured, unit, 5)}"
-    verdict = judge(check.difference, tolerance, check.u_num)
+    known_to = check.u_num + COVERS * (check.u_input or 0.0)
+    verdict = judge(check.difference, tolerance, known_to)
     because = "" if verdict == "agrees" else check.because
-    lines = _lines(check.id, check.title, values, check.difference, check.u_num, tolerance, verdict, because)
+    lines = _lines(
+        check.id, check.title, values, check.difference, known_to, _of(check.u_input), tolerance, verdict, because
+    )
     return verdict, lines
+
+
+def _of(u_input: float | None) -> str:
+    return f"numerical error and {COVERS:g} u_input" if u_input else "numerical error"
 
 
 def _lines(
@@ -120,19 +135,20 @@ def _lines(
     words: str,
     values: str,
     difference: float,
-    u_num: float,
+    known_to: float,
+    of: str,
     tolerance: float,
     verdict: Verdict,
     because: str,
 ) -> str:
     marks = {"agrees": "within", "differs": "OUTSIDE", "unresolved": "UNDECIDED at"}
-    off = difference_text(difference, u_num, "\N{PLUS-MINUS SIGN}")
+    off = difference_text(difference, known_to, "\N{PLUS-MINUS SIGN}")
     lines = [
         f"  {name}: {words}, {values}",
-        f"    difference {off} (numerical error), {marks[verdict]} the tolerance of {percent(tolerance)}",
+        f"    difference {off} ({of}), {marks[verdict]} the tolerance of {percent(tolerance)}",
     ]
     if verdict == "unresolved":
-        lines.append("    the numerical error leaves it open: ask for a smaller accuracy=")
+        lines.append(f"    the {of} leaves it open: ask for a smaller accuracy=")
     if because:
         lines.append(f"    {because}")
     return "\n".join(lines)

@@ -32,7 +32,8 @@ class Check:
     ``time`` (s) is when the largest difference occurs, for the checks over time. Where ``sense`` is one-sided, the
     difference is what the measured value lacks of the claim, none where it holds. ``relative_to`` says in words what
     the difference is relative to. ``own`` is False for an equation of the paper's where another 1D model was chosen,
-    which makes no use of it.
+    which makes no use of it. ``u_input`` is the difference's standard uncertainty by that of the inputs, relative as
+    it is; ``None`` where that isn't asked for or isn't known.
     """
 
     id: str
@@ -50,6 +51,7 @@ class Check:
     sense: Sense = "equal"
     relative_to: str = ""
     own: bool = True
+    u_input: float | None = None
 
 
 def judge(difference: float, tolerance: float, u_num: float) -> Verdict:
@@ -90,11 +92,13 @@ def spread(function: Callable[..., float], inputs: Mapping[str, Estimate]) -> fl
 
 @dataclass(frozen=True)
 class Models:
-    """The sink and the answers to it; ``reduced1d`` is ``None`` where that model was not asked for."""
+    """The sink and the answers to it; ``reduced1d`` is ``None`` where that model was not asked for. Of a row of spans
+    there is also the 3D answer to a ``single`` one."""
 
     sink: Sink
     fem3d: Result
     reduced1d: Result | None
+    single: Result | None = None
 
     def estimates(self, **names: str) -> dict[str, Estimate]:
         """Steady 3D quantities under the argument names of a formula."""

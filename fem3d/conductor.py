@@ -64,7 +64,8 @@ class Conductor:
     (channels, functions) the given ones.
 
     ``matrix`` is that of the initial temperature. ``electrodes``: for each its part (functions,) of the currents that
-    enter. ``sections``: the current probes inside. Current densities are (3, cells, points).
+    enter. ``sections``: the current probes inside. ``stands_for`` (cells, 1): how many such cells in series each one
+    is, all of which the resistivity counts and the heat does not. Current densities are (3, cells, points).
     """
 
     heat: HeatProblem
@@ -77,6 +78,7 @@ class Conductor:
     electrodes: dict[str, np.ndarray]
     sections: dict[str, Section]
     matrix: csc_array
+    stands_for: np.ndarray
     ordering: Ordering
     solved: float = SOLVED
 
@@ -95,12 +97,6 @@ class Conductor:
     def warms(self) -> bool:
         """Whether any resistivity depends on the temperature."""
         return bool(self.warm.any())
-
-    @property
-    def span(self) -> float:
-        """The largest difference of voltages at the start (V)."""
-        given = [self.voltages[0][own > 0] for own in self.electrodes.values()]
-        return float(np.ptp(np.concatenate(given)))
 
     def conducts(self, rise: np.ndarray) -> bool:
         """Whether the resistivity is positive everywhere."""
@@ -196,7 +192,7 @@ class Conductor:
 
     def heating(self, a: np.ndarray, b: np.ndarray, rise: np.ndarray) -> np.ndarray:
         """(cells, points): rho Ja . Jb (W/m3)."""
-        found: np.ndarray = self.resistivity(rise) * (a * b).sum(axis=0)
+        found: np.ndarray = self.resistivity(rise) / self.stands_for * (a * b).sum(axis=0)
         return found
 
     def joule_load(self, a: np.ndarray, rise: np.ndarray, b: np.ndarray | None = None) -> np.ndarray:
@@ -205,16 +201,9 @@ class Conductor:
 
     def joule(self, density: np.ndarray, rise: np.ndarray) -> dict[str, float]:
         """The Joule heat of each conducting body by its name (W)."""
-        return self.by_body((self.on.weights * self.heating(density, density, rise)).sum(axis=1))
-
-    def by_body(self, per_cell: np.ndarray) -> dict[str, float]:
-        """The sums over the cells of each body that carries current, by name, of (cells, ...)."""
-        domain, found = self.heat.domain, dict[str, float]()
-        own = domain.body[self.cells]
-        for number in np.unique(own):
-            name, value = domain.names[number], per_cell[own == number].sum(axis=0)
-            found[name] = found[name] + value if name in found else value
-        return found
+        per_cell = (self.on.weights * self.heating(density, density, rise)).sum(axis=1)
+        names = np.array(self.heat.domain.names)[self.heat.domain.body[self.cells]]
+        return {name: float(per_cell[names == name].sum()) for name in dict.fromkeys(names.tolist())}
 
 
 def independent(conductor: Conductor, potentials: Sequence[Potential]) -> list[Pattern]:
@@ -262,7 +251,8 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
     if not len(cells):
         return None
     laws = np.array([law(m, scene.initial_temperature) if m.resistivity else (np.inf, 0.0) for m in domain.materials])
-    laws = laws[domain.body]
+    each = domain.stands_for[domain.body][:, None]
+    laws = laws[domain.body] * each
     electrodes = [b for b in scene.boundaries if b.kind == "voltage" and len(domain.on(b))]
     faces = [domain.faces(b) for b in electrodes]
     fixed, voltages = np.zeros(space.size, bool), np.zeros((domain.inputs.count, space.size))
@@ -282,5 +272,5 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
     cold, warm = laws[cells, :1], laws[cells, 1:]
     return Conductor(
         heat, cells, space.on(cells), np.flatnonzero(mine & ~fixed & space.nested[-1]), cold, warm, voltages, parts,
-        sections, space.stiffness(1 / cold[:, 0], cells), Ordering(space.places), solved,
+        sections, space.stiffness(1 / cold[:, 0], cells), each[cells], Ordering(space.places), solved,
     )  # fmt: skip

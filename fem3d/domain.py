@@ -51,6 +51,11 @@ class Domain:
         """(cells,): a property of the materials."""
         return np.array([float(getattr(m, key)) for m in self.materials])[self.body]
 
+    @property
+    def stands_for(self) -> np.ndarray:
+        """(bodies,): how many such in series each body is to a current."""
+        return np.ones(len(self.names))
+
     @cached_property
     def inputs(self) -> Inputs:
         """The channels of what varies in time."""
@@ -125,6 +130,11 @@ class Boxes(Domain):
 
     scene: Scene
     space: BrickSpace
+
+    @property
+    def stands_for(self) -> np.ndarray:
+        """(bodies,): what the boxes say."""
+        return np.array([b.stands_for for b in self.scene.boxes])
 
     def facets(self, item: Boundary | Probe) -> np.ndarray:
         """The facets on a flat box."""

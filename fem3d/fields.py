@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from skfem.refdom import RefHex
 
+from fem3d.conductor import Conductor
 from fem3d.heat import HeatProblem
 from fem3d.steady import SteadyState
-from fem3d.transient import Transient
+from fem3d.transient import State, Transient
 from meshes.grid import VOID, Grid
 from meshes.symmetry import Symmetry
 
@@ -27,7 +28,58 @@ def grid_of(heat: HeatProblem) -> Grid:
     return found
 
 
-class Fields:
+class RunFields:
+    """What a run knows of its fields, on any mesh; ``_sampled`` takes functions (..., functions) to drawn points."""
+
+    def __init__(self, heat: HeatProblem, state: SteadyState | None, transient: Transient | None) -> None:
+        self._heat, self._state, self._transient = heat, state, transient
+
+    @property
+    def has_steady(self) -> bool:
+        """Whether the run has a steady state."""
+        return self._state is not None
+
+    @property
+    def steady(self) -> np.ndarray:
+        """(n,) in K; ValueError where the run has no steady state."""
+        if self._state is None:
+            raise ValueError("the run has no steady state")
+        return self._kelvins(self._state.rise[None])[0]
+
+    def at(self, times: np.ndarray) -> np.ndarray:
+        """(times, n) in K; ValueError where the run has no transient."""
+        return self._kelvins(self._rises(times))
+
+    def _rises(self, times: np.ndarray) -> np.ndarray:
+        if self._transient is None:
+            raise ValueError("the run has no transient")
+        return self._transient.rises(np.asarray(times, dtype=float))
+
+    def _kelvins(self, rises: np.ndarray) -> np.ndarray:
+        return self._heat.domain.scene.initial_temperature + self._sampled(self._heat.field(rises))
+
+    def _sampled(self, functions: np.ndarray) -> np.ndarray:
+        raise NotImplementedError
+
+    def _states(self, times: np.ndarray) -> list[State]:
+        """The steady state, if there is one, and those at some times (s)."""
+        state, inputs = self._state, self._heat.inputs
+        # A run at another voltage keeps the first one's scene, and says how much more it drives it by.
+        drive = 1.0 if state is None else state.drive
+        found = [] if state is None else [(state.rise, drive * inputs.at(np.zeros(1))[0])]
+        if len(times):
+            given = drive * inputs.at(np.asarray(times, dtype=float))
+            found += list(zip(self._rises(times), given, strict=True))
+        return found
+
+    @property
+    def _conductor(self) -> Conductor | None:
+        if self._state is not None and self._state.conductor is not None:
+            return self._state.conductor
+        return None if self._transient is None else self._transient.base.conductor
+
+
+class Fields(RunFields):
     """Points (n, 3) in m, hexahedra (m, 8) that cut each brick by its degrees, materials (m,), temperatures (n,) in K.
 
     The solved part stands once for each of its mirror images; images share no points.
@@ -36,7 +88,8 @@ class Fields:
     def __init__(
         self, heat: HeatProblem, state: SteadyState | None, symmetry: Symmetry, transient: Transient | None
     ) -> None:
-        self._heat, self._state, self._symmetry, self._transient = heat, state, symmetry, transient
+        super().__init__(heat, state, transient)
+        self._symmetry = symmetry
         self._space: Any = heat.domain.space
 
     @cached_property
@@ -95,45 +148,13 @@ class Fields:
         of_box = np.array([self.material_names.index(m.name) for m in self._heat.domain.materials])
         return np.tile(of_box[self._part[2]], self._symmetry.copies)
 
-    @cached_property
-    def steady(self) -> np.ndarray:
-        """(n,) in K; ValueError where the run has no steady state."""
-        if self._state is None:
-            raise ValueError("the run has no steady state")
-        return self._whole(self._state.rise[None])[0]
-
-    def at(self, times: np.ndarray) -> np.ndarray:
-        """(times, n) in K; ValueError where the run has no transient."""
-        if self._transient is None:
-            raise ValueError("the run has no transient")
-        return self._whole(self._transient.rises(np.asarray(times, dtype=float)))
-
-    @property
-    def has_steady(self) -> bool:
-        """Whether the run has a steady state."""
-        return self._state is not None
-
     def quadratic(self, times: np.ndarray, accuracy: float) -> Quadratic:
         """Quadratic cells fine enough for the steady state, if there is one, and for some times (s), in this order;
         ValueError for times where the run has no transient."""
-        from fem3d.quadratic import Quadratic, State
+        from fem3d.quadratic import Quadratic
 
-        state, inputs = self._state, self._heat.inputs
-        # A run at another voltage keeps the first one's scene, and says how much more it drives it by.
-        drive = 1.0 if state is None else state.drive
-        states = [] if state is None else [State(state.rise, drive * inputs.at(np.zeros(1))[0])]
-        if len(times):
-            if self._transient is None:
-                raise ValueError("the run has no transient")
-            at = np.asarray(times, dtype=float)
-            pairs = zip(self._transient.rises(at), drive * inputs.at(at), strict=True)
-            states += [State(rise, given) for rise, given in pairs]
-        conductor = state.conductor if state is not None else None
-        if conductor is None and self._transient is not None:
-            conductor = self._transient.base.conductor
-        return Quadratic(self._heat, conductor, self._symmetry, states, accuracy)
+        return Quadratic(self._heat, self._conductor, self._symmetry, self._states(times), accuracy)
 
-    def _whole(self, rises: np.ndarray) -> np.ndarray:
-        heat = self._heat
-        sampled = self._space.sample(heat.field(rises), *self._axes).reshape(len(rises), -1)[:, self._part[0]]
-        return heat.domain.scene.initial_temperature + np.tile(sampled, (1, self._symmetry.copies))
+    def _sampled(self, functions: np.ndarray) -> np.ndarray:
+        sampled = self._space.sample(functions, *self._axes).reshape(len(functions), -1)[:, self._part[0]]
+        return np.tile(sampled, (1, self._symmetry.copies))

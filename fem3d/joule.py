@@ -59,10 +59,12 @@ def of_pairs(conductor: Conductor, basis: np.ndarray, patterns: Sequence[Pattern
         body = _Body(
             fields[:, own].reshape(r, on.weights[own].size),
             {c: lift[own].ravel() for c, lift in lifts.items()}, channels,
-            (on.weights * conductor.cold)[own].ravel(), (on.weights * conductor.warm)[own].ravel(),
+            (on.weights * conductor.cold / conductor.stands_for)[own].ravel(),
+            (on.weights * conductor.warm / conductor.stands_for)[own].ravel(),
         )  # fmt: skip
         box_cold, box_warm = found.in_box.setdefault(name, (np.zeros((channels, m, m)), np.zeros((m, m, r))))
         held = {at: v[own].ravel() for at, v in falls.items()}
+        copies = float(conductor.stands_for[own].flat[0])
         for i in range(m):
             for j in range(i + 1):
                 both = (densities[i] * densities[j]).sum(axis=0)[own].ravel()
@@ -70,9 +72,9 @@ def of_pairs(conductor: Conductor, basis: np.ndarray, patterns: Sequence[Pattern
                 cold_load, warm_load = body.load(both)
                 parts = {at: body.split(both * v) for at, v in held.items()}
                 for p, q in {(i, j), (j, i)}:
-                    for into, by in ((found.cold, cold), (box_cold, cold), (found.cold_load, cold_load)):
+                    for into, by in ((found.cold, copies * cold), (box_cold, cold), (found.cold_load, cold_load)):
                         into[:, p, q] += by
-                    for into, by in ((found.warm, warm), (box_warm, warm), (found.warm_load, warm_load)):
+                    for into, by in ((found.warm, copies * warm), (box_warm, warm), (found.warm_load, warm_load)):
                         into[p, q] += by
                     for at, (falling, per_kelvin) in parts.items():
                         found.at_held[at][0][:, p, q] += falling
@@ -82,8 +84,8 @@ def of_pairs(conductor: Conductor, basis: np.ndarray, patterns: Sequence[Pattern
             _, drop, warm_drop = found.potentials.setdefault(probe, nothing)
             for i in range(m):
                 cold, warm = body.split((densities[i] * density).sum(axis=0)[own].ravel())
-                drop[:, i] += cold
-                warm_drop[i] += warm
+                drop[:, i] += copies * cold
+                warm_drop[i] += copies * warm
     return found
 
 

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from fem3d.conductor import Conductor
+from fem3d.fields import RunFields
 from fem3d.heat import HeatProblem
 from fem3d.mapped import MappedSpace
-from fem3d.quadratic import Snapshot, State
+from fem3d.quadratic import Snapshot
 from fem3d.steady import SteadyState
-from fem3d.transient import Transient
+from fem3d.transient import State, Transient
 from meshes.grouped.place import Placed
 from meshes.grouped.read import own_order
 
@@ -36,52 +37,25 @@ _IN_TETRA = (
 """A tetrahedron as four hexahedra of its corners, the middles of its edges and faces, and its own."""
 
 
-class MeshFields:
+class MeshFields(RunFields):
     """For pictures ``points`` (n, 3) in m and ``hexes`` (m, 8), where ``steady`` and ``at`` are temperatures (K); for
     files ``quadratic``."""
 
     def __init__(
         self, placed: Placed, heat: HeatProblem, state: SteadyState | None, transient: Transient | None
     ) -> None:
-        self._placed, self._heat, self._state, self._transient = placed, heat, state, transient
+        super().__init__(heat, state, transient)
+        self._placed = placed
 
     @property
     def material_names(self) -> list[str]:
         """Names of the materials, in the order of ``material``."""
         return [m.name for m in self._placed.materials]
 
-    @property
-    def has_steady(self) -> bool:
-        """Whether the run has a steady state."""
-        return self._state is not None
-
     def quadratic(self, times: np.ndarray, accuracy: float) -> OwnCells:
         """The file's own cells, whatever the ``accuracy``, with the steady state, if there is one, and some times (s),
         in this order; ValueError for times where the run has no transient."""
-        inputs, transient, state = self._heat.inputs, self._transient, self._state
-        states = [] if state is None else [State(state.rise, inputs.at(np.zeros(1))[0])]
-        conductor = None if state is None else state.conductor
-        if len(times):
-            if transient is None:
-                raise ValueError("the run has no transient")
-            states += [State(*pair) for pair in zip(transient.rises(times), inputs.at(times), strict=True)]
-            conductor = transient.base.conductor
-        return OwnCells(self._placed, self._heat, conductor, states)
-
-    @property
-    def _initial(self) -> float:
-        return self._placed.scene.initial_temperature
-
-    @property
-    def _steady_rise(self) -> np.ndarray:
-        if self._state is None:
-            raise ValueError("the run has no steady state")
-        return self._heat.field(self._state.rise)
-
-    def _rises_at(self, times: np.ndarray) -> np.ndarray:
-        if self._transient is None:
-            raise ValueError("the run has no transient")
-        return self._heat.field(self._transient.rises(np.asarray(times, float)))
+        return OwnCells(self._placed, self._heat, self._conductor, self._states(times))
 
     @cached_property
     def _drawn(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -104,15 +78,6 @@ class MeshFields:
     def hexes(self) -> np.ndarray:
         """(m, 8) point numbers, in VTK's order."""
         return self._drawn[2]
-
-    @property
-    def steady(self) -> np.ndarray:
-        """(n,) in K."""
-        return self._initial + self._sampled(self._steady_rise)
-
-    def at(self, times: np.ndarray) -> np.ndarray:
-        """(times, n) in K; ValueError where the run has no transient."""
-        return self._initial + self._sampled(self._rises_at(times))
 
     @property
     def material(self) -> np.ndarray:
@@ -141,17 +106,17 @@ class OwnCells:
 
     def snapshot(self, k: int) -> Snapshot:
         """The fields of the k-th state; the potential is solved for at its temperature."""
-        heat, domain, conductor, state = self._heat, self._heat.domain, self._conductor, self._states[k]
+        heat, domain, conductor, (rise, inputs) = self._heat, self._heat.domain, self._conductor, self._states[k]
         weights = domain.space.on(np.arange(len(domain.body))).weights
-        temperature = domain.scene.initial_temperature + self._at_points(heat.field(state.rise))
+        temperature = domain.scene.initial_temperature + self._at_points(heat.field(rise))
         heating, density = np.zeros(weights.shape), np.zeros((3, *weights.shape))
         for value, cells in domain.sources:
-            heating[cells] += float(heat.inputs.split(value) @ state.inputs)
+            heating[cells] += float(heat.inputs.split(value) @ inputs)
         potential = np.full(len(self.points), np.nan)
         if conductor is not None:
-            found = conductor.solve(state.rise, state.inputs @ conductor.voltages)
+            found = conductor.solve(rise, inputs @ conductor.voltages)
             density[:, conductor.cells] = found.density
-            heating[conductor.cells] += conductor.heating(found.density, found.density, state.rise)
+            heating[conductor.cells] += conductor.heating(found.density, found.density, rise)
             live = np.unique(self.hexes[self._placed.conductors[0]])
             potential[live] = self._at_points(found.potential)[live]
         parents = domain.placed.mesh.parents  # type: ignore[attr-defined]

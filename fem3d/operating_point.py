@@ -16,7 +16,6 @@ import numpy as np
 from fem3d.reduced import Reduced
 
 GROWTH = 1.05  # of the current between trials
-GOLDEN = (np.sqrt(5) - 1) / 2
 
 
 class OperatingPoint(NamedTuple):
@@ -104,21 +103,11 @@ def _root(
 
 
 def _fold(reduced: Reduced, beta_low: float, beta_high: float) -> tuple[OperatingPoint, float]:
-    """The largest voltage between two currents, by golden section; stops early where it passes the asked one."""
-    left = beta_high - GOLDEN * (beta_high - beta_low)
-    right = beta_low + GOLDEN * (beta_high - beta_low)
-    at_left, at_right = at_current(reduced, left), at_current(reduced, right)
-    while beta_high - beta_low > 1e-7 * beta_high:
-        if at_left.fraction >= 1.0:
-            return at_left, left
-        if at_right.fraction >= 1.0:
-            return at_right, right
-        if at_left.fraction < at_right.fraction:
-            beta_low, left, at_left = left, right, at_right
-            right = beta_low + GOLDEN * (beta_high - beta_low)
-            at_right = at_current(reduced, right)
-        else:
-            beta_high, right, at_right = right, left, at_left
-            left = beta_high - GOLDEN * (beta_high - beta_low)
-            at_left = at_current(reduced, left)
-    return at_left, left
+    """The largest voltage between two currents."""
+    from scipy.optimize import minimize_scalar  # where there is a fold only: it is slow to load
+
+    found = minimize_scalar(
+        lambda beta: -at_current(reduced, beta).fraction, bounds=(beta_low, beta_high), method="bounded",
+        options={"xatol": 1e-7 * beta_high},
+    )  # fmt: skip
+    return at_current(reduced, float(found.x)), float(found.x)

@@ -4,7 +4,8 @@ The same names come out of a steady state and of a transient, as numbers or as a
 ``probe:<probe>`` (rise in K, potential in V, heat flow in W, current in A), ``flow:<boundary>`` (W, into the solid),
 ``doubt:<probe>`` (by what a heat flow may be off because its boundary shares nodes with another at an angle, or what
 the search for an extreme may have left),
-``current:<electrode>`` (A, into the solid), ``joule:<box>`` (W), ``power`` (W, what the electrodes supply),
+``current:<electrode>`` (A, into the solid), ``joule:<box>`` (W), ``power`` (W, what the electrodes supply to what is
+solved),
 ``generated`` (W, the heat sources'); of a steady state also ``dissipated`` (W, the Joule heat of all boxes, of those
 too that symmetry leaves out).
 """
@@ -108,8 +109,8 @@ def of_transient(transient: Transient, symmetry: Symmetry, times: np.ndarray) ->
         entering = [along(heat.stiffness @ f, a, g) + along(heat.mass @ f, rates, changing) for f in fields]
         left[name] = symmetry.copies * np.abs(np.array(entering).T - given).sum(axis=1)
     found |= {f"doubt:{name}": value for name, value in left.items()}
-    power = np.einsum("tm,tm->t", c, g @ reduced.supply) if base.patterns else zero
-    found["power"], found["generated"] = symmetry.copies * power, symmetry.copies * (g @ heat.generated)
+    found["power"] = symmetry.copies * sum(heats.values(), zero)
+    found["generated"] = symmetry.copies * (g @ heat.generated)
     return found
 
 

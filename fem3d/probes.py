@@ -14,6 +14,7 @@ import numpy as np
 from fem3d.domain import Domain
 from fem3d.extreme import Extreme
 from fem3d.heat import HeatProblem
+from fem3d.line_extreme import LineExtreme
 from scenes.model import Schedule
 
 
@@ -26,7 +27,7 @@ class Reading:
     entering: np.ndarray
     boundaries: tuple[str, ...] = ()
     sign: float = 1.0
-    extreme: Extreme | None = None
+    extreme: Extreme | LineExtreme | None = None
     gradient: bool = False
 
     def whole_row(self, heat: HeatProblem) -> np.ndarray:
@@ -75,9 +76,11 @@ def _reading(heat: HeatProblem, probe: Any) -> Reading:
     return Reading(row, entering, tuple(b.name for b, _, _ in within if b.kind == "temperature"))
 
 
-def extreme(domain: Domain, probe: Any, inside: np.ndarray | None = None) -> Extreme:
+def extreme(domain: Domain, probe: Any, inside: np.ndarray | None = None) -> Extreme | LineExtreme:
     """The largest or smallest value over a probe, in some cells."""
-    return Extreme(domain.space, domain.patches(probe, inside), 1.0 if probe.reduce == "max" else -1.0)
+    patches, sign = domain.patches(probe, inside), 1.0 if probe.reduce == "max" else -1.0
+    lines = all(len(sides) == 1 for _, _, sides in patches)
+    return LineExtreme(domain.space, patches, sign) if lines else Extreme(domain.space, patches, sign)
 
 
 def _gradient(domain: Domain, probe: Any) -> np.ndarray:

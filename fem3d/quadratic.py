@@ -1,7 +1,7 @@
 """Fields of the whole structure on quadratic hexahedra, for files: temperature, potential, current density, heat.
 
 Each brick of the solved part is cut into pieces on which triquadratic functions follow the solution to a part of the
-run's accuracy (`fem3d.pieces`), and mirrored to the whole, with the points of the mirror planes shared.
+run's accuracy (`fem3d.parabolas`), and mirrored to the whole, with the points of the mirror planes shared.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ import numpy as np
 from fem3d.bricks import BrickSpace
 from fem3d.conductor import Conductor, law
 from fem3d.heat import HeatProblem
-from fem3d.pieces import GAUSS, Pieces, cut, samples
+from fem3d.parabolas import GAUSS, CutAxis, cut, samples
+from fem3d.transient import State
 from meshes.grid import VOID
 from meshes.symmetry import Symmetry
 
@@ -41,14 +42,6 @@ class Snapshot:
     heat_source: np.ndarray
 
 
-@dataclass(frozen=True)
-class State:
-    """A state to be shown: the rise (all nodes, K), and the values (channels,) of what drives the scene then."""
-
-    rise: np.ndarray
-    inputs: np.ndarray
-
-
 class Quadratic:
     """The quadratic cells of a run's structure, fine enough for some states; ``snapshot(k)`` has the k-th's fields.
 
@@ -67,13 +60,15 @@ class Quadratic:
         self._heat, self._conductor, self._symmetry, self._states = heat, conductor, symmetry, states
         assert isinstance(heat.domain.space, BrickSpace)
         self._space, self._grid = heat.domain.space, heat.domain.space.grid
-        tolerance = SHARE * accuracy * max((float(np.ptp(self._sampled(s.rise))) for s in states), default=0.0)
-        fields = [np.where(self._inside(self._grid.solid), self._sampled(s.rise), np.nan) for s in states]
+        tolerance = SHARE * accuracy * max((float(np.ptp(self._sampled(rise))) for rise, _ in states), default=0.0)
+        fields = [np.where(self._inside(self._grid.solid), self._sampled(rise), np.nan) for rise, _ in states]
         tolerances = [tolerance] * len(fields)
         self._potentials: list[np.ndarray] = []
         if conductor is not None:
-            voltages = [s.inputs @ conductor.voltages for s in states]
-            self._potentials = [conductor.solve(s.rise, v).potential for s, v in zip(states, voltages, strict=True)]
+            voltages = [inputs @ conductor.voltages for _, inputs in states]
+            self._potentials = [
+                conductor.solve(rise, v).potential for (rise, _), v in zip(states, voltages, strict=True)
+            ]
             # Not a number outside: lines that leave the conductor are left out.
             live = self._inside(self._live)
             fields += [np.where(live, self._space.sample(phi, *self._samples), np.nan) for phi in self._potentials]
@@ -84,7 +79,7 @@ class Quadratic:
         for d, (breaks, degrees) in enumerate(zip(self._grid.breaks, self._grid.degrees, strict=True)):
             lines = [np.moveaxis(u, d, 0).reshape(u.shape[d], -1) for u in fields]
             cuts.append(cut(breaks, degrees, lines, [t / 3 for t in tolerances]))
-        self._pieces: tuple[Pieces, Pieces, Pieces] = (cuts[0][0], cuts[1][0], cuts[2][0])
+        self._pieces: tuple[CutAxis, CutAxis, CutAxis] = (cuts[0][0], cuts[1][0], cuts[2][0])
         self.error = tolerance / 3 * sum(worst for _, worst in cuts)
 
     @cached_property
@@ -155,9 +150,9 @@ class Quadratic:
 
     def snapshot(self, k: int) -> Snapshot:
         """The fields of the k-th state."""
-        heat, state = self._heat, self._states[k]
-        rise = heat.field(state.rise)
-        per_box = np.array([float(heat.inputs.split(b.heat_source) @ state.inputs) for b in self._grid.boxes])
+        heat, (rise, inputs) = self._heat, self._states[k]
+        rise = heat.field(rise)
+        per_box = np.array([float(heat.inputs.split(b.heat_source) @ inputs) for b in self._grid.boxes])
         given = per_box[self._owner[self._owner != VOID]]
         temperature = heat.domain.scene.initial_temperature + self._at_points(rise)
         if self._conductor is None:
@@ -165,7 +160,7 @@ class Quadratic:
         potential = self._potentials[k]
         volts = np.full(len(temperature), np.nan)
         live = np.unique(self.hexes[self._whole(self._alive)[self._owner != VOID]])
-        volts[live] = self._at_points(potential, state.inputs)[live]
+        volts[live] = self._at_points(potential, inputs)[live]
         density, joule = self._means(rise, potential)
         return Snapshot(temperature, volts, density, joule + given)
 

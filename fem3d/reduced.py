@@ -57,19 +57,6 @@ class Reduced:
         """How many temperature fields."""
         return self.basis.shape[1]
 
-    def at(self, g: np.ndarray) -> Reduced:
-        """The same problem at fixed inputs g (channels,), as one channel."""
-        return replace(
-            self, source=g[None] @ self.source, inertia=g[None] @ self.inertia, supply=g[None] @ self.supply,
-            cold=_weighted(g[None], self.cold), cold_load=_weighted(g[None], self.cold_load),
-            in_box={name: (_weighted(g[None], cold), warm) for name, (cold, warm) in self.in_box.items()},
-            at_held={name: (_weighted(g[None], cold), warm) for name, (cold, warm) in self.at_held.items()},
-            potentials={
-                name: (g[None] @ shares, _weighted(g[None], cold), warm)
-                for name, (shares, cold, warm) in self.potentials.items()
-            },
-        )  # fmt: skip
-
     def changed(self, to: np.ndarray) -> Reduced:
         """The same problem, or part of it, in other temperature fields, orthonormal sums of these: ``to`` (r, new)."""
         return replace(

@@ -9,7 +9,8 @@ from typing import Any
 from fem3d import adapt, currents, outputs, probe_quantities
 from fem3d.fields import Fields, grid_of
 from fem3d.study import Study
-from meshes import connected, statistics, symmetry
+from meshes import connected, symmetry
+from meshes.grid import statistics
 from meshes.symmetry import Symmetry
 from scenes import physics
 from scenes.model import AnyScene, Point, Scene
@@ -56,7 +57,7 @@ def _steady(study: Study, scene: Scene, say: Callable[[str], None]) -> Result:
         "steps": 0,
         "energy_imbalance": imbalance(answer.fine.out),
         "transient_imbalance": None,
-        "mesh": statistics.of(grid_of(state.heat)),
+        "mesh": statistics(grid_of(state.heat)),
         "plan": plan(scene),
         "fields": Fields(state.heat, state, study.part, None),
         "field_error": off,
@@ -80,7 +81,7 @@ def _transient(study: Study, scene: Scene, say: Callable[[str], None]) -> Result
         "transient_imbalance": response.imbalance,
         "accurate_from_s": study.earliest,
         "jumps": len(heat.jumps(study.end)),
-        "mesh": statistics.of(grid_of(heat)),
+        "mesh": statistics(grid_of(heat)),
         "plan": plan(scene),
         "fields": Fields(heat, None, study.part, response.transient),
     }

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fem3d import estimate, level, outputs, probes, rows, transient
+from fem3d import estimate, level, outputs, probes, trace_times, transient
 from fem3d.domain import Domain
 from fem3d.estimate import Estimator, Spread
 from fem3d.heat import HeatProblem
@@ -232,7 +232,7 @@ def with_rows(
     allowed = {name: ROW_SHARE * study.accuracy * scale for name, scale in scales.items()}
     drive = answer.base.heat.inputs
     jumps = [float(t) for t in drive.knots(study.end) if drive.jump(float(t)).any()]
-    times, found, between = rows.choose(answer.trajectory.steps, traces, allowed, jumps, study.instants)
+    times, found, between = trace_times.choose(answer.trajectory.steps, traces, allowed, jumps, study.instants)
     if answer.base.heat.lifts.any():
         _start(answer.base.heat.domain, found)
     relative = {name: errors[name] / scales[name] for name in errors}

@@ -18,6 +18,9 @@ from fem3d.heat import HeatProblem
 from fem3d.reduced import Reduced, project
 from fem3d.steady import SteadyState
 
+State = tuple[np.ndarray, np.ndarray]
+"""The rise (all nodes, K) of a state, and the values (channels,) of what drives the scene then."""
+
 
 @dataclass(frozen=True, eq=False)
 class Base:

@@ -22,18 +22,18 @@ HIGHEST_DEGREE = 8
 LEAST_AT_EDGE = 4  # functions of facets begin at degree 4: below it no estimate sees what an edge leaves
 SLIVER = 1e-3  # of the extent: closer planes set no length
 SHORTEST = 1e-9  # of the largest extent: intervals are not refined below it
+LONG = 4.0  # times the narrowest extent, from which on an interval between two features has two bends of its own
 LAYERS = 75.0  # times the accuracy: where the first grid expects singular edges to matter no more
 FAR = 300.0  # times its share that an interval may miss before it gets two degrees at once
 
 
 @dataclass(frozen=True)
 class Features:
-    """Per axis, coordinates (m) of the planes inside the solid, and of those that are singular the exponents and the
-    lengths (m) over which their edges spread (`meshes.singular.edges`)."""
+    """Per axis, coordinates (m) of the planes inside the solid, and of those that are singular the exponents
+    (`meshes.singular.edges`)."""
 
     planes: tuple[list[float], ...]
     exponents: tuple[dict[float, float], ...]
-    lengths: tuple[dict[float, float], ...]
 
     @property
     def sharpest(self) -> float:
@@ -47,9 +47,8 @@ class Features:
 
 def features(scene: Scene) -> Features:
     """The features of a scene."""
-    exponents, lengths = singular.edges(scene)
     planes = tuple(connected.scene_planes(scene, d)[1:-1] for d in range(3))
-    return Features(planes, tuple(exponents), tuple(lengths))
+    return Features(planes, tuple(singular.edges(scene)))
 
 
 def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
@@ -57,7 +56,8 @@ def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
 
     Intervals at a feature are no longer than half the narrowest extent that is no thin layer's, the length over which a
     constriction spreads, and at a singular edge of exponent s so short that their energy, which falls with the length
-    to the power 2 s, suits the accuracy. A layer that is at most half as thick as anything is wide is thin: it is
+    to the power 2 s, suits the accuracy. Where both ends of a long one are features it is cut in the
+    middle, as it would be by a mirror. A layer that is at most half as thick as anything is wide is thin: it is
     crossed by one interval of low degree.
     """
     planes = [np.array(connected.scene_planes(scene, d)) for d in range(3)]
@@ -73,6 +73,8 @@ def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
         for a, b, flat in zip(planes[d][:-1], planes[d][1:], thin[d].tolist(), strict=True):
             at = [marks.exponents[d].get(float(c)) for c in (a, b)]
             inner = [] if flat else _graded(a, b, *(_longest(float(c), marks, d, narrowest, accuracy) for c in (a, b)))
+            if {a, b} <= set(marks.planes[d]) and b - a > LONG * narrowest:
+                inner = sorted([*inner, (a + b) / 2])
             found.append(np.array([*inner, b]))
             of += [across] if flat else _layered(len(inner) + 1, degree, at[0] is not None, at[1] is not None)
         breaks.append(np.concatenate(found))

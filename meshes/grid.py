@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -84,3 +85,20 @@ class Grid:
         """Whether two grids have the same cells and degrees."""
         pairs = zip((*self.breaks, *self.degrees), (*other.breaks, *other.degrees), strict=True)
         return all(len(a) == len(b) and bool((a == b).all()) for a, b in pairs)
+
+
+def statistics(grid: Grid) -> dict[str, Any]:
+    """Cells, degrees, the largest aspect ratio of a cell, and the volume (m3)."""
+    sizes = [np.diff(b) for b in grid.breaks]
+    solid = grid.solid
+    volume = sizes[0][:, None, None] * sizes[1][:, None] * sizes[2]
+    longest = np.maximum(np.maximum(sizes[0][:, None, None], sizes[1][:, None]), sizes[2])
+    shortest = np.minimum(np.minimum(sizes[0][:, None, None], sizes[1][:, None]), sizes[2])
+    return {
+        "cells": int(solid.sum()),
+        "intervals": [len(d) for d in grid.degrees],
+        "lowest_degree": int(min(d.min() for d in grid.degrees)),
+        "highest_degree": int(max(d.max() for d in grid.degrees)),
+        "largest_aspect_ratio": float((longest / shortest)[solid].max()),
+        "volume_m3": float(volume[solid].sum()),
+    }

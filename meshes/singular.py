@@ -31,10 +31,9 @@ Numbers = tuple[float, float, float, float]
 Rays = tuple[bool, bool, bool, bool]
 
 
-def edges(scene: Scene) -> tuple[list[dict[float, float]], list[dict[float, float]]]:
+def edges(scene: Scene) -> list[dict[float, float]]:
     """Per axis, for the coordinate (m) of each plane with a singular edge in it, the smallest exponent, be it of the
-    temperature or of the potential; and the length (m) over which such an edge spreads: the smallest extent of what is
-    around it, which for a thin layer is its thickness.
+    temperature or of the potential.
 
     An edge lies in two planes, one of each axis across it; both are listed.
     """
@@ -42,13 +41,12 @@ def edges(scene: Scene) -> tuple[list[dict[float, float]], list[dict[float, floa
     thermal = np.array([b.material.thermal_conductivity for b in grid.boxes])
     electric = np.array([1 / (b.material.resistivity or np.inf) for b in grid.boxes])
     found: list[dict[float, float]] = [{}, {}, {}]
-    lengths: list[dict[float, float]] = [{}, {}, {}]
     solid, live = grid.owner != VOID, connected.live(scene)
     held = _held(grid, scene, "temperature")
-    _collect(grid, np.where(solid, thermal[grid.owner], 0.0), held, found, lengths, _passing(grid, scene))
+    _collect(grid, np.where(solid, thermal[grid.owner], 0.0), held, found, _passing(grid, scene))
     if live.any():
-        _collect(grid, np.where(live, electric[grid.owner], 0.0), _held(grid, scene, "voltage"), found, lengths)
-    return found, lengths
+        _collect(grid, np.where(live, electric[grid.owner], 0.0), _held(grid, scene, "voltage"), found)
+    return found
 
 
 def _collect(
@@ -56,10 +54,9 @@ def _collect(
     conductivity: np.ndarray,
     held: list[np.ndarray],
     found: list[dict[float, float]],
-    lengths: list[dict[float, float]],
     passing: list[np.ndarray] | None = None,
 ) -> None:
-    """Add the planes of singular edges and the lengths over which they spread. Per axis, ``held`` numbers the value
+    """Add the planes of singular edges. Per axis, ``held`` numbers the value
     given on each face across it (0: none), ``passing`` says where so much passes that it contradicts one."""
     k = np.pad(conductivity, 1)
     for along in range(3):
@@ -76,15 +73,8 @@ def _collect(
             torn = len({n for n in (p, q, r, s) if n}) > 1
             exponent_here = exponent((a, b, c, d), (p > 0, q > 0, r > 0, s > 0)) * (0.5 if torn else 1.0)
             if exponent_here < (RESONANT if torn or contradicted[i, j, layer] else REGULAR):
-                around = [
-                    float(np.diff(grid.breaks[axis])[c])
-                    for axis, at in ((first, i), (second, j))
-                    for c in (at - 1, at)
-                    if 0 <= c < len(grid.degrees[axis])
-                ]
                 for axis, at in ((first, i), (second, j)):
                     plane = float(grid.breaks[axis][at])
-                    lengths[axis][plane] = min(*around, lengths[axis].get(plane, np.inf))
                     found[axis][plane] = min(exponent_here, found[axis].get(plane, RESONANT))
 
 

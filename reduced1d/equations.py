@@ -92,3 +92,31 @@ def end_rise_from_equivalent(dT_c: Values, R_series: float, k: float, A_c: float
 def anchor_flow(dT_c: Values, R_series: float, k: float, A_c: float, L: float) -> Values:
     """Heat (W) leaving through *both* ends of a beam whose equivalent rise is dT_c: 2 dT_end / R_series. Eq 19."""
     return 2 / R_series * end_rise_from_equivalent(dT_c, R_series, k, A_c, L)
+
+
+def parabola_between(y: Values, dT0: float, dT_end1: float, dT_end2: float, L: float) -> Values:
+    """Rise (K) at ``y`` (m) along a beam whose ends differ: 4 dT0 y/L (1 - y/L) over the straight line between the
+    ends' rises. Eq 9 where they are equal."""
+    return 4 * dT0 * (y / L) * (1 - y / L) + dT_end1 + (dT_end2 - dT_end1) * (y / L)
+
+
+def unequal_ends(
+    dT_c: Values, R1: float, R2: float, k: float, A_c: float, L: float
+) -> tuple[Values, Values, Values]:  # fmt: skip
+    """dT0, dT_end1, dT_end2 (K) of a beam whose equivalent rise is dT_c, between resistances R1 and R2 (K/W).
+
+    Eqs 13 to 18 for ends that differ: with r = L/(k A_c) and e = R/(r + 2 R) of each end, dT_end = s e, 4 dT0 = s (1 -
+    e1 - e2) and s = 6 dT_c / (1 + 2 (e1 + e2)). Equal ends give eqs 17 and 18. The derivation is on the theory page.
+    """
+    r = L / (k * A_c)
+    e1, e2 = R1 / (r + 2 * R1), R2 / (r + 2 * R2)
+    s = 6 / (1 + 2 * (e1 + e2)) * dT_c
+    return (1 - e1 - e2) / 4 * s, e1 * s, e2 * s
+
+
+def unequal_peak(dT0: float, dT_end1: float, dT_end2: float) -> float:
+    """The largest rise (K) of `parabola_between`: dT0 + the ends' mean + (their difference)^2 / (16 dT0), or an end's
+    where the parabola rises all the way to it."""
+    if abs(dT_end2 - dT_end1) >= 4 * dT0:
+        return max(dT_end1, dT_end2)
+    return dT0 + (dT_end1 + dT_end2) / 2 + (dT_end2 - dT_end1) ** 2 / (16 * dT0)

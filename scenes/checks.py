@@ -14,7 +14,10 @@ EQUATIONS = ("eq12", "eq13", "eq14", "eq16", "eq18", "eq18_measured")
 FIGURES = ("fig4", "fig5", "fig6_peak", "fig6_end", "fig7_current")
 OVER_TIME = ("fig6_peak", "fig6_end", "fig7_current")
 """Those that need the transient."""
-OF_THE_REDUCTION = ("fig4", *OVER_TIME)
+OF_THE_ROW = tuple(
+    f"islands_{what}{when}" for when in ("", "_over_time") for what in ("peak_inner", "peak_outer", "mean", "current")
+)
+OF_THE_REDUCTION = ("fig4", *OVER_TIME, *OF_THE_ROW)
 """Those of the 1D model that was chosen."""
 OF_THE_PAPER = (*EQUATIONS, "fig5")
 """Those of the paper's equations, with 3D numbers put in, whichever 1D model was chosen."""
@@ -26,6 +29,16 @@ DEFAULT_TOLERANCES: dict[str, float] = {
 }
 """The relative tolerance of every check of the sink, by its id, where a scene declares none."""
 
+ISLAND_TOLERANCES: dict[str, float] = {
+    **dict.fromkeys(("islands_peak_inner", "islands_peak_outer", "islands_mean"), 0.05),
+    "islands_current": 0.02,
+    "islands_equivalent": 0.05,
+    **dict.fromkeys(("islands_peak_inner_over_time", "islands_peak_outer_over_time", "islands_mean_over_time"), 0.05),
+    "islands_current_over_time": 0.02,
+}
+"""The same of a sink of several spans, which has these and the energy's. The current, of itself, is to be as good as an
+equation, for it is one: Ohm's law of the row."""
+
 AGAINST_TOLERANCES: dict[str, float] = dict.fromkeys(
     ("against_peak", "against_end", "against_mean", "against_current", "against_power"), 0.05
 )
@@ -34,7 +47,8 @@ AGAINST_TOLERANCES: dict[str, float] = dict.fromkeys(
 SLOPE_TOLERANCES: dict[str, float] = {"slope": 0.1}
 """The same of how 1D follows a key of the scene, for every check slope_<key>: of the largest slope."""
 
-SINK_CHECKS = (*DEFAULT_TOLERANCES, *AGAINST_TOLERANCES)
+SINK_TOLERANCES = DEFAULT_TOLERANCES | ISLAND_TOLERANCES | AGAINST_TOLERANCES
+SINK_CHECKS = tuple(SINK_TOLERANCES)
 """The ids of every check that a sink may have, but those of slopes, which are one for each key."""
 
 DEVICE_TOLERANCES: dict[str, float] = {
@@ -109,4 +123,6 @@ def _known(path: str, check: object, known: tuple[str, ...]) -> str:
     if isinstance(check, str) and check in known:
         return check
     hint = did_you_mean(check, known) if isinstance(check, str) else ""
-    raise SceneError(f"{path} names an unknown check {quoted(check)}: give {', '.join(known)}{hint}")
+    # A row's checks are many and of one kind: one of them stands for all.
+    shown = [name for name in known if not name.startswith("islands_") or name == "islands_mean"]
+    raise SceneError(f"{path} names an unknown check {quoted(check)}: give {', '.join(shown)}{hint}")

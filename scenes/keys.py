@@ -13,7 +13,7 @@ from typing import Any, Generic, TypeVar
 from scenes import dimensions as d
 from scenes.checks import DEVICE_TOLERANCES, Differing, Tolerances
 from scenes.device import Device
-from scenes.kinds import NAME, Choice, Insulator, Kind, Quantity, Switch
+from scenes.kinds import NAME, Choice, Count, Insulator, Kind, Quantity, Switch, Uncertainties
 from scenes.schema import Key, Schema
 from scenes.sink import Sink
 
@@ -56,11 +56,12 @@ def material(name: str, resistivity: Kind) -> tuple[Key, ...]:
     )
 
 
-_SINK = Schema((
-    Key("scene.name", "name", NAME, physical=False),
+_PHYSICAL = (
     Key("sink.length", "length", SIZE),
     Key("sink.width", "width", SIZE),
     Key("sink.thickness", "thickness", SIZE),
+    Key("sink.spans", "spans", Count(1, 100)),
+    Key("sink.island_length", "island_length", Quantity(d.LENGTH, 1e-9, 1.0, word="as the anchors")),
     Key("anchor.pad_length", "pad_length", SIZE),
     Key("anchor.pad_width", "pad_width", SIZE),
     Key("anchor.oxide_length", "oxide_length", SIZE),
@@ -73,10 +74,16 @@ _SINK = Schema((
     Key("drive.electrodes", "electrodes", Choice(("beam-end", "pad-edge"))),
     Key("environment.room_temperature", "room_temperature", TEMPERATURE),
     Key("environment.convection_coefficient", "convection_coefficient", CONVECTION),
+)  # fmt: skip
+
+_SINK = Schema((
+    Key("scene.name", "name", NAME, physical=False),
+    *_PHYSICAL,
     Key("run.end_time", "end_time", DURATION),
     Key("run.accuracy", "accuracy", ACCURACY, physical=False),
     Key("checks.tolerances", "tolerances", Tolerances(), physical=False),
     Key("checks.expect_differs", "expected_to_differ", Differing(), physical=False),
+    Key("inputs.uncertainties", "uncertainties", Uncertainties(tuple(key.path for key in _PHYSICAL)), physical=False),
 ))  # fmt: skip
 
 

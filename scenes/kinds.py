@@ -15,7 +15,7 @@ from itertools import pairwise
 from numbers import Real
 from typing import Any, Protocol
 
-from scenes.dimensions import LENGTH, TEMPERATURE, TIME, Dimension, named
+from scenes.dimensions import LENGTH, NUMBER, TEMPERATURE, TIME, Dimension, named
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.model import Schedule, Value
 from scenes.units import UnitError, parse_quantity
@@ -99,6 +99,35 @@ class Quantity:
 
 
 @dataclass(frozen=True)
+class Count:
+    """A whole number between two bounds that are themselves allowed."""
+
+    lower: int
+    upper: int
+
+    def read(self, path: str, given: object) -> int:
+        """The number itself; text and 3.0 will do, 2.5 will not."""
+        value = given
+        if isinstance(given, str):
+            try:
+                value = float(given)
+            except ValueError:
+                value = None
+        whole = isinstance(value, Real) and not isinstance(value, bool) and float(value).is_integer()
+        if not whole or not self.lower <= float(value) <= self.upper:  # type: ignore[arg-type]
+            raise SceneError(f"{path} = {quoted(given)} must be a whole number: give {self.lower} to {self.upper}")
+        return int(value)  # type: ignore[call-overload, no-any-return]
+
+    def write(self, value: Any) -> Any:
+        """The number itself."""
+        return value
+
+    def show(self, value: Any) -> str:
+        """The number itself."""
+        return str(value)
+
+
+@dataclass(frozen=True)
 class Insulator:
     """A resistivity that is checked and then left out, for a material that the model takes for an insulator."""
 
@@ -130,6 +159,34 @@ class Choice(Kind):
         known = " or ".join(f'"{o}"' for o in self.options)
         hint = did_you_mean(given, self.options) if isinstance(given, str) else ""
         raise SceneError(f"{path} = {quoted(given)} is not known: give {known}{hint}")
+
+
+_PART = Quantity(NUMBER, 1e-9, 1.0)
+
+
+@dataclass(frozen=True)
+class Uncertainties:
+    """A table of relative standard uncertainties by key, of those ``known``."""
+
+    known: tuple[str, ...]
+
+    def read(self, path: str, given: object) -> dict[str, float]:
+        """The uncertainties as plain numbers."""
+        if not isinstance(given, Mapping):
+            raise SceneError(f'{path} = {quoted(given)} must be a table such as {{"{self.known[0]}" = "1 %"}}')
+        for key in given:
+            if key not in self.known:
+                hint = did_you_mean(str(key), self.known)
+                raise SceneError(f"{path} names an unknown key {quoted(key)}: give {', '.join(self.known)}{hint}")
+        return {key: float(_PART.read(f"{path}.{key}", value) or 0) for key, value in given.items()}
+
+    def write(self, value: Any) -> Any:
+        """A plain dictionary."""
+        return {k: _PART.write(v) for k, v in value.items()} if isinstance(value, Mapping) else value
+
+    def show(self, value: Any) -> str:
+        """The keys with their uncertainties."""
+        return ", ".join(f"{key} {_PART.show(u)}" for key, u in value.items())
 
 
 @dataclass(frozen=True)

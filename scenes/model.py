@@ -65,13 +65,18 @@ class Material:
 
 @dataclass(frozen=True)
 class Box:
-    """A brick of one material between two corners (m), with an optional volumetric heat source (W/m3)."""
+    """A brick of one material between two corners (m), with an optional volumetric heat source (W/m3).
+
+    ``stands_for`` is how many such bricks in series this one represents: a current meets the resistance of all, heat
+    the one that is there.
+    """
 
     name: str
     material: Material
     lower: Point
     upper: Point
     heat_source: Value = 0.0
+    stands_for: float = 1.0
 
 
 @dataclass(frozen=True)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from scenes.uncertain import Uncertain
 
 
 @dataclass(frozen=True)
@@ -15,7 +18,8 @@ class Request:
     Of any: ``figures``, ``fields``, and the ``command`` line that asked, if it was one. Of a sink: the ``models``,
     whether the ``transient`` is solved, ``field_times`` (s) beside those that are stored anyway, the 1D model
     (``reduction``, by its canonical name), the budget of its differences from 3D (``why``), how both models follow
-    each key (``sensitivities``), the folder for the few-state model (``export``). Of a device: the ``scheme``, the
+    each key (``sensitivities``), how well the keys are known (``uncertain``) and how many samples of that are
+    solved (``monte_carlo``), the folder for the few-state model (``export``). Of a device: the ``scheme``, the
     figures that the run is ``about`` (all where none are named), the ``meter`` in the loop, the sensor's
     ``largest_voltage`` (V) and ``largest_power`` (W).
     """
@@ -28,6 +32,8 @@ class Request:
     reduction: str = "paper"
     why: bool = False
     sensitivities: bool = False
+    uncertain: Uncertain | None = None
+    monte_carlo: int = 0
     export: Path | None = None
     scheme: str = "accurate"
     about: tuple[str, ...] = ()
@@ -58,3 +64,9 @@ def skipped_together(kind: str, skipped: Mapping[str, str]) -> list[Step]:
         names = [name for name, why in skipped.items() if why == reason]
         lines.append(Step(f"{kind} {', '.join(names)}", "skipped", reason))
     return lines
+
+
+def noted(plan: Iterable[Step], found: Iterable[Step]) -> tuple[Step, ...]:
+    """A plan as it was carried out: with the lines that a run found otherwise, by their names."""
+    instead = {line.step: line for line in found}
+    return tuple(instead.get(line.step, line) for line in plan)

@@ -1,14 +1,31 @@
-"""The parametric sink: the paper's beam on two anchored pads (section 2 of the paper, Figures 4 to 7)."""
+"""The parametric sink: the paper's beam on two anchored pads (section 2 of the paper, Figures 4 to 7), or a row of them
+with islands between.
+
+Spans and islands are numbered from the lower outer end. A long row need not be solved whole: where it ends matters to
+the first few spans only, and those further inside are alike. ``Sink.scene`` can put fewer spans into the row, of which
+the innermost *stand for* the others too, so that the current meets the resistance of all.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from typing import Literal
 
-from scenes.checks import AGAINST_TOLERANCES, DEFAULT_TOLERANCES, SLOPE_TOLERANCES
+from scenes.checks import SINK_TOLERANCES, SLOPE_TOLERANCES
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene
 
 SILICON = Material("silicon", 130.0, 2330.0, 712.0, 6e-5, 5e-4, 293.0, valid_to=1687.0)
+UNCERTAINTIES = {
+    "materials.silicon.thermal_conductivity": 0.088,
+    "materials.silicon.density": 0.0012,
+    "materials.silicon.specific_heat": 0.0004,
+    "materials.silicon.resistivity": 0.048,
+    "materials.silicon.temperature_coefficient": 0.058,
+    "materials.oxide.thermal_conductivity": 0.023,
+    "materials.oxide.density": 0.013,
+    "materials.oxide.specific_heat": 0.0004,
+}
+"""Typical relative standard uncertainties; ``sink.toml`` has their sources."""
 OXIDE = Material("oxide", 1.38, 2200.0, 703.0, valid_to=1858.0)
 
 
@@ -17,13 +34,18 @@ class Sink:
     """Sizes in m, voltage in V, room temperature in K, convection in W/(m2 K), time in s.
 
     The beam lies along y from 0 to ``length``, its underside in z = 0, symmetric about x = 0. ``oxide_offset`` is the
-    paper's u_o, from the pad's edge at the beam to the oxide; ``None`` centres the oxide under its pad. ``tolerances``
-    holds those that are declared, by check id; ``expected_to_differ`` is ``None`` where nothing is declared about it.
+    paper's u_o, from the pad's edge at the beam to the oxide; ``None`` centres the oxide under its pad. More than one
+    of ``spans`` follow each other along y, each of that ``length`` and at about that ``voltage``; between two of them
+    the beam goes on over an island of oxide, with ``None`` as long as the anchors' oxide. ``tolerances`` holds those
+    that are declared, by check id; ``expected_to_differ`` is ``None`` where nothing is declared about it.
+    ``uncertainties`` are relative and standard, by key: what is typical of the materials.
     """
 
     length: float = 1000e-6
     width: float = 100e-6
     thickness: float = 2e-6
+    spans: int = 1
+    island_length: float | None = None
     pad_length: float = 150e-6
     pad_width: float = 150e-6
     oxide_length: float = 50e-6
@@ -41,11 +63,27 @@ class Sink:
     name: str = "sink"
     tolerances: dict[str, float] = field(default_factory=dict)
     expected_to_differ: tuple[str, ...] | None = None
+    uncertainties: dict[str, float] = field(default_factory=lambda: dict(UNCERTAINTIES))
 
     @property
     def anchor_distance(self) -> float:
         """The paper's u_o (m): from the beam's end to the oxide."""
         return (self.pad_length - self.oxide_length) / 2 if self.oxide_offset is None else self.oxide_offset
+
+    @property
+    def island(self) -> float:
+        """The length of an island (m), along the beam."""
+        return self.oxide_length if self.island_length is None else self.island_length
+
+    @property
+    def island_width(self) -> float:
+        """The width of an island (m): the anchors' oxide's, or the beam's if that is narrower."""
+        return min(self.oxide_width, self.width)
+
+    @property
+    def row_length(self) -> float:
+        """From pad to pad (m)."""
+        return start(self, self.spans) + self.length
 
     @property
     def cross_section(self) -> float:
@@ -54,56 +92,110 @@ class Sink:
 
     def tolerance(self, check: str) -> float:
         """The relative tolerance of a check: the declared one, or else its default (KeyError for an unknown id)."""
-        return {**DEFAULT_TOLERANCES, **AGAINST_TOLERANCES, **SLOPE_TOLERANCES, **self.tolerances}[check]
+        return {**SINK_TOLERANCES, **SLOPE_TOLERANCES, **self.tolerances}[check]
 
-    def scene(self) -> Scene:
-        """The sink as boxes, conditions and probes."""
+    def scene(self, count: int | None = None) -> Scene:
+        """The sink as boxes, conditions and probes; with so many spans, the innermost of which stand for the rest."""
+        count = self.spans if count is None else count
         return Scene(
-            self.name, self._boxes(), self._boundaries(), self._probes(),
+            self.name, _boxes(self, count), _boundaries(self, count), _probes(self, count),
             self.room_temperature, self.end_time, self.accuracy,
         )  # fmt: skip
 
-    def _boxes(self) -> tuple[Box, ...]:
-        length, t = self.length, self.thickness
-        w, pad, oxide = self.width / 2, self.pad_width / 2, self.oxide_width / 2
-        near, far = self.anchor_distance, self.anchor_distance + self.oxide_length
-        return (
-            Box("beam", self.silicon, (-w, 0.0, 0.0), (w, length, t)),
-            Box("pad-0", self.silicon, (-pad, -self.pad_length, 0.0), (pad, 0.0, t)),
-            Box("pad-1", self.silicon, (-pad, length, 0.0), (pad, length + self.pad_length, t)),
-            Box("oxide-0", self.oxide, (-oxide, -far, -self.oxide_thickness), (oxide, -near, 0.0)),
-            Box("oxide-1", self.oxide, (-oxide, length + near, -self.oxide_thickness), (oxide, length + far, 0.0)),
-        )
 
-    def _boundaries(self) -> tuple[Boundary, ...]:
-        boxes = {b.name: b for b in self._boxes()}
-        room = self.room_temperature
-        found = [
-            Boundary(f"substrate-{i}", "temperature", *_face(boxes[f"oxide-{i}"], 2, 0), room) for i in (0, 1)
-        ]  # fmt: skip
-        if self.electrodes == "beam-end":
-            faces = (_face(boxes["beam"], 1, 0), _face(boxes["beam"], 1, 1))
-        else:
-            faces = (_face(boxes["pad-0"], 1, 0), _face(boxes["pad-1"], 1, 1))
-        found += [
-            Boundary("electrode-0", "voltage", *faces[0], self.voltage),
-            Boundary("electrode-1", "voltage", *faces[1], 0.0),
-        ]
-        if self.convection_coefficient:
+def different(count: int) -> int:
+    """How many spans of a row differ, as its halves mirror each other."""
+    return (count + 1) // 2
+
+
+def _stand_for(sink: Sink, count: int) -> tuple[float, float]:
+    """How many spans, and how many islands, each of the innermost of a row of ``count`` stands for."""
+    spans, islands = (1, 2) if count % 2 else (2, 1)
+    left_out = sink.spans - count
+    return 1 + left_out / spans, 1 + left_out / islands
+
+
+def start(sink: Sink, number: int) -> float:
+    """Where along y a span begins (m)."""
+    return (number - 1) * (sink.length + sink.island)
+
+
+def _boxes(sink: Sink, count: int) -> tuple[Box, ...]:
+    """The boxes of a row of ``count`` spans."""
+    end = start(sink, count) + sink.length
+    t, oxide, depth = sink.thickness, sink.oxide_width / 2, sink.oxide_thickness
+    pad, near, far = sink.pad_width / 2, sink.anchor_distance, sink.anchor_distance + sink.oxide_length
+    return (
+        *_row(sink, count),
+        Box("pad-0", sink.silicon, (-pad, -sink.pad_length, 0.0), (pad, 0.0, t)),
+        Box("pad-1", sink.silicon, (-pad, end, 0.0), (pad, end + sink.pad_length, t)),
+        Box("oxide-0", sink.oxide, (-oxide, -far, -depth), (oxide, -near, 0.0)),
+        Box("oxide-1", sink.oxide, (-oxide, end + near, -depth), (oxide, end + far, 0.0)),
+    )
+
+
+def _row(sink: Sink, count: int) -> list[Box]:
+    """The beam, cut at the islands, and the islands."""
+    w, t, oxide = sink.width / 2, sink.thickness, sink.island_width / 2
+    if sink.spans == 1:
+        return [Box("beam", sink.silicon, (-w, 0.0, 0.0), (w, sink.length, t))]
+    of_span, of_island = _stand_for(sink, count)
+    found = []
+    for number in range(1, count + 1):
+        a, b = start(sink, number), start(sink, number) + sink.length
+        inner = of_span if different(count) in (number, count + 1 - number) else 1.0
+        found.append(Box(f"span-{number}", sink.silicon, (-w, a, 0.0), (w, b, t), stands_for=inner))
+        if number < count:
+            c = start(sink, number + 1)
+            inner = of_island if count // 2 in (number, count - number) else 1.0
             found += [
-                Boundary(f"air-{n}", "convection", *_face(boxes[n], 2, 1), self.convection_coefficient, room)
-                for n in ("beam", "pad-0", "pad-1")
+                Box(f"bridge-{number}", sink.silicon, (-w, b, 0.0), (w, c, t), stands_for=inner),
+                Box(f"island-{number}", sink.oxide, (-oxide, b, -sink.oxide_thickness), (oxide, c, 0.0)),
             ]
-        return tuple(found)
+    return found
 
-    def _probes(self) -> tuple[Probe, ...]:
-        beam = self._boxes()[0]
-        centre = (0.0, self.length / 2, self.thickness / 2)
-        return (
-            Probe("peak", centre, centre),
-            Probe("end", *_face(beam, 1, 0)),
-            Probe("mean", beam.lower, beam.upper),
-        )
+
+def _boundaries(sink: Sink, count: int) -> tuple[Boundary, ...]:
+    """The conditions on a row of ``count`` spans."""
+    all_boxes = {b.name: b for b in _boxes(sink, count)}
+    room = sink.room_temperature
+    beams = [b for n, b in all_boxes.items() if n.startswith(("beam", "span", "bridge"))]
+    found = [
+        Boundary(f"substrate-{n.removeprefix('oxide-')}", "temperature", *_face(b, 2, 0), room)
+        for n, b in all_boxes.items()
+        if n.startswith(("oxide", "island"))
+    ]
+    first, last = (beams[0], beams[-1]) if sink.electrodes == "beam-end" else (all_boxes["pad-0"], all_boxes["pad-1"])
+    found += [
+        Boundary("electrode-0", "voltage", *_face(first, 1, 0), sink.spans * sink.voltage),
+        Boundary("electrode-1", "voltage", *_face(last, 1, 1), 0.0),
+    ]
+    if sink.convection_coefficient:
+        found += [
+            Boundary(f"air-{b.name}", "convection", *_face(b, 2, 1), sink.convection_coefficient, room)
+            for b in (*beams, all_boxes["pad-0"], all_boxes["pad-1"])
+        ]
+    return tuple(found)
+
+
+def _probes(sink: Sink, count: int) -> tuple[Probe, ...]:
+    """What is read off a row of ``count`` spans: "end", and of one span "peak" and "mean"; of more, for each span of
+    the lower half, "span<k>_" with "peak", the largest along the middle of its underside, "middle" and "mean"."""
+    spans = [b for b in _row(sink, count) if b.name.startswith(("beam", "span"))]
+    end = Probe("end", *_face(spans[0], 1, 0))
+    if sink.spans == 1:
+        centre = (0.0, sink.length / 2, sink.thickness / 2)
+        return Probe("peak", centre, centre), end, Probe("mean", spans[0].lower, spans[0].upper)
+    found = [end]
+    for number, span in enumerate(spans[: different(count)], start=1):
+        a, b = (0.0, span.lower[1], 0.0), (0.0, span.upper[1], 0.0)
+        middle = (0.0, (a[1] + b[1]) / 2, sink.thickness / 2)
+        found += [
+            Probe(f"span{number}_peak", a, b, reduce="max"),
+            Probe(f"span{number}_middle", middle, middle),
+            Probe(f"span{number}_mean", span.lower, span.upper),
+        ]
+    return tuple(found)
 
 
 def _face(box: Box, axis: int, side: int) -> tuple[Point, Point]:

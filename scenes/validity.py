@@ -20,9 +20,9 @@ _MOST_SAMPLES = 1_000_000
 def check(scene: T) -> T:
     """The scene itself, wherever it comes from: a file, an override or Python.
 
-    Raises SceneError for a value of the wrong type or out of bounds, an oxide that does not lie under its pad, and a
-    film whose resistivity would not be positive at room temperature; of a device also for what its controllers could
-    not work with. A beam wider than its pads is fine.
+    Raises SceneError for a value of the wrong type or out of bounds, an oxide that does not lie under its pad, an
+    island longer than a span, and a film whose resistivity would not be positive at room temperature; of a device also
+    for what its controllers could not work with. A beam wider than its pads is fine.
     """
     for key in type_of(scene).schema.keys:
         value = attrgetter(key.attribute)(scene)
@@ -32,6 +32,9 @@ def check(scene: T) -> T:
     sink = scene.sink if isinstance(scene, Device) else scene
     if isinstance(sink, Sink):
         _check_oxide(sink)
+        _check_island(sink)
+        if isinstance(scene, Device) and sink.spans > 1:
+            raise SceneError(f"sink.spans = {sink.spans} makes a row, and a device has one span: give 1")
         _check_resistivity(sink.silicon, "environment.room_temperature", sink.room_temperature)
     if isinstance(scene, Device):
         _check_control(scene)
@@ -74,6 +77,14 @@ def _check_oxide(sink: Sink) -> None:
         raise SceneError(
             f"anchor.oxide_offset = {_shown(sink.anchor_distance)} lets the oxide stick out of its pad: give at most "
             f"anchor.pad_length - anchor.oxide_length = {_shown(room)}"
+        )
+
+
+def _check_island(sink: Sink) -> None:
+    if sink.spans > 1 and sink.island > sink.length * (1 + _ROUNDING):
+        raise SceneError(
+            f"sink.island_length = {_shown(sink.island)} is longer than a span: give at most sink.length = "
+            f"{_shown(sink.length)}"
         )
 
 

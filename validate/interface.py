@@ -20,10 +20,12 @@ if TYPE_CHECKING:
 
     from compare.against import Data
     from compare.budget import Budget
+    from compare.inputs.propagation import Propagated
     from compare.inputs.sensitivities import Sensitivities
     from compare.verdict import Check
     from scenes.model import AnyScene
     from scenes.result import Estimate, Result
+    from scenes.uncertain import Uncertain
 
 Overrides = Sequence[str] | Mapping[str, object]
 """Such as ["sink.width=20um"] or {"sink.width": "20um"}."""
@@ -96,7 +98,7 @@ class _Found(Generic[S]):
     def traces(self) -> Columns:
         """Every quantity over time, by the columns of traces.csv: ``traces["fem3d_peak_K"]``,
         ``traces.to_dataframe()``; empty without a transient."""
-        from validate.report.kinds import of
+        from validate.report import of
 
         return Columns(of(self.scene).columns(self.outcome))
 
@@ -174,6 +176,11 @@ class Run(_Found[Sink]):
         with ``sensitivities=True``."""
         return self.outcome.sensitivities
 
+    @property
+    def uncertain(self) -> Propagated | None:
+        """The u_input of quantities and of their differences; None unless asked for with ``uncertain={...}``."""
+        return self.outcome.propagated
+
     def __repr__(self) -> str:
         from validate.report.sink import quantities_text
         from validate.report.table import Style
@@ -224,6 +231,7 @@ def run(
     reduction: str = "paper",
     why: bool = False,
     sensitivities: bool = False,
+    uncertain: Mapping[str, str] | None = None,
     against: str | Path | None = None,
     columns: Mapping[str, str] | None = None,
     out: str | Path | None = None,
@@ -234,10 +242,10 @@ def run(
 
     ``scene`` is what ``scenes.load`` returns, or takes; ``voltage`` (V), ``accuracy`` and ``overrides`` change it.
     ``reduction`` is the 1D model, ``why`` splits its difference by assumption, ``steady`` leaves out the transient,
-    ``sensitivities`` says how both models follow each key, ``against`` is a file with traces of your own, of which
-    ``columns`` may name some: {"peak": "T (K), Point 1"}. Only into the folder ``out`` is anything written;
-    ``figures`` and ``fields`` go there. Raises SceneError for bad input, ArithmeticError where the numerics fail (a
-    thermal runaway names its voltage).
+    ``sensitivities`` says how both models follow each key, ``uncertain`` how well keys are known: {"sink.width":
+    "1%"}, ``against`` is a file with traces of your own, of which ``columns`` may name some: {"peak": "T (K), Point
+    1"}. Only into the folder ``out`` is anything written; ``figures`` and ``fields`` go there. Raises SceneError
+    for bad input, ArithmeticError where the numerics fail (a thermal runaway names its voltage).
     """
     from reduced1d.ladder import canonical
 
@@ -247,7 +255,7 @@ def run(
         raise SceneError("against compares over time: leave out steady=True")
     request = Request(
         transient=not steady, figures=figures, fields=fields, reduction=canonical(reduction), why=why,
-        sensitivities=sensitivities,
+        sensitivities=sensitivities, uncertain=_uncertain(sink, uncertain),
     )  # fmt: skip
     if request.reduction != "paper":
         # What a scene declares is of the paper's model.
@@ -258,6 +266,17 @@ def run(
 
         data = read(Path(against), sink, [f"{name}={column}" for name, column in (columns or {}).items()])
     return Run(_outcome(sink, request, out, data))
+
+
+def _uncertain(sink: Sink, given: Mapping[str, str] | None) -> Uncertain | None:
+    """Standard uncertainties by key, {"sink.width": "1%"}, correlations by pairs, {"sink.width,sink.length": "0.9"};
+    {"materials": ""} is the scene's own table."""
+    if not given:
+        return None
+    from scenes.uncertain import read
+
+    own = [f"{key}={value}" if str(value) else key for key, value in given.items() if "," not in key]
+    return read(sink, own, [f"{key}={value}" for key, value in given.items() if "," in key])
 
 
 def solve(

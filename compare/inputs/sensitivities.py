@@ -112,7 +112,7 @@ def of_sink(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> Sensi
         found = sink_sensitivity.of_sink(sink, fem3d)
         left_out = found.left_out
         for key, of in found.steady.items():
-            steady[key] = {name: Slope(estimate, None) for name, estimate in of.items() if name in QUANTITIES}
+            steady[key] = {name: Slope(estimate, None) for name, estimate in of.items()}
         if found.course is not None:
             times, course3d, errors = found.course.times, found.course.values, found.course.errors
     elif reduced1d is not None and reduced1d.traces is not None:
@@ -125,7 +125,7 @@ def of_sink(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> Sensi
         of_one, course1d = slopes.of_sink(sink, reduced1d.model, keys, over_time)
         for key, values in of_one.items():
             own = steady[key]
-            steady[key] = {
+            steady[key] = own | {
                 name: Slope(own[name].fem3d if name in own else None, value) for name, value in values.items()
             }
     course = None if times is None else Course(times, course3d, errors, course1d)
@@ -143,7 +143,7 @@ def checks(sink: Sink, found: Sensitivities) -> tuple[Check, ...]:
         both = {
             n: (s.fem3d, s.reduced1d)
             for n, s in slopes
-            if s.fem3d is not None and s.reduced1d is not None and largest[n] > NONE
+            if s.fem3d is not None and s.reduced1d is not None and largest.get(n, 0.0) > NONE
         }
         if not both:
             continue

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from meshes.grouped import check_groups, check_parts
 from meshes.grouped.model import GroupedMesh
 from meshes.grouped.place import Placed
-from scenes.model import MeshScene
+from scenes import physics
+from scenes.errors import SceneError, did_you_mean, listed, quoted
+from scenes.free.drives import heats
+from scenes.free.parts import FLOATING, KEPT, UNFIXED, is_exit
+from scenes.model import GroupBoundary, GroupProbe, MeshScene, is_zero
 
 
 def check(scene: MeshScene, mesh: GroupedMesh) -> Placed:
@@ -17,12 +22,12 @@ def check(scene: MeshScene, mesh: GroupedMesh) -> Placed:
     conditions that act on nothing or contradict each other; probes of what is not there; floating parts, and what
     nothing drives.
     """
-    check_groups.named(scene, mesh)
+    named(scene, mesh)
     placed = Placed(scene, mesh)
-    check_groups.materials(placed)
-    check_groups.boundaries(placed)
-    check_groups.probes(placed)
-    check_parts.check(placed)
+    materials(placed)
+    boundaries(placed)
+    probes(placed)
+    parts(placed)
     return placed
 
 
@@ -39,3 +44,194 @@ def remarks(mesh: GroupedMesh) -> list[str]:
         "current passes there; if the parts should touch, make the mesh conforming (in Gmsh: BooleanFragments, or "
         "Coherence)"
     ]
+
+
+def named(scene: MeshScene, mesh: GroupedMesh) -> None:
+    """Refuses names of groups that are not there, and groups of the wrong dimension."""
+    for body in scene.bodies:
+        for group in body.groups:
+            _refuse(mesh, f"material {quoted(body.material.name)}.groups", group, ("volume",))
+    for source in scene.sources:
+        _refuse(mesh, f"source {quoted(source.name)}.group", source.group, ("volume",))
+    for boundary in scene.boundaries:
+        _refuse(mesh, f"boundary {quoted(boundary.name)}.group", boundary.group, ("surface",))
+    for probe in scene.probes:
+        if probe.group is not None:
+            flow = probe.quantity in ("heat_flow", "current")
+            kinds = ("surface",) if flow else ("volume", "surface")
+            _refuse(mesh, f"probe {quoted(probe.name)}.group", probe.group, kinds)
+
+
+def _refuse(mesh: GroupedMesh, path: str, group: str, kinds: tuple[str, ...]) -> None:
+    has: dict[str, dict[str, Any]] = {"volume": mesh.volumes, "surface": mesh.surfaces}
+    if any(group in has[kind] for kind in kinds):
+        return
+    wanted = " or ".join(kinds)
+    if group in mesh.others or any(group in own for own in has.values()):
+        what = mesh.others.get(group) or ("a volume group" if group in mesh.volumes else "a surface group")
+        raise SceneError(f"{path} = {quoted(group)} is {what}, not a {wanted} group: {_known(mesh, kinds)}")
+    names = [name for kind in kinds for name in has[kind]]
+    hint = did_you_mean(group, names)
+    raise SceneError(f"{path} = {quoted(group)} is no group of the mesh: {_known(mesh, kinds)}{hint}")
+
+
+def _known(mesh: GroupedMesh, kinds: tuple[str, ...]) -> str:
+    parts = []
+    for kind in kinds:
+        names = sorted(mesh.volumes if kind == "volume" else mesh.surfaces)
+        parts.append(f"the {kind} groups are {listed(names)}" if names else f"it has no {kind} groups")
+    return " and ".join(parts)
+
+
+def materials(placed: Placed) -> None:
+    """Refuses cells without a material or with two, and resistivities that are not positive at the start."""
+    mesh, scene = placed.mesh, placed.scene
+    owner = np.full(mesh.count, -1)
+    for number, body in enumerate(scene.bodies):
+        for group in body.groups:
+            cells = mesh.volumes[group]
+            taken = owner[cells]
+            if ((taken >= 0) & (taken != number)).any():
+                other = scene.bodies[taken[(taken >= 0) & (taken != number)][0]].material.name
+                raise SceneError(
+                    f"material {quoted(body.material.name)}.groups: cells of {quoted(group)} are of material "
+                    f"{quoted(other)} too: give every volume cell one material"
+                )
+            owner[cells] = number
+    bare = owner < 0
+    if bare.any():
+        names = [name for name, cells in mesh.volumes.items() if bare[cells].any()]
+        where = f" (in {listed(names)})" if names else ", which are in no group"
+        raise SceneError(
+            f"{int(bare.sum())} volume cells of {len(owner)} have no material{where}: give a [[material]] whose groups "
+            "hold them"
+        )
+    if physics.electric(scene):
+        for m in placed.materials:
+            factor = 1 + m.temperature_coefficient * (scene.initial_temperature - m.reference_temperature)
+            if m.resistivity is not None and factor <= 0:
+                raise SceneError(
+                    f"material {quoted(m.name)}.temperature_coefficient = {m.temperature_coefficient:g} 1/K makes the "
+                    f"resistivity {factor:.3g} times its reference value at scene.initial_temperature = "
+                    f"{scene.initial_temperature:g} K: give values that keep it above 0"
+                )
+
+
+def boundaries(placed: Placed) -> None:
+    """Refuses conditions that act on nothing, and such as contradict each other."""
+    fixed: list[tuple[GroupBoundary, np.ndarray, np.ndarray]] = []
+    for b in placed.scene.boundaries:
+        facets = placed.acting(b)
+        if not len(facets):
+            why = (
+                "touches nothing that conducts: give its material a resistivity, or a group on a conductor"
+                if b.kind == "voltage"
+                else "has solid on both sides everywhere, and acts on exposed faces only: give a group on the surface"
+            )
+            raise SceneError(f"boundary {quoted(b.name)}.{b.kind} {why}")
+        if b.kind in ("voltage", "temperature"):
+            fixed.append((b, facets, np.unique(placed.mesh.mesh.facets[:, facets])))
+    for i, (a, facets_a, nodes_a) in enumerate(fixed):
+        for b, facets_b, nodes_b in fixed[:i]:
+            if a.kind != b.kind or a.value == b.value:
+                continue
+            if a.kind == "voltage" and np.isin(nodes_a, nodes_b).any():
+                raise SceneError(
+                    f"boundaries {quoted(b.name)} and {quoted(a.name)} touch on a conductor with different voltages: "
+                    "leave a gap between them"
+                )
+            if a.kind == "temperature" and np.isin(facets_a, facets_b).any():
+                raise SceneError(
+                    f"boundaries {quoted(b.name)} and {quoted(a.name)} overlap with different temperatures: give "
+                    "groups that do not overlap"
+                )
+    held = np.concatenate([facets for b, facets, _ in fixed if b.kind == "temperature"] or [np.empty(0, int)])
+    for b in placed.scene.boundaries:
+        if b.kind in ("heat_flux", "convection") and np.isin(placed.acting(b), held).all():
+            raise SceneError(
+                f"boundary {quoted(b.name)}.{b.kind} lies where other boundaries fix the temperature, and changes "
+                "nothing: leave it out, or give a group that does not overlap theirs"
+            )
+
+
+def probes(placed: Placed) -> None:
+    """Refuses probes where there is no solid, or nothing that conducts, and flows through what is ambiguous."""
+    from meshes.grouped.locate import locate
+
+    for probe in placed.scene.probes:
+        where = f"probe {quoted(probe.name)}"
+        if probe.at is not None:
+            inside = placed.conducting if probe.quantity == "potential" else np.ones(placed.mesh.count, bool)
+            if locate(placed.mesh, np.array(probe.at), inside) is None:
+                if probe.quantity == "potential" and locate(placed.mesh, np.array(probe.at)) is not None:
+                    raise SceneError(
+                        f"{where} asks for the potential where nothing conducts: give a place in a conductor"
+                    )
+                shown = ", ".join(f"{c:g} m" for c in probe.at)
+                raise SceneError(f"{where} lies outside the solid: no cell of the mesh is at [{shown}]")
+        elif probe.quantity in ("potential", "current") and not _conducts(placed, probe):
+            raise SceneError(f"{where} asks for a {probe.quantity} where nothing conducts: give a group on a conductor")
+        if probe.quantity in ("heat_flow", "current"):
+            _refuse_mixed(placed, probe)
+
+
+def _conducts(placed: Placed, probe: GroupProbe) -> bool:
+    """Whether a potential is defined all over a group, or a current may pass through some of it."""
+    mesh, group = placed.mesh, probe.group or ""
+    if probe.quantity == "potential" and group in mesh.volumes:
+        return bool(placed.conducting[mesh.volumes[group]].all())
+    found = len(mesh.borders(placed.facets(probe), placed.conducting))
+    return found == len(placed.facets(probe)) if probe.quantity == "potential" else found > 0
+
+
+def _refuse_mixed(placed: Placed, probe: GroupProbe) -> None:
+    mesh = placed.mesh
+    own = placed.facets(probe)
+    left = ~mesh.exposed(own)
+    for b in placed.covered(probe):
+        there = placed.acting(b)
+        if not np.isin(there, own).all():
+            raise SceneError(
+                f"probe {quoted(probe.name)} covers boundary {quoted(b.name)} in part: give a surface group with all "
+                "of its faces or none"
+            )
+        left &= ~np.isin(own, there)
+    if left.any() and placed.covered(probe):
+        raise SceneError(
+            f"probe {quoted(probe.name)} lies partly inside the solid, where it counts along its normals, and partly "
+            f"on boundary {quoted(placed.covered(probe)[0].name)}, where it counts into the solid: give one probe each"
+        )
+
+
+def parts(placed: Placed) -> None:
+    """Refuses conductors without a fixed voltage, floating parts, parts without an exit, and scenes at rest."""
+    scene, mesh = placed.scene, placed.mesh
+    labels = mesh.parts(np.ones(mesh.count, bool))
+    if physics.electric(scene):
+        conductors = mesh.parts(placed.conducting)
+        electrodes = [b for b in scene.boundaries if b.kind == "voltage"]
+        _refuse_parts(placed, conductors, placed.touched(conductors, electrodes), UNFIXED)
+    acted = placed.touched(labels, scene.boundaries)
+    for source in scene.sources:
+        if not is_zero(source.heat_source):
+            acted |= set(labels[mesh.volumes[source.group]].tolist())
+    _refuse_parts(placed, labels, acted, FLOATING)
+    if scene.steady and physics.heat(scene):
+        _refuse_parts(placed, labels, placed.touched(labels, [b for b in scene.boundaries if is_exit(b)]), KEPT)
+    if any(heats(b, scene.initial_temperature) for b in scene.boundaries):
+        return
+    if any(not is_zero(s.heat_source) for s in scene.sources) or placed.conductors[0].any():
+        return
+    raise SceneError(
+        "nothing happens in this scene: it has no voltage across a conductor, no heat source, no flux, and no "
+        f"temperature other than scene.initial_temperature = {scene.initial_temperature:g} K: give at least one"
+    )
+
+
+def _refuse_parts(placed: Placed, labels: np.ndarray, fine: set[int], why: tuple[str, str]) -> None:
+    for part in range(1, int(labels.max(initial=0)) + 1):
+        if part not in fine:
+            own = labels == part
+            names = [name for name, cells in placed.mesh.volumes.items() if own[cells].any()]
+            said = why[0].split("|")[0]
+            raise SceneError(f"a part of {int(own.sum())} cells of group {listed(names)} {said}: {why[1]}")

@@ -98,6 +98,24 @@ def stability_limit(device: Device, scheme: PaperScheme | None = None) -> float:
     return float(brentq(growth, low, high, xtol=1e-4 * low))
 
 
+def paper_traces(
+    device: Device, scheme: PaperScheme, meter: tuple[float, float] = (0.0, 0.0)
+) -> tuple[np.ndarray, PaperScheme]:
+    """Traces (samples, 7) in the order of QUANTITIES, as rises, and the scheme with the step that was taken: where the
+    sample time is no multiple of it, a shorter one. Raises UnstableStepError, and ValueError."""
+    lumped, table = lump(device), timetable(device)
+    per_sample = int(np.ceil(table.sample_time / scheme.dt - 1e-9))
+    used = PaperScheme(table.sample_time / per_sample, scheme.nx, scheme.nt)
+    if spectral_radius(lumped, used) > 1 + 1e-12:
+        raise UnstableStepError(
+            f"the paper's scheme is unstable on this device with its time step of {used.dt * 1e6:.3g} us: "
+            f"it is stable only up to {stability_limit(device, used) * 1e6:.3g} us"
+        )
+    control = law(device, lumped.resistance, lumped.coefficient, meter)
+    steps = {k * per_sample + round(after / used.dt): outer for k, at in table.steps.items() for after, outer in at}
+    return _march(lumped, control, used, table.samples, per_sample, steps), used
+
+
 def solve_paper(
     device: Device, scheme: PaperScheme | None = None, *, meter: tuple[float, float] = (0.0, 0.0)
 ) -> DeviceResult:  # fmt: skip
@@ -106,22 +124,12 @@ def solve_paper(
     The step is shortened where the sample time is no multiple of it. Raises UnstableStepError where it is beyond the
     stability limit, and ValueError for values that make no device.
     """
-    lumped, table, scheme = lump(device), timetable(device), scheme or PaperScheme()
-    per_sample = int(np.ceil(table.sample_time / scheme.dt - 1e-9))
-    used = PaperScheme(table.sample_time / per_sample, scheme.nx, scheme.nt)
-    limit = stability_limit(device, used)
-    if used.dt > limit:
-        raise UnstableStepError(
-            f"the paper's scheme is unstable on this device with its time step of {used.dt * 1e6:.3g} us: "
-            f"it is stable only up to {limit * 1e6:.3g} us"
-        )
-    control = law(device, lumped.resistance, lumped.coefficient, meter)
-    steps = {k * per_sample + round(after / used.dt): outer for k, at in table.steps.items() for after, outer in at}
-    traces = _march(lumped, control, used, table.samples, per_sample, steps)
+    traces, used = paper_traces(device, scheme or PaperScheme(), meter)
+    time, limit = timetable(device).times[: len(traces)], stability_limit(device, used)
     accurate = solve_accurate(device, meter=meter)
     rows = min(len(traces), len(accurate.time_s))
     room = device.sink.room_temperature
-    result = device_result("paper", table.times[: len(traces)], traces, room, {})
+    result = device_result("paper", time, traces, room, {})
     off = {q: np.abs(result.trace(q)[:rows] - accurate.trace(q)[:rows]) for q in QUANTITIES}
     worst = {q: (float(d.max()), float(accurate.time_s[int(d.argmax())])) for q, d in off.items()}
     late = accurate.time_s[:rows] >= 0.05
@@ -133,7 +141,7 @@ def solve_paper(
         text += f"; after 50 ms by up to {max(off['sink_K'][late].max(), off['sensor_K'][late].max()):.2g} K"
     text += "; most of that is an error in space, from the first differences at the faces, which a smaller step keeps"
     return device_result(
-        "paper", table.times[: len(traces)], traces, room, {q: w for q, (w, _) in worst.items()},
+        "paper", time, traces, room, {q: w for q, (w, _) in worst.items()},
         findings=(text, *accurate.findings),
         details={"dt_s": used.dt, "stability_limit_s": limit, "nx": used.nx, "nt": used.nt},
     )  # fmt: skip

@@ -85,6 +85,18 @@ def solve(
     does not conduct.
     """
     name = canonical(reduction)
+    if sink.spans > 1 and name.startswith(("plate", "moments")):
+        raise SceneError(
+            f"sink.spans = {sink.spans} makes a row, and the reduction {quoted(name)} is made for one span: give "
+            "paper, anchored, fin-massless or fin"
+        )
+    if name == "paper" and sink.spans > 1:
+        from reduced1d.ladder.answer import result
+        from reduced1d.ladder.row_lumps import lumps
+        from reduced1d.sink import anchor_series_resistance
+
+        row = lumps(sink, anchor_series_resistance(sink))
+        return result(name, sink, row, row, steady_only, times)
     if name == "paper":
         from reduced1d.sink import solve as solve_paper
 

@@ -45,31 +45,52 @@ def result(
 def steady(model: FewStates) -> dict[str, float]:
     """The steady quantities of summary.json."""
     state, current = steady_state(model)
-    found = {name: float(row @ state) for name, row in model.outputs.items()}
+    found = {name.replace("_K", "_rise_K"): float(value) for name, value in _read(model, state).items()}
     power = model.voltage * current
-    beam = current**2 * (model.resistance_beam + model.coefficient * float(model.source_beam @ state))
-    return {
-        "peak_rise_K": found["peak"],
-        "end_rise_K": found["end"],
-        "mean_rise_K": found["mean"],
+    end_flow = found.get("anchor_heat_W", 0.0)
+    if not end_flow:
+        beam = current**2 * (model.resistance_beam + model.coefficient * float(model.source_beam @ state))
+        end_flow = (beam - float(model.outputs["air_beam"] @ state)) / 2
+    return found | {
         "current_A": current,
         "power_W": power,
-        "heat_out_W": power - found["air"],
-        "anchor_resistance_K_per_W": found["end"] / ((beam - found["air_beam"]) / 2),
+        "heat_out_W": power - float(model.outputs["air"] @ state),
+        "anchor_resistance_K_per_W": found["end_rise_K"] / end_flow,
     }
 
 
 def over_time(model: FewStates, times: np.ndarray, growth: float = GROWTH) -> dict[str, np.ndarray]:
     """The quantities of traces.csv at ``times`` (s), with rises in place of temperatures."""
     states, current = trajectory(model, times, growth)
-    found = {f"{name}_K": states @ model.outputs[name] for name in ("peak", "end", "mean")}
-    return {**found, "current_A": current, "power_W": model.voltage * current}
+    return {**_read(model, states), "current_A": current, "power_W": model.voltage * current}
+
+
+def _read(model: FewStates, states: np.ndarray) -> dict[str, np.ndarray]:
+    """The rises (K) and heats (W) at states (..., n); of a row of spans the peak is the largest of theirs."""
+    found = {}
+    for name, row in model.outputs.items():
+        if not name.startswith("air"):
+            value = states @ row.T
+            found[f"{name}_W" if name.endswith("_heat") else f"{name}_K"] = _top(value) if row.ndim > 1 else value
+    if "peak_K" not in found:
+        found["peak_K"] = np.max([v for name, v in found.items() if name.endswith("_peak_K")], axis=0)
+    return found
+
+
+def _top(values: np.ndarray) -> np.ndarray:
+    """(...,): the top of a profile known at equally spaced places (..., places), by the parabola through three."""
+    at = np.clip(values.argmax(axis=-1), 1, values.shape[-1] - 2)[..., None]
+    low, top, high = (np.take_along_axis(values, at + d, axis=-1)[..., 0] for d in (-1, 0, 1))
+    bend = 2 * top - low - high
+    inside = (bend > 0) & (np.abs(high - low) <= 2 * bend)
+    above = np.where(inside, (high - low) ** 2 / (8 * np.where(inside, bend, 1.0)), np.maximum(low, high) - top)
+    found: np.ndarray = top + np.maximum(above, 0.0)
+    return found
 
 
 def _traces(sink: Sink, fine: FewStates, coarse: FewStates, times: np.ndarray) -> Traces:
     values, other = over_time(fine, times), over_time(coarse, times, COARSE_GROWTH)
     late = times >= min(FIRST_TIME, times[-1] if len(times) else 0.0)
     errors = {key: float(np.max(np.abs(values[key] - other[key])[late], initial=0.0)) for key in values}
-    for key in ("peak_K", "end_K", "mean_K"):
-        values[key] = sink.room_temperature + values[key]
+    values = {key: sink.room_temperature + v if key.endswith("_K") else v for key, v in values.items()}
     return Traces(times, values, errors)

@@ -64,5 +64,5 @@ def in_modes(given: Matrices, coefficient: float, voltage: float) -> FewStates:
     modes = modes[:, ::-1] * np.sqrt(rates)
     return FewStates(
         rates, given.source @ modes, modes.T @ given.feedback @ modes, given.resistance, coefficient, voltage,
-        {name: given.outputs[name] @ modes for name in OUTPUTS}, given.source_beam @ modes, given.resistance_beam,
+        {name: row @ modes for name, row in given.outputs.items()}, given.source_beam @ modes, given.resistance_beam,
     )  # fmt: skip

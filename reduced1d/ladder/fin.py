@@ -32,7 +32,7 @@ def fin(
 
     Raises ValueError where the silicon does not conduct.
     """
-    integral, mass, stiffness = _line(np.array(_BREAKS) * sink.length / 2, np.array(_DEGREES) + finer)
+    integral, mass, stiffness = line(np.array(_BREAKS) * sink.length / 2, np.array(_DEGREES) + finer)
     k, A_c = sink.silicon.thermal_conductivity, sink.cross_section
     resistivity, a = room_resistivity(sink.silicon, sink.room_temperature)
     per_length = resistivity / A_c
@@ -54,9 +54,12 @@ def fin(
     return in_modes(matrices, a, sink.voltage)
 
 
-def _line(breaks: np.ndarray, degrees: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(n,), (n, n) twice: the integrals of functions on a line, of their products and of those of their slopes. The
-    functions of the breakpoints (m) come first, then the integrals of Legendre's polynomials on each interval."""
+def line(
+    breaks: np.ndarray, degrees: np.ndarray, of: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(n,), (n, n) twice: the integrals of functions on a line, of their products and of those of their slopes, over
+    all intervals or those chosen (booleans). The functions of the breakpoints (m) come first, then the integrals of
+    Legendre's polynomials on each interval."""
     n = len(breaks) + int(np.sum(degrees - 1))
     integral, mass, stiffness = np.zeros(n), np.zeros((n, n)), np.zeros((n, n))
     first = len(breaks)
@@ -67,6 +70,8 @@ def _line(breaks: np.ndarray, degrees: np.ndarray) -> tuple[np.ndarray, np.ndarr
         slopes = np.array([-one / 2, one / 2, *(v[k - 1] for k in range(2, p + 1))])
         own = np.array([i, i + 1, *range(first, first + p - 1)])
         first += p - 1
+        if of is not None and not of[i]:
+            continue
         integral[own] += h / 2 * f @ w
         mass[np.ix_(own, own)] += h / 2 * (f * w) @ f.T
         stiffness[np.ix_(own, own)] += 2 / h * (slopes * w) @ slopes.T

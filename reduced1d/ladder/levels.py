@@ -12,12 +12,17 @@ from reduced1d.ladder.anchor import Anchor, anchor_of, one_node_remainder, thin_
 from reduced1d.ladder.few_states import FewStates
 from reduced1d.ladder.fin import fin, lump
 from reduced1d.ladder.plate import Plate, assemble
+from reduced1d.ladder.row_fin import row_fin
+from reduced1d.ladder.row_lumps import lumps
 from scenes.sink import Sink
 
 
 @dataclass(frozen=True, eq=False)
 class Level:
-    """A sink solved to some fineness: the mesh's, and the number of fields and of degrees that go with it."""
+    """A sink solved to some fineness: the mesh's, and the number of fields and of degrees that go with it.
+
+    The plate of a row of spans is that of one of them alone: it is there for the row's anchors.
+    """
 
     sink: Sink
     grading: quads.Grading
@@ -52,14 +57,17 @@ class Level:
         """What a fin on one-node anchors may leave out at its ends (-)."""
         return one_node_remainder(self._assembled)
 
-    def lump(self) -> FewStates:
-        """The paper's model on the plate's anchor resistance."""
+    def lump(self, circuit: bool = False) -> FewStates:
+        """The paper's model on the plate's anchor resistance; of a row perhaps with the islands in the circuit."""
+        if self.sink.spans > 1:
+            return lumps(self.sink, self.anchor.resistance, circuit)
         return lump(self.sink, self.anchor.resistance)
 
     def fin(self, pad_capacity: bool = True, oxide_capacity: bool = True, circuit: bool = True) -> FewStates:
         """The fin on the plate's anchor, with what is asked for of the anchor's capacity and of the circuit in it."""
         anchor = self.anchor if circuit else replace(self.anchor, circuit=0.0, source=0.0, feedback=0.0)
-        return fin(self.sink, anchor, pad_capacity=pad_capacity, oxide_capacity=oxide_capacity, finer=self.finer)
+        of = fin if self.sink.spans == 1 else row_fin
+        return of(self.sink, anchor, pad_capacity=pad_capacity, oxide_capacity=oxide_capacity, finer=self.finer)
 
     def moments(self, states: int) -> FewStates:
         """The plate with some states (fewer where they would depend on each other)."""

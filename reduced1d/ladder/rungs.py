@@ -35,6 +35,8 @@ def rungs(levels: Levels, start: str = "paper") -> list[Rung]:
         return [replace(_FEW, name=start), _PLATE]
     names = [rung.name for rung in _ALL]
     found = _ALL[names.index(start) :]
+    if levels.sink.spans > 1:
+        found = [own for rung in found for own in _OF_ROWS.get(rung.name, (rung,))]
     if levels.sink.electrodes == "beam-end":
         found = [rung for rung in found if rung.name != _WITHOUT_CIRCUIT]
     return found
@@ -79,10 +81,33 @@ _ALL = [
     Rung("fin", "anchor as one node", "the anchor warms up in one fixed shape", "the anchor taken as one node"),
     _PLATE,
 ]  # fmt: skip
-AT_FAULT = {rung.blame: rung.at_fault for rung in (*_ALL, _FEW)}
+_WITH_ISLANDS = "anchored, islands in the circuit"
+_OF_ROWS = {
+    "anchored": (
+        Rung(
+            "anchored", "islands in the circuit", "the beam has no resistance over the islands",
+            "the missing resistance of the beam over the islands",
+        ),
+        Rung(
+            _WITH_ISLANDS, "fixed parabola", "eq 9 holds each span to a steady parabola on blocks of its own",
+            "the fixed parabola (eq 9)",
+        ),
+    ),
+    "fin": (
+        Rung(
+            "fin", "rest (uniform across)", "the rise is the same across the beam, over narrower islands too",
+            "the rise taken as the same across the beam",
+        ),
+    ),
+    "plate": (),
+}  # fmt: skip
+"""What stands in a row's ladder for some of these: no plate is made of a row, and the fin is the last before 3D."""
+
+AT_FAULT = {rung.blame: rung.at_fault for rung in (*_ALL, _FEW, *(own for of in _OF_ROWS.values() for own in of))}
 """What is at fault, by its ``blame``."""
 
 _BETWEEN: dict[str, Callable[[Level], FewStates]] = {
+    _WITH_ISLANDS: lambda level: level.lump(circuit=True),
     _WITHOUT_CIRCUIT: lambda level: level.fin(False, False, circuit=False),
     "fin, pad capacity only": lambda level: level.fin(oxide_capacity=False),
 }

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from fem3d import rows
+from fem3d import trace_times
 from fem3d.errors import NumericsError
 from fem3d.exponential import convolution, integrate
 
@@ -87,7 +87,7 @@ def test_lines_between_rows_stay_within_their_share_with_few_rows(share):
         a = found(t)[0]
         return {"slow": a[:, 0], "sum": a.sum(axis=1)}
 
-    chosen = rows.choose(found.steps, evaluate, {"slow": share, "sum": 2 * share})
+    chosen = trace_times.choose(found.steps, evaluate, {"slow": share, "sum": 2 * share})
     times = chosen[0] if isinstance(chosen, tuple) else chosen
     dense = np.unique(np.concatenate([np.geomspace(1e-7, 1, 5000), np.linspace(0, 1, 5000)]))
     at_rows, exact = evaluate(times), evaluate(dense)

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 
 from fem3d import run
-from meshes import symmetry
 from scenes.plan import Request
 from scenes.sink import Sink
 from tests.fem3d import silicon
@@ -49,19 +48,7 @@ def test_without_a_temperature_coefficient_one_step_is_enough():
     iterated, result = lines(Sink())
     steps = result.details["answer"].fine.state.steps
     assert iterated["electric iteration"].state == "done"
-    assert iterated["electric iteration"].reason.startswith(f"{steps} coupled")
     assert steps > 1
-
-
-def test_what_is_skipped_is_absent():
-    found, result = lines(Sink())
-    assert found["transient"].state == "skipped"
-    assert result.traces is None
-    found, result = lines(Sink(), Request())
-    assert found["transient"].state == "done"
-    states = result.details["answer"].response.transient.reduced.states
-    assert found["transient"].reason.endswith(f"projected on {states} fields")
-    assert len(result.traces.time) > 10
 
 
 def test_the_pattern_of_the_current_is_followed_where_the_plan_says_so():
@@ -70,19 +57,3 @@ def test_the_pattern_of_the_current_is_followed_where_the_plan_says_so():
         state = result.details["answer"].fine.state
         assert (found["current pattern when hot"].state == "done") == state.follows_pattern
         assert len(state.patterns) == (2 if state.follows_pattern else 1)
-
-
-def test_the_symmetric_part_is_named_and_the_plan_before_agrees_with_the_plan_after():
-    sink = Sink()
-    found, result = lines(sink)
-    assert symmetry.reduce(sink.scene()).part == "the quarter"
-    assert "the quarter is solved" in found["symmetry"].reason
-    before = {s.step: s.state for s in run.plan(sink, Request(transient=False))}
-    after = {s.step: s.state for s in result.details["plan"]}
-    assert set(before) == set(after)
-    assert all(before[name] == after[name] for name in before if name != "current pattern when hot")
-
-
-def test_only_1d_plans_no_3d():
-    (only,) = run.plan(Sink(), Request(models=("reduced1d",)))
-    assert only.state == "skipped"

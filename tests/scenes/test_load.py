@@ -29,15 +29,19 @@ CHANGED = {
     "drive.voltage": "-2.5 V", "drive.electrodes": "pad-edge",
     "environment.room_temperature": "27 degC", "environment.convection_coefficient": 12,
     "run.end_time": "5 ms", "run.accuracy": "0.2 %",
+    "sink.spans": 3, "sink.island_length": "30 um",
     "scene.name": "mine", "checks.tolerances": {"eq12": "1 %"}, "checks.expect_differs": ["eq14"],
+    "inputs.uncertainties": {"sink.width": "1 %"},
 }  # fmt: skip
 EXPECTED = Sink(
-    length=800e-6, width=80e-6, thickness=3e-6, pad_length=200e-6, pad_width=180e-6, oxide_length=60e-6,
-    oxide_width=40e-6, oxide_thickness=1e-6, oxide_offset=10e-6,
+    length=800e-6, width=80e-6, thickness=3e-6, spans=3, island_length=30e-6,
+    pad_length=200e-6, pad_width=180e-6, oxide_length=60e-6, oxide_width=40e-6,
+    oxide_thickness=1e-6, oxide_offset=10e-6,
     silicon=Material("silicon", 148.0, 2300.0, 700.0, 1e-4, 1e-3, 293.15, 1273.15),
     oxide=Material("oxide", 1.1, 2100.0, 1000.0, None, 1e-3, 300.0),
     voltage=-2.5, electrodes="pad-edge", room_temperature=300.15, convection_coefficient=12.0,
     end_time=5e-3, accuracy=2e-3, name="mine", tolerances={"eq12": 0.01}, expected_to_differ=("eq14",),
+    uncertainties={"sink.width": 0.01},
 )  # fmt: skip
 
 
@@ -57,15 +61,14 @@ def test_the_built_in_sink_is_the_default_one():
 def test_the_built_in_file_shows_every_key():
     stated = SINK.schema.flatten(tomllib.loads(builtin_text("sink")))
     shown_as_comments = set(SINK.schema.paths) - set(stated)
-    assert shown_as_comments == {"anchor.oxide_offset", "checks.tolerances"}
+    assert shown_as_comments == {"anchor.oxide_offset", "sink.island_length", "checks.tolerances"}
     for path in shown_as_comments:
         assert f"\n# {path.rpartition('.')[2]} = " in builtin_text("sink")
 
 
 def test_the_comments_of_the_built_in_file_are_true(tmp_path):
-    for key in ("oxide_offset", "tolerances"):
+    for section, key in (("anchor", "oxide_offset"), ("sink", "island_length"), ("checks", "tolerances")):
         line = next(x for x in builtin_text("sink").splitlines() if x.startswith(f"# {key}"))
-        section = "anchor" if key == "oxide_offset" else "checks"
         assert load(write(tmp_path, f"[{section}]\n{line[2:]}\n")) != Sink(name="my-sink")
     assert (DEFAULT_TOLERANCES["eq12"], DEFAULT_TOLERANCES["fig5"], DEFAULT_TOLERANCES["energy"]) == (0.02, 0.05, 1e-8)
 
@@ -167,7 +170,7 @@ def test_the_dictionary_survives_json_and_rebuilds_an_equal_sink(sink):
 
 def test_the_dictionary_holds_every_key_in_si():
     assert set(SINK.schema.flatten(as_dict(Sink()))) == set(SINK.schema.paths)
-    assert as_dict(Sink())["sink"] == {"length": 1e-3, "width": 1e-4, "thickness": 2e-6}
+    assert as_dict(Sink())["anchor"]["pad_width"] == 150e-6
 
 
 def test_loading_imports_nothing_heavy():

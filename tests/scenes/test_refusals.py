@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 
+from scenes.any import load as any_scene
 from scenes.errors import SceneError
 from scenes.loading import builtin_text, check, from_dict, load
 from scenes.model import Material
@@ -202,3 +203,22 @@ def test_what_can_be_solved_is_accepted(changes):
 def test_numbers_of_numpy_are_numbers():
     numpy = pytest.importorskip("numpy")
     assert check(Sink(voltage=numpy.float64(2), length=numpy.int64(1)))
+
+
+@pytest.mark.parametrize(
+    ("override", "said"),
+    [
+        ("sink.spans=0", "whole number: give 1 to 100"),
+        ("sink.spans=2.5", "whole number: give 1 to 100"),
+        ("sink.spans=1000000", "whole number: give 1 to 100"),
+        ("sink.spans=true", "whole number"),
+        ("sink.spans=two", "whole number"),
+        ("sink.island_length=1.1mm", "longer than a span"),
+    ],
+)
+def test_rows_that_cannot_be(override: str, said: str) -> None:
+    assert said in refusal(load, "sink", ["sink.spans=2", override])
+
+
+def test_a_device_has_one_span() -> None:
+    assert "give 1" in refusal(any_scene, "device", ["sink.spans=2"])

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from validate.bench import launch, rounds
+from validate.bench import measure
 from validate.bench.entries import Entry
 
 ACCURATE, PAPER = "accurate scheme", "the paper's scheme"
@@ -24,7 +24,7 @@ def run(quick: bool, count: int, progress: Callable[[str], None]) -> dict[str, A
     end = {"end_time": QUICK_END if quick else END}
     finest = Entry(ACCURATE, "finest", "device_run", {**end, "scheme": "accurate", "accuracy": FINEST})
     progress("device: reference")
-    reference = launch.measure(finest, 0, 0.0)
+    reference = measure.once(finest)
     entries = [
         Entry(ACCURATE, f"accuracy {a:.0e}", "device_run", {**end, "scheme": "accurate", "accuracy": a})
         for a in ACCURACIES
@@ -33,7 +33,7 @@ def run(quick: bool, count: int, progress: Callable[[str], None]) -> dict[str, A
               {**end, "scheme": "paper", "dt": dt, "nx": nx, "nt": nt})
         for dt, nx, nt in SCHEMES[: 2 if quick else None]
     ]  # fmt: skip
-    measured = rounds.measure(entries, count, progress, rounds.patience(quick))
+    measured = measure.in_turns(entries, count, progress, not quick)
     rows = [
         {"tool": m.entry.tool, "label": m.entry.label, "failure": m.failure, "median_s": m.median_s,
          "error": _error(m.found, reference) if m.found else None,
@@ -52,7 +52,7 @@ def _apart(a: list[float], b: list[float]) -> float:
     return float(np.abs(np.array(a) - np.array(b)).max())
 
 
-def _extrapolated(measured: list[rounds.Measured], reference: dict[str, Any]) -> tuple[float, float] | None:
+def _extrapolated(measured: list[measure.Measured], reference: dict[str, Any]) -> tuple[float, float] | None:
     grids = [m.found for m in measured if m.entry.tool == PAPER and m.found]
     if len(grids) < 2:
         return None

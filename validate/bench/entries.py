@@ -29,8 +29,9 @@ def sink_entries(transient: bool, quick: bool, installed: frozenset[str]) -> lis
     """Those of the sink's steady state or its whole transient."""
     wanted = {"transient": transient}
     accuracies = (1e-2, 1e-3) if quick else (1e-2, 1e-3, 1e-4, 3e-5, 1e-5)
-    found = [Entry(WHOLE, f"accuracy {a:.0e}", "fem3d_sink", {**wanted, "accuracy": a}) for a in accuracies]
-    found += [_given(wanted, *s) for s in settings.GIVEN[transient][: 2 if quick else None]]
+    found = [Entry(WHOLE, f"accuracy {a:.0e}", "own_sink", {**wanted, "accuracy": a}) for a in accuracies]
+    given = settings.GIVEN[transient][: 2 if quick else None]
+    found += [_given(wanted, *s, FULL) for s in given] + [_given(wanted, *s, UNIFORM) for s in given if not transient]
     found += [_reduction(wanted, name) for name in REDUCTIONS]
     found += [_scikit_fem(wanted, *s) for s in settings.SCIKIT_FEM[transient][: 2 if quick else None]]
     if not quick:
@@ -53,18 +54,19 @@ def reference(transient: bool, quick: bool) -> Entry:
 
 
 def _reduction(wanted: dict[str, bool], name: str) -> Entry:
-    return Entry(REDUCTION, name, "reduced_sink", {**wanted, "reduction": name})
+    return Entry(REDUCTION, name, "own_sink", {**wanted, "reduction": name})
 
 
 def _given(
-    wanted: dict[str, bool], degree: int, layers: int, grading: float, accuracy: float, generations: int
-) -> Entry:
+    wanted: dict[str, bool], degree: int, layers: int, grading: float, accuracy: float, generations: int,
+    electric: str,
+) -> Entry:  # fmt: skip
     options = {
         **wanted, "degree": degree, "layers": layers, "grading": grading, "accuracy": accuracy,
-        "generations": generations,
+        "generations": generations, "electric": electric,
     }  # fmt: skip
     fields = f", {generations} Krylov fields" if generations else ""
-    label = f"degree {_degree(degree, layers)}, {_cells(grading, 1)}, {_current(FULL)}{fields}"
+    label = f"degree {_degree(degree, layers)}, {_cells(grading, 1)}, {_current(electric)}{fields}"
     return Entry(GIVEN, label, "given_sink", options)
 
 

@@ -7,33 +7,34 @@ from typing import Any
 
 import numpy as np
 
-from validate.bench import rounds
+from validate.bench import measure
 from validate.bench.entries import NGSOLVE, Entry
 
 CUTS = (1, 2, 4, 7, 12, 18)
 PATHS = (
-    ("this toolkit, degree 2", "growth_own", 2),
-    ("this toolkit, degree 4", "growth_own", 4),
-    ("scikit-fem and scipy, degree 2", "growth_scikit_fem", 2),
-    ("NGSolve, order 2", "growth_ngsolve", 2),
+    ("this toolkit, degree 2", "own", 2),
+    ("this toolkit, degree 4", "own", 4),
+    ("scikit-fem and scipy, degree 2", "scikit-fem", 2),
+    ("NGSolve, order 2", "ngsolve", 2),
 )
 QUICK = (PATHS[0], PATHS[3])
 FOR_DEGREE_4 = (1, 2, 3, 5, 8)
 LARGE = 4000  # unknowns above which exponents are fitted
 
 
-def run(quick: bool, count: int, installed: frozenset[str], progress: Callable[[str], None]) -> list[dict[str, Any]]:
-    """A row for each path and size, in their order."""
+def run(quick: bool, count: int, installed: frozenset[str], progress: Callable[[str], None]) -> dict[str, Any]:
+    """``rows`` for each path and size, in their order, and their ``exponents``."""
     entries = [
-        Entry(name, f"{cuts}", module, {"degree": degree, "cuts": cuts})
-        for name, module, degree in (PATHS if not quick else QUICK)
+        Entry(name, f"{cuts}", "growth_solve", {"path": path, "degree": degree, "cuts": cuts})
+        for name, path, degree in (PATHS if not quick else QUICK)
         for cuts in (CUTS if degree == 2 else FOR_DEGREE_4)[: 2 if quick else None]
-        if module != "growth_ngsolve" or NGSOLVE in installed
+        if path != "ngsolve" or NGSOLVE in installed
     ]
-    return [
+    rows = [
         {"path": m.entry.tool, "failure": m.failure, "peak_MB": m.peak_MB, **_numbers(m.found)}
-        for m in rounds.measure(entries, count, progress, 0.0)
+        for m in measure.in_turns(entries, count, progress, patient=False)
     ]
+    return {"rows": rows, "exponents": exponents(rows)}
 
 
 def _numbers(found: dict[str, Any]) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from validate.bench import rounds
+from validate.bench import measure
 from validate.bench.entries import Entry
 
 ACCURACY = 1e-3
@@ -37,11 +37,11 @@ def run(quick: bool, count: int, progress: Callable[[str], None]) -> list[dict[s
         for skip, name in SOLVER.items()
         if not quick or skip in QUICK
     ] + [
-        (name, [Entry(name, state, "command", {"arguments": arguments})
+        (name, [Entry(name, state, "skip_runs", {"arguments": arguments})
                 for state, arguments in zip(("on", "off"), both, strict=True)])
         for name, both in list(COMMANDS.items())[: 1 if quick else None]
     ]  # fmt: skip
-    measured = rounds.measure([entry for _, both in pairs for entry in both], count, progress, rounds.patience(quick))
+    measured = measure.in_turns([entry for _, both in pairs for entry in both], count, progress, not quick)
     return [
         {"skip": name, "failure": on.failure or off.failure, "on_s": on.median_s, "off_s": off.median_s}
         for (name, _), on, off in zip(pairs, measured[::2], measured[1::2], strict=True)

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from validate.bench import launch
+from validate.bench import measure
 from validate.bench.entries import WHOLE, Entry
 
 PEAK = """
@@ -38,7 +38,7 @@ def run(count: int, progress: Callable[[str], None]) -> dict[str, Any]:
             for name, whole in (("without figures", no_figures), ("with its four figures", figures)):
                 _add(ratios, f"cold run at 1e-3 {name} / import skfem", _seconds(whole) / _seconds(bare))
             for accuracy in (1e-3, 1e-4):
-                found = launch.measure(Entry(WHOLE, f"{accuracy:.0e}", "start_up", {"accuracy": accuracy}), 0, 0.0)
+                found = measure.once(Entry(WHOLE, f"{accuracy:.0e}", "start_up", {"accuracy": accuracy}))
                 solved = found["solved_s"]
                 _add(ratios, f"3D part at {accuracy:.0e}, after imports / import skfem", solved / found["import_s"])
                 _add(ratios, f"second voltage at {accuracy:.0e} / first", found["again_s"] / solved)
@@ -56,5 +56,5 @@ def _add(ratios: dict[str, list[float]], name: str, value: float) -> None:
 
 def _seconds(command: list[str]) -> float:
     started = time.perf_counter()
-    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env=launch.environment())
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env=measure.environment())
     return time.perf_counter() - started

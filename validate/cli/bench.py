@@ -53,7 +53,7 @@ def run(arguments: argparse.Namespace) -> int:
     for file in files:
         if not file.parent.is_dir():
             raise SceneError(f'"{file}" can\'t be written: there is no folder "{file.parent}"')
-    from validate.bench import page, summary
+    from validate.bench import page
     from validate.bench.parts import PARTS
     from validate.bench.parts import run as measure
 
@@ -73,7 +73,7 @@ def run(arguments: argparse.Namespace) -> int:
     else:
         drawn = _draw(found, FOLDER)
     written = [*files, *drawn.values()]
-    show(summary.text(found) + (f"\n\nWrote {', '.join(map(str, written))}" if written else ""))
+    show(page.text(found) + (f"\n\nWrote {', '.join(map(str, written))}" if written else ""))
     return FINE
 
 

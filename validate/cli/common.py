@@ -1,17 +1,17 @@
-"""What the commands that solve a scene have in common: options, overrides, the plan, the report."""
+"""What commands have in common: options, overrides, the plan, the report; whole numbers and pages of tables."""
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scenes.errors import SceneError, printable
+from scenes.errors import SceneError, printable, quoted, reason
 from validate.cli.terminal import DIFFERS, FINE, Progress, show, style
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from compare.against import Data
     from scenes.plan import Request, Step
 
@@ -67,9 +67,11 @@ def run(
     overrides: Sequence[str],
     given: Sequence[str] = (),
     data: Data | None = None,
+    then: Callable[..., Any] | None = None,
 ) -> int:
     """Explains, solves, writes and reports a scene as asked, and returns the exit status. The folder's name has the
-    ``overrides`` in it and, of a user's own ``data``, the file ``given`` and what is said of its columns."""
+    ``overrides`` in it and, of a user's own ``data``, the file ``given`` and what is said of its columns;
+    ``then`` adds to what was found."""
     from validate.report import names
 
     folder = out(arguments) or names.of(scene, request, overrides, given)
@@ -79,7 +81,8 @@ def run(
     from validate.report.output import run
 
     with Progress(arguments.quiet) as progress:
-        outcome = run(scene, request, folder, progress, data)
+        more = None if then is None else partial(then, say=progress)
+        outcome = run(scene, request, folder, progress, data, more)
     from compare.verdict import contrary
     from validate.report import table
 
@@ -95,8 +98,6 @@ def run(
 
 def out(arguments: argparse.Namespace) -> Path | None:
     """The folder that was asked for; SceneError where it has no name."""
-    from pathlib import Path
-
     if arguments.out is not None and not arguments.out.strip():
         raise SceneError('--out "" names no folder: give one, such as results/mine')
     return Path(arguments.out) if arguments.out else None
@@ -118,3 +119,25 @@ def _explained(
     planned = plan(scene, request, data)
     show(table.plan_text(planned, style()) + ("\n" if arguments.explain else ""))
     return planned
+
+
+def jobs(given: str | None) -> int:
+    """How many processes to use; SceneError for what is no positive number."""
+    from validate.verify.cases import processors
+
+    return processors() if given is None else whole("--jobs", given, 1, 256)
+
+
+def whole(option: str, given: str, least: int, most: int) -> int:
+    """A whole number that was given; SceneError for what is none, or out of range."""
+    if not given.isascii() or not given.isdigit() or not least <= int(given) <= most:
+        raise SceneError(f"{option} is {quoted(given)}: give a whole number from {least} to {most}")
+    return int(given)
+
+
+def write_page(path: str, page: str) -> None:
+    """Writes a page of markdown; SceneError where that can't be done."""
+    try:
+        Path(path).write_text(page.rstrip("\n") + "\n", encoding="utf-8")
+    except OSError as error:
+        raise SceneError(f"--markdown {quoted(path)} can't be written: {reason(error)}") from None

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from scenes.errors import SceneError, quoted
 from validate.cli import sweep
-from validate.cli.tables import whole
+from validate.cli.common import whole
 
 CELLS, SOLVES = 100, 400
 

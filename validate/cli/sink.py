@@ -8,15 +8,21 @@ from typing import TYPE_CHECKING, Literal
 from validate.cli import common
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from compare.against import Data
+    from compare.outcome import Outcome
     from scenes.plan import Request
     from scenes.sink import Sink
+    from scenes.uncertain import Uncertain
 
 _ACCURACY = "1e-3"
 
 
 def describe(parser: argparse.ArgumentParser) -> None:
     """What the command takes."""
+    from reduced1d.ladder import REDUCTIONS
+
     parser.description = (
         "Solve the paper's active sink in 3D and with its 1D reduction, and say how far they agree:\n"
         "a verdict for equations 12 to 18 and Figures 4 to 7, with the estimated numerical error."
@@ -43,11 +49,19 @@ def describe(parser: argparse.ArgumentParser) -> None:
         "drive.voltage=Va; as often as needed")  # fmt: skip
     add("--steady", action="store_true", help="the steady state only, no transient")
     add("--only", choices=("3d", "1d"), help="one model only")
+    first, *between, last = REDUCTIONS
     add("--reduction", metavar="R",
-        help="the 1D model: paper (default), anchored, fin-massless, fin, plate or moments[:N]")  # fmt: skip
+        help=f"the 1D model: {first} (default), {', '.join(between)} or {last}[:N]")  # fmt: skip
     add("--why", action="store_true", help="split the 1D model's differences from 3D by the assumptions behind them")
     add("--sensitivities", action="store_true",
         help="how both models follow each key: d ln quantity / d ln key, 1D against 3D")  # fmt: skip
+    add("--uncertain", action="append", default=[], metavar="KEY=U",
+        help="the standard uncertainty of a key, as often as needed: oxide_thickness=0.1um, voltage=1%%; or materials, "
+        "for the scene's table of them")  # fmt: skip
+    add("--correlated", action="append", default=[], metavar="KEY,KEY=R",
+        help="the correlation of two uncertain keys, from -1 to 1: pad_width,oxide_width=0.9")  # fmt: skip
+    add("--monte-carlo", metavar="N",
+        help="with --uncertain, solve N samples of the inputs too: where is linear propagation off?")  # fmt: skip
     add("--export", metavar="DIR",
         help="write the few-state model to DIR: JSON, a Python function, a SPICE subcircuit")  # fmt: skip
     add("--fields", action="store_true", help="write the 3D fields (fem3d.pvd with .vtu files, fem3d.vtkhdf)")
@@ -61,12 +75,49 @@ def run(arguments: argparse.Namespace) -> int:
     from scenes.loading import load
 
     sink = load(arguments.scene, common.settings(arguments, ("drive.voltage", arguments.voltage)))
-    request = _request(arguments, sink.end_time)
+    uncertain = _uncertain(arguments, sink)
+    request = replace(_request(arguments, sink.end_time), uncertain=uncertain, monte_carlo=_samples(arguments))
     if request.reduction != "paper":
         # What a scene declares is of the paper's model.
         sink = replace(sink, expected_to_differ=None)
     given = [arguments.against, *arguments.column] if arguments.against else []
-    return common.run(arguments, sink, request, arguments.settings, given, _data(arguments, sink, request))
+    data = _data(arguments, sink, request)
+    return common.run(arguments, sink, request, arguments.settings, given, data, _sampling(request))
+
+
+def _uncertain(arguments: argparse.Namespace, sink: Sink) -> Uncertain | None:
+    """How well the keys are known; None where nothing is said of it."""
+    if not arguments.uncertain and not arguments.correlated:
+        return None
+    from scenes.uncertain import read
+
+    return read(sink, arguments.uncertain, arguments.correlated)
+
+
+def _samples(arguments: argparse.Namespace) -> int:
+    """The number of samples; none where they are not asked for."""
+    if arguments.monte_carlo is None:
+        return 0
+    from scenes.errors import SceneError, printable
+    from validate.monte_carlo import FEWEST, MOST
+
+    text = arguments.monte_carlo
+    if not arguments.uncertain:
+        raise SceneError(f"--monte-carlo {printable(text)} samples uncertain inputs: give some with --uncertain, too")
+    if arguments.only:
+        raise SceneError(f"--monte-carlo compares both models: leave out --only {arguments.only}")
+    if not text.isascii() or not text.isdigit() or not FEWEST <= int(text) <= MOST:
+        raise SceneError(f"--monte-carlo {printable(text)}: give a whole number from {FEWEST} to {MOST}")
+    return int(text)
+
+
+def _sampling(request: Request) -> Callable[..., Outcome[Sink]] | None:
+    """What adds the samples to a run, where they are asked for."""
+    if not request.monte_carlo:
+        return None
+    from validate.monte_carlo import added
+
+    return lambda outcome, say: added(outcome, request.monte_carlo, say)
 
 
 def _data(arguments: argparse.Namespace, sink: Sink, request: Request) -> Data | None:

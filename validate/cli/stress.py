@@ -35,7 +35,7 @@ def run(arguments: argparse.Namespace) -> int:
     import json
     import time
 
-    from validate.cli.tables import jobs, whole, write_page
+    from validate.cli.common import jobs, whole, write_page
     from validate.report.summary import provenance
     from validate.stress import report
     from validate.stress.run import QUICK_SCENES, run

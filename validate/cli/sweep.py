@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from scenes.errors import SceneError, quoted
 from validate.cli import common
-from validate.cli.tables import whole
+from validate.cli.common import whole
 from validate.cli.terminal import FINE, INTERRUPTED, NUMERICS, Progress, complain, show
 
 if TYPE_CHECKING:

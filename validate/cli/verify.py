@@ -35,10 +35,10 @@ def run(arguments: argparse.Namespace) -> int:
     import json
     import time
 
-    from validate.cli.tables import jobs, write_page
+    from validate.cli.common import jobs, write_page
     from validate.report.summary import provenance
     from validate.verify import report
-    from validate.verify.run import run
+    from validate.verify.cases import run
 
     started = time.perf_counter()
     with Progress() as progress:

@@ -38,6 +38,8 @@ def _of_sink(request: Request, data: Sequence[str]) -> list[str]:
         ["steady"] * (not request.transient)
         + ["why"] * request.why
         + ["sensitivities"] * request.sensitivities
+        + ([] if request.uncertain is None else ["uncertain", *request.uncertain.given])
+        + [f"monte-carlo-{request.monte_carlo}"] * (request.monte_carlo > 0)
         + ["fields"] * request.fields
     )
     words += [TIME.show(time).replace(" ", "") for time in request.field_times]

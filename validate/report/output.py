@@ -14,12 +14,10 @@ from typing import TYPE_CHECKING, Any
 
 from compare.outcome import Clock, Outcome
 from compare.pipeline import answer
-from compare.plan import noted
-from scenes.plan import Request, Step
-from validate.report import names
+from scenes.plan import Request, Step, noted
+from validate.report import names, of
 from validate.report.figures.render import Field, Renderer
 from validate.report.folder import Folder
-from validate.report.kinds import of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -33,8 +31,10 @@ def run(
     out: Path | None = None,
     progress: Callable[[str], None] | None = None,
     data: Data | None = None,
+    then: Callable[[Outcome[Any]], Outcome[Any]] | None = None,
 ) -> Outcome[Any]:
-    """Solve a scene as asked, compare, and write the results folder (``out``, or one named after the scene).
+    """Solve a scene as asked, compare, and write the results folder (``out``, or one named after the scene);
+    ``then`` adds to what was found before it is written.
 
     The folder is there, whole, when this returns, and as it was before when this raises. Raises SceneError for a folder
     that can't be used (before anything is solved), and what `compare.pipeline.answer` raises.
@@ -42,6 +42,7 @@ def run(
     say, clock, kind = progress or (lambda _: None), Clock(), of(scene)
     with Folder(out or names.of(scene, request)) as folder, Renderer(kind.draws_field(scene, request)) as renderer:
         outcome = answer(scene, request, say, data, clock)
+        outcome = outcome if then is None else then(outcome)
         say("writing the results")
         outcome = write(outcome, folder.partial, renderer, clock)
     return replace(outcome, folder=folder.target, replaced=folder.replaced, timing=clock.all())
@@ -82,13 +83,13 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, clock: Clock)
 
 def _draw(
     outcome: Outcome[Any], planned: set[str], folder: Path, field: Field | None, renderer: Renderer
-) -> tuple[list[str], dict[str, Step]]:
+) -> tuple[list[str], list[Step]]:
     """Draws the figures as .png and .svg; returns the files' names, and the plan's lines that turned out otherwise."""
     from validate.report.figures.drawing import save, style
 
     kind = of(outcome.scene)
     files: list[str] = []
-    notes: dict[str, Step] = {}
+    notes: list[Step] = []
     with style():
         for name, draw in kind.FIGURES.items():
             if name in planned:
@@ -99,7 +100,7 @@ def _draw(
             # Last, because the picture comes from a process of its own.
             figure, note = kind.field_figure(outcome, field, renderer.image())
             files = [*([] if figure is None else save(figure, folder, kind.FIELD_FIGURE.replace(" ", "_"))), *files]
-            notes |= {} if note is None else {note.step: note}
+            notes += [] if note is None else [note]
     return files, notes
 
 

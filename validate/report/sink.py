@@ -63,6 +63,10 @@ def tables(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) -> l
     if shown:
         parts.append(checks_text(shown, style))
     parts.append(_reasons([check for check in shown if check.own], contrary, style))
+    if outcome.propagated is not None:
+        from validate.report.inputs import inputs_text
+
+        parts.append(inputs_text(outcome, outcome.propagated, style))
     if outcome.sensitivities is not None:
         from validate.report.sensitivities import sensitivities_text
 
@@ -196,6 +200,10 @@ def entries(outcome: Outcome[Sink]) -> dict[str, Any]:
     }
     if outcome.why is not None:
         found["why"] = document(outcome.why)
+    if outcome.propagated is not None:
+        from validate.report.inputs import entered
+
+        entered(found, outcome.propagated, outcome.sampled)
     if outcome.sensitivities is not None:
         found["sensitivities"] = outcome.sensitivities.document()
     if outcome.against is not None:
@@ -253,7 +261,8 @@ def stored(outcome: Outcome[Sink]) -> tuple[np.ndarray, float, Reduction | None]
 
     sink, request, one = outcome.scene, outcome.request, outcome.reduced1d
     times = stored_times(sink.end_time, request.field_times)
-    painted = None if one is None else of_result(sink, one)
+    # A row's spans are not painted: the model that is painted has one.
+    painted = None if one is None or sink.spans > 1 else of_result(sink, one)
     return times if request.transient else times[:0], sink.room_temperature, painted
 
 
@@ -261,6 +270,8 @@ FIGURES = {
     "figure5": "profile_figure.draw",
     "figure6": "time_figures.rises",
     "figure7": "time_figures.current",
+    "islands": "row_figures.profile",
+    "islands_runs": "row_figures.runs",
     "why": "why_figure.draw",
     "sensitivity": "sensitivity_figure.draw",
 }
@@ -270,7 +281,7 @@ FIELD_FIGURE = "figure4"
 
 def draws_field(sink: Sink, request: Request) -> bool:
     """Whether there will be a field to render."""
-    return FIELD_FIGURE not in plan.skipped_figures(request)
+    return FIELD_FIGURE not in plan.skipped_figures(request, sink)
 
 
 def field(outcome: Outcome[Sink]) -> Field:

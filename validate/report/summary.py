@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from compare.pipeline import kind
+from validate.report import of
 from validate.report.folder import SCHEMA
-from validate.report.kinds import of
 
 if TYPE_CHECKING:
     from compare.outcome import Outcome
@@ -77,6 +77,8 @@ def check_document(check: Check) -> dict[str, Any]:
     """A check as the summary has it."""
     found = asdict(check)
     time = found.pop("time")
+    if check.u_input is None:
+        del found["u_input"]
     return found if time is None else found | {"time_s": time}
 
 

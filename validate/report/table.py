@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from validate.report.kinds import of
+from validate.report import of
 
 if TYPE_CHECKING:
     from compare.outcome import Outcome

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 
 from validate.stress import coupling, drives, extremes, steps, sweep
 from validate.stress.rows import Row, failed
-from validate.verify.run import single_threaded
+from validate.verify.cases import single_threaded
 
 QUICK_SCENES = 24
 

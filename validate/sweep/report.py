@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from validate.report import html as report
-from validate.report.html.parts import section, table, values
-from validate.report.html.sections import figures
-from validate.report.html.words import text
+from validate.report.html.page import figures
+from validate.report.html.parts import section, table, text, values
 from validate.sweep.figures import COLOURS
 from validate.sweep.table import Table, blames
 

@@ -12,8 +12,7 @@ from scipy.special import ellipj, ellipk
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene
 from scenes.sink import SILICON
 from validate.verify import series
-from validate.verify.answers import ACCURACY, Expected, rows
-from validate.verify.rows import Row
+from validate.verify.answers import ACCURACY, Expected, Row, rows
 
 FAMILY, ROOM = "exact", 293.0
 

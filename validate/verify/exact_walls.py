@@ -1,23 +1,23 @@
-"""Exact cases: walls of one layer and of two, steady and transient."""
+"""Exact cases: walls of one layer and of two along y, solved in 3D, steady and transient."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from typing import Any, Literal
 
 import numpy as np
 
-from scenes.model import Probe, Schedule
+from scenes.model import Boundary, Box, Material, Point, Probe, Scene, Schedule, Value
 from scenes.sink import OXIDE, SILICON
 from validate.verify import series
-from validate.verify.answers import Expected, rows
+from validate.verify.answers import ACCURACY, Expected, Row, rows
 from validate.verify.laplace import HELD, INVERSION, Layer, step_response
-from validate.verify.rows import Row
-from validate.verify.walls import end, flat, point, wall
 
 FAMILY = "exact"
 ROOM, LENGTH = 293.0, 1e-3
 ONE = Layer(LENGTH, SILICON.thermal_conductivity, SILICON.heat_capacity)
 SLOW = LENGTH**2 * SILICON.heat_capacity / SILICON.thermal_conductivity  # s: L^2/alpha
+WIDTH, DEPTH = 20e-6, 2e-6  # m: the section along x and z
 TIMES = tuple((SLOW * np.array([0.005, 0.02, 0.1, 0.4, 1.0])).tolist())
 INSTANTS = np.array(TIMES)
 
@@ -136,3 +136,45 @@ def thin_layer() -> Iterator[Row]:
     yield from rows(FAMILY, "0.1 um of oxide on 250 um of silicon, transient", scene, [
         Expected(f"face {i}", "K", ROOM + rise[:, i], sum(drops), INVERSION * sum(drops)) for i in (0, 1)
     ], "Laplace domain, inverted")  # fmt: skip
+
+
+def wall(
+    name: str, layers: Sequence[Layer], boundaries: Sequence[Boundary], times: Sequence[float] = (),
+    probes: Sequence[Probe] = (), initial: float = 293.0, section: tuple[float, float] = (WIDTH, DEPTH),
+    heat_source: Value = 0.0,
+) -> Scene:  # fmt: skip
+    """Layers side by side, steady where no ``times`` (s) are given; probes of the faces between are "face 0" onwards,
+    besides those that are given."""
+    planes = np.concatenate([[0.0], np.cumsum([layer.thickness for layer in layers])]).tolist()
+    boxes = tuple(
+        Box(f"layer {i}", _material(i, layer), (0.0, planes[i], 0.0), (section[0], planes[i + 1], section[1]),
+            heat_source)
+        for i, layer in enumerate(layers)
+    )  # fmt: skip
+    faces = tuple(Probe(f"face {i}", *flat(y, section)) for i, y in enumerate(planes))
+    return Scene(
+        name, boxes, tuple(boundaries), (*faces, *probes), initial, max(times, default=1.0), ACCURACY,
+        not times, tuple(times),
+    )  # fmt: skip
+
+
+def end(
+    kind: Literal["temperature", "heat_flux", "convection", "voltage"], y: float, value: Any, ambient: Value = 293.0,
+    section: tuple[float, float] = (WIDTH, DEPTH),
+) -> Boundary:  # fmt: skip
+    """A condition on the plane at y (m)."""
+    return Boundary(f"{kind} {y:g}", kind, *flat(y, section), value, ambient)
+
+
+def flat(y: float, section: tuple[float, float] = (WIDTH, DEPTH)) -> tuple[Point, Point]:
+    """The flat box across a wall at y (m)."""
+    return (0.0, y, 0.0), (section[0], y, section[1])
+
+
+def point(name: str, y: float) -> Probe:
+    """A temperature probe on the axis of a wall at y (m)."""
+    return Probe(name, (WIDTH / 2, y, DEPTH / 2), (WIDTH / 2, y, DEPTH / 2))
+
+
+def _material(number: int, layer: Layer) -> Material:
+    return Material(f"layer {number}", layer.conductivity, 1.0, layer.heat_capacity)

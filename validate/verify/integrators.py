@@ -15,8 +15,8 @@ from reduced1d.device.crank_nicolson import crank_nicolson, mesh_ratio
 from reduced1d.device.lumped import Slab
 from scenes.sink import Sink
 from validate.verify import hexahedra, manufactured
+from validate.verify.answers import Row, observed_order, order_row
 from validate.verify.reference import FullOrder
-from validate.verify.rows import Row, observed_order, order_row
 
 FAMILY = "order in time"
 

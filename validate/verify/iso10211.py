@@ -11,9 +11,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene
-from validate.verify.answers import Expected, rows
+from validate.verify.answers import Expected, Row, rows
 from validate.verify.published import FAMILY, ISO, ZERO, worst
-from validate.verify.rows import Row
 
 ACCURACY, ROUGH = 1e-3, 2e-2  # the latter for the large model of case 3, whose band is 1 %
 

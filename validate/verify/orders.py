@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from validate.verify import bricks, hexahedra
+from validate.verify.answers import Row, observed_order, order_row
 from validate.verify.manufactured import Heating, Manufactured
-from validate.verify.rows import Row, observed_order, order_row
 
 FAMILY = "order in space"
 CUTS = {

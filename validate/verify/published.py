@@ -13,10 +13,9 @@ import numpy as np
 
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene, Schedule
 from validate.verify import series
-from validate.verify.answers import ACCURACY, Expected, rows
+from validate.verify.answers import ACCURACY, Expected, Row, rows
+from validate.verify.exact_walls import end, wall
 from validate.verify.laplace import Layer
-from validate.verify.rows import Row
-from validate.verify.walls import end, wall
 
 FAMILY = "published"
 ZERO = 273.15  # K: 0 degrees Celsius

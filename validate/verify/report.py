@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
-from validate.verify.rows import Row
+from validate.verify.answers import Row
 
 if TYPE_CHECKING:
     from validate.report.table import Style

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from scenes.sink import Sink
-from validate.verify.rows import Row, skipped
+from validate.verify.answers import Row, skipped
 
 FAMILY, CASE = "second code", "the sink at 1 V, steady"
 ORDERS = (3, 4)

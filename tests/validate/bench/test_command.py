@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from validate.bench import frontier, summary
+from validate.bench import page, work
 from validate.cli import main
 
 MACHINE = {"processor": "one", "ngsolve": "not installed", "FreeFEM": "not installed"}
@@ -20,7 +20,7 @@ ROWS = [
     {**WHOLE, "tool": "NGSolve", "label": "order 3", "median_s": 1.0, "claimed": None},
 ]  # fmt: skip
 REFERENCE = {"made_by": "one", "checked_by": "two", "uncertainty": 1e-6}
-WORK = {"reference": REFERENCE, "rows": ROWS, "targets": frontier.targets(ROWS)}
+WORK = {"reference": REFERENCE, "rows": ROWS, "targets": work.targets(ROWS)}
 
 
 @pytest.mark.parametrize(
@@ -48,10 +48,10 @@ def test_a_page_is_made_of_numbers_measured_before(tmp_path, capsys):
     skips = [{"skip": "symmetry", "failure": "", "on_s": 0.5, "off_s": 2.0}]
     numbers = {"schema": 2, "quick": False, "machine": MACHINE, "skips": skips, "steady": WORK}
     (tmp_path / "found.json").write_text(json.dumps(numbers))
-    page = tmp_path / "page.md"
-    given = ["--from", str(tmp_path / "found.json"), "--part", "skips", "--markdown", str(page)]
+    written = tmp_path / "page.md"
+    given = ["--from", str(tmp_path / "found.json"), "--part", "skips", "--markdown", str(written)]
     assert main(["bench", *given]) == 0
-    text = page.read_text()
+    text = written.read_text()
     assert (
         "| 1 % | 2 s | 0.5 s | 1 s; **ahead: 2.0 times as fast as our whole run**; "
         "2.0 times as long as our solve on a given mesh |"
@@ -69,7 +69,7 @@ def test_a_page_is_made_of_numbers_measured_before(tmp_path, capsys):
     assert ["1", "%", "2", "0.5", "1"] in shown
     assert ["0.01", "%", "-", "-", "-"] in shown
     assert ["symmetry", "0.5", "2", "4.00"] in shown
-    assert said.splitlines()[-1] == f"Wrote {page}, {tmp_path / 'figures' / 'benchmark-steady.png'}"
+    assert said.splitlines()[-1] == f"Wrote {written}, {tmp_path / 'figures' / 'benchmark-steady.png'}"
 
 
 def test_a_long_name_does_not_make_a_table_wider_than_the_terminal():
@@ -77,7 +77,7 @@ def test_a_long_name_does_not_make_a_table_wider_than_the_terminal():
         {"skip": "symmetry " * 20, "failure": "", "on_s": 0.5, "off_s": 2.0},
         {"skip": "broken", "failure": "took too long " * 9},
     ]
-    said = summary.text({"skips": skips})
+    said = page.text({"skips": skips})
     assert max(map(len, said.splitlines())) <= 80
     assert said.count("took too long") == 9
 

@@ -24,8 +24,7 @@ from scenes.loading import load
 from scenes.plan import Request
 from scenes.result import Result
 from scenes.sink import Sink
-from validate.bench.ladder_measures import errors
-from validate.bench.ladder_table import scene, slow_row, thin_row
+from validate.bench.ladder_table import errors, scene, slow_row, thin_row
 from validate.report.budget import budget_text, document
 
 SCENES = {
@@ -217,7 +216,7 @@ def test_the_plates_estimate_of_what_it_leaves_out() -> None:
 
 def test_a_row_of_the_page(monkeypatch: pytest.MonkeyPatch) -> None:
     """With the cheapest 3D solution; what matters is that every model has its row."""
-    monkeypatch.setattr("validate.bench.ladder_measures.REPEATS", 1)
+    monkeypatch.setattr("validate.bench.ladder_table.REPEATS", 1)
     monkeypatch.setattr("validate.bench.ladder_table.MODELS", ("paper", "plate", "moments:3"))
     text = "".join(scene("A title", ["sink.width=150um"], "1e-3"))
     lines = text.splitlines()

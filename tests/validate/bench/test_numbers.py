@@ -6,18 +6,18 @@ import pytest
 from fem3d import element
 from meshes import connected
 from scenes.sink import Sink
-from validate.bench import fresh, frontier, growth, plots, sample
+from validate.bench import growth, plots, problem, work, worker
 from validate.bench.entries import FREEFEM, GIVEN, NGSOLVE, OURS, REDUCTION, SCIKIT_FEM, WHOLE
-from validate.bench.runge_kutta import METHODS
+from validate.bench.tools.methods import METHODS
 
 
 def test_every_instant_of_the_comparison_is_a_step():
     for per_interval in (1, 2, 3):
-        times = sample.step_times(per_interval)
-        assert np.allclose(times[sample.at_times(times)], sample.TIMES, rtol=1e-12, atol=0)
+        times = problem.step_times(per_interval)
+        assert np.allclose(times[problem.at_times(times)], problem.TIMES, rtol=1e-12, atol=0)
         assert (np.diff(times) > 0).all()
     with pytest.raises(ValueError, match="not among the steps"):
-        sample.at_times(np.linspace(0.0, sample.END, 1000))
+        problem.at_times(np.linspace(0.0, problem.END, 1000))
 
 
 def error(method, steps):
@@ -57,18 +57,18 @@ def test_the_fastest_at_an_error_counts_and_a_peer_is_held_against_both_of_ours(
         row(WHOLE, 1.0, 5e-3), row(WHOLE, 3.0, 5e-5), row(GIVEN, 0.25, 5e-3), row(NGSOLVE, 0.5, 9e-3),
         row(NGSOLVE, 6.0, 9e-5), row(NGSOLVE, 0.1, 2e-2), row(FREEFEM, 0, 0, "took too long"),
     ]  # fmt: skip
-    percent, tenth, hundredth, last = frontier.targets(rows)
+    percent, tenth, hundredth, last = work.targets(rows)
     none = dict.fromkeys(OURS)
     assert percent["ratios"] == {SCIKIT_FEM: none, NGSOLVE: {WHOLE: 0.5, GIVEN: 2.0}, FREEFEM: none}
     assert tenth["ratios"][NGSOLVE] == hundredth["ratios"][NGSOLVE] == {WHOLE: 2.0, GIVEN: None}
-    assert last["fastest"] == dict.fromkeys((*OURS, *frontier.PEERS))
-    said = frontier.verdict(percent["fastest"][NGSOLVE], percent["fastest"])
+    assert last["fastest"] == dict.fromkeys((*OURS, *work.PEERS))
+    said = work.verdict(percent["fastest"][NGSOLVE], percent["fastest"])
     assert "**ahead: 2.0 times as fast as our whole run**" in said
     assert "2.0 times as long as our solve on a given mesh" in said
     assert said.count("ahead") == 1
-    behind = frontier.verdict(tenth["fastest"][NGSOLVE], tenth["fastest"])
+    behind = work.verdict(tenth["fastest"][NGSOLVE], tenth["fastest"])
     assert "**ahead of our solve on a given mesh, which does not get there**" in behind
-    assert frontier.verdict(None, last["fastest"]) == "no entry gets there"
+    assert work.verdict(None, last["fastest"]) == "no entry gets there"
 
 
 def test_only_points_that_no_other_beats_are_joined():
@@ -96,7 +96,7 @@ def test_names_near_each_other_make_room():
 def test_a_solve_finds_nothing_of_the_scene_that_an_earlier_one_worked_out():
     connected.anchored(Sink().scene())
     table = element.factors(3)
-    fresh.forget()
+    worker.forget()
     assert connected.anchored.cache_info().currsize == connected.coarsest.cache_info().currsize == 0
     assert element.factors(3) is table
 

@@ -7,8 +7,8 @@ import subprocess
 
 import pytest
 
-from validate.cli.commands import COMMANDS
-from validate.cli.shells import script
+from validate.cli.arguments import COMMANDS
+from validate.cli.completion import script
 
 ASKED = {
     "validate ": set(COMMANDS),

@@ -18,7 +18,10 @@ SAME = {"--help", "--out", "--no-figures", "--explain", "--dry-run", "--strict",
 DIFFERENT = {
     "sink": [
         "", "--voltage 2", "--set sink.width=20um", "--accuracy 1e-4", "--steady", "--only 3d", "--only 1d",
-        "--reduction fin", "--reduction moments:3", "--why", "--sensitivities", "--fields",
+        "--reduction fin", "--reduction moments:3", "--why", "--sensitivities", "--uncertain materials",
+        "--uncertain oxide_width=1%", "--uncertain oxide_width=1% --uncertain pad_width=1%",
+        "--uncertain oxide_width=1% --uncertain pad_width=1% --correlated oxide_width,pad_width=0.5",
+        "--uncertain materials --monte-carlo 10", "--fields",
         "--fields --field-times 1ms",
         "--fields --field-times 2ms", "--against a.csv", "--against b.csv", "--against sub/a.csv", "--against ../a.csv",
         "--against a.csv --column mean=2", "--set checks.tolerances.eq14=0.5", "--set tolerances.eq14=0.4",

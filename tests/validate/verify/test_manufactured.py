@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from validate.verify import bricks, hexahedra, manufactured
-from validate.verify.rows import observed_order
+from validate.verify.answers import observed_order
 
 POINTS = np.random.default_rng(1).uniform(0.1, 0.5, (3, 20))
 STEP = 1e-4

@@ -8,7 +8,7 @@ import pytest
 from validate.cli import main
 from validate.report.table import Style
 from validate.verify import cases, report
-from validate.verify.rows import Row, observed_order, order_row, skipped
+from validate.verify.answers import Row, observed_order, order_row, skipped
 
 GOOD = Row("exact", "slab", "middle", "K", 300.0, 300.001, 0.002, 0.01)
 FAR = Row("exact", "slab", "mean", "K", 300.0, 300.003, 0.002, 0.01, "a source")
@@ -42,7 +42,6 @@ def test_the_table_says_what_differs_and_why():
 
 def one_case(monkeypatch, rows):
     monkeypatch.setattr(cases, "CASES", (cases.Case("exact", "one", lambda: iter(rows)),))
-    monkeypatch.setattr("validate.verify.run.CASES", cases.CASES)
 
 
 def test_the_exit_status_follows_the_verdicts(monkeypatch, capsys, tmp_path):
@@ -62,7 +61,6 @@ def test_a_case_that_fails_is_a_row(monkeypatch, capsys):
         raise ArithmeticError("no luck")
 
     monkeypatch.setattr(cases, "CASES", (cases.Case("exact", "one", broken),))
-    monkeypatch.setattr("validate.verify.run.CASES", cases.CASES)
     assert main(["verify", "--jobs", "1"]) == 1
     assert "ended with ArithmeticError: no luck" in capsys.readouterr().out
 

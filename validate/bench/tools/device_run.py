@@ -9,14 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from reduced1d.device import paper
 from reduced1d.device.accurate import solve_accurate
-from reduced1d.device.lumped import lump
-from scenes.device import Device
+from reduced1d.device.paper import PaperScheme, paper_traces
 from scenes.keys import DEVICE
 from scenes.loading import load
-from scenes.loop.controller import law
-from scenes.loop.timetable import timetable
 
 
 def prepare(options: dict[str, Any]) -> tuple[Callable[[], np.ndarray], Callable[[np.ndarray], dict[str, Any]]]:
@@ -25,7 +21,8 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], np.ndarray], Callable
 
     def solve() -> np.ndarray:
         if options["scheme"] == "paper":
-            return _paper(device, paper.PaperScheme(options["dt"], options["nx"], options["nt"]))
+            traces, _ = paper_traces(device, PaperScheme(options["dt"], options["nx"], options["nt"]))
+            return traces[:, :2].T
         found = solve_accurate(replace(device, accuracy=options["accuracy"]))
         return np.array([found.sink_K, found.sensor_K]) - device.sink.room_temperature
 
@@ -33,17 +30,3 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], np.ndarray], Callable
         return {"values": {"sink": rises[0].tolist(), "sensor": rises[1].tolist()}, "set_rise": device.set_rise}
 
     return solve, read
-
-
-def _paper(device: Device, scheme: paper.PaperScheme) -> np.ndarray:
-    """(2, samples): as `paper.solve_paper` does it, up to the traces."""
-    lumped, table = lump(device), timetable(device)
-    per_sample = int(np.ceil(table.sample_time / scheme.dt - 1e-9))
-    used = paper.PaperScheme(table.sample_time / per_sample, scheme.nx, scheme.nt)
-    if paper.spectral_radius(lumped, used) > 1 + 1e-12:
-        raise paper.UnstableStepError("the paper's scheme is unstable at this step")
-    control = law(device, lumped.resistance, lumped.coefficient)
-    steps = {k * per_sample + round(after / used.dt): outer for k, at in table.steps.items() for after, outer in at}
-    traces = paper._march(lumped, control, used, table.samples, per_sample, steps)
-    found: np.ndarray = traces[:, :2].T
-    return found

@@ -19,13 +19,11 @@ from typing import Any
 
 import numpy as np
 
-from meshes import symmetry
 from scenes.loading import load
 from scenes.sink import Sink
-from validate.bench import cells
-from validate.bench.runge_kutta import METHODS
-from validate.bench.sample import QUANTITIES, at_times, step_times
+from validate.bench.problem import QUANTITIES, at_times, graded, quarter, step_times
 from validate.bench.tools import tetrahedra
+from validate.bench.tools.methods import METHODS
 
 MICRO = 1e6
 COPIES = 4
@@ -39,10 +37,10 @@ Answer = tuple[np.ndarray, float]
 def prepare(options: dict[str, Any]) -> tuple[Callable[[], Answer], Callable[[Answer], dict[str, Any]]]:
     """Run the script in a folder of its own; read what it wrote."""
     sink = load("sink", [])
-    scene = symmetry.reduce(sink.scene()).scene
+    scene = quarter(sink)
     times = step_times(options["steps"]) if options["transient"] else np.empty(0)
     folder = Path(tempfile.mkdtemp())
-    tetrahedra.write(cells.graded(scene, options["grading"], options["cuts"], 1), folder / "quarter.mesh")
+    tetrahedra.write(graded(scene, options["grading"], options["cuts"], 1), folder / "quarter.mesh")
     (folder / "input.txt").write_text(
         " ".join(map(repr, _inputs(sink, times, METHODS[options["method"]]))) + "\n", encoding="utf-8"
     )

@@ -19,14 +19,12 @@ import ngsolve as ng
 import numpy as np
 from ngsolve import dx, grad
 
-from meshes import symmetry
 from scenes.loading import load
 from scenes.model import Box
 from scenes.sink import Sink
-from validate.bench import cells
-from validate.bench.runge_kutta import METHODS
-from validate.bench.sample import QUANTITIES, at_times, step_times
+from validate.bench.problem import QUANTITIES, at_times, graded, quarter, step_times
 from validate.bench.tools import hexahedra
+from validate.bench.tools.methods import METHODS
 
 MICRO = 1e-6
 COPIES = 4
@@ -167,9 +165,7 @@ def transient(problem: Problem) -> list[Row]:
 def prepare(options: dict[str, Any]) -> tuple[Callable[[], Any], Callable[[Any], dict[str, Any]]]:
     """Assemble and solve the quarter on its mesh; read the numbers."""
     sink = load("sink", [])
-    brick = cells.graded(
-        symmetry.reduce(sink.scene()).scene, options["grading"], 1, options["order"], options["layers"]
-    )
+    brick = graded(quarter(sink), options["grading"], 1, options["order"], options["layers"])
     mesh = hexahedra.of(brick)
 
     def solve() -> tuple[int, list[Row]]:

@@ -12,8 +12,7 @@ from typing import Any
 from fem3d.study import Quantities
 from meshes import symmetry
 from scenes.loading import load
-from validate.bench import cells
-from validate.bench.sample import QUANTITIES, at_times, step_times
+from validate.bench.problem import QUANTITIES, at_times, graded, step_times
 from validate.verify import reference
 
 Answer = tuple[int, int, list[Quantities]]
@@ -23,7 +22,7 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], Answer], Callable[[An
     """Assemble and solve the quarter on its mesh; read the numbers."""
     sink = load("sink", [])
     part = symmetry.reduce(sink.scene())
-    mesh = cells.graded(part.scene, options["grading"], options["cuts"], options["degree"])
+    mesh = graded(part.scene, options["grading"], options["cuts"], options["degree"])
 
     def solve() -> Answer:
         full = reference.assemble(part.scene, mesh)

@@ -17,13 +17,11 @@ from scipy.sparse.linalg import splu
 from skfem import Basis, ElementHex1, ElementHex2, FacetBasis, LinearForm, MeshHex
 
 from fem3d import forms
-from meshes import symmetry
 from scenes.loading import load
 from scenes.model import Box
 from scenes.sink import Sink
-from validate.bench import cells
-from validate.bench.runge_kutta import METHODS
-from validate.bench.sample import QUANTITIES, at_times, step_times
+from validate.bench.problem import QUANTITIES, at_times, graded, quarter, step_times
+from validate.bench.tools.methods import METHODS
 from validate.verify import reference
 
 COPIES = 4
@@ -143,7 +141,7 @@ def prepare(
 ) -> tuple[Callable[[], tuple[int, list[Row]]], Callable[[tuple[int, list[Row]]], dict[str, Any]]]:
     """Assemble and solve the quarter on its mesh; read the numbers."""
     sink = load("sink", [])
-    brick = cells.graded(symmetry.reduce(sink.scene()).scene, options["grading"], options["cuts"], 1)
+    brick = graded(quarter(sink), options["grading"], options["cuts"], 1)
     mesh, owner = reference.hexahedra(brick)
 
     def solve() -> tuple[int, list[Row]]:

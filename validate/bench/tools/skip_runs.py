@@ -1,4 +1,5 @@
-"""The default sink with one skip of the plan on or off: ``options`` are its name and whether it is ``off``.
+"""The default sink with one skip of the plan on or off: ``options`` are the ``skip``, whether it is ``off`` and the
+``accuracy``, or the ``arguments`` of a whole `validate` command from cold, timed on the wall as its user waits for it.
 
 What is switched is the input of the solver (the part that is solved, the request, the scene), never a flag made for
 this.
@@ -6,6 +7,10 @@ this.
 
 from __future__ import annotations
 
+import subprocess
+import sys
+import tempfile
+import time
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -22,8 +27,19 @@ Job = Callable[[], object]
 
 def prepare(options: dict[str, Any]) -> tuple[Job, Callable[[object], dict[str, Any]]]:
     """The job with the skip on, or without it."""
+    if "arguments" in options:
+        return lambda: _command(options["arguments"]), lambda seconds: {"seconds": [seconds]}
     job = SKIPS[options["skip"]](load("sink", [f"accuracy={options['accuracy']}"]), bool(options["off"]))
     return job, lambda _: {}
+
+
+def _command(arguments: list[str]) -> float:
+    """The seconds of a command with its results in a folder that is removed."""
+    with tempfile.TemporaryDirectory() as folder:
+        command = [sys.executable, "-m", "validate", *arguments, "--quiet", "--out", folder + "/run"]
+        started = time.perf_counter()
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+        return time.perf_counter() - started
 
 
 def _symmetry(sink: Sink, off: bool) -> Job:

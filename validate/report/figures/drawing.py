@@ -72,6 +72,9 @@ def verdict_line(check: Check) -> str:
         return (
             f"{mark} {check.id} {word}: {check.title} is off by up to {most} (tolerance {percent(check.tolerance, 1)})"
         )
+    if check.id not in _MEANS:
+        most = difference_text(check.difference, check.u_num, "±")
+        return f"{mark} {check.id} {word}: {check.title}: {most} (tolerance {percent(check.tolerance, 1)})"
     said = _MEANS[check.id].format(difference_text(check.difference, check.u_num, "±"))
     if check.id == "fig5":
         said = said.replace("+", "")

@@ -7,9 +7,7 @@ from typing import Any
 
 from scenes.checks import OF_THE_REDUCTION
 from scenes.formats import difference_text, percent
-from validate.report.html.parts import row, section
-from validate.report.html.values import PLUS_MINUS, Document, number
-from validate.report.html.words import shown, text
+from validate.report.html.parts import PLUS_MINUS, Document, number, row, section, shown, text
 from validate.report.sink import kind_of
 
 _MARKS = {"agrees": "\N{CHECK MARK}", "differs": "\N{MULTIPLICATION X}", "unresolved": "?"}

@@ -6,9 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from scenes.formats import percent
-from validate.report.html.parts import section, table
-from validate.report.html.values import Document
-from validate.report.html.words import named, shown, text
+from validate.report.html.parts import Document, named, section, shown, table, text
 
 
 def device(document: Document) -> str:

@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenes.formats import quantity
-from validate.report.html.parts import section
-from validate.report.html.words import text
+from validate.report.html.parts import section, text
 
 if TYPE_CHECKING:
     from validate.report.figures.render import Field

@@ -1,11 +1,91 @@
-"""The pieces that sections are built of: tables that become cards on a phone, lists of keys and values."""
+"""What sections are built of: escaped texts with names and units for what a summary calls by a key, values with their
+errors, tables that become cards on a phone, lists of keys and values."""
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
+from html import escape
 from typing import Any
 
-from validate.report.html.words import named, shown, text
+from scenes.formats import quantity, with_error
+from validate.report.claims import NAMES as DEVICE
+from validate.report.sink import QUANTITIES as SINK
+
+_NAMED = SINK | DEVICE
+_UNITS = {
+    "_K_per_W": "K/W", "_W_per_m2": "W/m2", "_A_per_m2": "A/m2", "_K": "K", "_A": "A", "_W": "W", "_V": "V", "_s": "s",
+    "_m3": "m3", "_m": "m", "_J": "J", "_Hz": "Hz", "_ohm": "ohm",
+}  # fmt: skip
+
+
+def text(value: object) -> str:
+    """Escaped, with the numbers of an exponent or a unit kept on one line with it."""
+    return re.sub(r"(?<=\d) (?=[A-Za-z%\N{PLUS-MINUS SIGN}])", "&nbsp;", escape(str(value)))
+
+
+def named(key: str) -> tuple[str, str]:
+    """A key as a name and its unit: "peak_rise_K" is ("peak rise", "K")."""
+    if key in _NAMED:
+        return _NAMED[key]
+    for ending, unit in _UNITS.items():
+        if key.endswith(ending):
+            return key.removesuffix(ending).replace("_", " "), unit
+    return key.replace("_", " "), ""
+
+
+def shown(value: Any, unit: str = "") -> str:
+    """A value of a summary as a person reads it, escaped."""
+    if value is None:
+        return "none"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int):
+        return f"{value:,}".replace(",", "&#8239;")
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            return "infinite"
+        # A volume takes no prefix: a "pm3" is a cubic picometre.
+        return text(quantity(value, unit, 5) if unit and unit != "m3" else f"{value:.6g} {unit}".rstrip())
+    return text(value)
+
+
+Document = Mapping[str, Any]
+PLUS_MINUS = "\N{PLUS-MINUS SIGN}"
+
+
+def steady_of(document: Document, model: str) -> Mapping[str, Any]:
+    found = (document.get(model) or {}).get("steady") or {}
+    return found if isinstance(found, Mapping) else {}
+
+
+def value_of(item: Mapping[str, Any] | None) -> float | None:
+    return None if item is None else item.get("value")
+
+
+def number(value: Any) -> float:
+    """A summary has null where a number is not finite."""
+    return float("inf") if value is None else float(value)
+
+
+def value_with_error(item: Mapping[str, Any] | None, unit: str) -> str:
+    if item is None or item.get("value") is None:
+        return ""
+    if item.get("error") is None:
+        return text(quantity(item["value"], unit, 6))
+    value, error, shown_unit, _, _ = with_error(item["value"], item["error"], unit)
+    return text(f"{value} {PLUS_MINUS} {error} {shown_unit}")
+
+
+def error_text(error: float, unit: str) -> str:
+    return text(quantity(error, unit, 2))
+
+
+def probe_or_quantity(document: Document, key: str) -> tuple[str, str]:
+    """Name and unit of a key of a model's values: a probe has its own, a quantity's are in the key."""
+    units = (document.get("fem3d") or {}).get("units") or {}
+    return (key, units[key]) if key in units else named(key)
 
 
 def section(title: str, *content: str) -> str:

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from validate.report.html.parts import section, table
-from validate.report.html.values import PLUS_MINUS, Document
-from validate.report.html.words import named, text
+from validate.report.html.parts import PLUS_MINUS, Document, named, section, table, text
 
 _LEAST = 5e-5  # of a slope: less is shown as nothing
 

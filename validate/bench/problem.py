@@ -1,4 +1,9 @@
-"""The numbers that entries are compared by: the sink's steady state, and its traces at a few instants."""
+"""What every entry is given: cells, steps in time and methods; and the numbers that entries are compared by.
+
+The cells are those that this toolkit starts with for an accuracy, cut further: graded towards the singular edges with
+its knowledge of the exponents, which a user of another program would have to work out or find by trial; all entries
+share them so that a comparison is of solvers, not of patience.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +11,11 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
+
+from meshes import grading, symmetry
+from meshes.grid import Grid
+from scenes.model import Scene
+from scenes.sink import Sink
 
 QUANTITIES = ("peak_rise_K", "end_rise_K", "mean_rise_K", "current_A")
 END = 0.02  # s, of the default sink
@@ -45,3 +55,22 @@ def trace_errors(found: Values, reference: Values, steady: Values) -> dict[str, 
     return {
         q: float(np.abs(np.array(found[q]) - np.array(reference[q])).max()) / abs(steady[q][-1]) for q in QUANTITIES
     }
+
+
+def quarter(sink: Sink) -> Scene:
+    """The quarter of a sink that every entry solves."""
+    return symmetry.reduce(sink.scene()).scene
+
+
+def graded(scene: Scene, accuracy: float, cuts: int, degree: int, layers: int | None = None) -> Grid:
+    """The first grid for an accuracy, each interval in ``cuts`` equal pieces but for those across thin layers, which
+    stay whole; of one degree everywhere, or of another one (``layers``) across those."""
+    breaks, degrees = [], []
+    first = grading.first_grid(scene, accuracy, grading.features(scene))
+    for old, own in zip(first.breaks, first.degrees, strict=True):
+        thin = own < grading.LEAST_AT_EDGE
+        count = np.where(thin, 1, cuts)
+        inner = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(old, old[1:], count, strict=False)]
+        breaks.append(np.append(np.concatenate(inner), old[-1]))
+        degrees.append(np.repeat(np.where(thin, degree if layers is None else layers, degree), count))
+    return first.with_axes(breaks, degrees)

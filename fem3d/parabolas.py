@@ -19,7 +19,7 @@ _BETWEEN = np.array([-0.8, -0.5, -0.2, 0.2, 0.5, 0.8])  # where in a piece the p
 
 
 @dataclass(frozen=True, eq=False)
-class Pieces:
+class CutAxis:
     """Breakpoints (m) of an axis with its intervals cut into ``counts`` equal pieces each."""
 
     breaks: np.ndarray
@@ -65,7 +65,7 @@ def samples(breaks: np.ndarray, degrees: np.ndarray) -> np.ndarray:
 
 def cut(
     breaks: np.ndarray, degrees: np.ndarray, lines: Sequence[np.ndarray], tolerances: Sequence[float]
-) -> tuple[Pieces, float]:
+) -> tuple[CutAxis, float]:
     """The pieces that an axis needs, and how far the parabolas are off at most, over the tolerance.
 
     ``lines`` holds, for each field, its values (samples, lines) at `samples` on lines along the axis, not numbers where
@@ -85,7 +85,7 @@ def cut(
             count = min(MOST, max(count + 1, int(np.ceil(count * off ** (1 / 3)))))
         counts.append(count)
         worst = max(worst, off)
-    return Pieces(breaks, np.array(counts)), worst
+    return CutAxis(breaks, np.array(counts)), worst
 
 
 def _distance(degree: int, count: int, fields: Sequence[np.ndarray], tolerances: Sequence[float]) -> float:

@@ -1,0 +1,171 @@
+"""What the uncertainties of the inputs make of quantities and of differences: u_input of ASME V&V 20.
+
+To first order (GUM 5.2.2): u_input^2 = s^T C s with the logarithmic derivatives s of a quantity and the covariance C of
+the relative deviations of the keys. Both models have the same keys, which move them together: the u_input of a
+difference is that of the difference, with its own derivatives.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from compare.checks import DEFINITIONS
+from compare.inputs.sensitivities import QUANTITIES, Sensitivities
+from compare.verdict import Check, Models
+from scenes.formats import percent
+from scenes.result import Estimate, Result
+from scenes.sink import Sink
+from scenes.uncertain import Uncertain
+from scenes.varied import varied
+
+STEP = 1e-4  # of a key: differences of formulas are off by its square
+BENT, SHARE = 0.1, 0.3  # of the first-order change; of u_input
+UNMOVED = ("fig5", "energy")
+"""Checks of the profile, whose derivatives are not there, and of a residual, which is nobody's input."""
+
+
+@dataclass(frozen=True)
+class Propagated:
+    """u_input by quantity: ``fem3d`` and ``reduced1d`` in the quantity's unit, ``difference`` of 1D / 3D - 1; and which
+    key adds ``most`` to its square; ``sensitivities`` are what it is made of."""
+
+    uncertain: Uncertain
+    sensitivities: Sensitivities
+    fem3d: dict[str, float]
+    reduced1d: dict[str, float]
+    difference: dict[str, float]
+    most: dict[str, str]
+
+
+def propagated(
+    uncertain: Uncertain, found: Sensitivities, fem3d: Result | None, reduced1d: Result | None
+) -> Propagated:
+    """The u_input of the steady quantities of both models and of their differences."""
+    keys, covariance = list(uncertain.relative), uncertain.covariance()
+    three: dict[str, np.ndarray] = {}
+    one: dict[str, np.ndarray] = {}
+    for model, result, into in (("fem3d", fem3d, three), ("reduced1d", reduced1d, one)):
+        for name in result.steady if result else ():
+            slopes = [_slope(found, key, name, model) for key in keys]
+            if all(s is not None for s in slopes):
+                into[name] = np.array(slopes, float)
+    u_3d = {n: abs(fem3d.steady[n].value) * combined(s, covariance) for n, s in three.items()} if fem3d else {}
+    u_1d = {n: abs(reduced1d.steady[n].value) * combined(s, covariance) for n, s in one.items()} if reduced1d else {}
+    apart = {}
+    if fem3d and reduced1d:
+        for name in three.keys() & one.keys():
+            ratio = reduced1d.steady[name].value / fem3d.steady[name].value
+            apart[name] = abs(ratio) * combined(one[name] - three[name], covariance)
+    most = {n: _most(keys, s, covariance) for n, s in (one | three).items()}
+    return Propagated(uncertain, found, u_3d, u_1d, apart, most)
+
+
+def bent(sink: Sink, propagated: Propagated) -> tuple[str, ...]:
+    """Sentences on the keys whose uncertainty is so large that a rise does not follow them in proportion, as the
+    paper's formulas have it: where the second-order part is more than `BENT` of the first, and matters."""
+    from reduced1d.sink import solve
+
+    said = []
+    middle = solve(sink, steady_only=True).steady
+    for key, u in propagated.uncertain.relative.items():
+        more, less = (solve(varied(sink, key, 1 + sign * min(u, 0.9)), steady_only=True).steady for sign in (1, -1))
+        for name in ("peak_rise_K", "end_rise_K"):
+            first = more[name].value - less[name].value
+            second = more[name].value + less[name].value - 2 * middle[name].value
+            matters = abs(first) / 2 > propagated.reduced1d.get(name, 0.0) * SHARE
+            if matters and abs(second) > BENT * abs(first):
+                said.append(
+                    f"{key} is known to {percent(u)} only: over that range the {QUANTITIES[name]} bends by "
+                    f"{percent(abs(second / first))} of its change, which u_input, of first order, leaves out; "
+                    "--monte-carlo N samples it"
+                )
+                break
+    return tuple(said)
+
+
+def combined(slopes: np.ndarray, covariance: np.ndarray) -> float:
+    """The root of s^T C s."""
+    return float(np.sqrt(max(slopes @ covariance @ slopes, 0.0)))
+
+
+def _slope(found: Sensitivities, key: str, name: str, model: str) -> float | None:
+    slope = found.steady[key].get(name)
+    if slope is None:
+        return None
+    if model != "fem3d":
+        return slope.reduced1d
+    return None if slope.fem3d is None else slope.fem3d.value
+
+
+def _most(keys: Sequence[str], slopes: np.ndarray, covariance: np.ndarray) -> str:
+    own = slopes**2 * np.diag(covariance)
+    return keys[int(own.argmax())] if own.any() else ""
+
+
+def judged(
+    checks: Sequence[Check],
+    sink: Sink,
+    fem3d: Result,
+    reduced1d: Result | None,
+    uncertain: Uncertain,
+    found: Sensitivities,
+) -> tuple[Check, ...]:
+    """The checks with their u_input, where both models' quantities in them have derivatives."""
+    keys, covariance = list(uncertain.relative), uncertain.covariance()
+    made = [check for check in checks if check.id in DEFINITIONS and check.id not in UNMOVED]
+    slopes: dict[str, np.ndarray] = {check.id: np.zeros(len(keys)) for check in made}
+    for n, key in enumerate(keys):
+        beside = []
+        for step in (STEP, -STEP):
+            moved = _Moved(found, key, step)
+            models = Models(varied(sink, key, 1 + step), moved(fem3d, sink), reduced1d and moved(reduced1d, sink))
+            beside.append({check.id: DEFINITIONS[check.id](models).difference for check in made})
+        for name, own in slopes.items():
+            own[n] = (beside[0][name] - beside[1][name]) / (2 * STEP)
+    known = {name: combined(own, covariance) for name, own in slopes.items() if np.isfinite(own).all()}
+    return tuple(replace(check, u_input=known.get(check.id)) for check in checks)
+
+
+class _Moved:
+    """A result as it would be, to first order, with one key larger by a relative step; what has no derivative becomes
+    no number."""
+
+    def __init__(self, found: Sensitivities, key: str, step: float) -> None:
+        self._found, self._key, self._step = found, key, step
+
+    def __call__(self, result: Result, sink: Sink) -> Result:
+        model = "fem3d" if result.model == "fem3d" else "reduced1d"
+        steady = {}
+        for name, e in result.steady.items():
+            slope = _slope(self._found, self._key, name, model)
+            steady[name] = Estimate(e.value * (1 + self._step * (np.nan if slope is None else slope)), e.error)
+        traces = result.traces
+        if traces is not None:
+            values = {n: self._trace(n, v, traces.time, model, sink) for n, v in traces.values.items()}
+            traces = replace(traces, values=values)
+        return replace(result, steady=steady, traces=traces)
+
+    def _trace(self, name: str, value: np.ndarray, times: np.ndarray, model: str, sink: Sink) -> np.ndarray:
+        start = sink.room_temperature if name.endswith("_K") else 0.0
+        slope = over_time(self._found, self._key, name, times, model)
+        # Rises move by their own derivative; the room, where it is the key, by itself.
+        moved = start
+        if start and self._key == "environment.room_temperature":
+            moved = start * (1 + self._step)
+        found: np.ndarray = moved + (value - start) * (1 + self._step * slope)
+        return found
+
+
+def over_time(found: Sensitivities, key: str, name: str, times: np.ndarray, model: str) -> np.ndarray:
+    """d ln quantity / d ln key (times,) of a trace at some times (s), of rises for temperatures; not a number where it
+    isn't known. Before the first time that has one it is that one."""
+    course = found.course
+    of: Mapping[str, Mapping[str, np.ndarray]] = {} if course is None else getattr(course, model)
+    if course is None or key not in of or name not in of[key]:
+        return np.full(len(times), np.nan)
+    late = np.log(np.maximum(times, course.times[0]))
+    slopes: np.ndarray = np.interp(late, np.log(course.times), of[key][name])
+    return slopes

@@ -1,0 +1,124 @@
+"""How well the keys of a scene are known: standard uncertainties, as given on a command line, and correlations.
+
+A standard uncertainty is one standard deviation (JCGM 100:2008, "GUM", 2.3.1); it is kept relative to the value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from scenes.errors import SceneError, did_you_mean, printable, quoted
+from scenes.keys import type_of
+from scenes.overrides import locate
+from scenes.units import UnitError, parse_quantity
+from scenes.varied import numbers
+
+if TYPE_CHECKING:
+    import numpy as np
+
+MATERIALS = "materials"
+_FORM = "give KEY=5%, KEY=0.1um in the key's own unit, or materials for the scene's own table"
+
+
+@dataclass(frozen=True)
+class Uncertain:
+    """``relative`` standard uncertainties by key, ``correlations`` by pairs of keys (in the order of the former), and
+    what was ``given``, in words."""
+
+    relative: dict[str, float]
+    correlations: dict[tuple[str, str], float] = field(default_factory=dict)
+    given: tuple[str, ...] = ()
+
+    def covariance(self) -> np.ndarray:
+        """(keys, keys): of the relative deviations."""
+        import numpy as np
+
+        keys, u = list(self.relative), np.array(list(self.relative.values()))
+        found = np.eye(len(keys))
+        for (a, b), r in self.correlations.items():
+            i, j = keys.index(a), keys.index(b)
+            found[i, j] = found[j, i] = r
+        covariance: np.ndarray = found * np.outer(u, u)
+        return covariance
+
+
+def read(scene: object, given: Sequence[str], correlated: Sequence[str] = ()) -> Uncertain:
+    """What ``--uncertain`` and ``--correlated`` say of a scene; a later one wins. Raises SceneError for what is no
+    uncertainty, for a key that is unknown or has no number, and for correlations that can't be."""
+    known, relative = numbers(scene), dict[str, float]()
+    for text in given:
+        if text.strip() == MATERIALS:
+            table: Mapping[str, float] = getattr(scene, "uncertainties", {})
+            relative |= {key: u for key, u in table.items() if key in known}
+            continue
+        key, equals, value = (part.strip() for part in text.partition("="))
+        if not (key and equals and value):
+            raise SceneError(f"--uncertain {quoted(text)} says nothing: {_FORM}")
+        path = _path(scene, key, known, "--uncertain")
+        relative[path] = _relative(scene, path, value, known[path])
+    correlations = dict[tuple[str, str], float]()
+    for text in correlated:
+        pair, _, value = text.partition("=")
+        keys = [_path(scene, key.strip(), known, "--correlated") for key in pair.split(",") if key.strip()]
+        r = _number(value)
+        if len(keys) != 2 or keys[0] == keys[1] or r is None:
+            raise SceneError(f"--correlated {quoted(text)} says nothing: give KEY,KEY=0.9, two keys and a correlation")
+        if not -1 <= r <= 1:
+            raise SceneError(f"--correlated {quoted(text)}: {value.strip()} is no correlation: give one from -1 to 1")
+        missing = next((key for key in keys if key not in relative), None)
+        if missing is not None:
+            raise SceneError(f"--correlated {quoted(text)}: {missing} is not uncertain: give it with --uncertain, too")
+        first, second = sorted(keys, key=list(relative).index)
+        correlations[first, second] = r
+    found = Uncertain(relative, correlations, (*given, *correlated))
+    if correlations:
+        import numpy as np
+
+        own = found.covariance() / np.outer(list(relative.values()), list(relative.values()))
+        if np.linalg.eigvalsh(own).min() < -1e-9:
+            raise SceneError("--correlated: these correlations contradict each other: no inputs can have all of them")
+    return found
+
+
+def _path(scene: object, key: str, known: Mapping[str, float], option: str) -> str:
+    """The full name of a key that has a number other than zero."""
+    path = ".".join(filter(None, locate(key, 0.0, type_of(scene).schema)))
+    if path in known:
+        return path
+    if path in type_of(scene).schema.paths:
+        raise SceneError(
+            f"{option} {printable(key)}: {path} has no number here that anything follows: give one of "
+            f"{', '.join(known)}"
+        )
+    raise SceneError(f"{option} {printable(key)} is no key: give one of {', '.join(known)}{did_you_mean(key, known)}")
+
+
+def _relative(scene: object, path: str, text: str, value: float) -> float:
+    kind = type_of(scene).schema.paths[path].kind
+    try:
+        number, unit = parse_quantity(text)
+    except UnitError as error:
+        raise SceneError(f"--uncertain {path}={printable(text)}: {quoted(text)} {error}: {_FORM}") from None
+    powers = kind.dimension.powers  # type: ignore[attr-defined]
+    if text.endswith("%"):
+        found = number
+    elif unit is not None and unit.powers == powers:
+        # Of a temperature in degrees Celsius it is a difference.
+        found = (number - 273.15 if unit.celsius else number) / abs(value)
+    else:
+        raise SceneError(f"--uncertain {path}={printable(text)} is neither in percent nor in the key's unit: {_FORM}")
+    if not 0 < found <= 1:
+        raise SceneError(
+            f"--uncertain {path}={printable(text)} is no standard uncertainty of {kind.show(value)}: give more than "
+            "nothing, and at most all of it"
+        )
+    return found
+
+
+def _number(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None

@@ -1,0 +1,67 @@
+"""The checks of a row of spans: what they find, and that their reasons are true."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from compare.checks import evaluate
+from compare.outcome import Outcome
+from compare.pipeline import answer
+from scenes.checks import ISLAND_TOLERANCES
+from scenes.errors import SceneError
+from scenes.plan import Request
+from scenes.result import Estimate
+from scenes.sink import Sink
+
+ROW = Sink(spans=3, accuracy=1e-2)
+
+
+@pytest.fixture(scope="module")
+def outcome() -> Outcome[Sink]:
+    return answer(ROW, Request(figures=False))
+
+
+def test_a_row_has_the_checks_of_rows(outcome: Outcome[Sink]) -> None:
+    assert [check.id for check in outcome.checks] == [*ISLAND_TOLERANCES, "energy"]
+    assert all(check.because for check in outcome.checks if check.id != "energy")
+
+
+def test_the_current_is_off_by_what_is_left_out_of_the_circuit(outcome: Outcome[Sink]) -> None:
+    """Two islands of 50 um in a row of 3100 um; the spans' rises change the resistance by less than a thousandth."""
+    found = {check.id: check for check in outcome.checks}
+    assert found["islands_current"].difference == pytest.approx(3100 / 3000 - 1, abs=1e-3)
+    assert "3.2 % of the row's resistance" in found["islands_current"].because
+
+
+def test_one_sink_alone_is_compared_with_each_span(outcome: Outcome[Sink]) -> None:
+    """The twin: a single sink that is like the spans agrees."""
+    found = {check.id: check for check in outcome.checks}
+    assert found["islands_equivalent"].verdict == "differs"
+    steady = outcome.solved.steady
+    alike = {name: e for name, e in steady.items() if name.startswith("span1")}
+    same = {name.replace("span1", f"span{k}"): e for name, e in alike.items() for k in (1, 2)}
+    other = replace(outcome.solved, steady={**steady, **same})
+    one = replace(outcome.solved, steady={f"{w}_rise_K": alike[f"span1_{w}_rise_K"] for w in ("peak", "mean")})
+    checks = evaluate(ROW, outcome.request, other, outcome.reduced1d, one)
+    assert next(c for c in checks if c.id == "islands_equivalent").verdict == "agrees"
+
+
+def test_a_wrong_inner_peak_is_seen(outcome: Outcome[Sink]) -> None:
+    steady = outcome.solved.steady
+    moved = Estimate(1.1 * steady["span2_peak_rise_K"].value, 0.0)
+    other = replace(outcome.solved, steady={**steady, "span2_peak_rise_K": moved})
+    checks = evaluate(ROW, outcome.request, other, outcome.reduced1d, outcome.solved)
+    assert next(c for c in checks if c.id == "islands_peak_inner").verdict == "differs"
+
+
+def test_two_spans_have_no_inner_one() -> None:
+    found = answer(replace(ROW, spans=2), Request(figures=False, transient=False))
+    assert not [check.id for check in found.checks if "inner" in check.id]
+
+
+@pytest.mark.parametrize("asked", [Request(reduction="plate"), Request(sensitivities=True)])
+def test_what_is_made_of_one_span_is_refused_before_anything_is_solved(asked: Request) -> None:
+    with pytest.raises(SceneError, match="made of one span"):
+        answer(ROW, asked)

@@ -1,0 +1,71 @@
+"""How well keys are known, as it is given, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from scenes.errors import SceneError
+from scenes.loading import from_dict, load
+from scenes.sink import Sink
+from scenes.uncertain import read
+
+
+def test_relative_and_absolute() -> None:
+    found = read(Sink(), ["oxide_thickness=0.1um", "drive.voltage=1%", "room_temperature=0.5K"])
+    expected = {
+        "anchor.oxide_thickness": 0.05, "drive.voltage": 0.01, "environment.room_temperature": 0.5 / 293.0,
+    }  # fmt: skip
+    assert found.relative == pytest.approx(expected)
+
+
+def test_the_table_of_the_scene_and_one_over_it() -> None:
+    found = read(Sink(), ["materials", "materials.oxide.thermal_conductivity=5%"])
+    assert found.relative["materials.oxide.thermal_conductivity"] == 0.05
+    assert (
+        found.relative["materials.silicon.thermal_conductivity"]
+        == load("sink").uncertainties["materials.silicon.thermal_conductivity"]
+    )
+    assert load("sink").uncertainties == Sink().uncertainties
+
+
+def test_a_table_of_ones_own() -> None:
+    sink = from_dict({"inputs": {"uncertainties": {"materials.oxide.density": "3 %"}}})
+    assert read(sink, ["materials"]).relative == {"materials.oxide.density": 0.03}
+
+
+def test_covariance() -> None:
+    found = read(Sink(), ["sink.width=1%", "pad_width=2%"], ["pad_width,sink.width=0.5"])
+    assert found.covariance() == pytest.approx(np.array([[1e-4, 1e-4], [1e-4, 4e-4]]))
+
+
+ONE, TWO = ["sink.width=1%"], ["sink.width=1%", "sink.length=1%"]
+
+
+@pytest.mark.parametrize(("given", "correlated", "said"), [
+    (["sink.witdh=1%"], [], "unknown key"),
+    (["convection_coefficient=1%"], [], "has no number here"),
+    (["sink.width"], [], "says nothing"),
+    (["sink.width=-1%"], [], "no standard uncertainty"),
+    (["sink.width=0%"], [], "no standard uncertainty"),
+    (["sink.width=200%"], [], "no standard uncertainty"),
+    (["sink.width=1K"], [], "neither in percent nor in the key's unit"),
+    (["sink.width=0.1"], [], "neither in percent nor in the key's unit"),
+    (["sink.width=wide"], [], "wide"),
+    (ONE, ["sink.width,sink.length=0.5"], "sink.length is not uncertain"),
+    (TWO, ["sink.width,sink.length=1.5"], "no correlation"),
+    (TWO, ["sink.width=1"], "says nothing"),
+    (TWO, ["sink.width,sink.length=much"], "says nothing"),
+    ([*TWO, "sink.thickness=1%"],
+     ["sink.width,sink.length=0.9", "sink.length,sink.thickness=0.9", "sink.width,sink.thickness=-0.9"], "contradict"),
+])  # fmt: skip
+def test_refused(given: list[str], correlated: list[str], said: str) -> None:
+    with pytest.raises(SceneError) as found:
+        read(Sink(), given, correlated)
+    assert said in str(found.value)
+    assert "\n" not in str(found.value)
+
+
+def test_a_table_with_an_unknown_key_is_refused() -> None:
+    with pytest.raises(SceneError, match="unknown key"):
+        from_dict({"inputs": {"uncertainties": {"materials.oxyde.density": 0.01}}})

@@ -1,0 +1,128 @@
+"""Time against error on the sink: the reference, every entry's time and error, and who is ahead at which error."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from validate.bench import entries, measure
+from validate.bench.entries import GIVEN, NGSOLVE, OURS, PEERS, WHOLE, Entry
+from validate.bench.problem import steady_errors, trace_errors
+
+TARGETS = (1e-2, 1e-3, 1e-4, 1e-5)
+WORDS = {WHOLE: "our whole run", GIVEN: "our solve on a given mesh"}
+Row = dict[str, Any]
+Best = Mapping[str, Any] | None
+Values = dict[str, list[float]]
+
+
+def work_precision(
+    transient: bool, count: int, quick: bool, installed: frozenset[str], progress: Callable[[str], None]
+) -> dict[str, Any]:
+    """Every entry's time and error, the reference, and who is ahead at which error."""
+    against = find(transient, quick, installed, progress)
+    measured = measure.in_turns(entries.sink_entries(transient, quick, installed), count, progress, not quick)
+    rows = [_row(m, against) for m in measured]
+    uncertainty = None if math.isnan(against.uncertainty) else against.uncertainty
+    return {
+        "reference": {"made_by": against.made_by, "checked_by": against.checked_by, "uncertainty": uncertainty},
+        "rows": rows,
+        "targets": targets(rows),
+    }
+
+
+def _row(measured: measure.Measured, against: Reference) -> dict[str, Any]:
+    found = {"tool": measured.entry.tool, "label": measured.entry.label, "failure": measured.failure}
+    if measured.failure:
+        return found
+    errors = against.errors(measured.found["values"])
+    return found | {
+        "median_s": measured.median_s, "fastest_s": min(measured.seconds), "slowest_s": max(measured.seconds),
+        "solves": len(measured.seconds), "start_up_s": measured.start_up_s, "peak_MB": measured.peak_MB,
+        "unknowns": measured.found["unknowns"], "steps": measured.found["steps"], "error": max(errors.values()),
+        "errors": errors, "claimed": measured.found.get("claimed"),
+    }  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """The values, those they are relative to, who made them, and how well they are known."""
+
+    values: Values
+    steady: Values
+    made_by: str
+    uncertainty: float
+    checked_by: str
+    transient: bool
+
+    def errors(self, values: Values) -> dict[str, float]:
+        """The error of each quantity of an entry."""
+        if self.transient:
+            return trace_errors(values, self.values, self.steady)
+        return steady_errors(values, self.values)
+
+
+def find(transient: bool, quick: bool, installed: frozenset[str], progress: Callable[[str], None]) -> Reference:
+    """NGSolve's where it is installed, its uncertainty the distance of this toolkit's at its finest; without NGSolve
+    this toolkit's alone, and no uncertainty (NaN). Raises measure.EntryError where neither comes to an end."""
+    accuracy = 1e-4 if quick else 1e-6
+    options = {"accuracy": accuracy, "transient": transient}
+    own = _values(Entry(WHOLE, f"accuracy {accuracy:.0e}", "own_sink", options), progress)
+    name = f"this toolkit at an accuracy of {accuracy:.0e}"
+    if NGSOLVE not in installed:
+        return Reference(own["values"], own["steady"], name, float("nan"), "no other program", transient)
+    entry = entries.reference(transient, quick)
+    found = _values(entry, progress)
+    steady = {q: [v[-1]] for q, v in found["values"].items()}
+    made = Reference(found["values"], steady, f"{NGSOLVE} ({entry.label})", float("nan"), name, transient)
+    apart = max(made.errors(own["values"]).values())
+    return Reference(made.values, steady, made.made_by, apart, name, transient)
+
+
+def _values(entry: Entry, progress: Callable[[str], None]) -> dict[str, Any]:
+    progress(f"reference: {entry.tool}, {entry.label}")
+    return measure.once(entry)
+
+
+def targets(rows: list[Row]) -> list[dict[str, Any]]:
+    """For each of TARGETS the least median time of each tool at an error at or below it (``None``: not reached), and
+    each peer's over each of ours."""
+    found = []
+    for target in TARGETS:
+        fastest = {tool: _fastest(rows, tool, target) for tool in (*OURS, *PEERS)}
+        ratios = {peer: {own: _ratio(fastest[peer], fastest[own]) for own in OURS} for peer in PEERS}
+        found.append({"target": target, "fastest": fastest, "ratios": ratios})
+    return found
+
+
+def _ratio(peer: Best, own: Best) -> float | None:
+    return None if peer is None or own is None else float(peer["median_s"] / own["median_s"])
+
+
+def _fastest(rows: list[Row], tool: str, target: float) -> Row | None:
+    there = [row for row in rows if row["tool"] == tool and not row["failure"] and row["error"] <= target]
+    best = min(there, key=lambda row: row["median_s"], default=None)
+    return None if best is None else {key: best[key] for key in ("label", "median_s", "error", "peak_MB")}
+
+
+def taking_part(rows: list[Row]) -> list[str]:
+    """Ours, and those of the others that have an entry: who is not installed is not said to be slow."""
+    return [*OURS, *(peer for peer in PEERS if any(row["tool"] == peer for row in rows))]
+
+
+def verdict(peer: Best, own: Mapping[str, Best]) -> str:
+    """A peer's fastest entry beside ours of each kind, in words for a table; bold where the peer is ahead."""
+    if peer is None:
+        return "no entry gets there"
+    return "; ".join([f"{peer['median_s']:.3g} s", *(_beside(peer, own[kind], WORDS[kind]) for kind in OURS)])
+
+
+def _beside(peer: Best, own: Best, name: str) -> str:
+    ratio = _ratio(peer, own)
+    if ratio is None:
+        return f"**ahead of {name}, which does not get there**"
+    if ratio >= 1:
+        return f"{ratio:.1f} times as long as {name}"
+    return f"**ahead: {1 / ratio:.1f} times as fast as {name}**"
