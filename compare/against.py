@@ -35,7 +35,7 @@ class Data:
 
     ``headers`` are the columns' own names, the time's among them, and ``how`` they were read where that is not plain,
     ``left_out`` says why the others are none, ``run`` which of several runs it is, ``notes`` what else was done,
-    ``warnings`` what may be another scene's.
+    ``warnings`` what may be another scene's; ``others`` are the values (SI) of columns that were left out.
     """
 
     name: str
@@ -48,6 +48,7 @@ class Data:
     left_out: Mapping[str, str] = field(default_factory=dict)
     run: str = ""
     warnings: tuple[str, ...] = ()
+    others: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def document(self) -> dict[str, Any]:
         """What the summary says of it."""

@@ -62,7 +62,14 @@ def solve(
 
     checks = (*outcome.checks, *evaluate(sink, data, outcome.fem3d))
     warnings = (*outcome.warnings, *(f"{data.name}: {text}" for text in data.warnings))
-    return replace(outcome, checks=checks, warnings=warnings, against=data)
+    outcome = replace(outcome, checks=checks, warnings=warnings, against=data)
+    if request.uncertain is None and not request.data_uncertainty:
+        return outcome
+    from compare.inputs import validation
+
+    u_data = validation.data_uncertainty(sink, data, request.data_uncertainty)
+    models = [(name, result) for name, result in (("3D", outcome.fem3d), ("1D", outcome.reduced1d)) if result]
+    return replace(outcome, validation=validation.validate(sink, data, u_data, models, outcome.propagated))
 
 
 def _with_sensitivities(outcome: Outcome[Sink]) -> Outcome[Sink]:

@@ -48,7 +48,7 @@ class Trajectory:
         for i in np.unique(which):
             step, here = self.steps[i], which == i
             tau = np.clip((times[here] - step.start) / step.length, 0.0, 1.0)
-            kernel = convolution(self.rates * step.length, tau, len(step.source))
+            kernel = Convolution(tau, len(step.source))(self.rates * step.length)
             decay = np.exp(-np.outer(tau, self.rates * step.length))
             states[here] = decay * step.state + step.length * np.einsum("tkr,kr->tr", kernel, step.source)
             sources[here] = _legendre(2 * tau - 1, len(step.source)) @ step.source
@@ -125,13 +125,8 @@ def integrate(
     return Trajectory(rates, steps)
 
 
-def convolution(decay: np.ndarray, tau: np.ndarray, count: int) -> np.ndarray:
-    """(tau, count, decay): integral from 0 to tau of exp(-decay (tau - x)) P_k(2 x - 1) dx for k below count."""
-    return Convolution(tau, count)(decay)
-
-
 class Convolution:
-    """The integrals of `convolution` at fixed times, for any decay."""
+    """Integrals of exp(-decay (tau - x)) P_k(2 x - 1) from 0 to each ``tau``, for k below ``count`` and any decay."""
 
     def __init__(self, tau: np.ndarray, count: int) -> None:
         points, weights = _gauss()

@@ -6,8 +6,8 @@ matrices and loads are assembled once and time enters through a handful of numbe
 
 from __future__ import annotations
 
-from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -41,16 +41,20 @@ class Inputs:
 
     def piece(self, time: float) -> tuple[np.ndarray, np.ndarray]:
         """(channels,) twice: the values at a time (after a jump there) and their rates (1/s) up to the next knot."""
-        pieces = [_piece(s, time) for s in self.schedules]
-        return np.array([1.0, *(p[0] for p in pieces)]), np.array([0.0, *(p[1] for p in pieces)])
+        return self.at(np.array([time]))[0], self.rates(np.array([time]))[0]
 
     def jump(self, time: float) -> np.ndarray:
         """(channels,): by how much the values jump at a time."""
-        return np.array([0.0, *(_piece(s, time)[0] - _before(s, time) for s in self.schedules)])
+        found: np.ndarray = self.at(np.array([time]))[0] - self.before(np.array([time]))[0]
+        return found
 
     def at(self, times: np.ndarray) -> np.ndarray:
         """(times, channels): the values, after a jump there."""
         return np.column_stack([np.ones(len(times)), *(_on(s, times)[0] for s in self.schedules)])
+
+    def before(self, times: np.ndarray) -> np.ndarray:
+        """(times, channels): the values, before a jump there."""
+        return np.column_stack([np.ones(len(times)), *(_on(s, times, "left")[0] for s in self.schedules)])
 
     def rates(self, times: np.ndarray) -> np.ndarray:
         """(times, channels): the rates (1/s), after a bend there."""
@@ -59,8 +63,7 @@ class Inputs:
     def largest(self, end: float) -> np.ndarray:
         """(channels,): the largest absolute value of each up to ``end``."""
         times = np.concatenate([[0.0], self.knots(end), [end]])
-        before = [[1.0, *(_before(s, float(t)) for s in self.schedules)] for t in times[1:]]
-        found: np.ndarray = np.abs(np.concatenate([self.at(times), before])).max(axis=0)
+        found: np.ndarray = np.abs(np.concatenate([self.at(times), self.before(times[1:])])).max(axis=0)
         return found
 
 
@@ -69,32 +72,12 @@ def value(given: Value, times: np.ndarray) -> np.ndarray:
     return _on(given, times)[0] if isinstance(given, Schedule) else np.full(len(times), float(given))
 
 
-def _on(s: Schedule, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(times,) twice: values, and rates (1/s); at a knot those of what follows."""
+def _on(s: Schedule, times: np.ndarray, side: Literal["left", "right"] = "right") -> tuple[np.ndarray, np.ndarray]:
+    """(times,) twice: values, and rates (1/s); at a knot those of what follows, or comes before."""
     knots, values = np.array(s.times), np.array(s.values)
-    after = np.searchsorted(knots, times, side="right")
+    after = np.searchsorted(knots, times, side=side)
     inside = (after > 0) & (after < len(knots))
     low, high = np.clip(after - 1, 0, None), np.clip(after, None, len(knots) - 1)
     gap = np.where(inside, knots[high] - knots[low], 1.0)
     rate = np.where(inside, (values[high] - values[low]) / gap, 0.0)
     return values[low] + rate * (times - knots[low]), rate
-
-
-def _piece(s: Schedule, time: float) -> tuple[float, float]:
-    after = bisect_right(s.times, time)
-    if after == 0 or after == len(s.times):
-        return s.values[min(after, len(s.times) - 1)], 0.0
-    return _between(s, after, time)
-
-
-def _before(s: Schedule, time: float) -> float:
-    """The value just before a time."""
-    after = bisect_left(s.times, time)
-    if after == 0 or after == len(s.times):
-        return s.values[min(after, len(s.times) - 1)]
-    return _between(s, after, time)[0]
-
-
-def _between(s: Schedule, after: int, time: float) -> tuple[float, float]:
-    rate = (s.values[after] - s.values[after - 1]) / (s.times[after] - s.times[after - 1])
-    return s.values[after - 1] + rate * (time - s.times[after - 1]), rate

@@ -83,7 +83,10 @@ def read(scene: object, given: Sequence[str], correlated: Sequence[str] = ()) ->
 
 
 def _path(scene: object, key: str, known: Mapping[str, float], option: str) -> str:
-    """The full name of a key that has a number other than zero."""
+    """The full name of a key that has a number other than zero; its end is enough where no other such key has it."""
+    ends = [path for path in known if path == key or path.endswith(f".{key}")]
+    if len(ends) == 1:
+        return ends[0]
     path = ".".join(filter(None, locate(key, 0.0, type_of(scene).schema)))
     if path in known:
         return path

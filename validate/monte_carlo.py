@@ -14,7 +14,7 @@ from scenes.varied import numbers
 from validate.sweep.base import base
 from validate.sweep.cluster import Cluster
 from validate.sweep.job import processors
-from validate.sweep.point import Asked, Work
+from validate.sweep.point import Scope, Work
 
 if TYPE_CHECKING:
     from compare.outcome import Outcome
@@ -34,9 +34,9 @@ def added(outcome: Outcome[Sink], count: int, say: Callable[[str], None]) -> Out
     keys = tuple(uncertain.relative)
     middle = np.array([numbers(sink)[key] for key in keys])
     points = middle * (1 + sampling.draw(uncertain, count))
-    asked = Asked((request.reduction,), not request.transient, blame=False, all_checks=False)
+    scope = Scope((request.reduction,), not request.transient, blame=False, all_checks=False)
     given = base(sink)
-    tasks = (Work(given, asked, keys, (n,), (tuple(point),), False) for n, point in enumerate(points.tolist()))
+    tasks = (Work(given, scope, keys, (n,), (tuple(point),), False) for n, point in enumerate(points.tolist()))
     rows = []
     with Cluster(min(processors(), count), None, None, say) as cluster:
         for tasks_rows in cluster.solve(tasks):

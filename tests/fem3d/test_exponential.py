@@ -6,7 +6,7 @@ from scipy.integrate import quad, solve_ivp
 
 from fem3d import trace_times
 from fem3d.errors import NumericsError
-from fem3d.exponential import convolution, integrate
+from fem3d.exponential import Convolution, integrate
 
 RATES = np.array([3.0, 40.0, 900.0, 2e5])
 GAIN = np.array([1.0, 2.0, -1.0, 0.5])
@@ -57,7 +57,7 @@ def test_the_state_is_continuous_from_step_to_step_and_starts_at_rest():
 @pytest.mark.parametrize("decay", [0.0, 1e-3, 5.0, 60.0, 199.0, 201.0, 3e3, 1e6])
 def test_the_convolution_is_the_integral(decay):
     tau = np.array([0.0, 0.05, 0.5, 1.0])
-    found = convolution(np.array([decay]), tau, 7)[..., 0]
+    found = Convolution(tau, 7)(np.array([decay]))[..., 0]
     for i, t in enumerate(tau[1:], 1):
         layers = [t - 30 / decay] if decay * t > 60 else None
         for k in (0, 1, 3, 6):

@@ -14,7 +14,7 @@ from scenes.errors import SceneError, printable, quoted
 from scenes.formats import quantity
 from scenes.sink import Sink
 from validate.against import comsol, meanings, ngspice, quantities, runs, text_table
-from validate.against.columns import Table, read_bytes, text_of
+from validate.against.columns import Column, Table, in_si, read_bytes, text_of, unit_of
 
 _NOTICED, _REFUSED = 0.005, 0.05
 """How far from room temperature a trace may start, of its own change: what is said, and what the checks' own tolerance
@@ -54,7 +54,20 @@ def read(path: Path, sink: Sink, columns: Sequence[str] = ()) -> Data:
     values = {key: m.values for key, m in kept.items()}
     headers = {"time_s": picked.clock, **{key: m.header for key, m in kept.items()}}
     how = {key: m.note for key, m in kept.items() if m.note}
-    return Data(path.name, table.kind, picked.time, values, headers, how, table.notes, left, picked.run, warnings)
+    others = _others(picked.columns, set(headers.values()))
+    return Data(
+        path.name, table.kind, picked.time, values, headers, how, table.notes, left, picked.run, warnings, others
+    )
+
+
+def _others(columns: Sequence[Column], kept: set[str]) -> dict[str, np.ndarray]:
+    """Columns that are no quantities, in SI units; of temperatures differences."""
+    found = {}
+    for column in columns:
+        unit = unit_of(column.unit)
+        if column.name not in kept and unit is not None:
+            found[column.name] = in_si(column.values, unit) - (273.15 if unit.celsius else 0.0)
+    return found
 
 
 def _table(path: Path) -> Table:

@@ -84,7 +84,7 @@ def _scikit_fem(
 def _full_order(wanted: dict[str, bool], degree: int, grading: float, cuts: int, steps: int) -> Entry:
     options = {**wanted, "degree": degree, "grading": grading, "cuts": cuts, "steps": steps}
     label = f"degree {degree}, {_cells(grading, cuts)}, {_current(FULL)}{_steps(steps, 3)}, as this toolkit's check"
-    return Entry(SCIKIT_FEM, label, "plain_sink", options)
+    return Entry(SCIKIT_FEM, label, "full_order_sink", options)
 
 
 def _ngsolve(

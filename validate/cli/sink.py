@@ -47,6 +47,8 @@ def describe(parser: argparse.ArgumentParser) -> None:
     add("--column", action="append", default=[], metavar="NAME=COLUMN",
         help='what a column of that file is, where its name does not tell: peak="T (K), Point 1", "end rise (K)=3", '
         "drive.voltage=Va; as often as needed")  # fmt: skip
+    add("--data-uncertainty", action="append", default=[], metavar="U",
+        help='the standard uncertainty of the data: 0.5K, 1%%, peak=0.5K or peak="a column"')  # fmt: skip
     add("--steady", action="store_true", help="the steady state only, no transient")
     add("--only", choices=("3d", "1d"), help="one model only")
     first, *between, last = REDUCTIONS
@@ -76,7 +78,12 @@ def run(arguments: argparse.Namespace) -> int:
 
     sink = load(arguments.scene, common.settings(arguments, ("drive.voltage", arguments.voltage)))
     uncertain = _uncertain(arguments, sink)
-    request = replace(_request(arguments, sink.end_time), uncertain=uncertain, monte_carlo=_samples(arguments))
+    request = replace(
+        _request(arguments, sink.end_time),
+        uncertain=uncertain,
+        monte_carlo=_samples(arguments),
+        data_uncertainty=tuple(arguments.data_uncertainty),
+    )
     if request.reduction != "paper":
         # What a scene declares is of the paper's model.
         sink = replace(sink, expected_to_differ=None)
@@ -129,12 +136,19 @@ def _data(arguments: argparse.Namespace, sink: Sink, request: Request) -> Data |
     if arguments.against is None:
         if arguments.column:
             raise SceneError("--column says what a column of --against FILE is: give that, too")
+        if arguments.data_uncertainty:
+            raise SceneError("--data-uncertainty is that of the data of --against FILE: give that, too")
         return None
     if not request.transient or "fem3d" not in request.models:
         raise SceneError("--against compares with the 3D model over time: leave out --steady and --only 1d")
     from validate.against.read import read
 
-    return read(Path(arguments.against), sink, arguments.column)
+    data = read(Path(arguments.against), sink, arguments.column)
+    if arguments.data_uncertainty:
+        from compare.inputs.validation import data_uncertainty
+
+        data_uncertainty(sink, data, arguments.data_uncertainty)
+    return data
 
 
 def _request(arguments: argparse.Namespace, end_time: float) -> Request:

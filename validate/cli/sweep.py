@@ -115,7 +115,7 @@ def execute(arguments: argparse.Namespace, base: Base, design: Design, solves: i
 
     from validate.sweep.job import Job, checked
     from validate.sweep.output import write
-    from validate.sweep.point import Asked
+    from validate.sweep.point import Scope
     from validate.sweep.run import run
     from validate.sweep.store import Store
 
@@ -123,7 +123,7 @@ def execute(arguments: argparse.Namespace, base: Base, design: Design, solves: i
     _refuse_set_and_varied(base, design)
     check = checked(base, arguments.check, steady)
     reductions = _reductions(arguments.reduction or PAPER)
-    job = Job(base, design, Asked(reductions, steady, check, arguments.blame, solves is None), solves)
+    job = Job(base, design, Scope(reductions, steady, check, arguments.blame, solves is None), solves)
     means = _means(arguments)
     folder = common.out(arguments) or _folder(arguments, base, solves is not None)
     started = time.monotonic()

@@ -39,6 +39,7 @@ def _of_sink(request: Request, data: Sequence[str]) -> list[str]:
         + ["why"] * request.why
         + ["sensitivities"] * request.sensitivities
         + ([] if request.uncertain is None else ["uncertain", *request.uncertain.given])
+        + list(request.data_uncertainty)
         + [f"monte-carlo-{request.monte_carlo}"] * (request.monte_carlo > 0)
         + ["fields"] * request.fields
     )

@@ -67,6 +67,10 @@ def tables(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) -> l
         from validate.report.inputs import inputs_text
 
         parts.append(inputs_text(outcome, outcome.propagated, style))
+    if outcome.validation is not None:
+        from validate.report.validation import validation_text
+
+        parts.append(validation_text(outcome.validation, style))
     if outcome.sensitivities is not None:
         from validate.report.sensitivities import sensitivities_text
 
@@ -204,6 +208,8 @@ def entries(outcome: Outcome[Sink]) -> dict[str, Any]:
         from validate.report.inputs import entered
 
         entered(found, outcome.propagated, outcome.sampled)
+    if outcome.validation is not None:
+        found["validation"] = outcome.validation.document()
     if outcome.sensitivities is not None:
         found["sensitivities"] = outcome.sensitivities.document()
     if outcome.against is not None:
@@ -274,6 +280,7 @@ FIGURES = {
     "islands_runs": "row_figures.runs",
     "why": "why_figure.draw",
     "sensitivity": "sensitivity_figure.draw",
+    "validation": "validation_figure.draw",
 }
 """What draws each figure of the plan but that of the field, in ``validate.report.figures``."""
 FIELD_FIGURE = "figure4"

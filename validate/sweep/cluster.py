@@ -122,7 +122,7 @@ class Cluster:
 
         left = chain([first], left)
         running: dict[Any, Work] = {}
-        done = as_completed()
+        done = as_completed(with_results=True, raise_errors=False)
 
         def hand_out() -> None:
             for work in islice(left, max(2 * self.threads - len(running), not running)):
@@ -134,12 +134,14 @@ class Cluster:
             hand_out()
             while running:
                 found = []
-                for future in done.next_batch():
+                for future, result in done.next_batch():
                     work = running.pop(future)
-                    try:
-                        found.append(future.result())
-                    except KilledWorker:
+                    if future.status == "finished":
+                        found.append(result)
+                    elif isinstance(error := future.exception(), KilledWorker):
                         found.append(_killed(work))
+                    else:
+                        raise error or LostError(f"a task was {future.status}")
                 yield found
                 hand_out()
         except GeneratorExit:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,134 +16,99 @@ from matplotlib.tri import LinearTriInterpolator, Triangulation
 from scenes.formats import percent, scale
 from validate.report.figures.colours import INK
 from validate.report.figures.drawing import new_figure
-from validate.sweep.table import TITLES, Table, blames
+from validate.sweep.table import COLOURS, TITLES, Table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from validate.sweep.job import Job
-    from validate.sweep.mapping import Map
 
-COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#999999", "#f0e442")
-"""Okabe and Ito's, which stay apart for colour-blind readers."""
-
-
-def draw(job: Job, table: Table, tolerances: Mapping[str, float], found: Map | None) -> dict[str, Figure]:
+def draw(table: Table) -> dict[str, Figure]:
     """The figures that a sweep of so many keys has, by their names."""
-    numeric = all(values.dtype != object for values in table.keys.values())
+    scope = table.job.scope
     if not table.ok.any():
         return {}
-    if found is not None:
-        return {"figure_map": _map(job, table, tolerances[job.asked.check], found)}
-    if len(table.keys) == 1 or not numeric:
-        return {"figure_lines": _lines(job, table, tolerances)}
-    if len(table.keys) == 2 and job.base.kind == "sink":
-        own = job.asked.reductions[0]
-        known = [name for name in job.asked.reductions if _column(job, name) in table.columns]
-        return {
-            f"figure_map{'' if name == own else '_' + name.replace(':', '')}": _map(
-                job, table, tolerances[job.asked.check], None, name
-            )
-            for name in known
-        }
-    return {"figure_pairs": _pairs(job, table, tolerances)} | _shares(job, table)
+    if table.cells is not None:
+        return {"figure_map": _map(table, scope.reductions[0])}
+    if len(table.keys) == 1 or any(values.dtype == object for values in table.keys.values()):
+        return {"figure_lines": _lines(table)}
+    if len(table.keys) == 2 and table.relative:
+        known = [name for name in scope.reductions if scope.check in table.series(name)]
+        ends = {name: "" if name == scope.reductions[0] else "_" + name.replace(":", "") for name in known}
+        return {f"figure_map{ends[name]}": _map(table, name) for name in known}
+    return {"figure_pairs": _pairs(table)} | _shares(table)
 
 
-def main_column(job: Job, table: Table) -> str:
-    """The column that a figure of one quantity is of: the check's difference, or the first probe."""
-    if job.base.kind == "sink":
-        return f"{job.asked.check}_difference"
-    return next(name for name in table.columns if name.startswith("fem3d_") and not name.endswith("_error"))
-
-
-def _lines(job: Job, table: Table, tolerances: Mapping[str, float]) -> Figure:
+def _lines(table: Table) -> Figure:
     """A panel for every check's difference (or every probe) over the first key that is a number; a line for each
     combination of the others and each reduction, with its error; grey is within the tolerance."""
-    if job.base.kind == "sink":
-        panels = [name.removesuffix("_difference") for name in table.columns if name.endswith("_difference")]
-        panels = [name for name in panels if name in tolerances]
-        order = [job.asked.check, *(name for name in panels if name != job.asked.check)]
-        panels = [name for name in order if f"{name}_difference" in table.columns]
-    else:
-        panels = [n for n in table.columns if n.startswith("fem3d_") and not n.endswith("_error")]
+    panels = list(table.series())
     key = next((k for k, v in table.keys.items() if v.dtype != object), next(iter(table.keys)))
     across = min(len(panels), 3)
     down = math.ceil(len(panels) / across)
-    width, height = 3.7 * across + 0.6, 2.5 * down + 0.9
-    said = "differences from 3D, by check" if job.base.kind == "sink" else "probes"
-    figure = new_figure(width, height, f"{job.base.name}: {said}", [], bottom=0.85, left=0.75)
-    x, label = _axis(job, table, key)
+    said = "differences from 3D, by check" if table.relative else "probes"
+    title = f"{table.job.base.name}: {said}"
+    figure = new_figure(3.7 * across + 0.6, 2.5 * down + 0.9, title, [], bottom=0.85, left=0.75)
+    x, label = _axis(table, key)
     others = {name: values for name, values in table.keys.items() if name != key}
     groups: dict[tuple[str, ...], list[int]] = {}
-    for n in range(len(table)):
-        groups.setdefault(tuple(str(values[n]) for values in others.values()), []).append(n)
-    names = job.asked.reductions if job.base.kind == "sink" else ("",)
+    for n in np.argsort(x, kind="stable"):
+        groups.setdefault(tuple(str(values[n]) for values in others.values()), []).append(int(n))
+    names = table.job.scope.reductions if table.relative else ("",)
+    lines = [(group, name) for group in groups for name in names]
     for number, panel in enumerate(panels, 1):
         ax = figure.add_subplot(down, across, number)
-        colour = 0
-        for rows in groups.values():
-            for reduction in names:
-                _line(ax, job, table, panel, reduction, x, rows, COLOURS[colour % len(COLOURS)])
-                colour += 1
-        if panel in tolerances:
-            most = 100 * tolerances[panel]
+        for n, (group, name) in enumerate(lines):
+            if panel in table.series(name):
+                values, errors = table.series(name)[panel]
+                at, factor = groups[group], 100.0 if table.relative else 1.0
+                _line(ax, x[at], factor * values[at], factor * errors[at], COLOURS[n % len(COLOURS)])
+        if panel in table.tolerances:
+            most = 100 * table.tolerances[panel]
             ax.axhspan(-most, most, color="#e8e8e8", zorder=0)
         lost = ~table.ok
-        if lost.any():
-            ax.plot(x[lost], np.full(lost.sum(), 0.03), "x", color=INK, transform=ax.get_xaxis_transform(), ms=5)
-        ax.set_title(panel.removeprefix("fem3d_"), fontsize=10)
-        _scale(ax, job, key, "x")
+        ax.plot(x[lost], np.full(lost.sum(), 0.03), "x", color=INK, transform=ax.get_xaxis_transform(), ms=5)
+        ax.set_title(panel, fontsize=10)
+        _scale(ax, table, key, "x")
         if number > len(panels) - across:
             ax.set_xlabel(label)
         if (number - 1) % across == 0:
-            ax.set_ylabel("1D/3D - 1 (%)" if job.base.kind == "sink" else "SI units")
+            ax.set_ylabel("1D/3D - 1 (%)" if table.relative else "SI units")
     figure.subplots_adjust(wspace=0.32, hspace=0.5)
-    labels = [", ".join(filter(None, (*group, name if len(names) > 1 else ""))) for group in groups for name in names]
+    labels = [", ".join(filter(None, (*group, name if len(names) > 1 else ""))) for group, name in lines]
     handles = [Line2D([], [], color=COLOURS[i % len(COLOURS)], label=name) for i, name in enumerate(labels) if name]
     if 1 < len(handles) <= len(COLOURS):
         figure.legend(handles=handles, loc="lower right", ncols=min(len(handles), 6), fontsize=9)
     return figure
 
 
-def _line(
-    ax: Axes, job: Job, table: Table, panel: str, reduction: str, x: np.ndarray, rows: list[int], colour: str
-) -> None:
-    """One line with its error band, where the reduction has that column."""
-    own = "" if reduction in ("", job.asked.reductions[0]) else f"{reduction}_"
-    value, error, factor = f"{own}{panel}_difference", f"{own}{panel}_u_num", 100.0
-    if job.base.kind == "free":
-        value, error, factor = panel, f"{panel}_error", 1.0
-    if value not in table.columns:
-        return
-    at = np.array(rows)[np.argsort(x[rows], kind="stable")]
-    y, band = factor * table.columns[value][at], factor * table.columns[error][at]
-    ax.plot(x[at], y, color=colour, marker="o" if len(at) <= 40 else "", ms=3)
-    ax.fill_between(x[at], y - band, y + band, color=colour, alpha=0.3, lw=0)
+def _line(ax: Axes, x: np.ndarray, y: np.ndarray, band: np.ndarray, colour: str) -> None:
+    """One line with its error band."""
+    ax.plot(x, y, color=colour, marker="o" if len(x) <= 40 else "", ms=3)
+    ax.fill_between(x, y - band, y + band, color=colour, alpha=0.3, lw=0)
 
 
-def _column(job: Job, reduction: str) -> str:
-    """The differences of a reduction in the check that the sweep is of."""
-    return f"{'' if reduction == job.asked.reductions[0] else reduction + '_'}{job.asked.check}_difference"
-
-
-def _map(job: Job, table: Table, tolerance: float, found: Map | None, reduction: str = "") -> Figure:
+def _map(table: Table, reduction: str) -> Figure:
     """|1D/3D - 1| over two keys, the tolerance as a bold line, the points that were solved as dots and those without an
     answer as crosses; beside it the assumption to blame where the tolerance is exceeded."""
-    check, model, ok = job.asked.check, reduction or job.asked.reductions[0], table.ok
-    (x, label_x), (y, label_y) = (_axis(job, table, key) for key in job.design.keys)
-    if found is None:
-        across, up, size = x, y, np.abs(table.columns[_column(job, model)])
-        words = table.columns["blame"] if model == job.asked.reductions[0] else np.full(len(table), "", object)
+    check, ok, cells = table.job.scope.check, table.ok, table.cells
+    tolerance = table.tolerances[check]
+    (x, label_x), (y, label_y) = (_axis(table, key) for key in table.keys)
+    if cells is None:
+        across, up, size = x, y, np.abs(table.series(reduction)[check][0])
+        own = reduction == table.job.scope.reductions[0]
+        words = table.columns["blame"] if own else np.full(len(table), "", object)
     else:
-        grid = np.array([job.design.point(n) for n in range(job.design.count)], float)
-        across, up = (grid[:, i] * _factor(table, key) for i, key in enumerate(job.design.keys))
-        size, words = np.abs(found.surface.value.ravel()), blames(found).ravel()
+        design = table.job.design
+        grid = np.array([design.point(n) for n in range(design.count)], float)
+        across, up = (grid[:, i] * _factor(table, key) for i, key in enumerate(table.keys))
+        size, words = np.abs(cells.surface.value.ravel()), cells.blames.ravel()
     known = np.isfinite(size)
     net = Triangulation(across, up)
     net.set_mask(~known[net.triangles].all(axis=1))
     percents, most = np.where(known, 100 * size, 0.0), float(100 * size[known].max())
     names = sorted({str(word) for word, s in zip(words, size, strict=True) if word and s > tolerance})
-    title = f"{job.base.name}: |1D/3D - 1| of {TITLES.get(check, check)}, {'the paper' if model == 'paper' else model}"
+    model = "the paper" if reduction == "paper" else reduction
+    title = f"{table.job.base.name}: |1D/3D - 1| of {TITLES.get(check, check)}, {model}"
     figure = new_figure(10.4 if names else 6.0, 4.7, title, [], bottom=0.95)
     axes = figure.subplots(1, 1 + bool(names), squeeze=False)[0]
     levels = MaxNLocator(10).tick_values(0.0, most or 1.0)
@@ -162,8 +126,8 @@ def _map(job: Job, table: Table, tolerance: float, found: Map | None, reduction:
             ax.tricontour(net, percents, levels=[100 * tolerance], colors=[INK], linewidths=2.4)
         ax.plot(x[~ok], y[~ok], "x", color="#d55e00", ms=5, clip_on=False)
         ax.set(xlabel=label_x, ylabel=label_y, xlim=(across.min(), across.max()), ylim=(up.min(), up.max()))
-        for key, side in zip(job.design.keys, "xy", strict=True):
-            _scale(ax, job, key, side)
+        for key, side in zip(table.keys, "xy", strict=True):
+            _scale(ax, table, key, side)
         ax.grid(False)
     axes[0].plot(x[ok], y[ok], "o", color="white", ms=2.2, mec=INK, mew=0.4, clip_on=False)
     notes = [
@@ -188,50 +152,49 @@ def _blamed(ax: Axes, net: Triangulation, percents: np.ndarray, words: list[int]
     ax.pcolormesh(*sides, shown, cmap=ListedColormap(COLOURS), vmin=-0.5, vmax=len(COLOURS) - 0.5, rasterized=True)
 
 
-def _pairs(job: Job, table: Table, tolerances: Mapping[str, float]) -> Figure:
+def _pairs(table: Table) -> Figure:
     """Every pair of keys, each point coloured by the size of its difference; those beyond the tolerance on top."""
-    keys = list(table.keys)
-    column, ok = table.columns[main_column(job, table)], table.ok
-    size = 100 * np.abs(column) if job.base.kind == "sink" else column
+    keys, ok = list(table.keys), table.ok
+    name, (values, _) = next(iter(table.series().items()))
+    size = 100 * np.abs(values) if table.relative else values
     order = [n for n in np.argsort(np.where(np.isfinite(size), size, -1.0)) if ok[n]]
     n = len(keys) - 1
     side = 2.6
     figure = new_figure(
-        side * n + 1.6, side * n + 0.9, f"{job.base.name}: every pair of keys", [], bottom=0.6, left=0.8
+        side * n + 1.6, side * n + 0.9, f"{table.job.base.name}: every pair of keys", [], bottom=0.6, left=0.8
     )
     figure.subplots_adjust(right=1 - 1.25 / (side * n + 1.6))
     shades: Any = None
     for i in range(n):
         for j in range(i, n):
             ax = figure.add_subplot(n, n, 1 + j * n + i)
-            (x, label_x), (y, label_y) = _axis(job, table, keys[i]), _axis(job, table, keys[j + 1])
+            (x, label_x), (y, label_y) = _axis(table, keys[i]), _axis(table, keys[j + 1])
             shades = ax.scatter(x[order], y[order], c=size[order], s=12, cmap="viridis")
             ax.plot(x[~ok], y[~ok], "x", color="#d55e00", ms=5)
-            _scale(ax, job, keys[i], "x")
-            _scale(ax, job, keys[j + 1], "y")
+            _scale(ax, table, keys[i], "x")
+            _scale(ax, table, keys[j + 1], "y")
             if j == n - 1:
                 ax.set_xlabel(label_x)
             if i == 0:
                 ax.set_ylabel(label_y)
     width = side * n + 1.6
     bar = figure.colorbar(shades, cax=figure.add_axes((1 - 0.95 / width, 0.3, 0.16 / width, 0.4)))
-    is_sink = job.base.kind == "sink"
-    bar.set_label(
-        f"|1D/3D - 1| of {job.asked.check} (%)" if is_sink else main_column(job, table).removeprefix("fem3d_")
-    )
-    if is_sink and job.asked.check in tolerances:
-        bar.ax.axhline(100 * tolerances[job.asked.check], color=INK, lw=2.4)
+    bar.set_label(f"|1D/3D - 1| of {name} (%)" if table.relative else name)
+    if name in table.tolerances:
+        bar.ax.axhline(100 * table.tolerances[name], color=INK, lw=2.4)
     return figure
 
 
-def _shares(job: Job, table: Table) -> dict[str, Figure]:
+def _shares(table: Table) -> dict[str, Figure]:
     """How much of the variance each key explains, alone and with all others."""
     from validate.sweep.indices import indices
 
-    found = indices(job, table, main_column(job, table))
+    found = indices(table)
     if found is None:
         return {}
-    figure = new_figure(6.4, 0.75 * len(found.keys) + 1.7, f"{job.base.name}: how much each key explains", [], left=2.2)
+    figure = new_figure(
+        6.4, 0.75 * len(found.keys) + 1.7, f"{table.job.base.name}: how much each key explains", [], left=2.2
+    )
     ax = figure.add_subplot()
     at = np.arange(len(found.keys))
     for values, errors, shift, colour, name in (
@@ -254,19 +217,19 @@ def _factor(table: Table, key: str) -> float:
     return scale(float(np.abs(table.keys[key]).max()), table.units[key])[0]
 
 
-def _axis(job: Job, table: Table, key: str) -> tuple[np.ndarray, str]:
+def _axis(table: Table, key: str) -> tuple[np.ndarray, str]:
     """A key's values in the unit that suits them, and its label; words by their number."""
     values = table.keys[key]
     if values.dtype == object:
-        words = [str(word) for word in next(axis for axis in job.design.axes if axis.key == key).values]
+        words = [str(word) for word in next(axis for axis in table.job.design.axes if axis.key == key).values]
         return np.array([words.index(str(value)) for value in values], float), key
     unit = scale(float(np.abs(values).max()), table.units[key])[1]
     return values * _factor(table, key), f"{key} ({unit})" if unit else key
 
 
-def _scale(ax: Axes, job: Job, key: str, side: str) -> None:
+def _scale(ax: Axes, table: Table, key: str, side: str) -> None:
     """A logarithmic axis where the key is so spaced; words where it has words."""
-    axis = next(a for a in job.design.axes if a.key == key)
+    axis = next(a for a in table.job.design.axes if a.key == key)
     own = ax.xaxis if side == "x" else ax.yaxis
     if axis.log:
         (ax.set_xscale if side == "x" else ax.set_yscale)("log")

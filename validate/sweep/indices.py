@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from validate.sweep.job import Job
     from validate.sweep.table import Table
 
 DRAWS = 4096
@@ -32,17 +31,17 @@ class Indices:
     explained: float
 
 
-def indices(job: Job, table: Table, column: str) -> Indices | None:
-    """The indices over the varied keys, each uniform in its range (or in its logarithm); ``None`` where the points are
-    too few, a key has words, or nothing varies."""
+def indices(table: Table) -> Indices | None:
+    """The indices of the difference (or probe) that the sweep is of, each key uniform in its range (or in its
+    logarithm); ``None`` where the points are too few, a key has words, or nothing varies."""
     from scipy.interpolate import RBFInterpolator
     from scipy.stats import sobol_indices, uniform
 
-    values = table.columns[column]
+    values, _ = next(iter(table.series().values()))
     known = table.ok & np.isfinite(values)
     if any(given.dtype == object for given in table.keys.values()) or known.sum() < 10 * len(table.keys):
         return None
-    places = np.column_stack([_unit(axis.log, table.keys[axis.key]) for axis in job.design.axes])[known]
+    places = np.column_stack([_unit(axis.log, table.keys[axis.key]) for axis in table.job.design.axes])[known]
     y = values[known]
     if np.ptp(y) <= 1e-12 * np.abs(y).max():
         return None
@@ -68,7 +67,7 @@ def indices(job: Job, table: Table, column: str) -> Indices | None:
         for interval in (spread.first_order, spread.total_order)
     )
     explained = 1 - float(np.var(left_out - y) / np.var(y))
-    return Indices(job.design.keys, found.first_order, first, found.total_order, total, explained)
+    return Indices(table.job.design.keys, found.first_order, first, found.total_order, total, explained)
 
 
 def _unit(log: bool, values: np.ndarray) -> np.ndarray:

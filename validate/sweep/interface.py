@@ -17,7 +17,7 @@ from validate.sweep.base import Base, base
 from validate.sweep.design import Design
 from validate.sweep.job import Job, Means, checked, processors
 from validate.sweep.output import Outcome, write
-from validate.sweep.point import Asked
+from validate.sweep.point import Scope
 from validate.sweep.run import run
 from validate.sweep.store import Store
 
@@ -67,8 +67,8 @@ def sweep(
     found = base(scene, [f"run.accuracy={accuracy!r}"])
     design = Design(tuple(_axis(found, k, v, sample is not None) for k, v in (vary or {}).items()), sample, seed)
     names = [reduction] if isinstance(reduction, str) else reduction
-    asked = Asked(tuple(map(canonical, names)), steady, checked(found, check, steady), blame)
-    job, say = Job(found, design, asked), progress or (lambda _: None)
+    scope = Scope(tuple(map(canonical, names)), steady, checked(found, check, steady), blame)
+    job, say = Job(found, design, scope), progress or (lambda _: None)
     started = time.monotonic()
     with ExitStack() as stack:
         folder = Path(out) if out is not None else Path(stack.enter_context(TemporaryDirectory())) / "sweep"

@@ -12,17 +12,17 @@ from scenes.errors import SceneError, did_you_mean, quoted
 from validate.sweep.axes import Axis
 from validate.sweep.base import Base
 from validate.sweep.design import Design
-from validate.sweep.point import Asked, Work
+from validate.sweep.point import Scope, Work
 
 
 @dataclass(frozen=True)
 class Job:
-    """What is asked for: a ``design`` of a ``base``, each point as ``asked``. Of a map the design is the cells, and not
-    many more than ``solves`` of them are solved."""
+    """What is asked for: a ``design`` of a ``base``, and the ``scope`` of each point. Of a map the design is the cells,
+    and not many more than ``solves`` of them are solved."""
 
     base: Base
     design: Design
-    asked: Asked
+    scope: Scope
     solves: int | None = None
 
     def document(self) -> dict[str, Any]:
@@ -39,7 +39,7 @@ class Job:
             "settings": self.base.settings,
             "vary": {given.key: axis(given) for given in self.design.axes},
             **({} if self.design.sample is None else {"sample": self.design.sample, "seed": self.design.seed}),
-            **asdict(self.asked),
+            **asdict(self.scope),
             **({} if self.solves is None else {"solves": self.solves}),
         }
         plain: dict[str, Any] = json.loads(json.dumps(found, default=str))
@@ -48,7 +48,7 @@ class Job:
     def work(self, numbers: Sequence[int], blamed: bool = True) -> Work:
         """A task."""
         points = tuple(self.design.point(number) for number in numbers)
-        return Work(self.base, self.asked, self.design.keys, tuple(numbers), points, blamed)
+        return Work(self.base, self.scope, self.design.keys, tuple(numbers), points, blamed)
 
 
 @dataclass(frozen=True)

@@ -6,14 +6,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from validate.sweep.job import Job
-from validate.sweep.point import Row, Work
+from validate.sweep.point import Row, Work, blame
 from validate.sweep.store import Store
 from validate.sweep.surface import Record, Surface, surface
 
+VERDICTS = ("agrees", "differs", "unresolved")
 FIRST = 9
 """Cells along either key that are solved first, the corners of the map among them."""
 
@@ -35,7 +37,7 @@ class Map:
     solved: dict[int, Row]
     tolerance: float
 
-    @property
+    @cached_property
     def verdicts(self) -> np.ndarray:
         """ "agrees", "differs" or "unresolved"; where there is no answer the status of the cells around."""
         size, error = np.abs(self.surface.value), self.surface.error
@@ -56,13 +58,33 @@ class Map:
                 found[place] = row.status
         return found
 
+    @cached_property
+    def blames(self) -> np.ndarray:
+        """(n, m): the assumption with the largest part, "" where there is no answer; the parts are interpolated between
+        the cells that have them."""
+        from scipy.interpolate import NearestNDInterpolator, RBFInterpolator
+
+        shape = self.surface.value.shape
+        rows = [row for row in self.solved.values() if row.parts]
+        if not rows:
+            return np.full(shape, "", object)
+        names = list(rows[0].parts or {})
+        at = np.column_stack(np.unravel_index([row.point for row in rows], shape)).astype(float)
+        parts = np.array([[(row.parts or {}).get(name, 0.0) for name in names] for row in rows])
+        everywhere = np.indices(shape).reshape(2, -1).T.astype(float)
+        through = RBFInterpolator(at, parts, kernel="linear") if len(rows) > 2 else NearestNDInterpolator(at, parts)
+        values = through(everywhere)
+        words = np.array([blame(dict(zip(names, row, strict=True)))["blame"] for row in values], object).reshape(shape)
+        words[~np.isin(self.verdicts, VERDICTS)] = ""
+        return words
+
 
 def refine(job: Job, store: Store, gather: Callable[[Iterable[Work], int, str], None]) -> Map:
     """Solves cells until few are unresolved, or as many are solved as may be. Cells that are refused, which costs
     nothing, don't count. ``gather`` solves tasks and stores their rows; it is told of how many in all, and what else to
     say."""
     shape = (job.design.shape[0], job.design.shape[1])
-    tolerance = job.base.at(()).tolerance(job.asked.check)  # type: ignore[union-attr]
+    tolerance = job.base.at(()).tolerance(job.scope.check)  # type: ignore[union-attr]
     limit = job.solves or 0
     first = [np.unique(np.linspace(0, n - 1, min(FIRST, n, math.isqrt(limit))).round().astype(int)) for n in shape]
     wanted = np.array([(i, j) for i in first[0] for j in first[1]])
@@ -71,7 +93,7 @@ def refine(job: Job, store: Store, gather: Callable[[Iterable[Work], int, str], 
     found: Map | None = None
     while True:
         numbers = [int(n) for n in np.ravel_multi_index(tuple(wanted.T), shape)]
-        work = (job.work([n], found is None and job.asked.blame) for n in numbers if n not in store)
+        work = (job.work([n], found is None and job.scope.blame) for n in numbers if n not in store)
         said = "" if found is None else f", {np.mean(found.verdicts == 'unresolved'):.1%} unresolved"
         gather(work, limit, said)
         solved |= {row.point: row for row in store.some(numbers)}
@@ -87,7 +109,7 @@ def refine(job: Job, store: Store, gather: Callable[[Iterable[Work], int, str], 
 
 def _values(job: Job, solved: dict[int, Row], numbers: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
     """(k,), (k,): the difference of the check in some solved cells and its numerical error, NaN where there is none."""
-    check = job.asked.check
+    check = job.scope.check
     rows = [solved[n].values for n in numbers]
     value, error = (
         np.array([row.get(f"{check}_{name}", np.nan) for row in rows], float) for name in ("difference", "u_num")

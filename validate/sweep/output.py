@@ -24,37 +24,38 @@ class Outcome:
     document: dict[str, Any]
 
 
-def write(job: Job, store: Store, found: Map | None, figures: bool, seconds: float) -> Outcome:
+def write(job: Job, store: Store, cells: Map | None, figures: bool, seconds: float) -> Outcome:
     """Writes the files; all are there when this returns, and made anew by another run of the same."""
     from validate.report.summary import plain
+    from validate.sweep.report import page
 
-    table = tables.read(job, store)
-    tolerances = _tolerances(job, table)
-    said = tables.sentence(job.base, job.asked, table, tolerances.get(job.asked.check, 0.0), found)
+    table = tables.read(job, store, cells)
+    said = tables.sentence(table)
     tables.write_points(job, store)
     files = ["points.csv"]
-    if found is not None:
-        tables.write_map(job, store, found)
+    counts: dict[str, Any] = {"points": len(table), **table.counts}
+    if cells is not None:
+        tables.write_map(job, store, cells)
         files.append("map.csv")
+        words = cells.verdicts.ravel().tolist()
+        counts["cells"] = {"all": len(words), **Counter(words)}
     if figures:
-        files += _draw(job, store, table, tolerances, found)
+        files += _draw(store, table)
     document = plain(
         {
             "schema": 1,
             "asked": job.document(),
             "finished": True,
             "sentence": said,
-            "counts": {"points": len(table), **table.counts} | _verdicts(found),
+            "counts": counts,
             "verdicts": _by_check(table),
             "seconds": {"this_run": round(seconds, 1), "points": round(float(table.columns["seconds"].sum()), 1)},
             "provenance": _provenance(),
             "files": [*files, "report.html", ASKED],
         }
     )
-    from validate.sweep.report import page
-
     with store.writing("report.html") as file:
-        file.write(page(job, store.folder, table, found, tolerances, document))
+        file.write(page(store.folder, table, document))
     store.write(ASKED, document)
     return Outcome(table, said, document)
 
@@ -71,26 +72,6 @@ def _provenance() -> dict[str, Any]:
     return provenance() | versions | {"system": platform.system(), "processors": os.cpu_count()}
 
 
-def _tolerances(job: Job, table: Table) -> dict[str, float]:
-    """The tolerance of every check that was made."""
-    if job.base.kind == "free":
-        return {}
-    sink: Any = job.base.at(())
-    names = [name.removesuffix("_difference") for name in table.columns if name.endswith("_difference")]
-    known = [
-        job.asked.check,
-        *(name for name in names if not name.startswith(tuple(f"{r}_" for r in job.asked.reductions[1:]))),
-    ]
-    return {name: sink.tolerance(name) for name in known}
-
-
-def _verdicts(found: Map | None) -> dict[str, Any]:
-    if found is None:
-        return {}
-    words = found.verdicts.ravel().tolist()
-    return {"cells": {"all": len(words), **Counter(words)}}
-
-
 def _by_check(table: Table) -> dict[str, dict[str, int]]:
     """How often each check came out how."""
     return {
@@ -102,13 +83,10 @@ def _by_check(table: Table) -> dict[str, dict[str, int]]:
     }
 
 
-def _draw(job: Job, store: Store, table: Table, tolerances: dict[str, float], found: Map | None) -> list[str]:
+def _draw(store: Store, table: Table) -> list[str]:
     """The figures as .png and .svg; their names."""
     from validate.report.figures.drawing import save, style
     from validate.sweep.figures import draw
 
-    names = []
     with style():
-        for name, figure in draw(job, table, tolerances, found).items():
-            names += save(figure, store.folder, name)
-    return names
+        return [file for name, figure in draw(table).items() for file in save(figure, store.folder, name)]

@@ -28,7 +28,7 @@ BLAMED = {"fig4": ("steady", "peak"), "fig6_peak": ("transient", "peak"), "fig6_
 
 
 @dataclass(frozen=True)
-class Asked:
+class Scope:
     """What is wanted at every point: ``check`` is the one that is blamed on assumptions, ``all_checks`` whether every
     verdict that the error leaves open is solved again more accurately, or that one's alone."""
 
@@ -57,7 +57,7 @@ class Work:
     """A task: points by number with the values of the keys."""
 
     base: Base
-    asked: Asked
+    scope: Scope
     keys: tuple[str, ...]
     numbers: tuple[int, ...]
     points: tuple[tuple[Value, ...], ...]
@@ -105,20 +105,20 @@ def _sink(sink: Sink, work: Work, earlier: Result | None) -> tuple[dict[str, Any
     from compare.sink_run import compared
     from reduced1d.ladder.levels import Levels
 
-    asked = work.asked
-    request = Request(transient=not asked.steady, figures=False, reduction=asked.reductions[0])
+    scope = work.scope
+    request = Request(transient=not scope.steady, figures=False, reduction=scope.reductions[0])
     # Which part is the largest the coarser models of the ladder tell; a reduction that stands on it needs both.
-    rough = asked.reductions == ("paper",)
+    rough = scope.reductions == ("paper",)
     first: Result | None = None
     while True:
         outcome = compared(sink, request, earlier)
         fem3d, levels = cast("Result", outcome.fem3d), Levels(sink, rough)
         first = first or fem3d
         others = {
-            name: _of_another(sink, replace(request, reduction=name), fem3d, levels) for name in asked.reductions[1:]
+            name: _of_another(sink, replace(request, reduction=name), fem3d, levels) for name in scope.reductions[1:]
         }
         watched = [*outcome.checks, *(check for checks, _ in others.values() for check in checks)]
-        open_ = [c for c in watched if c.verdict == "unresolved" and (asked.all_checks or c.id == asked.check)]
+        open_ = [c for c in watched if c.verdict == "unresolved" and (scope.all_checks or c.id == scope.check)]
         finer = max(sink.accuracy / 10, FINEST)
         if not open_ or finer >= sink.accuracy:
             break
@@ -134,7 +134,7 @@ def _sink(sink: Sink, work: Work, earlier: Result | None) -> tuple[dict[str, Any
     for name, (checks, found) in others.items():
         values |= {f"{name}_{key}": given.value for key, given in (found.steady if found else {}).items()}
         values |= {f"{name}_{column}": value for column, value in _columns(checks).items()}
-    parts = _parts(sink, asked, fem3d, levels) if asked.blame and work.blamed else None
+    parts = _parts(sink, scope, fem3d, levels) if scope.blame and work.blamed else None
     values |= blame(parts) | {"accuracy": sink.accuracy}
     return values, parts, first
 
@@ -162,16 +162,16 @@ def _of_another(sink: Sink, request: Request, fem3d: Result, levels: Levels) -> 
     return tuple(c for c in evaluate(sink, request, fem3d, found) if c.id in OF_THE_REDUCTION), found
 
 
-def _parts(sink: Sink, asked: Asked, fem3d: Result, levels: Levels) -> dict[str, float] | None:
+def _parts(sink: Sink, scope: Scope, fem3d: Result, levels: Levels) -> dict[str, float] | None:
     """The difference that the check is of, split by assumption."""
     from compare.budget import budget
     from reduced1d.errors import RunawayError
 
-    kind, quantity = BLAMED.get(asked.check, ("steady", "peak"))
+    kind, quantity = BLAMED.get(scope.check, ("steady", "peak"))
     if kind == "steady":
         fem3d = replace(fem3d, traces=None)
     try:
-        found = budget(sink, asked.reductions[0], fem3d, levels)
+        found = budget(sink, scope.reductions[0], fem3d, levels)
     except RunawayError:
         return None
     splits = found.steady if kind == "steady" else found.transient

@@ -5,19 +5,14 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from validate.report import html as report
 from validate.report.html.page import figures
 from validate.report.html.parts import section, table, text, values
-from validate.sweep.figures import COLOURS
-from validate.sweep.table import Table, blames
-
-if TYPE_CHECKING:
-    from validate.sweep.job import Job
-    from validate.sweep.mapping import Map
+from validate.sweep.table import COLOURS, Table
 
 _CAPTIONS = {
     "figure_map": "Where the reduction is within the tolerance, and which assumption is to blame where it is not.",
@@ -29,18 +24,12 @@ MOST = 40_000
 """Points that the page shows; of more it shows some, evenly chosen."""
 
 
-def page(
-    job: Job,
-    folder: Path,
-    found: Table,
-    cells: Map | None,
-    tolerances: Mapping[str, float],
-    document: Mapping[str, Any],
-) -> str:
+def page(folder: Path, found: Table, document: Mapping[str, Any]) -> str:
     """The page as text, with nothing outside of it; figures are read from ``folder``."""
+    job = found.job
     style = (Path(report.__file__).parent / "style.css").read_text(encoding="utf-8")
     script = Path(__file__).with_name("hover.js").read_text(encoding="utf-8")
-    data = json.dumps(_data(job, found, cells, tolerances), separators=(",", ":")).replace("</", "<\\/")
+    data = json.dumps(_data(found), separators=(",", ":")).replace("</", "<\\/")
     counts, sentence = document["counts"], document["sentence"]
     said = f"{sentence[0].upper()}{sentence[1:]}."
     rows = [
@@ -87,27 +76,21 @@ _STYLE = """
 """
 
 
-def _data(job: Job, found: Table, cells: Map | None, tolerances: Mapping[str, float]) -> dict[str, Any]:
+def _data(found: Table) -> dict[str, Any]:
     """What the page draws: keys, values with errors, words, each a column over the points or the cells."""
+    design, scope, cells = found.job.design, found.job.scope, found.cells
     if cells is not None:
-        grid = [job.design.point(n) for n in range(job.design.count)]
-        keys = {key: np.array([point[i] for point in grid]) for i, key in enumerate(job.design.keys)}
-        check, how = job.asked.check, np.full(job.design.count, "interpolated", object)
+        grid = [design.point(n) for n in range(design.count)]
+        keys = {key: np.array([point[i] for point in grid]) for i, key in enumerate(design.keys)}
+        how = np.full(design.count, "interpolated", object)
         how[list(cells.solved)] = "solved"
-        numbers = {check: (cells.surface.value.ravel(), cells.surface.error.ravel())}
-        words = {"verdict": cells.verdicts.ravel(), "to blame": blames(cells).ravel(), "how": how}
+        numbers = {scope.check: (cells.surface.value.ravel(), cells.surface.error.ravel())}
+        words = {"verdict": cells.verdicts.ravel(), "to blame": cells.blames.ravel(), "how": how}
     else:
-        keys = found.keys
-        ends = ("_difference", "_u_num") if job.base.kind == "sink" else ("", "_error")
-        names = [
-            n.removesuffix(ends[0])
-            for n in found.columns
-            if n.endswith(ends[0]) and n.startswith("fem3d_" if not ends[0] else "")
-        ]
-        names = [n for n in names if f"{n}{ends[1]}" in found.columns]
-        names.sort(key=lambda n: n != job.asked.check)
-        numbers = {n: (found.columns[f"{n}{ends[0]}"], found.columns[f"{n}{ends[1]}"]) for n in names}
-        names_of = {f"{job.asked.check}_verdict": "verdict", "blame": "to blame", "status": "status"}
+        keys, numbers = found.keys, found.series()
+        for reduction in scope.reductions[1:]:
+            numbers |= {f"{reduction}_{name}": given for name, given in found.series(reduction).items()}
+        names_of = {f"{scope.check}_verdict": "verdict", "blame": "to blame", "status": "status"}
         words = {word: found.columns[name] for name, word in names_of.items() if name in found.columns}
     size = len(next(iter(keys.values())))
     some = np.unique(np.linspace(0, size - 1, min(size, MOST)).round().astype(int))
@@ -120,11 +103,11 @@ def _data(job: Job, found: Table, cells: Map | None, tolerances: Mapping[str, fl
     return {
         "keys": {key: column(values) for key, values in keys.items()},
         "units": found.units,
-        "log": [axis.key for axis in job.design.axes if axis.log],
-        "relative": job.base.kind == "sink",
+        "log": [axis.key for axis in design.axes if axis.log],
+        "relative": found.relative,
         "values": {name: [column(value), column(error)] for name, (value, error) in numbers.items()},
         "words": {name: column(given) for name, given in words.items() if given.dtype == object},
-        "tolerances": dict(tolerances),
-        "cells": list(job.design.shape) if cells is not None else None,
+        "tolerances": found.tolerances,
+        "cells": list(design.shape) if cells is not None else None,
         "colours": COLOURS,
     }

@@ -1,4 +1,4 @@
-"""points.csv and map.csv, written row by row; and the columns of them that figures, page and sentence are made of."""
+"""The stored points as columns, of which figures, page and sentence are made; points.csv and map.csv."""
 
 from __future__ import annotations
 
@@ -6,35 +6,60 @@ import csv
 import sys
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scenes.checks import DEFAULT_TOLERANCES
 from scenes.formats import percent, quantity
-from validate.sweep.base import VOLTAGE, Base, Value
-from validate.sweep.point import Asked, blame
+from validate.sweep.base import VOLTAGE
+from validate.sweep.job import Job
 from validate.sweep.store import Store
 
 if TYPE_CHECKING:
-    from validate.sweep.job import Job
     from validate.sweep.mapping import Map
 
 _STATUS = ("status", "because", "seconds")
+Series = tuple[np.ndarray, np.ndarray]
+"""Values and their numerical errors, each (points,)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Table:
     """The points that are stored, in order: the varied ``keys`` (name: (n,) numbers, or words), and of every other
-    column what is a number (NaN where there is none) or a word ("" where there is none)."""
+    column what is a number (NaN where there is none) or a word ("" where there is none). Of a map also the ``cells``.
+    """
 
+    job: Job
     keys: dict[str, np.ndarray]
     columns: dict[str, np.ndarray]
-    units: dict[str, str]
-    counts: Counter[str] = field(default_factory=Counter)
+    cells: Map | None = None
 
     def __len__(self) -> int:
         return len(self.columns["status"])
+
+    @property
+    def relative(self) -> bool:
+        """Whether there is a 1D model to compare with: series are relative differences, else values of probes."""
+        return self.job.base.kind == "sink"
+
+    @cached_property
+    def counts(self) -> Counter[str]:
+        """How many points have each status."""
+        return Counter(self.columns["status"].tolist())
+
+    @cached_property
+    def units(self) -> dict[str, str]:
+        """The SI unit of each key."""
+        return {key: self.job.base.unit(key) for key in self.keys}
+
+    @cached_property
+    def tolerances(self) -> dict[str, float]:
+        """The tolerance of every check that was made."""
+        scene: Any = self.job.base.at(())
+        return {check: scene.tolerance(check) for check in self.series()} if self.relative else {}
 
     @property
     def ok(self) -> np.ndarray:
@@ -42,12 +67,34 @@ class Table:
         found: np.ndarray = self.columns["status"] == "ok"
         return found
 
+    def series(self, reduction: str = "") -> dict[str, Series]:
+        """The differences of a reduction (the first, if none is given) by check, or the probes; first the one that the
+        sweep is of."""
+        scope = self.job.scope
+        if self.relative:
+            own = "" if reduction in ("", scope.reductions[0]) else f"{reduction}_"
+            names = {check: (f"{own}{check}_difference", f"{own}{check}_u_num") for check in DEFAULT_TOLERANCES}
+        else:
+            probes = (name.removesuffix("_error") for name in self.columns if name.endswith("_error"))
+            names = {probe.removeprefix("fem3d_"): (probe, f"{probe}_error") for probe in probes}
+        order = sorted(names, key=lambda name: name != scope.check)
+        return {
+            name: (self.columns[names[name][0]], self.columns[names[name][1]])
+            for name in order
+            if names[name][0] in self.columns
+        }
+
     def at(self, number: int) -> str:
         """A point in words."""
-        return ", ".join(f"{key} {shown(values[number], self.units[key])}" for key, values in self.keys.items())
+
+        def shown(key: str) -> str:
+            value = self.keys[key][number]
+            return str(value) if isinstance(value, str) else quantity(float(value), self.units[key], 3)
+
+        return ", ".join(f"{key} {shown(key)}" for key in self.keys)
 
 
-def read(job: Job, store: Store) -> Table:
+def read(job: Job, store: Store, cells: Map | None) -> Table:
     """The columns of all rows that are stored, in the order in which points.csv has them."""
     numbers: list[int] = []
     found: dict[str, list[Any]] = {}
@@ -61,9 +108,7 @@ def read(job: Job, store: Store) -> Table:
             column.append(sys.intern(value) if isinstance(value, str) else value)
     points = [job.design.point(number) for number in numbers]
     keys = {key: _array([point[i] for point in points]) for i, key in enumerate(job.design.keys)}
-    columns = {name: _array(column) for name, column in found.items()}
-    units = {key: job.base.unit(key) for key in job.design.keys}
-    return Table(keys, columns, units, Counter(columns["status"].tolist()))
+    return Table(job, keys, {name: _array(column) for name, column in found.items()}, cells)
 
 
 def _array(column: Sequence[Any]) -> np.ndarray:
@@ -76,8 +121,7 @@ def _array(column: Sequence[Any]) -> np.ndarray:
 def write_points(job: Job, store: Store) -> None:
     """points.csv, a row per point in their order, with the columns of DESIGN 4.4."""
     names = list(dict.fromkeys(name for row in store.rows() for name in row.values))
-    last = [name for name in names if name in ("blame", "blame_share", "accuracy")]
-    names = [name for name in names if name not in last] + last
+    names.sort(key=lambda name: name in ("blame", "blame_share", "accuracy"))
     rows = (
         [*job.design.point(row.point), *(getattr(row, name) for name in _STATUS), *(row.values.get(n) for n in names)]
         for row in store.rows()
@@ -85,42 +129,21 @@ def write_points(job: Job, store: Store) -> None:
     _write(store, "points.csv", [*job.design.keys, *_STATUS, *names], rows)
 
 
-def write_map(job: Job, store: Store, found: Map) -> None:
+def write_map(job: Job, store: Store, cells: Map) -> None:
     """map.csv, a row per cell."""
-    verdicts, blamed = found.verdicts.ravel(), blames(found).ravel()
-    values, errors = found.surface.value.ravel(), found.surface.error.ravel()
+    from validate.sweep.mapping import VERDICTS
+
+    verdicts, blamed = cells.verdicts.ravel(), cells.blames.ravel()
+    values, errors = cells.surface.value.ravel(), cells.surface.error.ravel()
 
     def row(n: int) -> list[Any]:
-        solved = found.solved.get(n)
-        known = np.isfinite(values[n]) and (solved is None or solved.status == "ok") and verdicts[n] in _VERDICTS
+        solved = cells.solved.get(n)
+        known = np.isfinite(values[n]) and (solved is None or solved.status == "ok") and verdicts[n] in VERDICTS
         numbers = [values[n], errors[n]] if known else [None, None]
         return [*job.design.point(n), *numbers, verdicts[n], "solved" if solved else "interpolated", blamed[n]]
 
     heads = [*job.design.keys, "difference", "error", "verdict", "how", "blame"]
     _write(store, "map.csv", heads, map(row, range(values.size)))
-
-
-_VERDICTS = ("agrees", "differs", "unresolved")
-
-
-def blames(found: Map) -> np.ndarray:
-    """(n, m): the assumption with the largest part, the parts being interpolated between the cells that have them; ""
-    where there is no answer."""
-    from scipy.interpolate import NearestNDInterpolator, RBFInterpolator
-
-    shape = found.surface.value.shape
-    rows = [row for row in found.solved.values() if row.parts]
-    if not rows:
-        return np.full(shape, "", object)
-    names = list(rows[0].parts or {})
-    at = np.column_stack(np.unravel_index([row.point for row in rows], shape)).astype(float)
-    parts = np.array([[(row.parts or {}).get(name, 0.0) for name in names] for row in rows])
-    everywhere = np.indices(shape).reshape(2, -1).T.astype(float)
-    through = RBFInterpolator(at, parts, kernel="linear") if len(rows) > 2 else NearestNDInterpolator(at, parts)
-    values = through(everywhere)
-    words = np.array([blame(dict(zip(names, row, strict=True)))["blame"] for row in values], object).reshape(shape)
-    words[~np.isin(found.verdicts, _VERDICTS)] = ""
-    return words
 
 
 def _write(store: Store, name: str, heads: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
@@ -132,35 +155,40 @@ def _write(store: Store, name: str, heads: Sequence[str], rows: Iterable[Sequenc
             writer.writerow([repr(float(cell)) if isinstance(cell, float) else cell for cell in row])
 
 
-def shown(value: Value, unit: str) -> str:
-    """A varied key's value for a person."""
-    return str(value) if isinstance(value, str) else quantity(float(value), unit, 3)
-
-
 TITLES = {"fig4": "the steady peak", "fig6_peak": "the peak over time", "fig6_end": "the end over time",
        "fig7_current": "the current over time", "fig5": "the shape of the profile"}  # fmt: skip
 
 
-def sentence(base: Base, asked: Asked, table: Table, tolerance: float, found: Map | None = None) -> str:
+COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#999999", "#f0e442")
+"""Okabe and Ito's, which stay apart for colour-blind readers."""
+
+
+def sentence(table: Table) -> str:
     """What the whole says, in one sentence."""
-    if base.kind == "free":
+    lost = {word: number for word, number in table.counts.items() if word != "ok"}
+    words = ", ".join(f"{number} {word}" for word, number in sorted(lost.items()))
+    return _answer(table) + (f"; {sum(lost.values())} without an answer ({words})" if lost else "")
+
+
+def _answer(table: Table) -> str:
+    if not table.relative:
         return _of_probes(table)
-    check, name = asked.check, asked.reductions[0]
-    if found is None:
+    check, name = table.job.scope.check, table.job.scope.reductions[0]
+    if table.cells is None:
         verdicts, blamed = table.columns.get(f"{check}_verdict"), table.columns["blame"]
         total, what = len(table), "designs"
     else:
-        verdicts, blamed = found.verdicts.ravel(), blames(found).ravel()
+        verdicts, blamed = table.cells.verdicts.ravel(), table.cells.blames.ravel()
         total, what = verdicts.size, "cells"
-    if verdicts is None:
-        return f"none of {total} {what} has an answer{_lost(table.counts)}"
+    if verdicts is None or check not in table.series():
+        return f"none of {total} {what} has an answer"
     subject = "the paper's reduction" if name == "paper" else name
     of = f" of 3D in {TITLES[check]}" if check in TITLES else f" of 3D as {check} has it"
     within, beyond = (verdicts == "agrees").sum(), verdicts == "differs"
-    said = f"{subject} is within {100 * tolerance:g} %{of} in {within} of {total} {what}"
+    said = f"{subject} is within {100 * table.tolerances[check]:g} %{of} in {within} of {total} {what}"
     if len(table) < total:
         said += f", {len(table)} of them solved"
-    differences = table.columns[f"{check}_difference"]
+    differences = table.series()[check][0]
     if np.isfinite(differences).any():
         worst = int(np.nanargmax(np.abs(differences)))
         largest = f"largest {percent(differences[worst], 3, sign=True)} at {table.at(worst)}"
@@ -170,13 +198,7 @@ def sentence(base: Base, asked: Asked, table: Table, tolerance: float, found: Ma
         most, times = Counter(word for word in blamed[beyond] if word).most_common(1)[0]
         said += f"; to blame: {most} in {times} of {beyond.sum()}"
     unresolved = int((verdicts == "unresolved").sum())
-    return said + (f"; {unresolved} unresolved" if unresolved else "") + _lost(table.counts)
-
-
-def _lost(counts: Counter[str]) -> str:
-    lost = {word: number for word, number in counts.items() if word != "ok"}
-    words = ", ".join(f"{number} {word}" for word, number in sorted(lost.items()))
-    return f"; {sum(lost.values())} without an answer ({words})" if lost else ""
+    return said + (f"; {unresolved} unresolved" if unresolved else "")
 
 
 def _first(table: Table, size: np.ndarray) -> str:
@@ -197,13 +219,11 @@ def _first(table: Table, size: np.ndarray) -> str:
 
 
 def _of_probes(table: Table) -> str:
-    """What the first probe of a free scene does."""
+    """What the probe that the sweep is of does."""
     done = int(table.ok.sum())
     said = f"{done} of {len(table)} designs solved"
-    name = next((n for n in table.columns if n.startswith("fem3d_") and not n.endswith("_error")), None)
-    if name is not None:
-        values = table.columns[name]
+    for name, (values, _) in list(table.series().items())[:1]:
         low, high = int(np.nanargmin(values)), int(np.nanargmax(values))
         ends = (f"{values[n]:.5g} (at {table.at(n)})" for n in (low, high))
-        said += f"; {name.removeprefix('fem3d_')} is from {' to '.join(ends)}"
-    return said + _lost(table.counts)
+        said += f"; {name} is from {' to '.join(ends)}"
+    return said

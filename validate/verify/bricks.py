@@ -80,26 +80,14 @@ def manufactured_load(heat: HeatProblem, solution: Manufactured) -> np.ndarray:
 
 
 def distances(heat: HeatProblem, rise: np.ndarray, solution: Manufactured) -> dict[str, float]:
-    """L2 norm, H1 seminorm and weighted mean of the error of a rise (all nodes), integrated with more points."""
+    """The errors of a rise (all nodes), integrated with more points."""
     on, u = _finely(heat), heat.field(rise)
-    values, points = on.value(u), on.points
-    squares = _squares(on.weights, values - loads.at(solution.u, *points),
-                       on.gradient(u) - loads.at(solution.gradient, *points))  # fmt: skip
-    mean = float((on.weights * values * loads.at(solution.weight, *points)).sum())
-    return _named("rise", squares) | {"mean": abs(mean - loads.weighted(solution))}
+    return loads.distances(solution, on.weights, on.points, on.value(u), on.gradient(u))
 
 
 def _finely(heat: HeatProblem) -> Any:
     space: Any = heat.domain.space
     return space.on(np.arange(len(heat.domain.body)), FINER)
-
-
-def _squares(weights: Any, error: Any, slope: Any) -> np.ndarray:
-    return np.array([(weights * error**2).sum(), (weights * (slope**2).sum(axis=0)).sum()])
-
-
-def _named(name: str, squares: np.ndarray) -> dict[str, float]:
-    return {f"{name}, L2": float(np.sqrt(squares[0])), f"{name}, H1": float(np.sqrt(squares[1]))}
 
 
 def _coupled(
@@ -118,10 +106,10 @@ def _coupled(
             break
     on, phi = _finely(heat), electric.potential
     assert solution.potential_gradient is not None
-    squares = _squares(on.weights, on.value(phi) - solution.potential(0, *on.points),
-                       on.gradient(phi) - solution.potential_gradient(0, *on.points))  # fmt: skip
+    off = on.value(phi) - solution.potential(0, *on.points)
+    bent = on.gradient(phi) - solution.potential_gradient(0, *on.points)
     power = float(phi @ electric.reaction)
-    return rise, _named("potential", squares) | {"power": abs(power - loads.power(solution))}
+    return rise, loads.norms("potential", on.weights, off, bent) | {"power": abs(power - loads.power(solution))}
 
 
 def _on_electrodes(conductor: Conductor, solution: Manufactured) -> np.ndarray:

@@ -85,3 +85,17 @@ def power(solution: Manufactured) -> float:
         return (gradient(0, *where) ** 2).sum(axis=0) / (rho * (1 + a * solution.u(0, *where)))
 
     return integral(density, (0.0, 0.0, 0.0), SIZE)
+
+
+def distances(solution: Manufactured, weights: Any, points: Any, values: Any, slopes: Any) -> dict[str, float]:
+    """L2 norm and H1 seminorm of the error of a rise, and the error of its weighted mean, by a rule with weights
+    (..., points): from its values there (..., points) and its gradient (3, ..., points)."""
+    mean = float((weights * values * at(solution.weight, *points)).sum())
+    found = norms("rise", weights, values - at(solution.u, *points), slopes - at(solution.gradient, *points))
+    return found | {"mean": abs(mean - weighted(solution))}
+
+
+def norms(name: str, weights: Any, error: Any, slope: Any) -> dict[str, float]:
+    """L2 norm and H1 seminorm of an error, from its values and its gradient."""
+    squares = (weights * error**2).sum(), (weights * (slope**2).sum(axis=0)).sum()
+    return {f"{name}, L2": float(np.sqrt(squares[0])), f"{name}, H1": float(np.sqrt(squares[1]))}

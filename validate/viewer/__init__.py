@@ -2,5 +2,5 @@
 
 ``source`` finds the files, ``reduction`` paints the 1D model on the same points, ``state`` is what is shown at the
 moment and what each key makes of it, ``stage`` draws it, ``window`` is the process that owns the graphics, and
-``start`` runs that process and puts its death into words.
+``start`` runs that process and says what became of it.
 """

@@ -50,15 +50,15 @@ def sampled(source: Source, line: Line, view: View) -> tuple[np.ndarray, dict[st
 
 def plot(source: Source, line: Line, view: View) -> Any:
     """The curves as a chart."""
-    words, unit = QUANTITIES[view.quantity]
+    label, unit = QUANTITIES[view.quantity]
     where, curves = sampled(source, line, view)
     chart = pv.Chart2D(
-        size=(0.96, 0.96), loc=(0.02, 0.02), x_label=f"{'xyz'[line.axis]} (um)", y_label=f"{words} ({unit})"
+        size=(0.96, 0.96), loc=(0.02, 0.02), x_label=f"{'xyz'[line.axis]} (um)", y_label=f"{label} ({unit})"
     )
     styles = {"3D": ("-", LINES["peak_K"]), "1D": ("--", LINES["end_K"])}
-    for label, values in curves.items():
+    for model, values in curves.items():
         good = np.isfinite(values)
-        style, colour = styles[label]
-        chart.line(where[good], values[good], color=colour, width=2.0, style=style, label=label)
+        style, colour = styles[model]
+        chart.line(where[good], values[good], color=colour, width=2.0, style=style, label=model)
     chart.legend_visible = len(curves) > 1
     return chart

@@ -126,7 +126,7 @@ class Stage:
             if end > bottom:
                 renderer.SetViewport(0.0, bottom, 1.0, end)
 
-    def _panel(self, view: View, number: int, surface: Any, lines: Any, name: str, words: str) -> None:
+    def _panel(self, view: View, number: int, surface: Any, lines: Any, name: str, label: str) -> None:
         if not surface.n_points:
             return
         data = name
@@ -138,7 +138,7 @@ class Stage:
         if view.compare and name != "difference":
             # One range for both models, so that their colours mean the same.
             low, high = 0.0, max(self._range(model, step)[1] for model in ("rise", "rise_1d"))
-        self._text(number, words, 12, "arial")
+        self._text(number, label, 12, "arial")
         labels = 3 if view.compare else 5
         bar = {
             # A title of its own each: pyvista would share the bar of two titles that are equal.

@@ -17,10 +17,10 @@ class NoGraphicsError(ArithmeticError):
     """The machine cannot draw; everything else still works."""
 
 
-def start(asked: dict[str, Any], progress: Callable[[str], None]) -> list[str]:
+def start(request: dict[str, Any], progress: Callable[[str], None]) -> list[str]:
     """Draws what is asked and returns what there is to be said of it; SceneError for bad input, NoGraphicsError where
     the machine cannot draw."""
-    if not asked["off_screen"] and sys.platform.startswith("linux"):
+    if not request["off_screen"] and sys.platform.startswith("linux"):
         if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
             raise NoGraphicsError(
                 "there is no display to open a window on: give --screenshot FILE or --movie FILE, or open the run's "
@@ -38,7 +38,7 @@ def start(asked: dict[str, Any], progress: Callable[[str], None]) -> list[str]:
     assert process.stderr is not None
     notes = []
     try:
-        process.stdin.write(json.dumps(asked))
+        process.stdin.write(json.dumps(request))
         process.stdin.close()
         for line in process.stdout:
             if line.startswith("film "):
@@ -57,7 +57,7 @@ def start(asked: dict[str, Any], progress: Callable[[str], None]) -> list[str]:
     if "Traceback" in said and "ImportError" not in said:
         # A fault here, which is not the machine's.
         raise RuntimeError(f"the viewer ended: {_why(status, said)}")
-    missing = [name for name in (asked["screenshot"], asked["movie"]) if name and not Path(name).exists()]
+    missing = [name for name in (request["screenshot"], request["movie"]) if name and not Path(name).exists()]
     if status != 0 or missing:
         raise NoGraphicsError(
             f"the viewer could not draw here ({_why(status, said)}): pyvista needs OpenGL, or a VTK with software "

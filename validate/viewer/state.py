@@ -12,7 +12,7 @@ QUANTITIES = {
     "current_density": ("current density", "A/m2"),
     "heat_source": ("heat source", "W/m3"),
 }
-"""What can be shown: the data's name with words and unit."""
+"""What can be shown: the data's name with its label and unit."""
 
 FACTORS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 
@@ -112,8 +112,8 @@ def keys_text(view: View, columns: int) -> str:
 
 def title(view: View, name: str, time: float | None) -> str:
     """What is shown, in one line that states the exaggeration."""
-    words = "rise in 3D and 1D, and the difference" if view.compare else QUANTITIES[view.quantity][0]
+    label = "rise in 3D and 1D, and the difference" if view.compare else QUANTITIES[view.quantity][0]
     when = "steady" if time is None else f"{time * 1e3:.4g} ms"
     drawn = f"thickness drawn x{view.factor:g}" if view.factor != 1 else "true proportions"
     clip = f", clipped across {view.cut}" if view.cut else ""
-    return f"{name}: {words}, {when}, {drawn}{clip}"
+    return f"{name}: {label}, {when}, {drawn}{clip}"

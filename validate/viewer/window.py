@@ -29,69 +29,69 @@ FRAMES, FRAMES_PER_SECOND, HOLD = 40, 10, 10
 
 def main() -> int:
     """Does what is asked; returns the exit status."""
-    asked = json.loads(sys.stdin.read())
+    request = json.loads(sys.stdin.read())
     try:
-        _show(asked)
+        _show(request)
     except SceneError as error:
         print(f"{FAULT}{error}", file=sys.stderr, flush=True)
         return 2
     return 0
 
 
-def _show(asked: dict[str, Any]) -> None:
-    source = find(Path(asked["path"]))
+def _show(request: dict[str, Any]) -> None:
+    source = find(Path(request["path"]))
     first = source.grid(0)
-    view = begin(asked, source, first)
-    if asked["movie"]:
-        _check_film(view, Path(asked["movie"]))
+    view = begin(request, source, first)
+    if request["movie"]:
+        _check_film(view, Path(request["movie"]))
     from validate.viewer.stage import Stage
 
-    size = tuple(asked["size"])
-    if asked["screenshot"] or not asked["off_screen"]:
-        stage = Stage(source, bool(asked["off_screen"]), size)
+    size = tuple(request["size"])
+    if request["screenshot"] or not request["off_screen"]:
+        stage = Stage(source, bool(request["off_screen"]), size)
         stage.show(view)
-        if asked["screenshot"]:
-            stage.plotter.screenshot(asked["screenshot"])
-    if asked["movie"]:
-        film(Stage(source.evenly(FRAMES, view.quantity), True, size), view, Path(asked["movie"]))
-    if not asked["off_screen"]:
+        if request["screenshot"]:
+            stage.plotter.screenshot(request["screenshot"])
+    if request["movie"]:
+        film(Stage(source.evenly(FRAMES, view.quantity), True, size), view, Path(request["movie"]))
+    if not request["off_screen"]:
         interact(stage, view)
 
 
-def begin(asked: dict[str, Any], source: Any, grid: Any) -> View:
+def begin(request: dict[str, Any], source: Any, grid: Any) -> View:
     """The first view: the last state, unless another time is asked for; SceneError for what isn't there."""
     from validate.report.figures.render import exaggeration
 
     names = [n for n in QUANTITIES if n in grid.point_data or n in grid.cell_data]
-    if asked["show"] == "compare" and source.reduction is None:
+    if request["show"] == "compare" and source.reduction is None:
         raise SceneError("--show compare needs the 1D model: a run of the sink in its folder, made with both models")
-    quantity = "rise" if asked["show"] == "compare" else asked["show"]
+    quantity = "rise" if request["show"] == "compare" else request["show"]
     if quantity not in names:
         raise SceneError(f"--show {quantity}: the field has no such data, but {', '.join(names)}")
     step = len(source.times) - 1
-    if asked["time"] is not None:
+    if request["time"] is not None:
         if any(time is None for time in source.times):
             raise SceneError("--time needs a transient, and this is a steady state")
-        step = nearest(source.times, asked["time"])
-    factor = asked["exaggerate"] or exaggeration(grid.points)
-    axis, place = asked["clip"] or ("", 0.5)
+        step = nearest(source.times, request["time"])
+    factor = request["exaggerate"] or exaggeration(grid.points)
+    axis, place = request["clip"] or ("", 0.5)
     return View(
-        tuple(names), len(source.times), factor, step, quantity, asked["show"] == "compare",
-        source.reduction is not None, asked["edges"], axis, place, asked["probe"],
-        bool(asked["screenshot"]) and not asked["movie"], not asked["off_screen"],
+        tuple(names), len(source.times), factor, step, quantity, request["show"] == "compare",
+        source.reduction is not None, request["edges"], axis, place, request["probe"],
+        bool(request["screenshot"]) and not request["movie"], not request["off_screen"],
     )  # fmt: skip
 
 
-def nearest(times: tuple[float, ...], asked: float) -> int:
+def nearest(times: tuple[float, ...], time: float) -> int:
     """The stored time next to the one asked for (s), with a note where it is another; SceneError outside of them."""
-    step = min(range(len(times)), key=lambda k: abs(times[k] - asked))
-    there = f"{asked * 1e3:.6g} ms"
-    if not times[0] <= asked <= times[-1] * (1 + 1e-6):
+    step = min(range(len(times)), key=lambda k: abs(times[k] - time))
+    there = f"{time * 1e3:.6g} ms"
+    if not times[0] <= time <= times[-1] * (1 + 1e-6):
         raise SceneError(f"--time {there} is not in this run, which goes from {times[0] * 1e3:.4g} to "
                          f"{times[-1] * 1e3:.4g} ms")  # fmt: skip
-    if abs(times[step] - asked) > 1e-6 * asked:
+    if abs(times[step] - time) > 1e-6 * time:
         print(f"{NOTE}{there} is not stored: this is {times[step] * 1e3:.4g} ms, the nearest (a run with --field-times "
-              f"{asked * 1e3:.6g}ms stores it)", flush=True)  # fmt: skip
+              f"{time * 1e3:.6g}ms stores it)", flush=True)  # fmt: skip
     return step
 
 

@@ -27,7 +27,7 @@ def here(module, **options):
 
 @pytest.fixture(scope="module")
 def plain():
-    return here("plain_sink", degree=2, **CELLS)
+    return here("full_order_sink", degree=2, **CELLS)
 
 
 def test_a_worker_says_what_it_took_and_found():
@@ -39,7 +39,7 @@ def test_a_worker_says_what_it_took_and_found():
 
 def test_an_entry_that_fails_says_which_and_why():
     with pytest.raises(measure.EntryError, match=r"a tool \(some settings\) failed: ValueError: the second path"):
-        found("plain_sink", degree=3, **CELLS)
+        found("full_order_sink", degree=3, **CELLS)
 
 
 def apart(one, other):

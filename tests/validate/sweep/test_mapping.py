@@ -13,7 +13,7 @@ from validate.sweep.base import base
 from validate.sweep.design import Design
 from validate.sweep.job import Job
 from validate.sweep.mapping import Map, refine
-from validate.sweep.point import Asked, Row, Work
+from validate.sweep.point import Row, Scope, Work
 from validate.sweep.store import Store
 
 Formula = Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -40,7 +40,7 @@ class Formulas:
 def mapped(formula: Formula, folder: Path, solves: int = 400) -> tuple[Map, Formulas, np.ndarray]:
     sink = base("sink", ["checks.tolerances.fig4=0.05"])
     axes = tuple(Axis(key, PLACES) for key in ("sink.width", "sink.length"))
-    job = Job(sink, Design(axes), Asked(steady=True, blame=False), solves)
+    job = Job(sink, Design(axes), Scope(steady=True, blame=False), solves)
     with Store(folder, job.document()) as store:
         formulas = Formulas(formula, store)
         found = refine(job, store, formulas)

@@ -22,7 +22,7 @@ from validate.sweep import cluster as cluster_of
 from validate.sweep import solver
 from validate.sweep.base import base
 from validate.sweep.design import Design
-from validate.sweep.point import Asked, Work
+from validate.sweep.point import Scope, Work
 
 SWEEP = [
     "sweep", "sink", "--steady", "--no-blame", "--no-figures", "--workers", "2",
@@ -195,7 +195,7 @@ def test_points_without_an_answer_are_rows_that_say_why(tmp_path: Path) -> None:
 def test_a_point_that_takes_too_long_is_stopped_and_the_next_is_solved() -> None:
     sink = base("sink", ["run.accuracy=1e-2"])
     keys, points = ("run.accuracy", "sink.width"), ((1e-6, 57e-6), (1e-2, -1.0))
-    work = Work(sink, Asked(steady=True, blame=False), keys, (0, 1), points)
+    work = Work(sink, Scope(steady=True, blame=False), keys, (0, 1), points)
     solver.start(1)
     process = solver._waiting[0]._process
     rows = solver.solve(work, 0.3)
@@ -212,7 +212,7 @@ def test_voltages_share_fields_and_still_are_what_they_are_alone(tmp_path: Path)
     sink = base("sink", ["run.accuracy=1e-2"])
     design = Design((listed(sink, "drive.voltage", [0.5, 1, 2]),))
     (numbers,) = design.tasks()
-    asked = Asked(steady=True, blame=False)
+    asked = Scope(steady=True, blame=False)
     together = list(solve(Work(sink, asked, design.keys, numbers, tuple(map(design.point, numbers)))))
     for row in together[1:]:
         (alone,) = solve(Work(sink, asked, design.keys, (row.point,), (design.point(row.point),)))
@@ -228,10 +228,10 @@ def test_voltages_share_fields_and_still_are_what_they_are_alone(tmp_path: Path)
 def test_an_open_verdict_is_solved_again_more_accurately() -> None:
     from validate.sweep.point import solve
 
-    (first,) = solve(Work(base("sink", ["run.accuracy=1e-2"]), Asked(steady=True, blame=False), (), (0,), ((),)))
+    (first,) = solve(Work(base("sink", ["run.accuracy=1e-2"]), Scope(steady=True, blame=False), (), (0,), ((),)))
     size, error = abs(first.values["fig4_difference"]), first.values["fig4_u_num"]
     near = base("sink", ["run.accuracy=1e-2", f"checks.tolerances.fig4={size + 0.8 * error!r}"])
-    (again,) = solve(Work(near, Asked(steady=True, blame=False), (), (0,), ((),)))
+    (again,) = solve(Work(near, Scope(steady=True, blame=False), (), (0,), ((),)))
     assert (first.values["accuracy"], first.values["fig4_verdict"]) == (1e-2, "differs")
     assert again.values["accuracy"] < 1e-2
 

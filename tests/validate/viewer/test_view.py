@@ -17,7 +17,7 @@ from validate.report import output
 from validate.viewer import window
 from validate.viewer.source import find
 
-ASKED = {
+REQUEST = {
     "show": "rise", "time": None, "exaggerate": None, "clip": None, "probe": False, "edges": False, "screenshot": None,
     "off_screen": True, "size": [64, 64],
 }  # fmt: skip
@@ -134,11 +134,11 @@ def test_a_films_times_are_even_and_its_states_those_stored(run: Path) -> None:
 def test_a_missing_package_is_said_before_anything_is_drawn(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     monkeypatch.setitem(sys.modules, "validate.viewer.stage", None)  # nothing could be drawn
-    asked = {**ASKED, "path": str(run)}
+    request = {**REQUEST, "path": str(run)}
     with pytest.raises(ValueError, match="imageio with its ffmpeg"):
-        window._show({**asked, "movie": "a.mp4"})
+        window._show({**request, "movie": "a.mp4"})
     with pytest.raises(ImportError):
-        window._show({**asked, "movie": "a.gif"})
+        window._show({**request, "movie": "a.gif"})
 
 
 def test_a_picture_and_a_film(
@@ -158,7 +158,7 @@ def test_a_picture_and_a_film(
     said = capsys.readouterr().out
     assert "Wrote" in said
     assert "0.5 ms is not stored" in said
-    window._show({**ASKED, "path": str(run), "show": "compare", "movie": str(movie), "size": [200, 160]})
+    window._show({**REQUEST, "path": str(run), "show": "compare", "movie": str(movie), "size": [200, 160]})
     image = np.asarray(Image.open(picture).convert("RGB"))
     assert image.shape == (320, 400, 3)
     # All three panels have something coloured in their middle third: not white, not grey.

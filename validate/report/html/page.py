@@ -15,6 +15,7 @@ from validate.report.html import checks, numbers
 from validate.report.html import device as device_section
 from validate.report.html import field as field_section
 from validate.report.html import sensitivities as sensitivities_section
+from validate.report.html import validation as validation_section
 from validate.report.html.field import PICTURES
 from validate.report.html.parts import Document, anything, named, section, table, text, values
 from validate.report.table import Style
@@ -46,6 +47,7 @@ def page(folder: Path, title: str, headline: str, document: Mapping[str, Any], f
         shown,
         figures(folder, document),
         numbers.why(document),
+        validation_section.validation(document),
         sensitivities_section.sensitivities(document),
         others(document),
         numbers.errors(document),
@@ -89,15 +91,18 @@ def _read(name: str) -> str:
     return (_HERE / name).read_text(encoding="utf-8")
 
 
+_FIGURES = ("figure", "why.", "sensitivity.", "validation.")
+"""How the files of figures begin."""
 _TREATED = (
     "schema", "command", "scene", "plan", "provenance", "fem3d", "reduced1d", "checks", "warnings", "files", "timing_s",
-    "why", "sensitivities", "findings", "design", "answer",
+    "why", "sensitivities", "validation", "findings", "design", "answer",
 )  # fmt: skip
 _CAPTIONS = {
     "figure5": "The steady rise along the beam in both models.",
     "figure6": "Rises against time in both models.",
     "figure_traces": "Every probe against time.",
     "why": "What each assumption of the 1D model adds to its difference from 3D.",
+    "validation": "The data with both models, and the comparison error E = S - D within 2 u_val.",
     "sensitivity": "How rises and current follow the keys of the scene, in percent for each percent.",
     "figure7": "The current against time in both models.",
     **DEVICE_FIGURES,
@@ -107,8 +112,7 @@ _CAPTIONS = {
 def figures(folder: Path, document: Document, captions: Mapping[str, str] = _CAPTIONS) -> str:
     """The figures of the folder but the field's picture, which has a section of its own."""
     names = sorted(
-        {Path(f).stem for f in document.get("files", ()) if f.startswith(("figure", "why.", "sensitivity."))}
-        - set(PICTURES),
+        {Path(f).stem for f in document.get("files", ()) if f.startswith(_FIGURES)} - set(PICTURES),
         key=_order,
     )
     found = []
