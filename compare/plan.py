@@ -95,8 +95,8 @@ def skipped_checks(sink: Sink, request: Request) -> dict[str, str]:
 
 def checks_of(sink: Sink) -> tuple[str, ...]:
     """The checks that there are of a sink, in the order in which they are reported: of one span those of the paper's
-    equations and figures, of several those of their equivalence."""
-    return tuple(DEFAULT_TOLERANCES) if sink.spans == 1 else (*ISLAND_TOLERANCES, "energy")
+    equations and figures, of several those of their equivalence, and the peak's."""
+    return tuple(DEFAULT_TOLERANCES) if sink.spans == 1 else (*ISLAND_TOLERANCES, "fig4", "energy")
 
 
 def made_checks(sink: Sink, request: Request) -> tuple[str, ...]:
