@@ -67,6 +67,10 @@ def of_sink(sink: Sink, request: Request, solver: tuple[Step, ...], data: Data |
     steps.append(step("field files", _FIELD_FILES, fields_reason(request, "fem3d" in request.models)))
     turned = "" if "figure4" in drawn else ", with the field to turn"
     steps.append(Step("report.html", "done", f"everything on one page{turned}"))
+    if data is not None and request.calibrate:
+        steps.append(
+            Step("fit", "done", f"{', '.join(request.calibrate)} by least squares, the rest with what is fitted")
+        )
     if data is not None and (request.uncertain is not None or request.data_uncertainty):
         steps.append(Step("validation", "done", "E = S - D against u_val of ASME V&V 20, of both models"))
     if data is not None:

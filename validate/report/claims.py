@@ -66,3 +66,13 @@ def in_full(check: Check, plus_minus: str) -> str:
 def with_mu(text: str) -> str:
     """With the letter mu for the prefix that a terminal has as a "u"."""
     return re.sub(r"(?<=[\d(] )u(?=[A-Zmos])|(?<=\()u(?=[A-Zmos])", "\N{MICRO SIGN}", text)
+
+
+def drawn(check: Check) -> str:
+    """A check as a line under a figure's title; its sentence is in the report and in the terminal."""
+    mark = {"agrees": "\N{CHECK MARK}", "differs": "\N{MULTIPLICATION X}", "unresolved": "?"}[check.verdict]
+    word = check.verdict.upper() if check.verdict == "differs" else check.verdict
+    found = amount(check.measured, check.unit)
+    off = off_by(check) if off_by(check).isalpha() else f"off by {off_by(check)}"
+    one, other = sides(check)
+    return with_mu(f"{mark} {check.id} {word}: {check.title}, {one} {claimed(check)}, {other} {found} ({off})")

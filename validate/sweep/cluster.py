@@ -79,7 +79,6 @@ class Cluster:
         dask.config.set({"distributed.scheduler.allowed-failures": solver.ATTEMPTS})
         # The workers' threads only wait: to sample them a hundred times a second would cost more than all else here.
         dask.config.set({"distributed.worker.profile.enabled": False, "distributed.admin.tick.interval": "500ms"})
-        dask.config.set({"distributed.admin.low-level-log-length": 10})  # each entry holds a task
         if self._scheduler is None:
             # Where another has the port, with or without a dashboard, Dask takes the next one.
             with warnings.catch_warnings(action="ignore", category=UserWarning):

@@ -17,11 +17,9 @@ from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, NullLocator
 
 from compare.verdict import Check
 from scenes.formats import difference_text, percent
-from validate.report.claims import amount, claimed, off_by, sides, with_mu
 from validate.report.figures.colours import INK
 
 DPI = 130
@@ -67,34 +65,22 @@ def new_figure(
 
 def verdict_line(check: Check) -> str:
     """A check in one sentence: "fig4 DIFFERS: the 1D steady peak rise is off by -6.56 ± 0.01 % (tolerance 5 %)"."""
-    most = difference_text(check.difference, check.u_num, "±")
-    said = f"{check.title}: {most}"
+    mark = {"agrees": "\N{CHECK MARK}", "differs": "\N{MULTIPLICATION X}", "unresolved": "?"}[check.verdict]
+    word = check.verdict.upper() if check.verdict == "differs" else check.verdict
     if check.id.startswith("against_"):
-        said = f"{check.title} is off by up to {most}"
-    elif check.id in _MEANS:
-        said = _MEANS[check.id].format(most.replace("+", "") if check.id == "fig5" else most)
+        most = difference_text(check.difference, check.u_num, "±")
+        return (
+            f"{mark} {check.id} {word}: {check.title} is off by up to {most} (tolerance {percent(check.tolerance, 1)})"
+        )
+    if check.id not in _MEANS:
+        most = difference_text(check.difference, check.u_num, "±")
+        return f"{mark} {check.id} {word}: {check.title}: {most} (tolerance {percent(check.tolerance, 1)})"
+    said = _MEANS[check.id].format(difference_text(check.difference, check.u_num, "±"))
+    if check.id == "fig5":
+        said = said.replace("+", "")
     if check.title.endswith("of itself"):
         said = said.replace("of its final change", "of itself")
-    return f"{_verdict(check)}: {said} (tolerance {percent(check.tolerance, 1)})"
-
-
-def claim_line(check: Check) -> str:
-    """A claim of the paper on the device as a line; its sentence is in the report and in the terminal."""
-    off = off_by(check) if off_by(check).isalpha() else f"off by {off_by(check)}"
-    (one, other), found = sides(check), amount(check.measured, check.unit)
-    return with_mu(f"{_verdict(check)}: {check.title}, {one} {claimed(check)}, {other} {found} ({off})")
-
-
-def _verdict(check: Check) -> str:
-    mark = {"agrees": "\N{CHECK MARK}", "differs": "\N{MULTIPLICATION X}", "unresolved": "?"}[check.verdict]
-    return f"{mark} {check.id} {check.verdict.upper() if check.verdict == 'differs' else check.verdict}"
-
-
-def plain_decades(axis: Any) -> None:
-    """Ticks of a logarithmic axis in plain numbers, without the dozens of small ones between the decades, which take
-    longer to draw than all the rest."""
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.set_minor_locator(NullLocator())
+    return f"{mark} {check.id} {word}: {said} (tolerance {percent(check.tolerance, 1)})"
 
 
 def _kept(text: str) -> str:

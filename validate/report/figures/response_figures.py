@@ -15,9 +15,9 @@ from matplotlib.ticker import MaxNLocator
 from reduced1d.device.steady import steady
 from scenes.formats import scale
 from scenes.loop.runs import Run
-from validate.report.claims import with_mu
+from validate.report.claims import drawn, with_mu
 from validate.report.figures.colours import INK, LAYERS
-from validate.report.figures.drawing import claim_line, new_figure
+from validate.report.figures.drawing import new_figure
 
 if TYPE_CHECKING:
     from compare.outcome import Outcome
@@ -90,7 +90,7 @@ def _draw(
 ) -> Figure:  # fmt: skip
     """Left the start, at its own scale; right the whole run, at the scale of what follows, thin the run ``beside``,
     dotted the same run in ``three`` dimensions."""
-    checks = [claim_line(check) for check in outcome.checks if check.id.startswith(family)]
+    checks = [drawn(check) for check in outcome.checks if check.id.startswith(family)]
     figure = new_figure(9.5, 5.0, text, checks, bottom=0.95, left=0.95)
     start, whole = figure.subplots(1, 2, gridspec_kw={"wspace": 0.2, "width_ratios": [1, 1.6]})
     result = run.result

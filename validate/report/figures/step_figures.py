@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import FuncFormatter, MaxNLocator, NullLocator
 
 from reduced1d.device.lumped import lump
 from scenes.formats import percent, quantity
 from scenes.loop.runs import BAND
-from validate.report.claims import with_mu
+from validate.report.claims import drawn, with_mu
 from validate.report.figures.colours import INK, LAYERS
-from validate.report.figures.drawing import claim_line, new_figure, plain_decades
+from validate.report.figures.drawing import new_figure
 from validate.report.figures.response_figures import IN_3D
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ _SAMPLES = 30
 
 def responses(outcome: Outcome[Device]) -> Figure:
     """Figure 12: the sensor's power after each step, and how much of its change is still to come."""
-    checks = [claim_line(check) for check in outcome.checks if check.id.startswith("fig12")]
+    checks = [drawn(check) for check in outcome.checks if check.id.startswith("fig12")]
     text = "Figure 12: the sensor's power after outer steps from room temperature"
     figure = new_figure(9.5, 5.0, text, checks, bottom=0.95)
     power, rest = figure.subplots(1, 2, gridspec_kw={"wspace": 0.28})
@@ -59,7 +59,8 @@ def responses(outcome: Outcome[Device]) -> Figure:
     power.set_ylabel("power of the sensor (mW)")
     rest.set_ylabel("part of the change still to come")
     rest.set_ylim(8e-5, 1.5)
-    plain_decades(rest.yaxis)
+    rest.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    rest.yaxis.set_minor_locator(NullLocator())
     rest.axhline(BAND, color=INK, lw=1.0, ls=":", label=f"band of {percent(BAND, 1)}")
     rest.set_xlim(0.0, shown)
     handles, labels = (
@@ -73,7 +74,7 @@ def responses(outcome: Outcome[Device]) -> Figure:
 
 def characteristic(outcome: Outcome[Device]) -> Figure:
     """Figure 13: the steady power against the outer temperature, with the slope and the limit."""
-    checks = [claim_line(check) for check in outcome.checks if check.id.startswith("fig13")]
+    checks = [drawn(check) for check in outcome.checks if check.id.startswith("fig13")]
     device = outcome.scene
     text = "Figure 13: steady power of the sensor against the outer temperature"
     figure = new_figure(9.5, 5.0, text, checks, bottom=0.95)

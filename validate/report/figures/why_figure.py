@@ -9,10 +9,11 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import FuncFormatter, NullLocator
 
 from scenes.formats import sink_text
 from validate.report.figures.colours import INK
-from validate.report.figures.drawing import new_figure, plain_decades
+from validate.report.figures.drawing import new_figure
 
 if TYPE_CHECKING:
     from compare.budget import Budget, Split
@@ -112,4 +113,5 @@ def _areas(ax: Any, budget: Budget, split: Split) -> None:
     ax.set_xscale("log")
     ax.set_xlim(ms[0], ms[-1])
     ax.set_xlabel("time (ms)")
-    plain_decades(ax.xaxis)
+    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    ax.xaxis.set_minor_locator(NullLocator())
