@@ -67,6 +67,10 @@ def of_sink(sink: Sink, request: Request, solver: tuple[Step, ...], data: Data |
     steps.append(step("field files", _FIELD_FILES, fields_reason(request, "fem3d" in request.models)))
     turned = "" if "figure4" in drawn else ", with the field to turn"
     steps.append(Step("report.html", "done", f"everything on one page{turned}"))
+    if data is not None and request.calibrate:
+        steps.append(
+            Step("fit", "done", f"{', '.join(request.calibrate)} by least squares, the rest with what is fitted")
+        )
     if data is not None and (request.uncertain is not None or request.data_uncertainty):
         steps.append(Step("validation", "done", "E = S - D against u_val of ASME V&V 20, of both models"))
     if data is not None:
@@ -95,8 +99,8 @@ def skipped_checks(sink: Sink, request: Request) -> dict[str, str]:
 
 def checks_of(sink: Sink) -> tuple[str, ...]:
     """The checks that there are of a sink, in the order in which they are reported: of one span those of the paper's
-    equations and figures, of several those of their equivalence."""
-    return tuple(DEFAULT_TOLERANCES) if sink.spans == 1 else (*ISLAND_TOLERANCES, "energy")
+    equations and figures, of several those of their equivalence, and the peak's."""
+    return tuple(DEFAULT_TOLERANCES) if sink.spans == 1 else (*ISLAND_TOLERANCES, "fig4", "energy")
 
 
 def made_checks(sink: Sink, request: Request) -> tuple[str, ...]:
