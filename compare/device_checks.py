@@ -13,11 +13,11 @@ from compare.verdict import Check, Comparison, judged, relative
 from reduced1d.device.findings import shown
 from reduced1d.device.lumped import lump
 from reduced1d.device.meters import PXI_4070, reading
-from reduced1d.device.runs import BAND, SLOW_TIME, Run, Runs
 from reduced1d.device.stability import at_sample_time, largest_eigenvalue
 from scenes.device import Device
 from scenes.errors import SceneError
 from scenes.formats import kelvin, milliseconds, percent, quantity
+from scenes.loop.runs import BAND, SLOW_TIME, Run, Runs
 from scenes.plan import Request
 
 PAPER_SETTLING = 0.1

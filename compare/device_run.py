@@ -10,9 +10,10 @@ from compare.plan import design_reason, needs, of_device
 from scenes.plan import Request, Step
 
 if TYPE_CHECKING:
-    from reduced1d.device.result import DeviceResult
-    from reduced1d.device.runs import Runs
+    from fem3d.device.runs import Solved
     from scenes.device import Device
+    from scenes.loop.result import DeviceResult
+    from scenes.loop.runs import Runs
 
 
 def plan(device: Device, request: Request, data: None = None) -> tuple[Step, ...]:
@@ -30,8 +31,16 @@ def solve(
         from reduced1d.device import design
     with clock.stage("device"):
         made = simulated(device, request, say)
+    solved = None
+    if request.in_3d:
+        from compare.device_3d_checks import evaluate_3d
+
+        with clock.stage("device in 3D"):
+            solved = solved_in_3d(device, request, say)
     with clock.stage("checks"):
         found = device_checks.evaluate(device, request, made)
+        if solved is not None:
+            found += evaluate_3d(device, request, made, solved)
     answers = None
     if not design_reason(request):
         say("answering a designer's questions")
@@ -39,7 +48,9 @@ def solve(
             answers = design.answer(device, request.largest_voltage, request.largest_power)
     warnings = _too_hot(device, made.base.result)
     lines = of_device(device, request)
-    return Outcome(device, request, lines, checks=found, warnings=warnings, simulated=made, design=answers)
+    return Outcome(
+        device, request, lines, checks=found, warnings=warnings, simulated=made, device_3d=solved, design=answers
+    )
 
 
 def simulated(device: Device, request: Request, say: Callable[[str], None] = lambda _: None) -> Runs:
@@ -48,6 +59,17 @@ def simulated(device: Device, request: Request, say: Callable[[str], None] = lam
 
     slow, steps = needs(device, request, "figure11"), needs(device, request, "figure12", "figure13")
     return runs.make(device, request.scheme, request.meter, slow, steps, say)
+
+
+def solved_in_3d(device: Device, request: Request, say: Callable[[str], None] = lambda _: None) -> Solved:
+    """Every run in 3D that a request needs."""
+    from fem3d.device.runs import make
+    from reduced1d.device.meters import METERS, in_the_loop
+
+    meter = METERS[request.meter] if request.meter else None
+    rounded = in_the_loop(device, meter, device.external.initial_temperature) if meter else (0.0, 0.0)
+    slow, steps = needs(device, request, "figure11"), needs(device, request, "figure12", "figure13")
+    return make(device, rounded, slow, steps, say)
 
 
 def _too_hot(device: Device, result: DeviceResult) -> tuple[str, ...]:

@@ -14,14 +14,16 @@ from scenes.plan import Request, Step
 if TYPE_CHECKING:
     from compare.against import Data
     from compare.budget import Budget
+    from compare.inputs.calibration import Fit
     from compare.inputs.propagation import Propagated
     from compare.inputs.sampling import Sampled
     from compare.inputs.sensitivities import Sensitivities
     from compare.inputs.validation import Validation
     from compare.row_runs import Varied
     from compare.verdict import Check
+    from fem3d.device.runs import Solved
     from reduced1d.device.design import Design
-    from reduced1d.device.runs import Runs
+    from scenes.loop.runs import Runs
     from scenes.result import Result
 
 S = TypeVar("S", covariant=True)
@@ -36,10 +38,10 @@ class Outcome(Generic[S]):
 
     Of a sink also ``why``, the budget of the differences of the 1D model, and ``exported``, the few-state model's
     folder, where asked for, and ``against``, a user's own traces if there are any, and ``sensitivities`` and what
-    they make of uncertain inputs (``propagated``, ``sampled``, and ``validation`` against the data) where asked
-    for; of a row of spans ``varied``, how its differences run, where asked for. Of a device its ``simulated`` runs
-    and a designer's answers. Of a free scene over time ``shown``: the time (s) whose field is drawn, and whether it
-    is then above the initial temperature.
+    they make of uncertain inputs (``propagated``, ``sampled``, and ``validation`` and a ``fit`` of the data) where
+    asked for; of a row of spans ``varied``, how its differences run, where asked for. Of a device its ``simulated``
+    runs in 1D, those of ``device_3d`` where asked for, and a designer's answers. Of a free scene over time
+    ``shown``: the time (s) whose field is drawn, and whether it is then above the initial temperature.
     """
 
     scene: S
@@ -62,7 +64,9 @@ class Outcome(Generic[S]):
     propagated: Propagated | None = None
     sampled: Sampled | None = None
     validation: Validation | None = None
+    fit: Fit | None = None
     simulated: Runs | None = None
+    device_3d: Solved | None = None
     design: Design | None = None
     shown: tuple[float, bool] | None = None
 

@@ -9,7 +9,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from compare.verdict import FIRST_TIME
-from scenes.checks import DEFAULT_TOLERANCES, DEVICE_TOLERANCES, ISLAND_TOLERANCES, OF_THE_REDUCTION, OVER_TIME
+from scenes.checks import (
+    DEFAULT_TOLERANCES,
+    DEVICE_3D_TOLERANCES,
+    DEVICE_TOLERANCES,
+    ISLAND_TOLERANCES,
+    OF_THE_REDUCTION,
+    OVER_TIME,
+)  # fmt: skip
 from scenes.device import Device
 from scenes.plan import Request, Step, skipped_together, step
 from scenes.sink import Sink
@@ -60,6 +67,10 @@ def of_sink(sink: Sink, request: Request, solver: tuple[Step, ...], data: Data |
     steps.append(step("field files", _FIELD_FILES, fields_reason(request, "fem3d" in request.models)))
     turned = "" if "figure4" in drawn else ", with the field to turn"
     steps.append(Step("report.html", "done", f"everything on one page{turned}"))
+    if data is not None and request.calibrate:
+        steps.append(
+            Step("fit", "done", f"{', '.join(request.calibrate)} by least squares, the rest with what is fitted")
+        )
     if data is not None and (request.uncertain is not None or request.data_uncertainty):
         steps.append(Step("validation", "done", "E = S - D against u_val of ASME V&V 20, of both models"))
     if data is not None:
@@ -88,8 +99,8 @@ def skipped_checks(sink: Sink, request: Request) -> dict[str, str]:
 
 def checks_of(sink: Sink) -> tuple[str, ...]:
     """The checks that there are of a sink, in the order in which they are reported: of one span those of the paper's
-    equations and figures, of several those of their equivalence."""
-    return tuple(DEFAULT_TOLERANCES) if sink.spans == 1 else (*ISLAND_TOLERANCES, "energy")
+    equations and figures, of several those of their equivalence, and the peak's."""
+    return tuple(DEFAULT_TOLERANCES) if sink.spans == 1 else (*ISLAND_TOLERANCES, "fig4", "energy")
 
 
 def made_checks(sink: Sink, request: Request) -> tuple[str, ...]:
@@ -161,7 +172,7 @@ def of_device(device: Device, request: Request) -> tuple[Step, ...]:
         "paper": "the paper's own: partitioned, Crank-Nicolson and Runge-Kutta; the accurate one beside it",
     }
     found = [
-        Step("3D model", "skipped", "the device is modelled in 1D only"),
+        step("3D model", f"a few states of the whole device, known to {device.accuracy_3d:g}", _not_in_3d(request)),
         Step("1D device", "done", f"{scheme[request.scheme]}; from cold to {device.end_time:g} s"),
     ]
     if request.meter:
@@ -174,6 +185,8 @@ def of_device(device: Device, request: Request) -> tuple[Step, ...]:
     if made:
         found.append(Step("checks", "done", ", ".join(made)))
     found += skipped_together("checks", skipped_device_checks(device, request))
+    if in_3d := made_3d_checks(device, request):
+        found.append(Step("checks of 3D", "done", ", ".join(in_3d)))
     found += [Step(name, "done", DEVICE_FIGURES[name]) for name in drawn_figures(request)]
     left = figures_left_out(request) if request.figures else dict.fromkeys(DEVICE_FIGURES, _NO_FIGURES)
     found += skipped_together("figures", left)
@@ -212,6 +225,27 @@ def made_device_checks(device: Device, request: Request) -> tuple[str, ...]:
     """The checks that a run of a device makes, in the order in which they are reported."""
     skipped = skipped_device_checks(device, request)
     return tuple(check for check in DEVICE_TOLERANCES if check not in skipped)
+
+
+def made_3d_checks(device: Device, request: Request) -> tuple[str, ...]:
+    """The checks of 1D against 3D that a run of a device makes, in the order in which they are reported."""
+    if not request.in_3d:
+        return ()
+    left = figures_left_out(request)
+    stepped = ("dev3d_settling", "dev3d_claim_steady", "dev3d_claim_over_time")
+
+    def made(check: str) -> bool:
+        of_gains = check.endswith("_gain")
+        figure = "figure13" if check == "dev3d_slope" else "figure9"
+        return (device.steps_outside or check not in stepped) and (
+            not request.about if of_gains else figure not in left
+        )
+
+    return tuple(check for check in DEVICE_3D_TOLERANCES if made(check))
+
+
+def _not_in_3d(request: Request) -> str:
+    return "" if request.in_3d else "not asked for (--3d)"
 
 
 def needs(device: Device, request: Request, *figures: str) -> bool:

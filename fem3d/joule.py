@@ -68,6 +68,8 @@ def of_pairs(conductor: Conductor, basis: np.ndarray, patterns: Sequence[Pattern
         for i in range(m):
             for j in range(i + 1):
                 both = (densities[i] * densities[j]).sum(axis=0)[own].ravel()
+                if not both.any():
+                    continue  # of currents in different bodies
                 cold, warm = body.split(both)
                 cold_load, warm_load = body.load(both)
                 parts = {at: body.split(both * v) for at, v in held.items()}

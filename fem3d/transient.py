@@ -2,7 +2,9 @@
 
 The fields (M + g K)^-1 F, ((M + g K)^-1 M)^j (M + g K)^-1 F ... for every load F hold the whole response from some g/10
 on to a few digits per handful of fields; the reduced problem is diagonal and is stepped with its linear part exact.
-Source: Saad, SIAM J. Numer. Anal. 29, 1992; Druskin and Knizhnerman, J. Comput. Phys. 1989.
+Where times of interest are far apart, several shifts g take turns.
+Source: Saad, SIAM J. Numer. Anal. 29, 1992; Druskin and Knizhnerman, J. Comput. Phys. 1989; for several shifts Ruhe,
+Linear Algebra Appl. 58, 1984.
 """
 
 from __future__ import annotations
@@ -87,14 +89,15 @@ class Transient:
 
 
 class Krylov:
-    """The growing space of one mesh; each field costs one solve with a factorization made once."""
+    """The growing space of one mesh; each field costs one solve with a factorization made once for each shift;
+    ``solves`` are these, of the free nodes."""
 
-    def __init__(self, base: Base, shift: float) -> None:
+    def __init__(self, base: Base, *shifts: float) -> None:
         self._base = base
         n = base.heat.free
         self._mass = base.heat.inner_mass
-        self._solve: Any = base.heat.solve_shifted(shift)
-        self._next = [self._solve(load[:n]) for load in base.loads]
+        self.solves: list[Any] = [base.heat.solve_shifted(shift) for shift in shifts]
+        self._next = [self.solves[0](load[:n]) for load in base.loads]
         self._made, self._weighted = np.empty((n, 0)), np.empty((n, 0))
         self._ends = [0]  # after each generation, how many fields there are
 
@@ -102,6 +105,7 @@ class Krylov:
         """(free nodes, fields): the base's own first, then some generations of one field for every load."""
         while len(self._ends) <= generations:
             following = []
+            solve = self.solves[len(self._ends) % len(self.solves)]
             for new in self._next:
                 # Orthogonal well enough for the recurrence; the projection makes it exact.
                 v = new - self._made @ (new @ self._weighted)
@@ -111,7 +115,7 @@ class Krylov:
                     continue
                 self._made = np.column_stack([self._made, v / size])
                 self._weighted = np.column_stack([self._weighted, weighted / size])
-                following.append(self._solve(weighted / size))
+                following.append(solve(weighted / size))
             self._next = following
             self._ends.append(self._made.shape[1])
         return np.column_stack([self._base.fields, self._made[:, : self._ends[generations]]])

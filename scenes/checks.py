@@ -66,6 +66,21 @@ DEVICE_TOLERANCES: dict[str, float] = {
 """The same of the device. The paper's "about" is taken as a quarter, its "ca." as a tenth, a number of two digits as a
 twentieth; what it states as exact, as 1e-6."""
 
+DEVICE_3D_TOLERANCES: dict[str, float] = {
+    **dict.fromkeys(("dev3d_sink_power", "dev3d_sensor_power", "dev3d_sink_voltage", "dev3d_sensor_voltage"), 0.02),
+    **dict.fromkeys(("dev3d_sink_peak", "dev3d_sensor_peak"), 0.05),
+    **dict.fromkeys(("dev3d_sink_peak_time", "dev3d_sensor_peak_time", "dev3d_settling"), 0.05),
+    "dev3d_slope": 0.02,
+    **dict.fromkeys(("dev3d_sink_gain", "dev3d_sensor_gain"), 0.05),
+    "dev3d_claim_steady": 1e-4,
+    "dev3d_claim_over_time": 0.05,
+}
+"""The same of the device in 3D: of steady values as of the sink's equations, of what is over time as of its figures.
+The claim is stated as exact: a ten-thousandth is what 3D is asked to know."""
+
+DEVICE_CHECKS = (*DEVICE_TOLERANCES, *DEVICE_3D_TOLERANCES)
+"""The ids of every check that a device may have."""
+
 _TOLERANCE = Quantity(NUMBER, 1e-15, 100.0)
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from scenes.checks import DEVICE_TOLERANCES
-from scenes.model import Material
-from scenes.sink import Sink
+from scenes.checks import DEVICE_3D_TOLERANCES, DEVICE_TOLERANCES
+from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
+from scenes.sink import Sink, face
 
 GOLD = Material("gold", 318.0, 19320.0, 129.0, 2.23e-8, 3.768e-3, 293.0, valid_to=1337.0)
 PDMS = Material("pdms", 0.15, 970.0, 1460.0, valid_to=473.0)
@@ -42,7 +42,8 @@ class Device:
     """A sink and the layers on it, from below: insulator, sensor film, polymer; all as long and wide as the beam.
 
     Thicknesses in m, ``end_time`` in s. ``accuracy`` is the largest numerical error of a temperature, as a fraction
-    of the set temperature's rise above room temperature. The sink's own voltage, electrodes, end time, accuracy and
+    of the set temperature's rise above room temperature, in 1D, and ``accuracy_3d`` in 3D, of steady powers too. The
+    sink's own voltage, electrodes, end time, accuracy and
     checks are not used. ``tolerances`` and ``expected_to_differ`` are as those of a sink, for the device's checks.
     """
 
@@ -56,6 +57,7 @@ class Device:
     external: External = field(default_factory=External)
     end_time: float = 0.5
     accuracy: float = 5e-6
+    accuracy_3d: float = 1e-3
     name: str = "device"
     tolerances: dict[str, float] = field(default_factory=dict)
     expected_to_differ: tuple[str, ...] | None = None
@@ -70,6 +72,37 @@ class Device:
         """The set temperature above room temperature, in K."""
         return self.control.set_temperature - self.sink.room_temperature
 
+    def scene(self) -> Scene:
+        """The device without its controllers as boxes, conditions and probes: 1 V across the sink from the start on,
+        across the sensor from the first sample after it on, and the outer temperature's step.
+
+        The voltages are half of that above and below zero, for then the middle is a plane of symmetry of both films.
+        """
+        sink, half = self.sink, self.sink.width / 2
+        given, boxes, height = sink.scene(), [], sink.thickness
+        for name, material, thickness in (
+            ("insulator", self.pdms, self.insulator_thickness),
+            ("gold", self.gold, self.sensor_thickness),
+            ("polymer", self.pdms, self.polymer_thickness),
+        ):
+            boxes.append(Box(name, material, (-half, 0.0, height), (half, sink.length, height + thickness)))
+            height += thickness
+        beam, gold, polymer = given.boxes[0], boxes[1], boxes[2]
+        boundaries = [b for b in given.boundaries if b.kind != "voltage"]
+        for name, film, on in (("sink", beam, 0.0), ("sensor", gold, self.control.sample_time)):
+            boundaries += [
+                Boundary(f"{name}-{side}", "voltage", *face(film, 1, side), Schedule((on, on), (0.0, 0.5 - side)))
+                for side in (0, 1)
+            ]
+        external = self.external
+        outer = Schedule((external.step_time,) * 2, (external.initial_temperature, external.final_temperature))
+        boundaries.append(Boundary("outside", "temperature", *face(polymer, 2, 1), outer))
+        probes = tuple(Probe(name, film.lower, film.upper) for name, film in (("sink", beam), ("sensor", gold)))
+        return Scene(
+            self.name, (*given.boxes, *boxes), tuple(boundaries), probes, sink.room_temperature, self.end_time,
+            self.accuracy_3d,
+        )  # fmt: skip
+
     @property
     def steps_outside(self) -> bool:
         """Whether the outer temperature steps during the run."""
@@ -78,4 +111,4 @@ class Device:
 
     def tolerance(self, check: str) -> float:
         """The relative tolerance of a check: the declared one, or else its default (KeyError for an unknown id)."""
-        return self.tolerances[check] if check in self.tolerances else DEVICE_TOLERANCES[check]
+        return {**DEVICE_TOLERANCES, **DEVICE_3D_TOLERANCES, **self.tolerances}[check]

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
 
 from scenes import dimensions as d
-from scenes.checks import DEVICE_TOLERANCES, Differing, Tolerances
+from scenes.checks import DEVICE_CHECKS, Differing, Tolerances
 from scenes.device import Device
 from scenes.kinds import NAME, Choice, Count, Insulator, Kind, Quantity, Switch, Uncertainties
 from scenes.schema import Key, Schema
@@ -120,8 +120,9 @@ _DEVICE = Schema((
     Key("external.step_time", "external.step_time", Quantity(d.TIME, 0.0, 1e6)),
     Key("run.end_time", "end_time", DURATION),
     Key("run.accuracy", "accuracy", Quantity(d.NUMBER, 1e-7, 0.1), physical=False),
-    Key("checks.tolerances", "tolerances", Tolerances(tuple(DEVICE_TOLERANCES)), physical=False),
-    Key("checks.expect_differs", "expected_to_differ", Differing(tuple(DEVICE_TOLERANCES)), physical=False),
+    Key("run.accuracy_3d", "accuracy_3d", ACCURACY, physical=False),
+    Key("checks.tolerances", "tolerances", Tolerances(DEVICE_CHECKS), physical=False),
+    Key("checks.expect_differs", "expected_to_differ", Differing(DEVICE_CHECKS), physical=False),
 ))  # fmt: skip
 
 

@@ -161,18 +161,18 @@ def _boundaries(sink: Sink, count: int) -> tuple[Boundary, ...]:
     room = sink.room_temperature
     beams = [b for n, b in all_boxes.items() if n.startswith(("beam", "span", "bridge"))]
     found = [
-        Boundary(f"substrate-{n.removeprefix('oxide-')}", "temperature", *_face(b, 2, 0), room)
+        Boundary(f"substrate-{n.removeprefix('oxide-')}", "temperature", *face(b, 2, 0), room)
         for n, b in all_boxes.items()
         if n.startswith(("oxide", "island"))
     ]
     first, last = (beams[0], beams[-1]) if sink.electrodes == "beam-end" else (all_boxes["pad-0"], all_boxes["pad-1"])
     found += [
-        Boundary("electrode-0", "voltage", *_face(first, 1, 0), sink.spans * sink.voltage),
-        Boundary("electrode-1", "voltage", *_face(last, 1, 1), 0.0),
+        Boundary("electrode-0", "voltage", *face(first, 1, 0), sink.spans * sink.voltage),
+        Boundary("electrode-1", "voltage", *face(last, 1, 1), 0.0),
     ]
     if sink.convection_coefficient:
         found += [
-            Boundary(f"air-{b.name}", "convection", *_face(b, 2, 1), sink.convection_coefficient, room)
+            Boundary(f"air-{b.name}", "convection", *face(b, 2, 1), sink.convection_coefficient, room)
             for b in (*beams, all_boxes["pad-0"], all_boxes["pad-1"])
         ]
     return tuple(found)
@@ -182,7 +182,7 @@ def _probes(sink: Sink, count: int) -> tuple[Probe, ...]:
     """What is read off a row of ``count`` spans: "end", and of one span "peak" and "mean"; of more, for each span of
     the lower half, "span<k>_" with "peak", the largest along the middle of its underside, "middle" and "mean"."""
     spans = [b for b in _row(sink, count) if b.name.startswith(("beam", "span"))]
-    end = Probe("end", *_face(spans[0], 1, 0))
+    end = Probe("end", *face(spans[0], 1, 0))
     if sink.spans == 1:
         centre = (0.0, sink.length / 2, sink.thickness / 2)
         return Probe("peak", centre, centre), end, Probe("mean", spans[0].lower, spans[0].upper)
@@ -198,7 +198,7 @@ def _probes(sink: Sink, count: int) -> tuple[Probe, ...]:
     return tuple(found)
 
 
-def _face(box: Box, axis: int, side: int) -> tuple[Point, Point]:
+def face(box: Box, axis: int, side: int) -> tuple[Point, Point]:
     """The flat box of a box's lower (0) or upper (1) face along an axis."""
     lower, upper = list(box.lower), list(box.upper)
     lower[axis] = upper[axis] = (box.lower, box.upper)[side][axis]

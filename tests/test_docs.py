@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pkgutil
 import re
 import shlex
 from pathlib import Path
@@ -64,6 +65,18 @@ def test_the_places_to_add_to_are_the_true_ones() -> None:
     for *names, file in named:
         code = (ROOT / file).read_text(encoding="utf-8")
         assert [name for name in names if name and not re.search(rf"^(def |class )?{name}\b", code, re.MULTILINE)] == []
+
+
+def test_the_walk_to_a_verdict_is_there() -> None:
+    """At most 15 steps, each of whose names is one."""
+    text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
+    walk = text.split("## From")[1].split("\n\n", 1)[1].split("## ")[0]
+    assert 10 <= len(re.findall(r"^\d+\. ", walk, re.MULTILINE)) <= 15
+    rooms = {"cli": "validate.cli", "report": "validate.report", "verdict": "compare.verdict"}
+    named = [name.split(".") for name in re.findall(r"`([a-z]\w*(?:\.\w+)+)`", walk) if not name.endswith(".json")]
+    assert len(named) > 15
+    for first, *rest in named:
+        pkgutil.resolve_name(".".join([rooms.get(first, first), *rest]))
 
 
 def test_every_command_is_on_its_page() -> None:

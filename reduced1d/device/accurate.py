@@ -11,11 +11,11 @@ from reduced1d.device.balance import balance
 from reduced1d.device.findings import findings
 from reduced1d.device.lumped import lump
 from reduced1d.device.march import March, Resolution, march
-from reduced1d.device.result import QUANTITIES, DeviceResult, device_result
-from reduced1d.device.steady import steady
+from reduced1d.device.steady import around, steady
 from scenes.device import Device
 from scenes.loop.controller import law
 from scenes.loop.march import Start
+from scenes.loop.result import QUANTITIES, DeviceResult, device_result
 from scenes.loop.timetable import timetable
 
 FIRST = Resolution(12, 6)
@@ -57,7 +57,8 @@ def solve_accurate(
     heat = balance(lumped, run)
     return device_result(
         "accurate", table.times[: len(run.traces)], run.traces[:, 0], device.sink.room_temperature, errors,
-        error_parts=parts, findings=findings(device, run.run, max(errors["sink_K"], errors["sensor_K"]), goal),
+        **around(device), error_parts=parts,
+        findings=findings(device, run.run, max(errors["sink_K"], errors["sensor_K"]), goal),
         details={
             "states": run.modes.modal.count, "degree": degree, "nodes": nodes, "rounds": attempt + 1,
             "balance": heat, "energy_imbalance": heat.imbalance, "stopped": run.run.stopped,

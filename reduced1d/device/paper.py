@@ -8,17 +8,18 @@ the face blurs the first boundary layers, which is the scheme's error during the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from reduced1d.device.accurate import solve_accurate
 from reduced1d.device.crank_nicolson import layer_step
 from reduced1d.device.lumped import Lumped, Slab, lump
-from reduced1d.device.result import QUANTITIES, DeviceResult, device_result
+from reduced1d.device.steady import around
 from scenes.device import Device
 from scenes.loop.controller import Law, law
 from scenes.loop.march import CEILING
+from scenes.loop.result import QUANTITIES, DeviceResult, device_result
 from scenes.loop.timetable import timetable
 
 
@@ -129,7 +130,7 @@ def solve_paper(
     accurate = solve_accurate(device, meter=meter)
     rows = min(len(traces), len(accurate.time_s))
     room = device.sink.room_temperature
-    result = device_result("paper", time, traces, room, {})
+    result = device_result("paper", time, traces, room, {}, **around(device))
     off = {q: np.abs(result.trace(q)[:rows] - accurate.trace(q)[:rows]) for q in QUANTITIES}
     worst = {q: (float(d.max()), float(accurate.time_s[int(d.argmax())])) for q, d in off.items()}
     late = accurate.time_s[:rows] >= 0.05
@@ -140,8 +141,8 @@ def solve_paper(
     if late.any():
         text += f"; after 50 ms by up to {max(off['sink_K'][late].max(), off['sensor_K'][late].max()):.2g} K"
     text += "; most of that is an error in space, from the first differences at the faces, which a smaller step keeps"
-    return device_result(
-        "paper", time, traces, room, {q: w for q, (w, _) in worst.items()},
+    return replace(
+        result, errors={q: w for q, (w, _) in worst.items()},
         findings=(text, *accurate.findings),
         details={"dt_s": used.dt, "stability_limit_s": limit, "nx": used.nx, "nt": used.nt},
     )  # fmt: skip

@@ -8,8 +8,8 @@ from typing import Literal
 from reduced1d.device.accurate import solve_accurate
 from reduced1d.device.meters import Meter, in_the_loop, too_coarse
 from reduced1d.device.paper import solve_paper
-from reduced1d.device.result import DeviceResult
 from scenes.device import Device
+from scenes.loop.result import DeviceResult
 
 
 def solve(

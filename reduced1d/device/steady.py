@@ -1,33 +1,13 @@
 """The steady state that the controllers bring the device to, in closed form."""
 
-# ruff: noqa: N815 - the symbols of units keep their capitals, as in the keys of the output
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 
 from reduced1d.device.lumped import lump
 from scenes.device import Device
+from scenes.loop.result import Steady
 from scenes.loop.steady import complementary
-
-
-@dataclass(frozen=True)
-class Steady:
-    """Temperatures in K; voltages in V; powers and the heat flow from the sensor into the polymer in W.
-
-    ``sink_saturated`` and ``sensor_saturated``: the element is above the set temperature without any power.
-    """
-
-    sink_K: float
-    sensor_K: float
-    sink_V: float
-    sensor_V: float
-    sink_power_W: float
-    sensor_power_W: float
-    polymer_flux_W: float
-    sink_saturated: bool
-    sensor_saturated: bool
 
 
 def steady(device: Device, external: float | None = None) -> Steady:
@@ -50,3 +30,8 @@ def steady(device: Device, external: float | None = None) -> Steady:
         float(room + rise[0]), float(room + rise[1]), float(volts[0]), float(volts[1]), float(power[0]),
         float(power[1]), float(polymer * (rise[1] - outer)), bool(saturated[0]), bool(saturated[1]),
     )  # fmt: skip
+
+
+def around(device: Device) -> dict[str, Steady]:
+    """The steady states ``before`` the outer step and ``after`` it."""
+    return {"before": steady(device, device.external.initial_temperature), "after": steady(device)}

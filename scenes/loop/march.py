@@ -164,7 +164,9 @@ def march(
         free = _apply(t.readings, b, t.modal, t.places)
         free += static
         if measure:
-            history[k] = free + at.feed @ powers if at.fed else free
+            history[k] = free
+            if at.fed:
+                history[k, at.flows.ravel()] += at.feed @ powers
             voltages[k] = voltage = law.next_voltage(voltage, free[at.starts])
             heating = (voltage * voltage).ravel()[at.voltage] * at.conductance
             stopped = bool(free[0] > CEILING or free[1] > CEILING)

@@ -42,13 +42,14 @@ def explain_options(add: Callable[..., Any]) -> None:
     add("--dry-run", action="store_true", help="print that plan alone: nothing is solved or written")
 
 
-def settings(arguments: argparse.Namespace, *more: tuple[str, str | None]) -> list[str]:
-    """The overrides, with the options that stand for some; SceneError where both set a key."""
-    given = [(key, value) for key, value in (*more, ("run.accuracy", arguments.accuracy)) if value is not None]
+def settings(arguments: argparse.Namespace, *more: tuple[str, str | None], accuracy: str = "run.accuracy") -> list[str]:
+    """The overrides, with the options that stand for some, ``accuracy`` being the key of that one; SceneError where two
+    set one key."""
+    given = [(key, value) for key, value in (*more, (accuracy, arguments.accuracy)) if value is not None]
     for key, value in given:
         for setting in arguments.settings:
             if _sets(setting, key):
-                option = f"--{key.rpartition('.')[2]} {value}"
+                option = f"--{key.rpartition('.')[2].removesuffix('_3d')} {value}"
                 raise SceneError(f"{option} and --set {printable(setting)} both set {key}: give one of them")
     return [*arguments.settings, *(f"{key}={value}" for key, value in given)]
 

@@ -16,12 +16,13 @@ if TYPE_CHECKING:
 def describe(parser: argparse.ArgumentParser) -> None:
     """What the command takes."""
     parser.description = (
-        "Simulate the paper's whole sensor in 1D, sink, insulator, sensor, polymer and their controllers,\n"
-        "and say what of Figures 9 to 13 comes out; with the limits of gains, range and resolution."
+        "Simulate the paper's whole sensor in 1D, and in 3D with --3d: sink, insulator, sensor, polymer and their\n"
+        "controllers, and say what of Figures 9 to 13 comes out; with the limits of gains, range and resolution."
     )
     parser.epilog = (
         "examples:\n"
         "  validate device\n"
+        "  validate device --3d --accuracy 1e-4\n"
         "  validate device --figure 11 --set control.sample_time=2ms\n"
         "  validate device --scheme paper --figure 9\n"
         "  validate device --max-power 20mW --meter PXI-4070\n\n"
@@ -29,8 +30,10 @@ def describe(parser: argparse.ArgumentParser) -> None:
     ) + common.STATUS
     add = parser.add_argument
     common.options(
-        parser, "device", "control.sample_time=1ms", "accuracy of the temperatures, relative to the set rise"
-    )
+        parser, "device", "control.sample_time=1ms",
+        "accuracy of the temperatures, relative to the set rise; with --3d that of the 3D model",
+    )  # fmt: skip
+    add("--3d", action="store_true", dest="in_3d", help="in 3D too, and how far 1D is off")
     add("--figure", action="append", default=[], choices=("9", "10", "11", "12", "13"), dest="about",
         help="this figure and its checks only, as often as needed")  # fmt: skip
     add("--scheme", choices=("accurate", "paper"), default="accurate",
@@ -47,7 +50,8 @@ def run(arguments: argparse.Namespace) -> int:
     from scenes.keys import DEVICE
     from scenes.loading import load
 
-    device = load(arguments.scene, common.settings(arguments), of=DEVICE)
+    key = "run.accuracy_3d" if arguments.in_3d else "run.accuracy"
+    device = load(arguments.scene, common.settings(arguments, accuracy=key), of=DEVICE)
     request = _request(arguments)
     if request.meter:
         # The scene says nothing about a device with a meter in its loop.
@@ -62,6 +66,7 @@ def _request(arguments: argparse.Namespace) -> Request:
     from scenes.plan import Request
 
     request = Request(
+        in_3d=arguments.in_3d,
         scheme=arguments.scheme,
         about=tuple(name for name in DEVICE_FIGURES if name.removeprefix("figure") in arguments.about),
         figures=arguments.figures,

@@ -21,6 +21,13 @@ NAMES = {
 _SIDES = {"equal": "", "at least": ">=", "at most": "<="}
 
 
+def sides(check: Check) -> tuple[str, str]:
+    """Whose the predicted and the measured value are."""
+    if check.id.startswith("dev3d_claim"):
+        return "paper", "3D"
+    return ("1D", "3D") if check.id.startswith("dev3d") else ("paper", "1D")
+
+
 def claimed(check: Check) -> str:
     """What the paper says a check's value is: "100.0 ms", or ">=50.70 ms" where it claims one side only."""
     side = _SIDES[check.sense] if math.isfinite(check.predicted) else ""
@@ -53,7 +60,7 @@ def in_full(check: Check, plus_minus: str) -> str:
     if off_by(check).isalpha():
         return tolerance
     off = difference_text(check.difference, check.u_num, plus_minus) if check.u_num else percent(check.difference, 4)
-    return f"paper/1D - 1 = {off}, {tolerance}"
+    return f"{'/'.join(sides(check))} - 1 = {off}, {tolerance}"
 
 
 def with_mu(text: str) -> str:
@@ -67,4 +74,5 @@ def drawn(check: Check) -> str:
     word = check.verdict.upper() if check.verdict == "differs" else check.verdict
     found = amount(check.measured, check.unit)
     off = off_by(check) if off_by(check).isalpha() else f"off by {off_by(check)}"
-    return with_mu(f"{mark} {check.id} {word}: {check.title}, paper {claimed(check)}, 1D {found} ({off})")
+    one, other = sides(check)
+    return with_mu(f"{mark} {check.id} {word}: {check.title}, {one} {claimed(check)}, {other} {found} ({off})")

@@ -11,19 +11,20 @@ import numpy as np
 
 from compare.verdict import Check
 from reduced1d.device.findings import shown
-from reduced1d.device.result import QUANTITIES
-from reduced1d.device.runs import BAND, Run
-from reduced1d.device.settling import settling
 from reduced1d.device.stability import largest_eigenvalue
 from scenes.formats import kelvin, milliseconds, percent, quantity
+from scenes.loop.result import QUANTITIES
+from scenes.loop.runs import BAND, Run
+from scenes.loop.settling import settling
 from validate.report.claims import NAMES, amount, claimed, in_full, off_by
 from validate.report.table import Style, columns_text, listed, wrapped
 
 if TYPE_CHECKING:
     from compare.outcome import Outcome
+    from fem3d.device.solve import Model
     from reduced1d.device.design import Design
-    from reduced1d.device.steady import Steady
     from scenes.device import Device
+    from scenes.loop.result import Steady
     from scenes.plan import Request
 
 FRACTIONS = (0.05, 0.01, 1e-3, 1e-4)
@@ -32,7 +33,7 @@ FRACTIONS = (0.05, 0.01, 1e-3, 1e-4)
 
 def title(outcome: Outcome[Device]) -> str:
     """What the run is of."""
-    return f"{outcome.scene.name}: the whole sensor in 1D"
+    return f"{outcome.scene.name}: the whole sensor in 1D{' and 3D' if outcome.device_3d is not None else ''}"
 
 
 def headline(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) -> str:
@@ -96,7 +97,25 @@ def _outside(run: Run) -> float:
 
 def _claims(outcome: Outcome[Device], contrary: Sequence[Check], named: bool) -> str:
     """How many of the paper's claims fail, and whether the scene knows."""
-    checks = outcome.checks
+    checks = [check for check in outcome.checks if not _in_3d(check)]
+    if outcome.device_3d is not None:
+        return f"{_three(outcome)} {_of_paper(outcome, checks, contrary, named)}"
+    return _of_paper(outcome, checks, contrary, named)
+
+
+def _three(outcome: Outcome[Device]) -> str:
+    """What 3D says of 1D, and of the claim that the device is built on."""
+    found = {check.id: check for check in outcome.checks}
+    said = []
+    if power := found.get("dev3d_sink_power"):
+        said.append(f"In 3D the sink takes {off_by(power)[1:]} {'more' if power.difference < 0 else 'less'}")
+    if claim := found.get("dev3d_claim_steady"):
+        kept = "is" if claim.verdict == "agrees" else "is not"
+        said.append(f"the sensor's power {kept} the heat through the polymer's top in the steady state")
+    return f"{', and '.join(said)}." if said else ""
+
+
+def _of_paper(outcome: Outcome[Device], checks: Sequence[Check], contrary: Sequence[Check], named: bool) -> str:
     if not checks:
         return "Nothing of the paper was checked."
     names = {v: [check.id for check in checks if check.verdict == v] for v in ("differs", "unresolved")}
@@ -114,7 +133,12 @@ def _claims(outcome: Outcome[Device], contrary: Sequence[Check], named: bool) ->
 
 def tables(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) -> list[str]:
     """The findings, the quantities, the claims with their reasons, the designer's answers."""
-    parts = [listed("Findings", outcome.runs.base.result.findings, style), _quantities(outcome, style)]
+    parts = [
+        listed("Findings", outcome.runs.base.result.findings, style),
+        _quantities(outcome.runs.base, "in 1D", style),
+    ]
+    if outcome.device_3d is not None:
+        parts.append(_quantities(outcome.device_3d.runs.base, "in 3D", style))
     if outcome.checks:
         parts += [_checks(outcome.checks, style), _reasons(outcome.checks, contrary, style)]
     if outcome.design is not None:
@@ -122,11 +146,10 @@ def tables(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) ->
     return parts
 
 
-def _quantities(outcome: Outcome[Device], style: Style) -> str:
+def _quantities(run: Run, model: str, style: Style) -> str:
     """Of every quantity the steady values before and after the step, the peak, and the settling times."""
-    run = outcome.runs.base
     highest, events = _peaks(run), 0
-    rows = [["  ", "before", "after", "peak", "at", "from cold", "from step"]]
+    rows = [[f"  {model}", "before", "after", "peak", "at", "from cold", "from step"]]
     never = True
     for key, (name, unit) in NAMES.items():
         times = [s.time for s in settling(run.device, run.result, key, BAND)]
@@ -153,8 +176,24 @@ def _quantities(outcome: Outcome[Device], style: Style) -> str:
 
 
 def _checks(checks: Sequence[Check], style: Style) -> str:
-    """A line for every claim of the paper, with what the model finds."""
-    rows, room = [["  check", "", "paper", "1D", "off by", ""]], max(len(check.verdict) for check in checks)
+    """A line for every claim of the paper, with what 1D finds; and for every result of 1D, and the claim that the
+    device is built on, with what 3D finds."""
+    return "\n\n".join(
+        _table(group, heads, style)
+        for heads, group in (
+            (("paper", "1D"), [check for check in checks if not _in_3d(check)]),
+            (("1D", "3D"), [check for check in checks if _in_3d(check)]),
+        )
+        if group
+    )
+
+
+def _in_3d(check: Check) -> bool:
+    return check.id.startswith("dev3d_")
+
+
+def _table(checks: Sequence[Check], heads: tuple[str, str], style: Style) -> str:
+    rows, room = [["  check", "", *heads, "off by", ""]], max(len(check.verdict) for check in checks)
     for check in checks:
         values = claimed(check), amount(check.measured, check.unit), off_by(check)
         rows.append([f"{style.mark(check.verdict)} {check.id}", check.title, *values, f"{check.verdict:<{room}}"])
@@ -215,17 +254,20 @@ def entries(outcome: Outcome[Device]) -> dict[str, Any]:
     """What summary.json has of a device."""
     from validate.report.summary import check_document
 
+    solved = outcome.device_3d
     return {
-        "fem3d": None,
-        "reduced1d": _reduced1d(outcome.runs.base),
+        "fem3d": None if solved is None else _run(solved.runs.base, solved.model),
+        "reduced1d": _run(outcome.runs.base),
         "checks": [check_document(check) for check in outcome.checks],
         "findings": list(outcome.runs.base.result.findings),
         "design": None if outcome.design is None else asdict(outcome.design),
     }
 
 
-def _reduced1d(run: Run) -> dict[str, Any]:
+def _run(run: Run, model: Model | None = None) -> dict[str, Any]:
+    """What summary.json has of a run; with a 3D ``model`` the steady values with their errors."""
     device, result = run.device, run.result
+    initial = device.external.initial_temperature
     settled = [
         {
             "quantity": s.quantity,
@@ -241,8 +283,8 @@ def _reduced1d(run: Run) -> dict[str, Any]:
     ]
     return {
         "scheme": result.scheme,
-        "steady": _steady(run.after),
-        "steady_before": _steady(run.before),
+        "steady": _steady(run.after, {} if model is None else model.steady_errors(device)),
+        "steady_before": _steady(run.before, {} if model is None else model.steady_errors(device, initial)),
         "peaks": _peaks(run),
         "settling": settled,
         "errors": result.errors,
@@ -251,15 +293,16 @@ def _reduced1d(run: Run) -> dict[str, Any]:
     }
 
 
-def _steady(state: Steady) -> dict[str, dict[str, float]]:
-    return {name: {"value": getattr(state, name)} for name in QUANTITIES}
+def _steady(state: Steady, errors: dict[str, float]) -> dict[str, dict[str, float]]:
+    known = {name: {"error": error} for name, error in errors.items()}
+    return {name: {"value": getattr(state, name)} | known.get(name, {}) for name in QUANTITIES}
 
 
 def _peaks(run: Run) -> dict[str, dict[str, float]]:
     """The largest value of each quantity over the run, and when (s)."""
     result = run.result
     found = {}
-    for name in QUANTITIES:
+    for name in result.quantities:
         values = result.trace(name)
         at = int(np.argmax(values))
         found[name] = {"value": float(values[at]), "time_s": float(result.time_s[at])}
@@ -268,8 +311,13 @@ def _peaks(run: Run) -> dict[str, dict[str, float]]:
 
 def columns(outcome: Outcome[Device]) -> dict[str, np.ndarray]:
     """The columns of traces.csv, with a row for each controller sample."""
-    result = outcome.runs.base.result
-    return {"time_s": result.time_s, **{f"reduced1d_{name}": result.trace(name) for name in QUANTITIES}}
+    one, found = outcome.runs.base.result, dict[str, np.ndarray]()
+    if outcome.device_3d is not None:
+        three = outcome.device_3d.runs.base.result
+        found = {f"fem3d_{name}": three.trace(name) for name in three.quantities}
+    found |= {f"reduced1d_{name}": one.trace(name) for name in one.quantities}
+    rows = min(len(values) for values in found.values())  # a run that is stopped ends early
+    return {"time_s": one.time_s[:rows], **{name: values[:rows] for name, values in found.items()}}
 
 
 def draws_field(device: Device, request: Request) -> bool:

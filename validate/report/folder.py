@@ -17,7 +17,7 @@ SCHEMA = 1
 """The version of summary.json."""
 
 _OURS = re.compile(
-    r"summary\.json|(traces|sensitivities)\.csv|(figure\w+|why|sensitivity|validation)\.(png|svg)|fem3d\.(pvd|vtkhdf)|fem3d_\w+\.vtu|report\.html"
+    r"summary\.json|(traces|sensitivities)\.csv|(figure\w+|islands|islands_runs|air|why|sensitivity|validation)\.(png|svg)|fem3d\.(pvd|vtkhdf)|fem3d_\w+\.vtu|report\.html"
 )
 
 

@@ -40,6 +40,7 @@ def _of_sink(request: Request, data: Sequence[str]) -> list[str]:
         + ["sensitivities"] * request.sensitivities
         + ([] if request.uncertain is None else ["uncertain", *request.uncertain.given])
         + list(request.data_uncertainty)
+        + (["calibrate", *request.calibrate] if request.calibrate else [])
         + [f"monte-carlo-{request.monte_carlo}"] * (request.monte_carlo > 0)
         + ["fields"] * request.fields
     )

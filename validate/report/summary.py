@@ -28,7 +28,7 @@ def write_document(path: Path, found: dict[str, Any]) -> None:
 
 def document(outcome: Outcome[Any]) -> dict[str, Any]:
     """The summary as JSON types: full precision, and null for what is not a finite number."""
-    found: dict[str, Any] = plain(
+    found: dict[str, Any] = as_json(
         {
             "schema": SCHEMA,
             "command": outcome.request.command or None,
@@ -82,14 +82,14 @@ def check_document(check: Check) -> dict[str, Any]:
     return found if time is None else found | {"time_s": time}
 
 
-def plain(value: Any) -> Any:
+def as_json(value: Any) -> Any:
     """Numpy's numbers and arrays as Python's; NaN and infinities, which JSON lacks, as ``None``."""
     if isinstance(value, dict):
-        return {str(key): plain(item) for key, item in value.items()}
+        return {str(key): as_json(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
-        return [plain(item) for item in value]
+        return [as_json(item) for item in value]
     if hasattr(value, "tolist"):
-        return plain(value.tolist())
+        return as_json(value.tolist())
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value

@@ -67,9 +67,9 @@ def document(rows: Sequence[Row], versions: dict[str, str], seconds: float) -> d
     """The table as JSON types."""
     from dataclasses import asdict
 
-    from validate.report.summary import plain
+    from validate.report.summary import as_json
 
-    found = plain({
+    found = as_json({
         "schema": 1, "provenance": versions, "timing_s": seconds, "broken": len(broken(rows)),
         "rows": [asdict(row) | {"verdict": row.verdict} for row in rows],
     })  # fmt: skip

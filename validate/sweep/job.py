@@ -68,7 +68,7 @@ def processors() -> int:
 def checked(base: Base, given: str | None, steady: bool) -> str:
     """The check that was asked for; SceneError for one that there isn't, or that the sweep doesn't make."""
     from compare.plan import skipped_checks
-    from scenes.checks import DEFAULT_TOLERANCES
+    from scenes.checks import DEFAULT_TOLERANCES, ISLAND_TOLERANCES
     from scenes.plan import Request
 
     scene: Any = base.at(())
@@ -80,8 +80,8 @@ def checked(base: Base, given: str | None, steady: bool) -> str:
             )
         return given or next(iter(probes), "")
     check = given or "fig4"
-    if check not in DEFAULT_TOLERANCES:
-        known = tuple(DEFAULT_TOLERANCES)
+    known = (*DEFAULT_TOLERANCES, *ISLAND_TOLERANCES)
+    if check not in known:
         raise SceneError(f"{quoted(check)} is no check: give {', '.join(known)}{did_you_mean(check, known)}")
     skipped = skipped_checks(scene, Request(transient=not steady))
     if check in skipped:

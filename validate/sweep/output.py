@@ -26,7 +26,7 @@ class Outcome:
 
 def write(job: Job, store: Store, cells: Map | None, figures: bool, seconds: float) -> Outcome:
     """Writes the files; all are there when this returns, and made anew by another run of the same."""
-    from validate.report.summary import plain
+    from validate.report.summary import as_json
     from validate.sweep.report import page
 
     table = tables.read(job, store, cells)
@@ -41,7 +41,7 @@ def write(job: Job, store: Store, cells: Map | None, figures: bool, seconds: flo
         counts["cells"] = {"all": len(words), **Counter(words)}
     if figures:
         files += _draw(store, table)
-    document = plain(
+    document = as_json(
         {
             "schema": 1,
             "asked": job.document(),

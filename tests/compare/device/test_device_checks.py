@@ -11,11 +11,13 @@ from compare import device_checks as checks
 from compare.device_run import simulated
 from compare.plan import made_device_checks, needs, skipped_device_checks
 from compare.verdict import Check, judged
-from reduced1d.device import runs, solve
+from reduced1d.device import solve
+from reduced1d.device.stability import largest_eigenvalue
 from scenes.checks import DEVICE_TOLERANCES
 from scenes.device import Control, Device, External
 from scenes.keys import DEVICE
 from scenes.loading import load
+from scenes.loop.runs import Run, Runs, sampled_slowly
 from scenes.plan import Request
 from validate.report.claims import claimed, off_by
 
@@ -68,7 +70,7 @@ def test_only_the_step_beyond_the_set_point_takes_another_time(found: dict[str, 
 
 
 def test_a_faster_loop_than_figure_11_is_needed_for_it_to_be_slower() -> None:
-    slow = runs.sampled_slowly(Device())
+    slow = sampled_slowly(Device())
     slower = replace(slow, control=replace(slow.control, sink_gain=0.1, sensor_gain=0.01), end_time=1.5)
     request = Request(about=("figure11",))
     made = simulated(slower, request)
@@ -103,8 +105,8 @@ def evaluated(device: Device, *figures: str) -> dict[str, Check]:
 
 def meters(device: Device) -> dict[str, Check]:
     """The meters' checks alone, which need no run but the scene's."""
-    base = runs.Run(device, solve(replace(device, end_time=2 * device.control.sample_time)))
-    made = runs.Runs(base, None, ())
+    base = Run(device, solve(replace(device, end_time=2 * device.control.sample_time)), largest_eigenvalue)
+    made = Runs(base, None, ())
     return {name: judged(name, checks.DEFINITIONS[name](made), device, always=True) for name in METERS}
 
 

@@ -10,10 +10,10 @@ import pytest
 from reduced1d.device import solve
 from reduced1d.device.designer import limiter_acts, measurable_range, resolution, smooth_start_gain
 from reduced1d.device.meters import MAX1367, PXI_4070, in_the_loop, reading
-from reduced1d.device.settling import settling, settling_time
 from reduced1d.device.steady import steady
 from reduced1d.equations import anchor_flow
 from scenes.device import GOLD, Control, Device, External
+from scenes.loop.settling import settling, settling_time
 
 
 def test_steady_state_of_the_default_device():

@@ -283,3 +283,28 @@ def _boxes(figure: Figure) -> list[tuple[str, Any]]:
         beyond = [tick.label1 for tick in axis.get_major_ticks() if not low <= tick.get_loc() <= high]
         texts = [text for text in texts if text not in beyond]
     return [(text.get_text(), text.get_window_extent()) for text in texts]
+
+
+def test_in_3d_beside_1d(tmp_path, capsys):
+    code = main(["device", "--3d", "--figure", "9", "--no-figures", "--set", "run.end_time=0.3", "--accuracy", "1e-2",
+                 "--out", str(tmp_path / "run")])  # fmt: skip
+    assert code == 0
+    summary = json.loads((tmp_path / "run" / "summary.json").read_text())
+    three, one = summary["fem3d"], summary["reduced1d"]
+    for part in ("steady", "steady_before", "peaks"):
+        assert set(one[part]) <= set(three[part])
+    assert all("error" in value for value in three["steady"].values())
+    assert three["steady"]["sink_power_W"]["value"] == pytest.approx(4.41e-3, rel=1e-2)
+    assert [s["quantity"] for s in three["settling"]] == [s["quantity"] for s in one["settling"]]
+    header = (tmp_path / "run" / "traces.csv").read_text().splitlines()[0].split(",")
+    assert {f"fem3d_{name}" for name in three["peaks"]} | {"fem3d_polymer_top_W"} <= set(header)
+    checks = {check["id"]: check["verdict"] for check in summary["checks"]}
+    assert checks["dev3d_claim_steady"] == "agrees"
+    assert checks["dev3d_sink_power"] == "differs"
+
+
+def test_an_accuracy_that_3d_cannot_have_is_refused(tmp_path, capsys):
+    code = main(["device", "--3d", "--accuracy", "1e-9", "--out", str(tmp_path / "run")])
+    assert code == 2
+    assert "run.accuracy_3d" in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()

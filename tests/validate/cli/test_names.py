@@ -25,7 +25,9 @@ DIFFERENT = {
         "--fields --field-times 1ms",
         "--fields --field-times 2ms", "--against a.csv", "--against b.csv", "--against sub/a.csv", "--against ../a.csv",
         "--against a.csv --column mean=2", "--against a.csv --data-uncertainty 0.5K",
-        "--against a.csv --data-uncertainty peak=1K", "--set checks.tolerances.eq14=0.5", "--set tolerances.eq14=0.4",
+        "--against a.csv --data-uncertainty peak=1K",
+        "--against a.csv --data-uncertainty peak=1K --calibrate pad_width",
+        "--set checks.tolerances.eq14=0.5", "--set tolerances.eq14=0.4",
         "--set expect_differs=eq13", "--steady --why", "--set name=other",
     ],
     "device": [

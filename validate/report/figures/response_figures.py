@@ -12,9 +12,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from reduced1d.device.runs import Run
 from reduced1d.device.steady import steady
 from scenes.formats import scale
+from scenes.loop.runs import Run
 from validate.report.claims import drawn, with_mu
 from validate.report.figures.colours import INK, LAYERS
 from validate.report.figures.drawing import new_figure
@@ -29,6 +29,7 @@ Curve = tuple[str, str, str, dict[str, Any]]
 SINK: Curve = ("sink_power_W", "power of the sink", LAYERS["sink"], {"drawstyle": "steps-post"})
 SENSOR: Curve = ("sensor_power_W", "power of the sensor", LAYERS["sensor"], {"drawstyle": "steps-post", "ls": "--"})
 FLOW: Curve = ("polymer_flux_W", "heat into the polymer", LAYERS["polymer"], {"lw": 3.0})
+IN_3D = {"color": "black", "lw": 0.9, "ls": ":"}
 _START, _START_SAMPLES = 0.02, 30
 
 
@@ -36,14 +37,14 @@ def power(outcome: Outcome[Device]) -> Figure:
     """Figure 9: the electrical power of sink and sensor."""
     run = outcome.runs.base
     text = f"Figure 9: power of sink and sensor, {_scene(run)}"
-    return _draw(outcome, run, "fig9_", text, (SINK, SENSOR), "power")
+    return _draw(outcome, run, "fig9_", text, (SINK, SENSOR), "power", three=_three(outcome))
 
 
 def flow(outcome: Outcome[Device]) -> Figure:
     """Figure 10: the heat flow into the polymer, and the sensor's power, which it becomes."""
     run = outcome.runs.base
     text = f"Figure 10: heat flow into the polymer, {_scene(run)}"
-    return _draw(outcome, run, "fig10_", text, (FLOW, SENSOR), "heat flow, power")
+    return _draw(outcome, run, "fig10_", text, (FLOW, SENSOR), "heat flow, power", three=_three(outcome))
 
 
 def slow(outcome: Outcome[Device]) -> Figure:
@@ -55,7 +56,12 @@ def slow(outcome: Outcome[Device]) -> Figure:
         f"Figure 11: power sampled every {control.sample_time * 1e3:g} ms, gains {control.sink_gain:g} and "
         f"{control.sensor_gain:g} V"
     )
-    return _draw(outcome, run, "fig11_", text, (SINK, SENSOR), "power", outcome.runs.base)
+    three = None if outcome.device_3d is None else outcome.device_3d.runs.slow
+    return _draw(outcome, run, "fig11_", text, (SINK, SENSOR), "power", outcome.runs.base, three)
+
+
+def _three(outcome: Outcome[Device]) -> Run | None:
+    return None if outcome.device_3d is None else outcome.device_3d.runs.base
 
 
 def _beside(ax: Any, base: Run, run: Run) -> None:
@@ -80,9 +86,10 @@ def _scene(run: Run) -> str:
 
 def _draw(
     outcome: Outcome[Device], run: Run, family: str, text: str, curves: tuple[Curve, ...], label: str,
-    beside: Run | None = None,
+    beside: Run | None = None, three: Run | None = None,
 ) -> Figure:  # fmt: skip
-    """Left the start, at its own scale; right the whole run, at the scale of what follows, thin the run ``beside``."""
+    """Left the start, at its own scale; right the whole run, at the scale of what follows, thin the run ``beside``,
+    dotted the same run in ``three`` dimensions."""
     checks = [drawn(check) for check in outcome.checks if check.id.startswith(family)]
     figure = new_figure(9.5, 5.0, text, checks, bottom=0.95, left=0.95)
     start, whole = figure.subplots(1, 2, gridspec_kw={"wspace": 0.2, "width_ratios": [1, 1.6]})
@@ -95,6 +102,11 @@ def _draw(
         at = result.time_s <= until * (1 + 1e-9)
         for quantity, name, colour, look in curves:
             ax.plot(result.time_s[at] * 1e3, result.trace(quantity)[at] * factor, color=colour, label=name, **look)
+        if three is not None:
+            at = three.result.time_s <= until * (1 + 1e-9)
+            for number, (quantity, *_) in enumerate(curves):
+                ax.plot(three.result.time_s[at] * 1e3, three.result.trace(quantity)[at] * factor, **IN_3D,
+                        label="the same in 3D" if not number else None)  # fmt: skip
         ax.set_xlim(0.0, until * 1e3)
         ax.xaxis.set_major_locator(MaxNLocator(5))
         ax.set_xlabel("time (ms)")
@@ -106,7 +118,7 @@ def _draw(
     whole.set_ylim(low, high)
     if beside is not None:
         _beside(whole, beside, run)
-    figure.legend(*whole.get_legend_handles_labels(), loc="lower center", ncols=len(curves) + 1)
+    figure.legend(*whole.get_legend_handles_labels(), loc="lower center", ncols=len(curves) + 2)
     return figure
 
 

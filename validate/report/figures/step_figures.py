@@ -9,11 +9,12 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullLocator
 
 from reduced1d.device.lumped import lump
-from reduced1d.device.runs import BAND
 from scenes.formats import percent, quantity
+from scenes.loop.runs import BAND
 from validate.report.claims import drawn, with_mu
 from validate.report.figures.colours import INK, LAYERS
 from validate.report.figures.drawing import new_figure
+from validate.report.figures.response_figures import IN_3D
 
 if TYPE_CHECKING:
     from compare.outcome import Outcome
@@ -32,6 +33,7 @@ def responses(outcome: Outcome[Device]) -> Figure:
     power, rest = figure.subplots(1, 2, gridspec_kw={"wspace": 0.28})
     longest = max(float(run.result.time_s[-1]) - run.device.external.step_time for run in outcome.runs.steps)
     shown = min(max(_SHOWN, _SAMPLES * outcome.scene.control.sample_time), longest) * 1e3
+    three = {} if outcome.device_3d is None else {run.step: run for run in outcome.device_3d.runs.steps}
     for run, colour in zip(outcome.runs.steps, _colours(len(outcome.runs.steps)), strict=True):
         time = (run.result.time_s - run.device.external.step_time) * 1e3
         values = run.result.sensor_power_W * 1e3
@@ -39,6 +41,12 @@ def responses(outcome: Outcome[Device]) -> Figure:
         look: dict[str, Any] = {"color": colour, "lw": 1.7, "ls": "--" if above else "-", "drawstyle": "steps-post"}
         at = (time >= -_BEFORE / _SHOWN * shown) & (time <= shown)
         power.plot(time[at], values[at], label=f"{run.step:+g} K" if run.step else "0 K", **look)
+        if run.step in three:
+            found = three[run.step].result
+            near = (found.time_s - run.device.external.step_time) * 1e3
+            within = (near >= -_BEFORE / _SHOWN * shown) & (near <= shown)
+            power.plot(near[within], found.sensor_power_W[within] * 1e3, **IN_3D,
+                       label="in 3D" if run is outcome.runs.steps[0] else None)  # fmt: skip
         final = run.after.sensor_power_W * 1e3
         change = abs(final - run.before.sensor_power_W * 1e3)
         if change:
@@ -80,11 +88,14 @@ def characteristic(outcome: Outcome[Device]) -> Figure:
     ax.plot(ends, np.maximum(conductance * (setpoint - ends), 0.0) * 1e3, color=LAYERS["polymer"], lw=2.2,
             label=f"slope -k A/t = {slope} below the set point, else zero")  # fmt: skip
     ax.plot(outer, power * 1e3, "o", ms=6, color=LAYERS["sink"], label="1D, at the end of each run")
+    if outcome.device_3d is not None:
+        steady = [run.after.sensor_power_W * 1e3 for run in outcome.device_3d.runs.steps]
+        ax.plot(outer[: len(steady)], steady, "x", ms=9, color="black", label="3D, steady")
     ax.axvline(setpoint, color=INK, lw=1.0, ls=":", label=f"set point, {setpoint:g} K")
     ax.set_xlim(ends[0], high)
     ax.set_xlabel("outer temperature (K)")
     ax.set_ylabel("steady power of the sensor (mW)")
-    figure.legend(loc="lower center", ncols=3)
+    figure.legend(loc="lower center", ncols=4, fontsize=9)
     return figure
 
 

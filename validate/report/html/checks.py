@@ -16,7 +16,10 @@ _MARKS = {"agrees": "\N{CHECK MARK}", "differs": "\N{MULTIPLICATION X}", "unreso
 def checks(document: Document) -> str:
     """Every check, with the reason where one is given."""
     device = "steady_before" in (document.get("reduced1d") or {})
-    sides = ("the paper", "1D") if device else ("1D", "3D") if document.get("fem3d") else ("predicted", "measured")
+    in_3d = bool(document.get("fem3d"))
+    sides = ("1D", "3D") if in_3d else ("predicted", "measured")
+    if device:
+        sides = ("claimed", "found") if in_3d else ("the paper", "1D")
     heads = ("check", "of", *sides, "difference", *["relative to"] * (not device), "tolerance", "verdict")
     numbers, rows, kind = (2, 3, 4, len(heads) - 2), [], ""
     for check in sorted(document.get("checks", ()), key=lambda check: check["id"] not in OF_THE_REDUCTION):

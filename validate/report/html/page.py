@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from compare.plan import DEVICE_FIGURES
+from compare.plan import DEVICE_FIGURES, ROW_FIGURES
 from compare.verdict import contrary
 from validate.report import of
 from validate.report.html import checks, numbers
@@ -91,7 +91,7 @@ def _read(name: str) -> str:
     return (_HERE / name).read_text(encoding="utf-8")
 
 
-_FIGURES = ("figure", "why.", "sensitivity.", "validation.")
+_FIGURES = ("figure", "why.", "sensitivity.", "validation.", "islands", "air.")
 """How the files of figures begin."""
 _TREATED = (
     "schema", "command", "scene", "plan", "provenance", "fem3d", "reduced1d", "checks", "warnings", "files", "timing_s",
@@ -105,6 +105,8 @@ _CAPTIONS = {
     "validation": "The data with both models, and the comparison error E = S - D within 2 u_val.",
     "sensitivity": "How rises and current follow the keys of the scene, in percent for each percent.",
     "figure7": "The current against time in both models.",
+    **ROW_FIGURES,
+    "air": "How far 3D without the air, and a lumped term for it, are off 3D with it, against the coefficient.",
     **DEVICE_FIGURES,
 }
 

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reduced1d.device.result import DeviceResult
-from reduced1d.device.steady import steady
 from scenes.device import Device
+from scenes.loop.result import DeviceResult
 
 
 @dataclass(frozen=True)
@@ -47,8 +46,7 @@ def settling(device: Device, result: DeviceResult, quantity: str, fraction: floa
     steady value (the temperatures and the sink), the band after it is ``fraction`` of the one from cold.
     """
     external, time, values = device.external, result.time_s, result.trace(quantity)
-    first = getattr(steady(device, external.initial_temperature), quantity)
-    last = getattr(steady(device), quantity)
+    first, last = getattr(result.before, quantity), getattr(result.after, quantity)
     cold = device.sink.room_temperature if quantity.endswith("_K") else 0.0
     i = int(np.searchsorted(time, external.step_time - 1e-9 * device.control.sample_time))
     found = []

@@ -1,0 +1,237 @@
+"""The device in 1D against the device in 3D, and the paper's central claim in 3D: predicted is 1D or the claim, and
+measured is 3D."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from compare.plan import made_3d_checks
+from compare.verdict import Check, Comparison, judged, relative
+from fem3d.device.runs import Solved
+from reduced1d.device.lumped import lump
+from reduced1d.device.stability import stability
+from scenes.device import Device
+from scenes.formats import milliseconds, percent, quantity
+from scenes.loop.runs import BAND, Run, Runs
+from scenes.plan import Request
+
+NAMES = {"sink": "the sink", "sensor": "the sensor"}
+
+
+@dataclass(frozen=True)
+class Both:
+    """The runs of a device in 1D and in 3D."""
+
+    one: Runs
+    three: Solved
+
+    @property
+    def device(self) -> Device:
+        """The device itself."""
+        return self.one.base.device
+
+    @property
+    def base(self) -> Run:
+        """The 3D run of the scene itself."""
+        return self.three.runs.base
+
+
+def evaluate_3d(device: Device, request: Request, one: Runs, three: Solved) -> tuple[Check, ...]:
+    """The checks that the run allows, in the order in which they are reported."""
+    both = Both(one, three)
+    return tuple(judged(name, _find(name, both), device, always=True) for name in made_3d_checks(device, request))
+
+
+def _steady(both: Both, quantity_: str, title: str, unit: str) -> Comparison:
+    """A steady value after the outer step."""
+    one, three = (getattr(run.after, quantity_) for run in (both.one.base, both.base))
+    error = both.three.model.steady_errors(both.device)[quantity_]
+    before = [getattr(run.before, quantity_) for run in (both.one.base, both.base)]
+    said = (
+        f"steady: {quantity(three, unit, 5)} after the outer step and {quantity(before[1], unit, 5)} before it, in 1D "
+        f"{quantity(one, unit, 5)} and {quantity(before[0], unit, 5)}; {_why_steady(both, quantity_)}"
+    )
+    return Comparison(title, one, three, unit, relative(one, three), _part(error, three), lambda: said)
+
+
+def _why_steady(both: Both, quantity_: str) -> str:
+    if quantity_.startswith("sensor"):
+        return "sink and sensor have one mean temperature, so that what the sensor takes leaves through the polymer"
+    return (
+        "heat goes along the layers too, mostly in the gold, and leaves at the beam's ends, where the film of one "
+        "temperature of 1D has no ends; and eq 14 leaves out the constriction in pad and oxide"
+    )
+
+
+def _peak(both: Both, film: str) -> Comparison:
+    """The highest rise before the outer step."""
+    one, three = (_highest(run, film)[0] for run in (both.one.base, both.base))
+    error = both.base.result.errors[f"{film}_K"]
+    said = (
+        f"{NAMES[film]} overshoots to {three:.2f} K above room in 3D and to {one:.2f} K in 1D; the controllers push "
+        "until they see the set temperature, and where heat spreads in the structure decides how late that is"
+    )
+    return Comparison(f"peak, {film}", one, three, "K", relative(one, three), _part(error, three), lambda: said)
+
+
+def _peak_time(both: Both, film: str) -> Comparison:
+    """When it is reached, at a sample; two samples that differ by less than the error can't be told apart."""
+    (_, one), (value, three) = (_highest(run, film) for run in (both.one.base, both.base))
+    result = both.base.result
+    near = result.time_s[result.trace(f"{film}_K") - both.device.sink.room_temperature > value - 2 * result.errors[
+        f"{film}_K"]]  # fmt: skip
+    error = float(np.abs(near - three).max(initial=0.0))
+    said = f"{NAMES[film]} is hottest {milliseconds(three)} from cold in 3D and after {milliseconds(one)} in 1D"
+    return Comparison(
+        f"when, {film}", one, three, "s", relative(one, three), _part(error, three), lambda: said
+    )  # fmt: skip
+
+
+def _highest(run: Run, film: str) -> tuple[float, float]:
+    """The highest rise (K) before the outer step, and when (s)."""
+    result, device = run.result, run.device
+    early = result.time_s <= device.external.step_time if device.steps_outside else np.ones(len(result.time_s), bool)
+    rises = result.trace(f"{film}_K")[early] - device.sink.room_temperature
+    at = int(np.argmax(rises))
+    return float(rises[at]), float(result.time_s[at])
+
+
+def _settling(both: Both) -> Comparison:
+    """When the sensor's power is settled after the outer step."""
+    (one, d_one), (three, d_three) = both.one.base.settled(), both.base.settled()
+    if math.inf in (one, three):
+        said = (
+            f"the sensor's power does not settle to {percent(BAND, 1)} of its step in both models before the run ends"
+        )
+        open_ = 0.0 if one == three else math.inf
+        return Comparison("settling time", one, three, "s", open_, math.inf, lambda: said)
+    said = (
+        f"the sensor's power settles to {percent(BAND, 1)} of its step in {milliseconds(three)} in 3D, in "
+        f"{milliseconds(one)} in 1D: diffusion through the polymer decides it in both"
+    )
+    return Comparison(
+        "settling time", one, three, "s", relative(one, three), _part(d_one + d_three, three), lambda: said
+    )
+
+
+def _slope(both: Both) -> Comparison:
+    """The slope of Figure 13, of the steady powers in 3D, against k A/t of the polymer."""
+    runs = [r for r in both.three.runs.steps if r.device.external.final_temperature < r.device.control.set_temperature]
+    outer = np.array([r.device.external.final_temperature for r in runs])
+    power = np.array([r.after.sensor_power_W for r in runs])
+    errors = [both.three.model.steady_errors(r.device)["sensor_power_W"] for r in runs]
+    slope, level = np.polyfit(outer, power, 1)
+    bend = float(np.abs(power - level - slope * outer).max())
+    one = -lump(both.device).polymer.conductance
+    said = (
+        f"the steady power falls by {quantity(abs(slope), 'W/K', 7)} in 3D, k A/t of the polymer is "
+        f"{quantity(abs(one), 'W/K', 7)}; it bends by at most {quantity(bend, 'W', 2)}: linear because conduction is"
+    )
+    u_num = 2 * sum(errors) / float(np.ptp(power))
+    return Comparison("slope of power", one, float(slope), "W/K", relative(one, float(slope)), u_num, lambda: said)
+
+
+def _gain(both: Both, film: str) -> Comparison:
+    """The largest stable gain, the smaller of those before and after the outer step."""
+    device, external = both.device, both.device.external
+    outer = (external.initial_temperature, external.final_temperature)
+    key = f"{film}_gain_limit"
+    model = both.three.model
+    one = min(getattr(stability(device, t), key) for t in outer)
+    three, coarser = (min(getattr(m.stability(device, t), key) for t in outer) for m in (model, model.coarser))
+    error = abs(three - coarser) if math.isfinite(three) else 0.0
+    said = (
+        f"{NAMES[film]} is stable up to a gain of {quantity(three, 'V', 3)} in 3D, {quantity(one, 'V', 3)} in 1D, with "
+        "the other gain as it is: what is seen a sample after the voltage rose is heat next to the film, alike in both"
+    )
+    return Comparison(f"gain, {film}", one, three, "V", relative(one, three), _part(error, three), lambda: said)
+
+
+def _claim_steady(both: Both) -> Comparison:
+    """The paper: what the sensor takes is the heat that leaves through the polymer, in the steady state."""
+    errors = both.three.model.steady_errors(both.device)
+    power, flow = both.base.after.sensor_power_W, both.base.after.polymer_flux_W
+    size = max(abs(power), abs(flow)) or 1.0
+    said = (
+        f"paper: the sensor's power is the heat through the polymer; steady in 3D the sensor takes "
+        f"{quantity(power, 'W', 7)}, and {quantity(flow, 'W', 7)} leave through the polymer's top: "
+        f"{quantity(abs(power - flow), 'W', 2)} pass between sink and sensor, {_why_between(both)}"
+    )
+    u_num = (errors["sensor_power_W"] + errors["polymer_flux_W"]) / size
+    return Comparison("claim, steady", power, flow, "W", (power - flow) / size, u_num, lambda: said)
+
+
+def _why_between(both: Both) -> str:
+    device, state = both.device, both.base.after
+    if abs(state.sink_K - state.sensor_K) < 1e-9 * device.set_rise:
+        return "whose mean temperatures are one while their temperatures along the beam are not"
+    return f"whose mean temperatures are {state.sink_K - state.sensor_K:.3g} K apart, as one of them isn't held"
+
+
+def _claim_over_time(both: Both) -> Comparison:
+    """The same over time, from the outer step on, relative to the step of the steady power."""
+    run = both.base
+    result, errors = run.result, run.result.errors
+    assert result.polymer_top_W is not None
+    after = result.time_s > run.device.external.step_time + 1e-9 * run.device.control.sample_time
+    off = (result.sensor_power_W - result.polymer_top_W)[after]
+    size = abs(run.after.sensor_power_W - run.before.sensor_power_W) or abs(run.after.sensor_power_W) or 1.0
+    at = int(np.abs(off).argmax())
+    moment = float(result.time_s[after][at])
+    late = np.abs(off) > BAND * size
+    since = float(result.time_s[after][late][-1]) - run.device.external.step_time if late.any() else 0.0
+    inside = float(np.abs(result.sensor_power_W - result.polymer_flux_W)[after].max())
+    said = (
+        f"paper: the sensor's power is the heat through the polymer; over time that is so where the heat enters it (to "
+        f"{quantity(inside, 'W', 2)}), and at its top only once the polymer has stored what it can: most off "
+        f"{milliseconds(moment - run.device.external.step_time)} after the step, within {percent(BAND, 1)} of it after "
+        f"{milliseconds(since)}"
+    )
+    return Comparison(
+        "claim, over time", float(result.sensor_power_W[after][at]), float(result.polymer_top_W[after][at]), "W",
+        float(off[at]) / size, (errors["sensor_power_W"] + errors["polymer_top_W"]) / size, lambda: said, time=moment,
+        relative_to="the step of the steady power",
+    )  # fmt: skip
+
+
+DEFINITIONS: dict[str, Callable[[Both], Comparison]] = {
+    "dev3d_sink_power": lambda both: _steady(both, "sink_power_W", "steady power, sink", "W"),
+    "dev3d_sensor_power": lambda both: _steady(both, "sensor_power_W", "steady power, sensor", "W"),
+    "dev3d_sink_voltage": lambda both: _steady(both, "sink_V", "steady voltage, sink", "V"),
+    "dev3d_sensor_voltage": lambda both: _steady(both, "sensor_V", "steady voltage, sensor", "V"),
+    "dev3d_sink_peak": lambda both: _peak(both, "sink"),
+    "dev3d_sensor_peak": lambda both: _peak(both, "sensor"),
+    "dev3d_sink_peak_time": lambda both: _peak_time(both, "sink"),
+    "dev3d_sensor_peak_time": lambda both: _peak_time(both, "sensor"),
+    "dev3d_settling": _settling,
+    "dev3d_slope": _slope,
+    "dev3d_sink_gain": lambda both: _gain(both, "sink"),
+    "dev3d_sensor_gain": lambda both: _gain(both, "sensor"),
+    "dev3d_claim_steady": _claim_steady,
+    "dev3d_claim_over_time": _claim_over_time,
+}
+
+
+def _find(name: str, both: Both) -> Comparison:
+    """What a check finds; nothing over time in a run that was stopped before the outer step."""
+    over_time = not name.startswith(("dev3d_slope", "dev3d_claim_steady")) and not name.endswith(
+        ("_power", "_voltage", "_gain")
+    )
+    for run in (both.one.base, both.base):
+        if over_time and both.device.steps_outside and run.stopped:
+            return _not_reached(float(run.result.time_s[-1]))
+    return DEFINITIONS[name](both)
+
+
+def _not_reached(end: float) -> Comparison:
+    said = f"a run was stopped at {end:.6g} s, before the outer step"
+    return Comparison("not reached", math.nan, math.nan, "", math.inf, 0.0, lambda: said)
+
+
+def _part(error: float, value: float) -> float:
+    """An error over a value: none of none, infinite where only the value is zero."""
+    return error / abs(value) if value else math.inf if error else 0.0

@@ -1,0 +1,166 @@
+"""The device in 3D as a `scenes.loop.modal.Modal`: the heat problem projected on a few fields, in its own modes.
+
+With b = sqrt(copies) a for the part that symmetry leaves, what a film's power heats is what its resistance is measured
+by: with the current densities J uniform in temperature, heat rho J^2 and resistance are both means over rho J^2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fem3d.conductor import Conductor, Pattern, law
+from fem3d.heat import HeatProblem
+from fem3d.reduced import Reduced
+from fem3d.transient import Base, Krylov
+from scenes.device import Device
+from scenes.loop.modal import Modal
+from scenes.model import Schedule
+
+FILMS = (("sink", "beam"), ("sensor", "gold"))
+"""What each film's electrodes are called, and its box."""
+
+DEPARTS = 0.1
+"""Part of the accuracy that local departures of a film's temperature may add without being followed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Structure:
+    """The heat problem and the conductor of the part of a device that is solved, which is there ``copies`` times."""
+
+    device: Device
+    heat: HeatProblem
+    conductor: Conductor
+    copies: int
+
+    @property
+    def outside(self) -> int:
+        """The channel of the outer temperature."""
+        return self._channel("outside")
+
+    def _channel(self, boundary: str) -> int:
+        value = next(b.value for b in self.heat.domain.scene.boundaries if b.name == boundary)
+        assert isinstance(value, Schedule)
+        return 1 + self.heat.inputs.schedules.index(value)
+
+    def base(self) -> Base:
+        """What the fields must hold: the responses to either film's power and to the outer temperature, the steady ones
+        exactly, the local heat of the latter among them."""
+        heat, conductor, n = self.heat, self.conductor, self.heat.free
+        none = np.zeros(heat.size)
+        patterns = [
+            conductor.pattern(conductor.solve(none, conductor.voltages[self._channel(f"{name}-0")]))
+            for name, _ in FILMS
+        ]
+        lift = heat.lifts[self.outside]
+        loads = [conductor.joule_load(p.density, none) for p in patterns]
+        steady = [heat.solve_steady(load[:n]) for load in loads]
+        local = [
+            conductor.joule_load(p.density, rise) - load
+            for p, load in zip(patterns, loads, strict=True)
+            for rise in (*(heat.whole(u) for u in steady), lift)
+        ]
+        fields = [*steady, *(heat.solve_steady(load[:n]) for load in local)]
+        return Base(heat, conductor, patterns, np.column_stack(fields), [*loads, heat.mass @ lift])
+
+    def modal(self, reduced: Reduced, patterns: Sequence[Pattern], accuracy: float) -> Modal:
+        """The model of some fields."""
+        rates, modes = np.linalg.eigh((reduced.stiffness + reduced.stiffness.T) / 2)
+        modal = reduced.changed(modes)
+        device, heat, root = self.device, self.heat, np.sqrt(self.copies)
+        outer = self.outside
+        resistance, coefficient, shape, external, covariance = [], [], [], [], []
+        for e, (pattern, material) in enumerate(zip(patterns, (device.sink.silicon, device.gold), strict=True)):
+            power = self.conductor.product(pattern.density, pattern.density)
+            cold, warm = law(material, heat.domain.scene.initial_temperature)
+            a = warm / cold
+            mean, outside = modal.warm[e, e] / (a * power), float(modal.cold[outer, e, e] / (a * power))
+            resistance.append(4 / (self.copies * power))  # 1 V is from an end to the middle
+            coefficient.append(a)
+            shape.append(mean / root)
+            external.append(outside)
+            own = modal.warm_load[e, e] / (a * power) - np.outer(mean, mean)
+            lifted = modal.cold_load[outer, e, e] / (a * power) - outside * mean
+            covariance.append((own / self.copies, lifted / root))
+        jump = root * modal.inertia[outer]
+        film, allowed = [0, 1], DEPARTS * accuracy
+        excited = _excited(rates, np.array(shape), jump)
+        for e, (own, lifted) in enumerate(covariance):
+            found = _departures(own, excited, np.array(shape[e]), allowed / (coefficient[e] * device.set_rise))
+            shape += list(found)
+            external += list(np.linalg.lstsq(found.T, lifted, rcond=None)[0]) if len(found) else []
+            film += [e] * len(found)
+        rows = self._polymer
+        per_rise, per_rate = (self.copies / root * (r[:, : heat.free] @ modal.basis) for r in rows)
+        inlets = np.array(shape)
+        return Modal(
+            rates, inlets, np.array(film), np.array(resistance), np.array(coefficient), np.array(external), jump,
+            per_rise - per_rate * rates, self.copies * rows[0] @ heat.lifts[outer], per_rate @ inlets.T,
+        )  # fmt: skip
+
+    @cached_property
+    def _polymer(self) -> tuple[np.ndarray, np.ndarray]:
+        """(2, all nodes) twice: the heat that enters the polymer from the gold, and that leaves it at its top, per rise
+        and per its rate.
+
+        The equations are tested with functions that are one at one face of the polymer and zero at the other, and
+        linear between: together with its heat content, the two flows then balance exactly.
+        """
+        heat, domain, device = self.heat, self.heat.domain, self.device
+        cells = np.flatnonzero(domain.body == domain.names.index("polymer"))
+        mesh, on = domain.space.mesh, domain.space.on(cells)
+        high, test = mesh.p[2, mesh.t[:, cells]], np.zeros(domain.space.size)
+        test[domain.space.dofs[:8, cells]] = (high.max() - high) / device.polymer_thickness
+        slope = np.zeros((3, *on.weights.shape))
+        slope[2] = -device.pdms.thermal_conductivity / device.polymer_thickness
+        conducted = heat.take(on.flow(slope))
+        below, whole = (heat.take(on.load(device.pdms.heat_capacity * v)) for v in (on.value(test), slope[0] + 1.0))
+        return np.array([conducted, conducted]), np.array([below, below - whole])
+
+
+def _excited(rates: np.ndarray, shape: np.ndarray, jump: np.ndarray) -> np.ndarray:
+    """(n, k): a root of the states' Gramian for both powers and the outer temperature, each with what brings its film
+    to a rise of 1 K. (Antoulas, Approximation of Large-Scale Dynamical Systems, 2005, section 4.3.)"""
+    per_power = np.einsum("en,en->e", shape / rates, shape)
+    inputs = np.vstack([shape / per_power[:, None], jump])
+    gramian = (inputs.T @ inputs) / (rates[:, None] + rates)
+    values, vectors = np.linalg.eigh(gramian)
+    kept = values > 1e-14 * values[-1]
+    found: np.ndarray = vectors[:, kept] * np.sqrt(values[kept])
+    return found
+
+
+def _departures(covariance: np.ndarray, excited: np.ndarray, mean: np.ndarray, least: float) -> np.ndarray:
+    """(k, n): vectors d with sum d d^T the covariance of a film's local temperatures, as few as leave less than
+    ``least`` of the mean temperature's size in the states that are excited."""
+    values, vectors = np.linalg.eigh(excited.T @ covariance @ excited)
+    size = float(((mean @ excited) ** 2).sum())
+    kept = values > least**2 * size
+    found: np.ndarray = (covariance @ excited @ vectors[:, kept] / np.sqrt(values[kept])).T
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Projected:
+    """The model of a structure in some generations of fields, that in two fewer, and the space that they span, of loads
+    (W, each all nodes) and shifts (s)."""
+
+    loads: list[np.ndarray]
+    shifts: tuple[float, ...]
+    space: Krylov
+    modal: Modal
+    fewer: Modal
+
+
+def projected(structure: Structure, shifts: Sequence[float], generations: int, accuracy: float) -> Projected:
+    """A structure projected on the fields of some shifts (s), which take turns."""
+    base = structure.base()
+    space = Krylov(base, *shifts)
+    reduced = base.project(space.fields(generations))
+    kept = reduced.states - min(space.dropped(generations, 2), reduced.states - 1)
+    fewer = reduced.changed(np.eye(reduced.states, kept))
+    whole, less = (structure.modal(r, base.patterns, accuracy) for r in (reduced, fewer))
+    return Projected(base.loads, tuple(shifts), space, whole, less)

@@ -1,0 +1,35 @@
+"""The runs of the 3D model of a device, all of the same few states: the scene itself, sampled slowly, other steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+from fem3d.device.solve import Model, model
+from scenes.device import Device
+from scenes.loop.runs import Run, Runs, with_others
+
+
+@dataclass(frozen=True)
+class Solved:
+    """The few states of a device's structure, and their runs."""
+
+    model: Model
+    runs: Runs
+
+
+def make(device: Device, meter: tuple[float, float], slow: bool, steps: bool, say: Callable[[str], None]) -> Solved:
+    """The few states of a device's structure and the scene's own run, with ``meter`` the steps (ohm) to which the
+    resistances are rounded in its loop; and where they are wanted the run sampled slowly and those of the outer steps.
+
+    Raises ArithmeticError where the numerics fail.
+    """
+    say("solving in 3D")
+    states = model(device, device.accuracy_3d, say)
+
+    def simulate(other: Device, start: Literal["cold", "settled"]) -> Run:
+        result, lower = states.solve(other, meter, start)
+        return Run(other, result, states.largest_eigenvalue, reference=lower)
+
+    return Solved(states, with_others(device, simulate(device, "cold"), simulate, slow, steps, say))

@@ -1,0 +1,236 @@
+"""The 3D device: its few states, found once for a structure, and runs of its controllers with estimated errors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+
+from fem3d.device import grid as grids
+from fem3d.device.model import Projected, Structure, projected
+from fem3d.domain import boxes
+from fem3d.errors import NumericsError
+from fem3d.level import problems
+from meshes import grading, symmetry
+from scenes.device import Device, External
+from scenes.loop import steady as states
+from scenes.loop.controller import law
+from scenes.loop.march import March, Resolution, Start, march
+from scenes.loop.modal import Modal
+from scenes.loop.result import QUANTITIES, TOP, DeviceResult, Steady, device_result
+from scenes.loop.stability import Plant, Stability, linearised
+from scenes.loop.timetable import timetable
+
+COARSEST = 1e-2
+LATEST, LONGEST = 0.2, 20.0
+"""Shifts lie between the sample time and this part of the slowest response; of a device sampled so slowly that the two
+are close, they are that many sample times apart."""
+GENERATIONS, MORE, MOST = 8, 2, 20
+FEWEST, MOST_NODES = 4, 12
+START, AFTER = 60, 60
+"""Samples of a short run before and after its outer step, by which meshes, fields and nodes are judged."""
+FALLING = 0.25
+"""What the last degree took away over what the one before did, at least: as odd and even ones take turns, one ratio may
+be small by chance. A quarter is what the regular part of such a solution was found to lose."""
+MOST_LEVELS = 12
+AHEAD = 6.0
+"""A refinement aims that much below the accuracy: another level costs more than a few more unknowns."""
+STEPS = 1e-4  # of the accuracy, at which the iteration for the powers between samples ends
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """The few states of a device's structure, for any controllers and outer temperatures.
+
+    ``low`` is what the next lower space gives, ``left`` what is left of its distance for each quantity; ``lost`` is
+    what fewer fields and nodes lose of each, relative to its size; ``nodes`` are those between samples.
+    """
+
+    device: Device
+    fine: Modal
+    low: Modal
+    left: dict[str, float]
+    lost: dict[str, float]
+    nodes: int
+    details: dict[str, Any]
+
+    def steady(self, device: Device, external: float | None = None) -> Steady:
+        """The steady state at an outer temperature (K; by default the final one)."""
+        return _named(device, _state(self.fine, device, external))
+
+    def plant(self, device: Device, external: float | None = None) -> Plant:
+        """The loop linearised about that state."""
+        state = _state(self.fine, device, external)
+        return linearised(self.fine, state, device.set_rise, device.control.sample_time)
+
+    def stability(self, device: Device, external: float | None = None) -> Stability:
+        """Its stability, with the largest stable gains."""
+        return Stability.of(self.plant(device, external), _gains(device))
+
+    def largest_eigenvalue(self, device: Device, external: float | None = None) -> complex:
+        """That of ``stability`` alone."""
+        return self.plant(device, external).eigenvalue(_gains(device))
+
+    @property
+    def coarser(self) -> Model:
+        """The model of the lower space."""
+        return replace(self, fine=self.low)
+
+    def steady_errors(self, device: Device, external: float | None = None) -> dict[str, float]:
+        """The estimated errors of a steady state's quantities, in their units."""
+        one, two = (_named(device, _state(m, device, external)) for m in (self.fine, self.low))
+        return {
+            q: self.left[q] * abs(getattr(one, q) - getattr(two, q)) + 1e-9 * abs(getattr(one, q)) for q in QUANTITIES
+        }
+
+    def solve(
+        self, device: Device, meter: tuple[float, float] = (0.0, 0.0), start: Literal["cold", "settled"] = "cold"
+    ) -> tuple[DeviceResult, DeviceResult]:
+        """Traces of a device of this structure under its controllers, as `reduced1d.device.accurate` gives those in 1D;
+        and those of the lower space.
+
+        Raises ArithmeticError where the powers between two samples cannot be found.
+        """
+        run = _march((self.fine, self.low), (self.nodes, self.nodes), device, meter, start)
+        traces = [_traces(run, i) for i in (0, 1)]
+        scale = _scales(traces[0])
+        apart = dict(zip(_NAMES, np.abs(traces[0] - traces[1]).max(axis=0).tolist(), strict=True))
+        if not all(np.isfinite(list(apart.values()))):
+            raise ArithmeticError("the simulated device has left the range of numbers")
+        space = {q: self.left[q] * apart[q] for q in _NAMES}
+        rest = {q: self.lost[q] * scale[q] for q in _NAMES}
+        result = device_result(
+            "few states of 3D", timetable(device).times[: len(run.rises)], traces[0], device.sink.room_temperature,
+            {q: space[q] + rest[q] for q in _NAMES}, before=self.steady(device, device.external.initial_temperature),
+            after=self.steady(device), error_parts={"space": space, "states and time": rest},
+            details=self.details | {"stopped": run.stopped},
+        )  # fmt: skip
+        lower = np.array(traces[1]).T
+        lower[:2] += device.sink.room_temperature
+        return result, replace(result, **dict(zip(_NAMES, lower, strict=True)))
+
+
+_NAMES = (*QUANTITIES, TOP)
+
+
+def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _: None) -> Model:
+    """The few states of a device's structure, on a mesh and in as many fields as an accuracy takes: of temperatures
+    relative to the set rise, of steady powers relative to themselves, from the second sample on.
+
+    Raises NumericsError where it isn't reached.
+    """
+    scene = replace(device.scene(), accuracy=accuracy)
+    part = symmetry.reduce(scene)
+    marks, earliest = grading.features(part.scene), device.control.sample_time
+    grid = grids.first(part.scene, min(accuracy, COARSEST), earliest, marks)
+    short = _short(device)
+    generations, nodes = GENERATIONS, FEWEST
+    slowest = LONGEST * earliest
+    for number in range(1, MOST_LEVELS):
+        given = problems(boxes(part.scene, grid), accuracy)
+        say(f"level {number}: {given.heat.size} unknowns")
+        shifts = (earliest, max(LATEST * slowest, LONGEST * earliest))
+        found: list[Projected] = []
+        for heat, conductor in zip(given.heats[::-1], given.conductors[::-1], strict=True):
+            assert conductor is not None
+            found.append(projected(Structure(device, heat, conductor, part.copies), shifts, generations, accuracy))
+        fine, low, lowest = found
+        slowest = float(1 / fine.modal.rates[0])
+        distances, left = _judged(device, short, fine, low, lowest, nodes)
+        space = max(left[q] * distances["low"][q] for q in _JUDGED)
+        fields, between = (max(distances[name][q] for q in _JUDGED) for name in ("fewer", "nodes"))
+        if fields > accuracy / 2 and generations < MOST:
+            generations += MORE
+        if between > accuracy / 4 and nodes < MOST_NODES:
+            nodes += 2
+        if space + fields + between <= accuracy:
+            details = {
+                "unknowns": given.heat.size, "states": fine.modal.count, "responses": fine.modal.responses,
+                "levels": number, "symmetry": part.part, "nodes": nodes, "degrees": [d.tolist() for d in grid.degrees],
+            }  # fmt: skip
+            lost = {q: distances["fewer"][q] + distances["nodes"][q] for q in _NAMES}
+            return Model(device, fine.modal, low.modal, left, lost, nodes, details)
+        if space > accuracy / 2:
+            grid = grids.refined(grid, given, fine, low, AHEAD * space / accuracy, marks)
+    raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this device")
+
+
+_JUDGED = ("sink_K", "sensor_K", "sink_power_W", "sensor_power_W")
+
+
+def _short(device: Device) -> Device:
+    """The same device with its outer step soon after the start, and the end soon after that."""
+    h, external = device.control.sample_time, device.external
+    final = external.final_temperature
+    if final == external.initial_temperature:
+        final -= device.set_rise
+    step = External(external.initial_temperature, final, START * h)
+    return replace(device, external=step, end_time=(START + AFTER) * h)
+
+
+def _judged(
+    device: Device, short: Device, fine: Projected, low: Projected, lowest: Projected, nodes: int
+) -> tuple[dict[str, dict[str, float]], dict[str, float]]:
+    """How far the model of the lower space, fewer fields and fewer nodes are from the fine one, for each quantity
+    relative to its scale, in a short run and in the steady state; and what of the first is left, for each quantity."""
+    modals = (fine.modal, low.modal, lowest.modal, fine.fewer, fine.modal)
+    run = _march(modals, (nodes, nodes, nodes, nodes, nodes - 2), short, (0.0, 0.0), "cold")
+    traces = [_traces(run, i) for i in range(len(modals))]
+    scale = _scales(traces[0])
+    found = {}
+    for name, (a, b) in {"low": (0, 1), "lowest": (1, 2), "fewer": (0, 3), "nodes": (0, 4)}.items():
+        apart = np.abs(traces[a] - traces[b]).max(axis=0)
+        one, two = (_named(device, _state(modals[i], device, None)) for i in (a, b))
+        found[name] = {q: float(apart[i]) / scale[q] for i, q in enumerate(_NAMES)}
+        for q in ("sink_power_W", "sensor_power_W"):
+            size = max(abs(getattr(one, q)), 1e-3 * scale[q])
+            found[name][q] = max(found[name][q], abs(getattr(one, q) - getattr(two, q)) / size)
+    left = {}
+    for q in _NAMES:
+        ratio = max(found["low"][q] / max(found["lowest"][q], 1e-300), FALLING)
+        left[q] = min(ratio / (1 - ratio), 1.0) if ratio < 1 else 1.0
+    return found, left
+
+
+def _scales(traces: np.ndarray) -> dict[str, float]:
+    """What an error of each quantity is relative to: its largest value."""
+    return dict(zip(_NAMES, np.maximum(np.abs(traces).max(axis=0), 1e-300).tolist(), strict=True))
+
+
+def _traces(run: March, which: int) -> np.ndarray:
+    """(samples, 8) in the order of QUANTITIES and TOP, as rises."""
+    return np.concatenate([m[:, which] for m in (run.rises, run.voltages, run.powers, run.flows)], axis=1)
+
+
+def _march(
+    modals: tuple[Modal, ...], nodes: tuple[int, ...], device: Device, meter: tuple[float, float], start: str
+) -> March:
+    fine = modals[0]
+    begin = None
+    if start == "settled":
+        initial = device.external.initial_temperature
+        settled = [_state(m, device, initial) for m in modals]
+        heats = [m.heat(s.power, s.rise) for m, s in zip(modals, settled, strict=True)]
+        begin = Start(heats, settled[0].voltage, initial - device.sink.room_temperature)
+    control = law(device, fine.resistance, fine.coefficient, meter)
+    resolutions = [Resolution(m, q) for m, q in zip(modals, nodes, strict=True)]
+    return march(resolutions, control, timetable(device), STEPS * device.set_rise * 1e-3, begin)
+
+
+def _gains(device: Device) -> np.ndarray:
+    return np.array([device.control.sink_gain, device.control.sensor_gain])
+
+
+def _state(modal: Modal, device: Device, external: float | None) -> states.State:
+    outer = device.external.final_temperature if external is None else external
+    return states.steady(modal, device.set_rise, _gains(device) > 0, outer - device.sink.room_temperature)
+
+
+def _named(device: Device, state: states.State) -> Steady:
+    room, saturated = device.sink.room_temperature, (_gains(device) > 0) & ~state.held
+    return Steady(
+        float(room + state.rise[0]), float(room + state.rise[1]), float(state.voltage[0]), float(state.voltage[1]),
+        float(state.power[0]), float(state.power[1]), float(state.flow[0]), bool(saturated[0]), bool(saturated[1]),
+    )  # fmt: skip

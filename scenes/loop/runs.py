@@ -1,0 +1,160 @@
+"""The runs of a model of the device behind checks and figures: the scene itself, sampled slowly, and other steps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+
+from scenes.device import Device, External
+from scenes.loop.result import DeviceResult, Steady
+from scenes.loop.settling import settling, settling_time
+
+BAND = 0.01
+"""The band, as a part of the step, that "settled" means where nothing else is said."""
+
+SLOW_TIME, SLOW_GAINS = 5e-3, (0.5, 0.05)
+STEPS = (-80.0, -60.0, -40.0, -20.0, -10.0, 0.0, 10.0, 20.0)
+_SAMPLES_BEFORE = 20
+
+
+@dataclass(frozen=True)
+class Run:
+    """A device, what the model says of it, and the loop's ``largest`` eigenvalue per sample about the steady state of a
+    device; for an outer step from room temperature its height in K, and what another scheme or mesh says, by
+    which the result's times are judged."""
+
+    device: Device
+    result: DeviceResult
+    largest: Callable[[Device], complex]
+    step: float = 0.0
+    reference: DeviceResult | None = None
+
+    @property
+    def before(self) -> Steady:
+        """The steady state at the initial outer temperature."""
+        return self.result.before
+
+    @property
+    def after(self) -> Steady:
+        """The steady state at the final outer temperature."""
+        return self.result.after
+
+    @cached_property
+    def eigenvalue(self) -> complex:
+        """The loop's largest eigenvalue per sample about the state after the outer step."""
+        return self.largest(self.device)
+
+    @property
+    def decay(self) -> float:
+        """The rate in 1/s at which the loop's slowest mode decays after the outer step; negative where it grows."""
+        return -math.log(abs(self.eigenvalue)) / self.device.control.sample_time
+
+    @property
+    def stopped(self) -> bool:
+        """Whether the run was stopped by the ceiling, or ended, before the outer step."""
+        return bool(self.result.time_s[-1] <= self.device.external.step_time)
+
+    @property
+    def ran_away(self) -> bool:
+        """Whether the ceiling stopped the run before its end."""
+        return bool(self.result.time_s[-1] < self.device.end_time - 1.5 * self.device.control.sample_time)
+
+    @property
+    def watched(self) -> float:
+        """Seconds from the outer step to the end of the run; infinite for a loop that won't settle however long."""
+        if self.stopped or self.ran_away or self.decay <= 0:
+            return math.inf
+        return float(self.result.time_s[-1] - self.device.external.step_time)
+
+    def settled(self, fraction: float = BAND) -> tuple[float, float]:
+        """Seconds from the outer step until the sensor's power stays within a part of its step, and how far that is
+        uncertain because the power is (or how far the reference has another time); infinite where it doesn't settle."""
+        quantity = "sensor_power_W"
+        if self.stopped:
+            return np.inf, np.inf
+        found = settling(self.device, self.result, quantity, fraction)[-1]
+        at = self.result.time_s >= found.start - 1e-12
+        time, values, error = self.result.time_s[at], self.result.trace(quantity)[at], self.result.errors[quantity]
+        moved = [settling_time(time, values, found.target, max(found.band + s * error, 0.0)) for s in (1, -1)]
+        if not np.isfinite(found.time):
+            return found.time, found.time
+        if self.reference is not None:
+            return found.time, abs(
+                found.time - replace(self, result=self.reference, reference=None).settled(fraction)[0]
+            )
+        return found.time, max(abs(time - found.time) for time in moved)
+
+    def final(self, quantity: str) -> tuple[float, float]:
+        """The last value of a quantity, and how far it may be from where it will settle: what it still changed by over
+        the last tenth of the time since the outer step, or what the loop's slowest mode leaves of the step by then, if
+        that is more. The mode may carry twice the step (a slab's first one does) and the loop's answer twice that;
+        where more than a tenth of it is left, faster modes matter too and nothing is known."""
+        time, values = self.result.time_s, self.result.trace(quantity)
+        start = min(self.device.external.step_time, time[-1])
+        earlier = int(np.searchsorted(time, start + 0.9 * (time[-1] - start)))
+        drift = float(np.abs(values[earlier:] - values[-1]).max())
+        change = abs(getattr(self.after, quantity) - getattr(self.before, quantity))
+        rest = (4 * change * self.left if self.left < 0.1 else math.inf) if change else 0.0
+        return float(values[-1]), max(drift, rest)
+
+    @property
+    def left(self) -> float:
+        """What is left of the loop's slowest mode at the end of the run; infinite where it grows."""
+        return math.exp(-self.decay * self.watched) if math.isfinite(self.watched) else math.inf
+
+
+@dataclass(frozen=True)
+class Runs:
+    """The scene's own run, and those that were needed besides."""
+
+    base: Run
+    slow: Run | None
+    steps: tuple[Run, ...]
+
+
+Simulate = Callable[[Device, Literal["cold", "settled"]], Run]
+"""A model's run of a device from a start."""
+
+
+def with_others(
+    device: Device, base: Run, simulate: Simulate, slow: bool, steps: bool, say: Callable[[str], None]
+) -> Runs:
+    """The scene's own run with the others, where they are wanted: the one sampled slowly, those of the outer steps."""
+    slowly = None
+    if slow:
+        say("solving with slow sampling")
+        slowly = simulate(sampled_slowly(device), "cold")
+    outer: list[Run] = []
+    for height in STEPS if steps else ():
+        if _possible(device, device.sink.room_temperature + height):
+            say(f"solving for a step of {height:+g} K")
+            outer.append(replace(simulate(stepped(device, height), "settled"), step=height))
+    return Runs(base, slowly, tuple(outer))
+
+
+def sampled_slowly(device: Device) -> Device:
+    """The device of the paper's Figure 11: sampled every 5 ms, with gains of 0.5 and 0.05 V."""
+    sink, sensor = SLOW_GAINS
+    control = replace(device.control, sample_time=SLOW_TIME, sink_gain=sink, sensor_gain=sensor)
+    return replace(device, control=control, end_time=max(device.end_time, 4 * SLOW_TIME))
+
+
+def stepped(device: Device, height: float) -> Device:
+    """The device settled at room temperature, and an outer step of ``height`` K soon after the start; the run goes on
+    for as long as the scene's own does after its step."""
+    room, before = device.sink.room_temperature, _SAMPLES_BEFORE * device.control.sample_time
+    after = device.end_time - (device.external.step_time if device.steps_outside else 0.0)
+    return replace(device, external=External(room, room + height, before), end_time=before + after)
+
+
+def _possible(device: Device, temperature: float) -> bool:
+    """Whether the films have a positive resistance at a temperature (K)."""
+    films = (device.sink.silicon, device.gold)
+    return temperature > 0 and all(
+        1 + film.temperature_coefficient * (temperature - film.reference_temperature) > 0 for film in films
+    )

@@ -1,0 +1,77 @@
+"""The 3D device: against every unknown stepped implicitly on another mesh, and what must hold of its heat."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fem3d.device.solve import model
+from reduced1d.device.accurate import solve_accurate
+from scenes.device import Device
+from scenes.loop.controller import law
+from scenes.loop.march import Resolution, march
+from scenes.loop.timetable import timetable
+from tests.fem3d.device.full_order import simulate
+
+ACCURACY = 1e-3
+SAMPLES = 11
+
+
+@pytest.fixture(scope="module")
+def states():
+    return model(Device(), ACCURACY)
+
+
+@pytest.fixture(scope="module")
+def short():
+    return replace(Device(), end_time=(SAMPLES - 1) * 1e-4)
+
+
+def test_the_start_is_that_of_every_unknown_stepped_on_another_mesh(states, short):
+    # The check's own steps leave 6e-4 (with twice, four times as many 3e-4, 1.4e-4), the model half its accuracy.
+    full, tolerance = simulate(short, SAMPLES, steps=3), 6e-4 + ACCURACY / 2
+    result = states.solve(short)[0]
+    rises = np.column_stack([result.sink_K, result.sensor_K]) - 293
+    assert np.abs(rises - full).max() < tolerance * 17.5
+    one = solve_accurate(short)
+    assert np.abs(np.column_stack([one.sink_K, one.sensor_K]) - 293 - full).max() > 5 * tolerance * 17.5
+
+
+def test_what_enters_the_polymer_leaves_it_or_stays_in_it(states):
+    for outer in (273.0, 293.0):
+        state = states.steady(Device(), outer)
+        assert state.polymer_flux_W == pytest.approx(0.15 * 1e-7 / 100e-6 * (310.5 - outer), rel=1e-5)
+    run = states.solve(replace(Device(), end_time=0.3))[0]
+    assert run.polymer_top_W is not None
+    late = run.time_s > 0.2
+    steady = late & (run.time_s <= 0.25)
+    assert run.polymer_top_W[steady] == pytest.approx(run.polymer_flux_W[steady], rel=1e-6)
+    assert np.abs(run.polymer_top_W - run.polymer_flux_W)[late].max() > run.after.polymer_flux_W
+
+
+def test_the_sensor_pays_for_what_leaves_through_the_polymer(states):
+    for outer in (273.0, 293.0):
+        state = states.steady(Device(), outer)
+        apart = abs(state.sensor_power_W - state.polymer_flux_W)
+        assert 1e-7 * state.sensor_power_W < apart < 1e-5 * state.sensor_power_W
+    cold = states.steady(replace(Device(), control=replace(Device().control, sink_gain=0.0)), 273.0)
+    assert cold.sensor_power_W > 1.2 * cold.polymer_flux_W  # without the active sink it pays for the substrate too
+
+
+def test_heat_is_local(states, short):
+    fine = states.fine
+    mean = replace(fine, shape=fine.shape[:2], film=fine.film[:2], external=fine.external[:2], feed=fine.feed[:, :2])
+    control = law(short, fine.resistance, fine.coefficient)
+    local, uniform = (march([Resolution(m, 4)], control, timetable(short), 1e-8).rises[:, 0, 0] for m in (fine, mean))
+    assert 2e-3 < np.abs(local - uniform).max() < 2e-2  # 7 mK
+
+
+def test_errors_hold_where_the_mesh_is_coarser(states):
+    run, lower = states.solve(replace(Device(), end_time=0.02))
+    coarse = model(Device(), 1e-2).solve(replace(Device(), end_time=0.02))[0]
+    for name in ("sink_K", "sensor_K"):
+        apart = np.abs(run.trace(name) - coarse.trace(name)).max()
+        assert apart < coarse.errors[name] + run.errors[name]
+        assert np.abs(run.trace(name) - lower.trace(name)).max() > run.errors[name] / 2
