@@ -177,6 +177,8 @@ def of_device(device: Device, request: Request) -> tuple[Step, ...]:
     ]
     if request.meter:
         found.append(Step("meter", "done", f"resistances are rounded to what the {request.meter} resolves"))
+    if request.sensitivities:
+        found.append(Step("sensitivity", "done", "how the steady state in 1D follows each key, by its closed form"))
     if needs(device, request, "figure11"):
         found.append(Step("1D device, slow", "done", "sampled every 5 ms with gains of 0.5 and 0.05 V"))
     if needs(device, request, "figure12", "figure13"):

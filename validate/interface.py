@@ -220,6 +220,11 @@ class DeviceRun(_Found[Device]):
     """What a run of the device found; ``outcome.runs.base.result`` is the model's own answer, and ``traces`` have a row
     for each controller sample."""
 
+    @property
+    def sensitivities(self) -> Sensitivities | None:
+        """How the steady state in 1D follows each key; None unless asked for with ``sensitivities=True``."""
+        return self.outcome.sensitivities
+
 
 def run(
     scene: Sink | str | Path = "sink",
@@ -319,7 +324,7 @@ def device(
     Raises SceneError for bad input, ArithmeticError where the numerics fail.
     """
     found = _scene(scene, Device, overrides, {f"run.accuracy{'_3d' * bool(asked.get('in_3d'))}": accuracy})
-    known = ("in_3d", "scheme", "about", "meter", "largest_voltage", "largest_power")
+    known = ("in_3d", "sensitivities", "scheme", "about", "meter", "largest_voltage", "largest_power")
     for name in asked:
         if name not in known:
             raise SceneError(f"device takes no {quoted(name)}: give {', '.join(known)}{did_you_mean(name, known)}")

@@ -33,7 +33,8 @@ DIFFERENT = {
     "device": [
         "", "--set control.sample_time=1ms", "--accuracy 1e-3", "--figure 9", "--figure 10", "--figure 9 --figure 10",
         "--scheme paper", "--meter PXI-4070", "--meter MAX1367", "--max-power 2mW", "--max-power 3mW",
-        "--max-voltage 1", "--set tolerances.fig9_balance=0.5",
+        "--max-voltage 1", "--set tolerances.fig9_balance=0.5", "--sensitivities",
+        "--3d",
     ],
     "solve": [
         "bridge", "plate", "bridge --set run.accuracy=1e-4", "bridge --accuracy 1e-5", "bridge --fields",
