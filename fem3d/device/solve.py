@@ -37,7 +37,7 @@ be small by chance. A quarter is what the regular part of such a solution was fo
 MOST_LEVELS = 12
 AHEAD = 6.0
 """A refinement aims that much below the accuracy: another level costs more than a few more unknowns."""
-STEPS = 1e-4  # of the accuracy, at which the iteration for the powers between samples ends
+STEPS = 1e-2  # of the accuracy, at which the iteration for the powers between samples ends
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,7 +216,7 @@ def _march(
         begin = Start(heats, settled[0].voltage, initial - device.sink.room_temperature)
     control = law(device, fine.resistance, fine.coefficient, meter)
     resolutions = [Resolution(m, q) for m, q in zip(modals, nodes, strict=True)]
-    return march(resolutions, control, timetable(device), STEPS * device.set_rise * 1e-3, begin)
+    return march(resolutions, control, timetable(device), STEPS * device.accuracy_3d * device.set_rise, begin)
 
 
 def _gains(device: Device) -> np.ndarray:
