@@ -103,6 +103,12 @@ def _highest(run: Run, film: str) -> tuple[float, float]:
 def _settling(both: Both) -> Comparison:
     """When the sensor's power is settled after the outer step."""
     (one, d_one), (three, d_three) = both.one.base.settled(), both.base.settled()
+    if math.inf in (one, three):
+        said = (
+            f"the sensor's power does not settle to {percent(BAND, 1)} of its step in both models before the run ends"
+        )
+        open_ = 0.0 if one == three else math.inf
+        return Comparison("settling time", one, three, "s", open_, math.inf, lambda: said)
     said = (
         f"the sensor's power settles to {percent(BAND, 1)} of its step in {milliseconds(three)} in 3D, in "
         f"{milliseconds(one)} in 1D: diffusion through the polymer decides it in both"
@@ -153,11 +159,17 @@ def _claim_steady(both: Both) -> Comparison:
     said = (
         f"paper: the sensor's power is the heat through the polymer; steady in 3D the sensor takes "
         f"{quantity(power, 'W', 7)}, and {quantity(flow, 'W', 7)} leave through the polymer's top: "
-        f"{quantity(abs(power - flow), 'W', 2)} pass between sink and sensor, whose mean temperatures are one while "
-        "their temperatures along the beam are not"
+        f"{quantity(abs(power - flow), 'W', 2)} pass between sink and sensor, {_why_between(both)}"
     )
     u_num = (errors["sensor_power_W"] + errors["polymer_flux_W"]) / size
     return Comparison("claim, steady", power, flow, "W", (power - flow) / size, u_num, lambda: said)
+
+
+def _why_between(both: Both) -> str:
+    device, state = both.device, both.base.after
+    if abs(state.sink_K - state.sensor_K) < 1e-9 * device.set_rise:
+        return "whose mean temperatures are one while their temperatures along the beam are not"
+    return f"whose mean temperatures are {state.sink_K - state.sensor_K:.3g} K apart, as one of them isn't held"
 
 
 def _claim_over_time(both: Both) -> Comparison:

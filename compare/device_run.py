@@ -46,10 +46,24 @@ def solve(
         say("answering a designer's questions")
         with clock.stage("design"):
             answers = design.answer(device, request.largest_voltage, request.largest_power)
+    followed = None
+    if request.sensitivities:
+        from compare.inputs import sensitivities
+
+        with clock.stage("sensitivities"):
+            followed = sensitivities.of_device(device)
     warnings = _too_hot(device, made.base.result)
     lines = of_device(device, request)
     return Outcome(
-        device, request, lines, checks=found, warnings=warnings, simulated=made, device_3d=solved, design=answers
+        device,
+        request,
+        lines,
+        checks=found,
+        warnings=warnings,
+        simulated=made,
+        device_3d=solved,
+        design=answers,
+        sensitivities=followed,
     )
 
 

@@ -14,6 +14,7 @@ from scenes.plan import Request, Step
 if TYPE_CHECKING:
     from compare.against import Data
     from compare.budget import Budget
+    from compare.inputs.calibration import Fit
     from compare.inputs.propagation import Propagated
     from compare.inputs.sampling import Sampled
     from compare.inputs.sensitivities import Sensitivities
@@ -37,10 +38,10 @@ class Outcome(Generic[S]):
 
     Of a sink also ``why``, the budget of the differences of the 1D model, and ``exported``, the few-state model's
     folder, where asked for, and ``against``, a user's own traces if there are any, and ``sensitivities`` and what
-    they make of uncertain inputs (``propagated``, ``sampled``, and ``validation`` against the data) where asked
-    for; of a row of spans ``varied``, how its differences run, where asked for. Of a device its ``simulated`` runs
-    in 1D, those of ``device_3d`` where asked for, and a designer's answers. Of a free scene over time ``shown``:
-    the time (s) whose field is drawn, and whether it is then above the initial temperature.
+    they make of uncertain inputs (``propagated``, ``sampled``, and ``validation`` and a ``fit`` of the data) where
+    asked for; of a row of spans ``varied``, how its differences run, where asked for. Of a device its ``simulated``
+    runs in 1D, those of ``device_3d`` where asked for, and a designer's answers. Of a free scene over time
+    ``shown``: the time (s) whose field is drawn, and whether it is then above the initial temperature.
     """
 
     scene: S
@@ -63,6 +64,7 @@ class Outcome(Generic[S]):
     propagated: Propagated | None = None
     sampled: Sampled | None = None
     validation: Validation | None = None
+    fit: Fit | None = None
     simulated: Runs | None = None
     device_3d: Solved | None = None
     design: Design | None = None

@@ -67,6 +67,10 @@ def of_sink(sink: Sink, request: Request, solver: tuple[Step, ...], data: Data |
     steps.append(step("field files", _FIELD_FILES, fields_reason(request, "fem3d" in request.models)))
     turned = "" if "figure4" in drawn else ", with the field to turn"
     steps.append(Step("report.html", "done", f"everything on one page{turned}"))
+    if data is not None and request.calibrate:
+        steps.append(
+            Step("fit", "done", f"{', '.join(request.calibrate)} by least squares, the rest with what is fitted")
+        )
     if data is not None and (request.uncertain is not None or request.data_uncertainty):
         steps.append(Step("validation", "done", "E = S - D against u_val of ASME V&V 20, of both models"))
     if data is not None:
@@ -173,6 +177,8 @@ def of_device(device: Device, request: Request) -> tuple[Step, ...]:
     ]
     if request.meter:
         found.append(Step("meter", "done", f"resistances are rounded to what the {request.meter} resolves"))
+    if request.sensitivities:
+        found.append(Step("sensitivity", "done", "how the steady state in 1D follows each key, by its closed form"))
     if needs(device, request, "figure11"):
         found.append(Step("1D device, slow", "done", "sampled every 5 ms with gains of 0.5 and 0.05 V"))
     if needs(device, request, "figure12", "figure13"):

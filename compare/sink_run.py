@@ -16,6 +16,7 @@ from scenes.plan import Request, Step
 
 if TYPE_CHECKING:
     from compare.against import Data
+    from compare.inputs.calibration import Fit
     from compare.inputs.sensitivities import Sensitivities
     from compare.row_runs import Varied
     from compare.verdict import Check
@@ -48,6 +49,10 @@ def solve(
     _refuse(sink, request)
     from compare.answer import answered
 
+    found = None
+    if request.calibrate and data is not None:
+        found = _fitted(sink, request, data, say, clock)
+        sink = found.scene
     levels = _levels(sink, request)
     outcome = _compared(sink, request, levels, say, clock, data=data)
     with clock.stage("checks"):
@@ -64,7 +69,8 @@ def solve(
 
     checks = (*outcome.checks, *evaluate(sink, data, outcome.fem3d))
     warnings = (*outcome.warnings, *(f"{data.name}: {text}" for text in data.warnings))
-    outcome = replace(outcome, checks=checks, warnings=warnings, against=data)
+    warnings = (*warnings, *(() if found is None else found.warnings()))
+    outcome = replace(outcome, checks=checks, warnings=warnings, against=data, fit=found)
     if request.uncertain is None and not request.data_uncertainty:
         return outcome
     from compare.inputs import validation
@@ -72,6 +78,17 @@ def solve(
     u_data = validation.data_uncertainty(sink, data, request.data_uncertainty)
     models = [(name, result) for name, result in (("3D", outcome.fem3d), ("1D", outcome.reduced1d)) if result]
     return replace(outcome, validation=validation.validate(sink, data, u_data, models, outcome.propagated))
+
+
+def _fitted(sink: Sink, request: Request, data: Data, say: Callable[[str], None], clock: Clock) -> Fit:
+    """The keys that are to be fitted to the data, in 3D."""
+    from compare.inputs import calibration, validation
+
+    say("fitting")
+    with clock.stage("fit"):
+        u_data = validation.data_uncertainty(sink, data, request.data_uncertainty)
+        keys = calibration.asked(sink, request.calibrate, data)
+        return calibration.fit(sink, data, u_data, keys, calibration.in_3d)
 
 
 def _with_sensitivities(outcome: Outcome[Sink]) -> Outcome[Sink]:

@@ -16,6 +16,7 @@ from fem3d.domain import Patch, Space
 CLOSER = 0.5  # of a lattice's extent: that of the next one, two spacings around its best point, for tops lie askew
 TURNS = 6  # of closing in: the best point is then within 1/128 of a side
 MISSED = 0.1  # of what a function spans on a lattice: by what its top may be higher
+APART = 0.4  # of a cell's sides: how far a second top is from the first, which closing in on that doesn't see
 CANDIDATES = 24  # cells that are closed in on, at most: as many as share a vertex
 AT_ONCE = 4_000_000  # numbers that a block of times may take
 
@@ -46,7 +47,7 @@ class Extreme:
             samples = self._sign * np.einsum("pn,rnc->rcp", at, fields[:, dofs])
             for start in range(0, len(weights), step):
                 values = np.tensordot(weights[start : start + step], samples, (-1, 0))
-                for cell, point, at_times in self._candidates(values):
+                for cell, point, at_times in self._candidates(values, points):
                     when = start + at_times
                     own = fields[:, dofs[:, cell]]
                     value, doubt = self._close(own, weights[when], points[:, point], corner, sides)
@@ -55,17 +56,29 @@ class Extreme:
         return self._sign * found, left
 
     @staticmethod
-    def _candidates(values: np.ndarray) -> Iterator[tuple[int, int, np.ndarray]]:
+    def _candidates(values: np.ndarray, points: np.ndarray) -> Iterator[tuple[int, int, np.ndarray]]:
         """Cells with their best point of a lattice (times, cells, points), and the times at which each may hold the
-        extreme: a lattice may miss that much of each cell's top."""
+        extreme: a lattice may miss that much of each cell's top. A second top, of which the best point away from the
+        first tells, may be the higher one."""
         top, point = values.max(axis=2), values.argmax(axis=2)
-        possible = top + MISSED * (top - values.min(axis=2)) >= top.max(axis=1, keepdims=True)
+        reach, highest = MISSED * (top - values.min(axis=2)), top.max(axis=1)
         ranked = np.argsort(-top, axis=1)[:, :CANDIDATES]
-        cell = np.where(np.take_along_axis(possible, ranked, axis=1), ranked, -1)
+        possible = np.take_along_axis(top + reach, ranked, axis=1) >= highest[:, None]
+        cell = np.where(possible, ranked, -1)
+        sides = np.maximum(np.ptp(points, axis=1), 1e-300)[:, None]
         for c in np.unique(cell[cell >= 0]).tolist():
             times = np.flatnonzero((cell == c).any(axis=1))
             for p in np.unique(point[times, c]).tolist():
-                yield c, p, times[point[times, c] == p]
+                at = times[point[times, c] == p]
+                yield c, p, at
+                away = np.flatnonzero((np.abs(points - points[:, [p]]) > APART * sides).any(axis=0))
+                if not len(away):
+                    continue
+                others = values[at, c][:, away]
+                rivals = others.max(axis=1) + reach[at, c] >= highest[at]
+                second = away[others.argmax(axis=1)]
+                for q in np.unique(second[rivals]).tolist():
+                    yield c, q, at[rivals & (second == q)]
 
     def where(self, function: np.ndarray) -> Place:
         """Where that of a function (functions,) is."""

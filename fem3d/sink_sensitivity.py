@@ -27,14 +27,14 @@ class Slopes:
     left_out: dict[str, str] = field(default_factory=dict)
 
 
-def of_sink(sink: Sink, result: Result, instants: Sequence[float] = ()) -> Slopes:
+def of_sink(sink: Sink, result: Result, instants: Sequence[float] = (), keys: Sequence[str] | None = None) -> Slopes:
     """The derivatives of a result of `fem3d.run.solve` by every physical key whose value is a number other than zero;
-    those of the traces at some ``instants`` (s) too. Raises ConvergenceError."""
+    those of the traces at some ``instants`` (s) too. ``keys`` are these alone. Raises ConvergenceError."""
     answer = result.details["answer"]
     state, response = answer.fine.state, answer.response
     study = sink_quantities.study(sink, symmetry.reduce(sink.scene()))
     given = Given.of(state.heat.domain)
-    others = {key: partial(_part, varied(sink, key, 1 + sensitivity.STEP)) for key in numbers(sink)}
+    others = {key: partial(_part, varied(sink, key, 1 + sensitivity.STEP)) for key in keys or numbers(sink)}
     by, left_out = sensitivity.motions(study, given, others)
     steady = sensitivity.steady_table(study, state, result.steady, given, by)
     course = None

@@ -56,12 +56,12 @@ def read(scene: object, given: Sequence[str], correlated: Sequence[str] = ()) ->
         key, equals, value = (part.strip() for part in text.partition("="))
         if not (key and equals and value):
             raise SceneError(f"--uncertain {quoted(text)} says nothing: {_FORM}")
-        path = _path(scene, key, known, "--uncertain")
+        path = path_of(scene, key, known, "--uncertain")
         relative[path] = _relative(scene, path, value, known[path])
     correlations = dict[tuple[str, str], float]()
     for text in correlated:
         pair, _, value = text.partition("=")
-        keys = [_path(scene, key.strip(), known, "--correlated") for key in pair.split(",") if key.strip()]
+        keys = [path_of(scene, key.strip(), known, "--correlated") for key in pair.split(",") if key.strip()]
         r = _number(value)
         if len(keys) != 2 or keys[0] == keys[1] or r is None:
             raise SceneError(f"--correlated {quoted(text)} says nothing: give KEY,KEY=0.9, two keys and a correlation")
@@ -82,7 +82,7 @@ def read(scene: object, given: Sequence[str], correlated: Sequence[str] = ()) ->
     return found
 
 
-def _path(scene: object, key: str, known: Mapping[str, float], option: str) -> str:
+def path_of(scene: object, key: str, known: Mapping[str, float], option: str) -> str:
     """The full name of a key that has a number other than zero; its end is enough where no other such key has it."""
     ends = [path for path in known if path == key or path.endswith(f".{key}")]
     if len(ends) == 1:

@@ -220,6 +220,11 @@ class DeviceRun(_Found[Device]):
     """What a run of the device found; ``outcome.runs.base.result`` is the model's own answer, and ``traces`` have a row
     for each controller sample."""
 
+    @property
+    def sensitivities(self) -> Sensitivities | None:
+        """How the steady state in 1D follows each key; None unless asked for with ``sensitivities=True``."""
+        return self.outcome.sensitivities
+
 
 def run(
     scene: Sink | str | Path = "sink",
@@ -311,15 +316,15 @@ def device(
     figures: bool = False,
     **asked: Any,
 ) -> DeviceRun:
-    """Simulate the whole sensor in 1D, and check what the paper says of it.
+    """Simulate the whole sensor in 1D, and in 3D where asked for, and check what the paper says of it.
 
-    ``scene`` is what ``scenes.load`` returns, or takes; ``accuracy`` and ``overrides`` change it. ``asked`` are
-    ``scheme`` ("accurate" or "paper"), ``about`` (the figures it is about), ``meter``, ``largest_voltage``,
-    ``largest_power``. Only into the folder ``out`` is anything written. Raises SceneError for bad input,
-    ArithmeticError where the numerics fail.
+    ``scene`` is what ``scenes.load`` returns, or takes; ``accuracy`` (in 3D where that is asked for) and
+    ``overrides`` change it. ``asked`` are ``in_3d``, ``scheme`` ("accurate" or "paper"), ``about`` (the figures it
+    is about), ``meter``, ``largest_voltage``, ``largest_power``. Only into the folder ``out`` is anything written.
+    Raises SceneError for bad input, ArithmeticError where the numerics fail.
     """
-    found = _scene(scene, Device, overrides, {"run.accuracy": accuracy})
-    known = ("scheme", "about", "meter", "largest_voltage", "largest_power")
+    found = _scene(scene, Device, overrides, {f"run.accuracy{'_3d' * bool(asked.get('in_3d'))}": accuracy})
+    known = ("in_3d", "sensitivities", "scheme", "about", "meter", "largest_voltage", "largest_power")
     for name in asked:
         if name not in known:
             raise SceneError(f"device takes no {quoted(name)}: give {', '.join(known)}{did_you_mean(name, known)}")

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from compare.verdict import Check, judge
+from scenes.device import Device
 from scenes.formats import percent
 from scenes.result import Estimate, Result
 from scenes.sink import Sink
@@ -130,6 +131,15 @@ def of_sink(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> Sensi
             }
     course = None if times is None else Course(times, course3d, errors, course1d)
     return Sensitivities(keys, steady, course, left_out)
+
+
+def of_device(device: Device) -> Sensitivities:
+    """The sensitivities of the device's steady state in 1D."""
+    from reduced1d.device import slopes
+
+    found = slopes.of_device(device)
+    steady = {key: {name: Slope(None, value) for name, value in of.items()} for key, of in found.items()}
+    return Sensitivities(numbers(device), steady)
 
 
 def checks(sink: Sink, found: Sensitivities) -> tuple[Check, ...]:

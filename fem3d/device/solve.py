@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from fem3d import estimate
 from fem3d.device import grid as grids
 from fem3d.device.model import Projected, Structure, projected
 from fem3d.domain import boxes
@@ -37,7 +38,7 @@ be small by chance. A quarter is what the regular part of such a solution was fo
 MOST_LEVELS = 12
 AHEAD = 6.0
 """A refinement aims that much below the accuracy: another level costs more than a few more unknowns."""
-STEPS = 1e-4  # of the accuracy, at which the iteration for the powers between samples ends
+STEPS = 1e-2  # of the accuracy, at which the iteration for the powers between samples ends
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +46,8 @@ class Model:
     """The few states of a device's structure, for any controllers and outer temperatures.
 
     ``low`` is what the next lower space gives, ``left`` what is left of its distance for each quantity; ``lost`` is
-    what fewer fields and nodes lose of each, relative to its size; ``nodes`` are those between samples.
+    what fewer fields and nodes lose of each, relative to its size; ``nodes`` are those between samples. ``edges`` is
+    what is left of the distance of steady values, which singular edges decide.
     """
 
     device: Device
@@ -54,6 +56,7 @@ class Model:
     left: dict[str, float]
     lost: dict[str, float]
     nodes: int
+    edges: float
     details: dict[str, Any]
 
     def steady(self, device: Device, external: float | None = None) -> Steady:
@@ -82,7 +85,7 @@ class Model:
         """The estimated errors of a steady state's quantities, in their units."""
         one, two = (_named(device, _state(m, device, external)) for m in (self.fine, self.low))
         return {
-            q: self.left[q] * abs(getattr(one, q) - getattr(two, q)) + 1e-9 * abs(getattr(one, q)) for q in QUANTITIES
+            q: self.edges * abs(getattr(one, q) - getattr(two, q)) + 1e-9 * abs(getattr(one, q)) for q in QUANTITIES
         }
 
     def solve(
@@ -151,7 +154,9 @@ def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _
                 "levels": number, "symmetry": part.part, "nodes": nodes, "degrees": [d.tolist() for d in grid.degrees],
             }  # fmt: skip
             lost = {q: distances["fewer"][q] + distances["nodes"][q] for q in _NAMES}
-            return Model(device, fine.modal, low.modal, left, lost, nodes, details)
+            degree = np.array([min(int(d.min()) for d in grid.degrees[:2])])
+            edges = max(float(estimate.left(degree, np.array([4 * marks.sharpest]))[0]), 1.0)
+            return Model(device, fine.modal, low.modal, left, lost, nodes, edges, details)
         if space > accuracy / 2:
             grid = grids.refined(grid, given, fine, low, AHEAD * space / accuracy, marks)
     raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this device")
@@ -216,7 +221,7 @@ def _march(
         begin = Start(heats, settled[0].voltage, initial - device.sink.room_temperature)
     control = law(device, fine.resistance, fine.coefficient, meter)
     resolutions = [Resolution(m, q) for m, q in zip(modals, nodes, strict=True)]
-    return march(resolutions, control, timetable(device), STEPS * device.set_rise * 1e-3, begin)
+    return march(resolutions, control, timetable(device), STEPS * device.accuracy_3d * device.set_rise, begin)
 
 
 def _gains(device: Device) -> np.ndarray:

@@ -39,6 +39,7 @@ def describe(parser: argparse.ArgumentParser) -> None:
     add("--scheme", choices=("accurate", "paper"), default="accurate",
         help="the accurate scheme (default), or the paper's own and how far it is off")  # fmt: skip
     add("--meter", choices=("PXI-4070", "MAX1367"), help="round the resistances to what a meter resolves")
+    add("--sensitivities", action="store_true", help="how the steady state in 1D follows each key: d ln Q / d ln key")
     add("--max-voltage", metavar="V", help="the sensor's largest voltage, for the range: 100mV")
     add("--max-power", metavar="W", help="the sensor's largest power, for the range: 20mW")
 
@@ -67,6 +68,7 @@ def _request(arguments: argparse.Namespace) -> Request:
 
     request = Request(
         in_3d=arguments.in_3d,
+        sensitivities=arguments.sensitivities,
         scheme=arguments.scheme,
         about=tuple(name for name in DEVICE_FIGURES if name.removeprefix("figure") in arguments.about),
         figures=arguments.figures,

@@ -49,6 +49,8 @@ def describe(parser: argparse.ArgumentParser) -> None:
         "drive.voltage=Va; as often as needed")  # fmt: skip
     add("--data-uncertainty", action="append", default=[], metavar="U",
         help='the standard uncertainty of the data: 0.5K, 1%%, peak=0.5K or peak="a column"')  # fmt: skip
+    add("--calibrate", action="append", default=[], metavar="KEY",
+        help="fit a key to that data in 3D, as often as needed, and go on with what is fitted")  # fmt: skip
     add("--steady", action="store_true", help="the steady state only, no transient")
     add("--only", choices=("3d", "1d"), help="one model only")
     first, *between, last = REDUCTIONS
@@ -83,6 +85,7 @@ def run(arguments: argparse.Namespace) -> int:
         uncertain=uncertain,
         monte_carlo=_samples(arguments),
         data_uncertainty=tuple(arguments.data_uncertainty),
+        calibrate=tuple(arguments.calibrate),
     )
     if request.reduction != "paper":
         # What a scene declares is of the paper's model.
@@ -138,6 +141,8 @@ def _data(arguments: argparse.Namespace, sink: Sink, request: Request) -> Data |
             raise SceneError("--column says what a column of --against FILE is: give that, too")
         if arguments.data_uncertainty:
             raise SceneError("--data-uncertainty is that of the data of --against FILE: give that, too")
+        if arguments.calibrate:
+            raise SceneError("--calibrate fits keys to the data of --against FILE: give that, too")
         return None
     if not request.transient or "fem3d" not in request.models:
         raise SceneError("--against compares with the 3D model over time: leave out --steady and --only 1d")
@@ -148,6 +153,12 @@ def _data(arguments: argparse.Namespace, sink: Sink, request: Request) -> Data |
         from compare.inputs.validation import data_uncertainty
 
         data_uncertainty(sink, data, arguments.data_uncertainty)
+    if arguments.calibrate:
+        from compare.inputs.calibration import asked
+
+        if not arguments.data_uncertainty:
+            raise SceneError("--calibrate weighs the data by what they are known to: give --data-uncertainty, too")
+        asked(sink, arguments.calibrate, data)
     return data
 
 

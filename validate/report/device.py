@@ -141,6 +141,12 @@ def tables(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) ->
         parts.append(_quantities(outcome.device_3d.runs.base, "in 3D", style))
     if outcome.checks:
         parts += [_checks(outcome.checks, style), _reasons(outcome.checks, contrary, style)]
+    if outcome.sensitivities is not None:
+        from reduced1d.device.slopes import QUANTITIES as FOLLOWED
+        from validate.report.sensitivities import sensitivities_text
+
+        shown = {name: FOLLOWED[name] for name in ("sink_power_W", "sensor_power_W", "sensor_V")}
+        parts.append(sensitivities_text(outcome.sensitivities, (), style, shown))
     if outcome.design is not None:
         parts.append(_design(outcome.design, outcome, style))
     return parts
@@ -254,13 +260,14 @@ def entries(outcome: Outcome[Device]) -> dict[str, Any]:
     """What summary.json has of a device."""
     from validate.report.summary import check_document
 
-    solved = outcome.device_3d
+    solved, followed = outcome.device_3d, outcome.sensitivities
     return {
         "fem3d": None if solved is None else _run(solved.runs.base, solved.model),
         "reduced1d": _run(outcome.runs.base),
         "checks": [check_document(check) for check in outcome.checks],
         "findings": list(outcome.runs.base.result.findings),
         "design": None if outcome.design is None else asdict(outcome.design),
+        **({} if followed is None else {"sensitivities": followed.document()}),
     }
 
 

@@ -40,6 +40,7 @@ def _of_sink(request: Request, data: Sequence[str]) -> list[str]:
         + ["sensitivities"] * request.sensitivities
         + ([] if request.uncertain is None else ["uncertain", *request.uncertain.given])
         + list(request.data_uncertainty)
+        + (["calibrate", *request.calibrate] if request.calibrate else [])
         + [f"monte-carlo-{request.monte_carlo}"] * (request.monte_carlo > 0)
         + ["fields"] * request.fields
     )
@@ -50,8 +51,8 @@ def _of_sink(request: Request, data: Sequence[str]) -> list[str]:
 
 def _of_device(request: Request) -> list[str]:
     """ "results/device-273K", "results/device-273K-paper-figure9"."""
-    words = ["paper"] if request.scheme == "paper" else []
-    words += [*request.about, *filter(None, [request.meter])]
+    words = ["3d"] * request.in_3d + ["paper"] * (request.scheme == "paper")
+    words += [*request.about, *filter(None, [request.meter])] + ["sensitivities"] * request.sensitivities
     for limit, dimension in ((request.largest_voltage, VOLTAGE), (request.largest_power, POWER)):
         words += [f"max{dimension.show(limit)}".replace(" ", "")] if limit < float("inf") else []
     return words

@@ -67,6 +67,10 @@ def tables(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) -> l
         from validate.report.inputs import inputs_text
 
         parts.append(inputs_text(outcome, outcome.propagated, style))
+    if outcome.fit is not None:
+        from validate.report.calibration import fit_text
+
+        parts.append(fit_text(outcome.fit, style))
     if outcome.validation is not None:
         from validate.report.validation import validation_text
 
@@ -208,6 +212,8 @@ def entries(outcome: Outcome[Sink]) -> dict[str, Any]:
         from validate.report.inputs import entered
 
         entered(found, outcome.propagated, outcome.sampled)
+    if outcome.fit is not None:
+        found["calibration"] = outcome.fit.document()
     if outcome.validation is not None:
         found["validation"] = outcome.validation.document()
     if outcome.sensitivities is not None:

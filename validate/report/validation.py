@@ -14,6 +14,7 @@ from validate.report.table import Style, columns_text, wrapped
 if TYPE_CHECKING:
     from compare.inputs.validation import Validation
 
+NOTHING = 1e-6
 _NAMES = {key: name for name, key in QUANTITIES.items()}
 
 
@@ -22,9 +23,9 @@ def validation_text(found: Validation, style: Style) -> str:
     rows = [["S - D", "at", "E", "u_num", "u_input", "u_D", "u_val", "error of the model"]]
     for s in found.statements:
         unit = s.quantity.rpartition("_")[2]
-        parts = [_known(u, unit) for u in (s.u_num, s.u_input, s.u_data, s.u_val)]
+        parts = [_known(u, s.u_val, unit) for u in (s.u_num, s.u_input, s.u_data, s.u_val)]
         rows.append([
-            f"{_NAMES[s.quantity]} {s.model}", quantity(s.time, "s", 3), signed(s.E, unit), *parts,
+            f"{_NAMES[s.quantity]} {s.model}", quantity(s.time, "s", 3), signed(s.E, unit, 2), *parts,
             s.said() if s.seen else "not seen: |E| < u_val",
         ])  # fmt: skip
     points = [
@@ -36,5 +37,8 @@ def validation_text(found: Validation, style: Style) -> str:
     return "\n".join([*lines, *([wrapped(f"Taken as exact: {exact}.")] if exact else [])])
 
 
-def _known(u: float, unit: str) -> str:
-    return quantity(u, unit, 2) if np.isfinite(u) else "?"
+def _known(u: float, u_val: float, unit: str) -> str:
+    """An uncertainty; none where nobody could see it beside the whole."""
+    if not np.isfinite(u):
+        return "?"
+    return quantity(u, unit, 2) if u > NOTHING * u_val else "0"

@@ -88,13 +88,6 @@ CASES = (
     Case("second", "NGSolve", sink_steady),
 )
 
-FAMILIES = {
-    "orders": "observed orders of convergence against theory",
-    "exact": "exact solutions",
-    "published": "published benchmarks",
-    "second": "a second code",
-}
-
 
 def perform(number: int) -> list[Row]:
     """The rows of a case by its number; one row that says so where the case ends in an error."""

@@ -69,9 +69,14 @@ def test_heat_is_local(states, short):
 
 
 def test_errors_hold_where_the_mesh_is_coarser(states):
-    run, lower = states.solve(replace(Device(), end_time=0.02))
-    coarse = model(Device(), 1e-2).solve(replace(Device(), end_time=0.02))[0]
+    short = replace(Device(), end_time=0.02)
+    run, lower = states.solve(short)
+    rough = model(Device(), 1e-2)
+    coarse = rough.solve(short)[0]
     for name in ("sink_K", "sensor_K"):
         apart = np.abs(run.trace(name) - coarse.trace(name)).max()
         assert apart < coarse.errors[name] + run.errors[name]
         assert np.abs(run.trace(name) - lower.trace(name)).max() > run.errors[name] / 2
+    fine, found, error = states.steady(Device()), rough.steady(Device()), rough.steady_errors(Device())
+    apart = abs(fine.sink_power_W - found.sink_power_W)
+    assert 0 < apart < error["sink_power_W"] < 1e-2 * fine.sink_power_W

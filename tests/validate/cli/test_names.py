@@ -25,13 +25,16 @@ DIFFERENT = {
         "--fields --field-times 1ms",
         "--fields --field-times 2ms", "--against a.csv", "--against b.csv", "--against sub/a.csv", "--against ../a.csv",
         "--against a.csv --column mean=2", "--against a.csv --data-uncertainty 0.5K",
-        "--against a.csv --data-uncertainty peak=1K", "--set checks.tolerances.eq14=0.5", "--set tolerances.eq14=0.4",
+        "--against a.csv --data-uncertainty peak=1K",
+        "--against a.csv --data-uncertainty peak=1K --calibrate pad_width",
+        "--set checks.tolerances.eq14=0.5", "--set tolerances.eq14=0.4",
         "--set expect_differs=eq13", "--steady --why", "--set name=other",
     ],
     "device": [
         "", "--set control.sample_time=1ms", "--accuracy 1e-3", "--figure 9", "--figure 10", "--figure 9 --figure 10",
         "--scheme paper", "--meter PXI-4070", "--meter MAX1367", "--max-power 2mW", "--max-power 3mW",
-        "--max-voltage 1", "--set tolerances.fig9_balance=0.5",
+        "--max-voltage 1", "--set tolerances.fig9_balance=0.5", "--sensitivities",
+        "--3d",
     ],
     "solve": [
         "bridge", "plate", "bridge --set run.accuracy=1e-4", "bridge --accuracy 1e-5", "bridge --fields",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from compare.inputs.sensitivities import PREFIX, QUANTITIES, sentence
+from compare.inputs.sensitivities import PREFIX, sentence
 from scenes.formats import sink_text
 from validate.report.figures.colours import INK
 from validate.report.figures.drawing import new_figure
@@ -43,7 +43,7 @@ def draw(outcome: Outcome[Sink]) -> Figure:
         ax.barh(places - _BAR / 2, in_3d, _BAR, xerr=errors, color=_3D, ecolor=INK, label="3D")
         ax.barh(places + _BAR / 2, in_1d, _BAR, color=_1D, label=outcome.reduced1d.model if outcome.reduced1d else "1D")
         ax.axvline(0.0, color=INK, lw=0.8)
-        ax.set_title(QUANTITIES[name], fontsize=10)
+        ax.set_title(SHOWN[name], fontsize=10)
         ax.grid(False, axis="y")
     axes[0].set_yticks(places, [short(key) for key in keys])
     for label, key in zip(axes[0].get_yticklabels(), keys, strict=True):

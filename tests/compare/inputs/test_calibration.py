@@ -1,0 +1,128 @@
+"""Keys fitted to data whose truth is known."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from compare.against import Data
+from compare.inputs import calibration
+from compare.inputs.calibration import asked, fit, in_1d
+from compare.inputs.validation import data_uncertainty
+from reduced1d.sink import solve
+from scenes.errors import SceneError
+from scenes.sink import Sink
+from scenes.varied import varied
+from validate.cli import main
+
+OXIDE, SILICON = "materials.oxide.thermal_conductivity", "materials.silicon.thermal_conductivity"
+TIMES = np.linspace(2e-4, 0.02, 40)
+NOISE = 0.05
+
+
+def measured(truth: Sink, seed: int) -> Data:
+    """Data as the paper's model of a sink has them, with noise."""
+    traces = solve(truth, times=TIMES).traces
+    assert traces is not None
+    drawn = np.random.default_rng(seed).standard_normal((2, len(TIMES))) * NOISE
+    values = {n: traces.values[n] + noise for n, noise in zip(("peak_K", "end_K"), drawn, strict=True)}
+    return Data("mine.csv", "CSV", TIMES, values, dict.fromkeys(values, "x"))
+
+
+def fitted(data: Data, *keys: str) -> calibration.Fit:
+    sink = Sink()
+    known = data_uncertainty(sink, data, [f"{NOISE}K"])
+    return fit(sink, data, known, asked(sink, keys, data), in_1d)
+
+
+def test_the_truth_is_within_the_interval_as_often_as_is_said() -> None:
+    truth = varied(varied(Sink(), OXIDE, 0.85), SILICON, 1.05)
+    inside = dict.fromkeys((OXIDE, SILICON), 0)
+    for seed in range(100):
+        found = fitted(measured(truth, seed), OXIDE, SILICON)
+        for key, value in ((OXIDE, truth.oxide.thermal_conductivity), (SILICON, truth.silicon.thermal_conductivity)):
+            low, high = found.interval(key)
+            inside[key] += low < value < high
+        assert found.misfit == pytest.approx(1, abs=0.6)
+    # 95 of 100 give or take 2.2; these draws are the same in every run.
+    assert all(93 <= count <= 99 for count in inside.values()), inside
+
+
+def test_the_spread_of_the_fits_is_their_uncertainty() -> None:
+    found = [fitted(measured(Sink(), seed), OXIDE) for seed in range(60)]
+    spread = np.log([f.fitted[OXIDE] for f in found]).std(ddof=1)
+    assert spread == pytest.approx(found[0].u[OXIDE], rel=0.25)
+
+
+def test_keys_that_go_together_are_named() -> None:
+    """The paper's anchor has but the oxide's thickness over its conductivity."""
+    found = fitted(measured(Sink(), 1), OXIDE, "oxide_thickness")
+    assert abs(found.correlations[0, 1]) > 0.99
+    assert any("can't be told apart" in text and "ratio" in text for text in found.warnings())
+
+
+def test_a_model_that_is_wrong_is_seen() -> None:
+    """Ends that are 1 K hotter for a reason that no oxide is."""
+    data = measured(Sink(), 1)
+    wrong = replace(data, values=data.values | {"end_K": data.values["end_K"] + 1.0})
+    assert any("something else" in text for text in fitted(wrong, OXIDE).warnings())
+    assert not fitted(data, OXIDE).warnings()
+
+
+@pytest.mark.parametrize(("keys", "said"), [
+    (["pad_witdh"], "unknown key"), ([OXIDE, OXIDE], "twice"), (["convection_coefficient"], "no number"),
+])  # fmt: skip
+def test_refused(keys: list[str], said: str) -> None:
+    with pytest.raises(SceneError, match=said):
+        asked(Sink(), keys, measured(Sink(), 0))
+
+
+def test_fewer_points_than_unknowns_are_refused() -> None:
+    data = measured(Sink(), 0)
+    few = replace(data, time=data.time[:1], values={"peak_K": data.values["peak_K"][:1]})
+    with pytest.raises(SceneError, match="1 points, which can't tell 2 keys"):
+        asked(Sink(), [OXIDE, SILICON], few)
+
+
+def test_what_nothing_follows_is_refused() -> None:
+    with pytest.raises(SceneError, match="follows it, so that it can't be fitted"):
+        fitted(measured(Sink(), 0), "materials.oxide.density")
+
+
+def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Data of 3D itself with another oxide, as 3D's own slope has them: the fit finds it."""
+    steady = tmp_path / "first"
+    truth = ["sink", "--set", f"{OXIDE}=1.2", "--accuracy", "1e-2", "--only", "3d", "--no-figures",
+             "--quiet", "--out", str(steady)]  # fmt: skip
+    assert main(truth) == 0
+    names, *rows = [line.split(",") for line in (steady / "traces.csv").read_text().splitlines()]
+    columns = [names.index(name) for name in ("time_s", "fem3d_peak_K", "fem3d_end_K")]
+    file = tmp_path / "mine.csv"
+    lines = [",".join(row[c] for c in columns) for row in rows]
+    file.write_text("\n".join(["time (s),peak (K),end (K)", *lines]) + "\n")
+    capsys.readouterr()
+    arguments = ["sink", "--against", str(file), "--data-uncertainty", "0.1K", "--calibrate", OXIDE,
+                 "--accuracy", "1e-2", "--no-figures", "--out", str(tmp_path / "run")]  # fmt: skip
+    assert main(arguments) == 0
+    said = capsys.readouterr().out
+    assert "not validated by them" in said
+    assert max(map(len, said.splitlines())) <= 80
+    summary = json.loads((tmp_path / "run" / "summary.json").read_text())
+    found = summary["calibration"]["keys"][OXIDE]
+    assert found["start"] == 1.38
+    assert found["interval"][0] < 1.2 < found["interval"][1]
+    assert summary["scene"]["materials"]["oxide"]["thermal_conductivity"] == found["value"]
+
+
+@pytest.mark.parametrize("given", [["--calibrate", OXIDE], ["--against", "FILE", "--calibrate", OXIDE]])
+def test_without_data_or_their_uncertainty_it_is_refused(
+    given: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "mine.csv"
+    file.write_text("time (ms),peak (K)\n0,293\n1,303\n2,306\n3,308\n")
+    assert main(["sink", *(str(file) if word == "FILE" else word for word in given)]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
