@@ -141,8 +141,8 @@ def _refuse(sink: Sink, request: Request) -> None:
 
         asked_for = "--why" if request.why else f"--reduction {request.reduction}"
         raise SceneError(
-            f"{asked_for} needs the fin of the whole row, and sink.spans = {sink.spans} makes it too large: give at most "
-            f"{FIN_SPANS} spans"
+            f"{asked_for} needs the fin of the whole row, and sink.spans = {sink.spans} makes it too large: give at "
+            f"most {FIN_SPANS} spans"
         )
 
 

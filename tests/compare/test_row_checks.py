@@ -65,3 +65,11 @@ def test_two_spans_have_no_inner_one() -> None:
 def test_what_is_made_of_one_span_is_refused_before_anything_is_solved(asked: Request) -> None:
     with pytest.raises(SceneError, match="made of one span"):
         answer(ROW, asked)
+
+
+def test_a_long_rows_fin_is_refused_and_not_made_unasked() -> None:
+    long = replace(ROW, spans=40)
+    with pytest.raises(SceneError, match="at most 30 spans"):
+        answer(long, Request(why=True))
+    found = answer(long, Request(figures=False, transient=False))
+    assert [step.reason for step in found.plan if step.step == "blame" and "--why" in step.reason]
