@@ -12,7 +12,7 @@ from fem3d.domain import boxes
 from fem3d.errors import NumericsError, RunawayError
 from fem3d.level import Level, Solution, examined, problems, solution
 from fem3d.study import Study
-from fem3d.time_response import Response, respond
+from fem3d.time_response import ROW_SHARE, Response, respond
 from fem3d.transient import Base
 from meshes import diffusion, grading
 from meshes.grading import Features
@@ -45,6 +45,8 @@ def solve(study: Study, with_transient: bool, progress: Progress = lambda _: Non
     accuracy, scene = study.accuracy, study.part.scene
     marks = grading.features(scene)
     grid = reach.first_grid(scene, accuracy, marks)
+    # No trace is known better than where it ends, and its rows take their share.
+    enough = accuracy * (1 - ROW_SHARE) if with_transient else accuracy
     limit = None
     for number in range(1, MOST_LEVELS):
         given = problems(boxes(scene, grid), accuracy)
@@ -63,7 +65,7 @@ def solve(study: Study, with_transient: bool, progress: Progress = lambda _: Non
         if here is None:
             grid = _finer(grid, grading.raised(grid), marks, accuracy)
             continue
-        if here.worst <= accuracy:
+        if here.worst <= enough:
             if not with_transient:
                 off = np.inf if study.field is None else field_error.of(here)
                 if study.field is None or off <= study.field:
@@ -73,7 +75,8 @@ def solve(study: Study, with_transient: bool, progress: Progress = lambda _: Non
             response = _response(study, here, marks)
             if response.accepted:
                 return Answer(fine, here.errors, response, number)
-            grid = refined(grid, response.missing, response.worst, accuracy, marks)
+            missing = [np.maximum(a, b) for a, b in zip(response.missing, here.missing, strict=True)]
+            grid = refined(grid, missing, response.worst, accuracy, marks)
             del response
         else:
             reach.check_edges(here, accuracy, marks)
