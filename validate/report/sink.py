@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from scenes.sink import Sink
     from validate.report.figures.render import Field
 
+NAME_WIDTH = 40  # columns of a check's id and title in the table of a terminal of 80
+ID_WIDTH = 20  # up to which ids set a column of their own
+
 QUANTITIES = {
     "peak_rise_K": ("peak rise", "K"),
     "end_rise_K": ("end rise", "K"),
@@ -151,9 +154,9 @@ def _quantity_line(
 
 
 def checks_text(checks: Sequence[Check], style: Style) -> str:
-    """A line for every check, under what is compared in it."""
+    """A line for every check, under what is compared in it; a second for a title that doesn't fit beside its id."""
     lines = [style.paint(f"  {'check':<40}{'difference':>17}{'tolerance':>10}", "heading")]
-    room = max((len(check.id) + 1 for check in checks), default=0)
+    room = max((len(check.id) + 1 for check in checks if len(check.id) < ID_WIDTH), default=0)
     for kind, found in by_kind(checks).items():
         lines += [f"  {kind}"] if kind else []
         for check in found:
@@ -161,7 +164,10 @@ def checks_text(checks: Sequence[Check], style: Style) -> str:
             word = style.paint(check.verdict, check.verdict)
             mark = style.paint(style.mark(check.verdict), check.verdict)
             name = f"{check.id:<{max(room, 14)}}{check.title}"
-            lines.append(f"{mark} {name:<40}{difference:>18}{percent(check.tolerance, 1):>8}  {word}")
+            below = [] if len(name) < NAME_WIDTH else [f"    {check.title}"]
+            beside = check.id if below else name
+            lines.append(f"{mark} {beside:<{NAME_WIDTH}}{difference:>18}{percent(check.tolerance, 1):>8}  {word}")
+            lines += below
     return "\n".join(lines)
 
 
