@@ -13,6 +13,7 @@ from scenes.plan import Request, Step
 
 if TYPE_CHECKING:
     from compare.against import Data
+    from compare.air import Air
     from compare.budget import Budget
     from compare.inputs.calibration import Fit
     from compare.inputs.propagation import Propagated
@@ -39,9 +40,10 @@ class Outcome(Generic[S]):
     Of a sink also ``why``, the budget of the differences of the 1D model, and ``exported``, the few-state model's
     folder, where asked for, and ``against``, a user's own traces if there are any, and ``sensitivities`` and what
     they make of uncertain inputs (``propagated``, ``sampled``, and ``validation`` and a ``fit`` of the data) where
-    asked for; of a row of spans ``varied``, how its differences run, where asked for. Of a device its ``simulated``
-    runs in 1D, those of ``device_3d`` where asked for, and a designer's answers. Of a free scene over time
-    ``shown``: the time (s) whose field is drawn, and whether it is then above the initial temperature.
+    asked for; of a row of spans ``varied``, how its differences run, and of any what the ``air`` does to it, where
+    asked for. Of a device its ``simulated`` runs in 1D, those of ``device_3d`` where asked for, and a designer's
+    answers. Of a free scene over time ``shown``: the time (s) whose field is drawn, and whether it is then above the
+    initial temperature.
     """
 
     scene: S
@@ -59,6 +61,7 @@ class Outcome(Generic[S]):
     why: Budget | None = None
     exported: Path | None = None
     varied: tuple[Varied, ...] = ()
+    air: Air | None = None
     against: Data | None = None
     sensitivities: Sensitivities | None = None
     propagated: Propagated | None = None

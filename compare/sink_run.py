@@ -59,6 +59,12 @@ def solve(
         warnings = (*outcome.warnings, *_too_hot(sink, outcome.fem3d, outcome.reduced1d))
     with clock.stage("answer"):
         outcome = answered(replace(outcome, warnings=warnings), levels)
+    if request.air:
+        from compare.air import of_sink as air_of
+
+        with clock.stage("air"):
+            air = air_of(sink, say)
+        outcome = replace(outcome, air=air, checks=(*outcome.checks, *air.checks))
     if request.sensitivities or request.uncertain is not None:
         say("sensitivities")
         with clock.stage("sensitivities"):

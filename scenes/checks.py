@@ -39,6 +39,9 @@ ISLAND_TOLERANCES: dict[str, float] = {
 """The same of a sink of several spans, which has these and the energy's. The current, of itself, is to be as good as an
 equation, for it is one: Ohm's law of the row."""
 
+AIR_TOLERANCES: dict[str, float] = {"air_peak": 0.05, "air_mean": 0.05, "air_end": 0.05, "air_current": 0.02}
+"""The same of leaving out the air, where it is asked for."""
+
 AGAINST_TOLERANCES: dict[str, float] = dict.fromkeys(
     ("against_peak", "against_end", "against_mean", "against_current", "against_power"), 0.05
 )
@@ -47,7 +50,7 @@ AGAINST_TOLERANCES: dict[str, float] = dict.fromkeys(
 SLOPE_TOLERANCES: dict[str, float] = {"slope": 0.1}
 """The same of how 1D follows a key of the scene, for every check slope_<key>: of the largest slope."""
 
-SINK_TOLERANCES = DEFAULT_TOLERANCES | ISLAND_TOLERANCES | AGAINST_TOLERANCES
+SINK_TOLERANCES = DEFAULT_TOLERANCES | ISLAND_TOLERANCES | AIR_TOLERANCES | AGAINST_TOLERANCES
 SINK_CHECKS = tuple(SINK_TOLERANCES)
 """The ids of every check that a sink may have, but those of slopes, which are one for each key."""
 

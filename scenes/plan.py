@@ -18,11 +18,11 @@ class Request:
     Of any: ``figures``, ``fields``, and the ``command`` line that asked, if it was one. Of a sink: the ``models``,
     whether the ``transient`` is solved, ``field_times`` (s) beside those that are stored anyway, the 1D model
     (``reduction``, by its canonical name), the budget of its differences from 3D (``why``), how both models follow
-    each key (``sensitivities``), how well the keys are known (``uncertain``) and how many samples of that are
-    solved (``monte_carlo``), and what the data are known to (``data_uncertainty``), and which keys are fitted to
-    them (``calibrate``), the folder for the few-state model (``export``). Of a device: whether it is solved
-    ``in_3d`` too, the ``scheme``, the figures that the run is ``about`` (all where none are named), the ``meter``
-    in the loop, the sensor's ``largest_voltage`` (V) and ``largest_power`` (W).
+    each key (``sensitivities``), what leaving out the ``air`` does, how well the keys are known (``uncertain``) and
+    how many samples of that are solved (``monte_carlo``), and what the data are known to (``data_uncertainty``), and
+    which keys are fitted to them (``calibrate``), the folder for the few-state model (``export``). Of a device:
+    whether it is solved ``in_3d`` too, the ``scheme``, the figures that the run is ``about`` (all where none are
+    named), the ``meter`` in the loop, the sensor's ``largest_voltage`` (V) and ``largest_power`` (W).
     """
 
     models: tuple[Literal["fem3d", "reduced1d"], ...] = ("fem3d", "reduced1d")
@@ -33,6 +33,7 @@ class Request:
     reduction: str = "paper"
     why: bool = False
     sensitivities: bool = False
+    air: bool = False
     uncertain: Uncertain | None = None
     monte_carlo: int = 0
     data_uncertainty: tuple[str, ...] = ()

@@ -236,6 +236,7 @@ def run(
     reduction: str = "paper",
     why: bool = False,
     sensitivities: bool = False,
+    air: bool = False,
     uncertain: Mapping[str, str] | None = None,
     against: str | Path | None = None,
     columns: Mapping[str, str] | None = None,
@@ -247,10 +248,11 @@ def run(
 
     ``scene`` is what ``scenes.load`` returns, or takes; ``voltage`` (V), ``accuracy`` and ``overrides`` change it.
     ``reduction`` is the 1D model, ``why`` splits its difference by assumption, ``steady`` leaves out the transient,
-    ``sensitivities`` says how both models follow each key, ``uncertain`` how well keys are known: {"sink.width":
-    "1%"}, ``against`` is a file with traces of your own, of which ``columns`` may name some: {"peak": "T (K), Point
-    1"}. Only into the folder ``out`` is anything written; ``figures`` and ``fields`` go there. Raises SceneError
-    for bad input, ArithmeticError where the numerics fail (a thermal runaway names its voltage).
+    ``sensitivities`` says how both models follow each key, ``air`` what leaving it out does, ``uncertain`` how well
+    keys are known: {"sink.width": "1%"}, ``against`` is a file with traces of your own, of which ``columns`` may name
+    some: {"peak": "T (K), Point 1"}. Only into the folder ``out`` is anything written; ``figures`` and ``fields`` go
+    there. Raises SceneError for bad input, ArithmeticError where the numerics fail (a thermal runaway names its
+    voltage).
     """
     from reduced1d.ladder import canonical
 
@@ -260,7 +262,7 @@ def run(
         raise SceneError("against compares over time: leave out steady=True")
     request = Request(
         transient=not steady, figures=figures, fields=fields, reduction=canonical(reduction), why=why,
-        sensitivities=sensitivities, uncertain=_uncertain(sink, uncertain),
+        sensitivities=sensitivities, air=air, uncertain=_uncertain(sink, uncertain),
     )  # fmt: skip
     if request.reduction != "paper":
         # What a scene declares is of the paper's model.

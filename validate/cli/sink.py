@@ -57,6 +57,8 @@ def describe(parser: argparse.ArgumentParser) -> None:
     add("--reduction", metavar="R",
         help=f"the 1D model: {first} (default), {', '.join(between)} or {last}[:N]")  # fmt: skip
     add("--why", action="store_true", help="split the 1D model's differences from 3D by the assumptions behind them")
+    add("--air", action="store_true",
+        help="up to which coefficient losses to the air may be left out, and what a lumped term gives")  # fmt: skip
     add("--sensitivities", action="store_true",
         help="how both models follow each key: d ln quantity / d ln key, 1D against 3D")  # fmt: skip
     add("--uncertain", action="append", default=[], metavar="KEY=U",
@@ -171,6 +173,8 @@ def _request(arguments: argparse.Namespace, end_time: float) -> Request:
 
     if arguments.why and arguments.only:
         raise SceneError(f"--why compares both models: leave out --only {arguments.only}")
+    if arguments.air and arguments.only:
+        raise SceneError(f"--air compares both models: leave out --only {arguments.only}")
     if arguments.fields and arguments.only == "1d":
         raise SceneError("--fields writes the 3D model's fields: leave out --only 1d")
     if arguments.reduction is not None and arguments.only == "3d":
@@ -194,6 +198,7 @@ def _request(arguments: argparse.Namespace, end_time: float) -> Request:
         reduction=reduction,
         why=arguments.why,
         sensitivities=arguments.sensitivities,
+        air=arguments.air,
         export=Path(arguments.export) if arguments.export else None,
         command=arguments.command_line,
     )

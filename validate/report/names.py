@@ -37,6 +37,7 @@ def _of_sink(request: Request, data: Sequence[str]) -> list[str]:
     words += (
         ["steady"] * (not request.transient)
         + ["why"] * request.why
+        + ["air"] * request.air
         + ["sensitivities"] * request.sensitivities
         + ([] if request.uncertain is None else ["uncertain", *request.uncertain.given])
         + list(request.data_uncertainty)

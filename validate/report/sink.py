@@ -78,6 +78,10 @@ def tables(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) -> l
         from validate.report.validation import validation_text
 
         parts.append(validation_text(outcome.validation, style))
+    if outcome.air is not None:
+        from validate.report.air import air_text
+
+        parts.append(air_text(outcome.air, style))
     if outcome.sensitivities is not None:
         from validate.report.sensitivities import sensitivities_text
 
@@ -188,6 +192,10 @@ def kind_of(check: str, own: bool) -> str:
         return f"{whose}: 3D numbers in, relative to 3D's own"
     if check.startswith("slope_"):
         return "how the models follow a key: 1D less 3D"
+    if check.startswith("air_"):
+        return "the air left out: 3D without it less 3D with it"
+    if check == "islands_equivalent":
+        return "3D alone"
     return {"energy": "3D alone"}.get(check, "your data less 3D" if check.startswith("against_") else "")
 
 
@@ -222,6 +230,8 @@ def entries(outcome: Outcome[Sink]) -> dict[str, Any]:
         found["calibration"] = outcome.fit.document()
     if outcome.validation is not None:
         found["validation"] = outcome.validation.document()
+    if outcome.air is not None:
+        found["air"] = outcome.air.document()
     if outcome.sensitivities is not None:
         found["sensitivities"] = outcome.sensitivities.document()
     if outcome.against is not None:
@@ -289,6 +299,7 @@ FIGURES = {
     "figure6": "time_figures.rises",
     "figure7": "time_figures.current",
     "islands": "row_figures.profile",
+    "air": "air_figure.draw",
     "islands_runs": "row_figures.runs",
     "why": "why_figure.draw",
     "sensitivity": "sensitivity_figure.draw",
