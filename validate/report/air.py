@@ -50,7 +50,7 @@ def section(outcome: Outcome[Sink], style: Style) -> Section:
 def figure(outcome: Outcome[Sink]) -> Figure:
     """Sizes of the differences, left out in full and lumped in broken lines, with still air marked."""
     from validate.report.figures.colours import INK, LINES
-    from validate.report.figures.drawing import new_figure
+    from validate.report.figures.drawing import legend, logarithmic, new_figure
 
     air = outcome.air
     assert air is not None
@@ -68,10 +68,8 @@ def figure(outcome: Outcome[Sink]) -> Figure:
         ax.text(
             at * 0.94, 0.97, word, rotation=90, ha="right", va="top", fontsize=8.5, transform=ax.get_xaxis_transform()
         )
-    ax.set_xscale("log")
-    ax.set_yscale("log")
-    ax.minorticks_off()
+    logarithmic(ax, "x", "y")
     ax.set_xlabel("coefficient (W/(m² K)); dotted: the tolerance of rises")
     ax.set_ylabel("difference from 3D with air (%)")
-    figure.legend(*ax.get_legend_handles_labels(), loc="lower center", ncols=4, fontsize=8.5)
+    legend(figure, ax, columns=4, fontsize=8.5)
     return figure
