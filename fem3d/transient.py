@@ -9,7 +9,7 @@ Linear Algebra Appl. 58, 1984.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -29,8 +29,7 @@ class Base:
     """What a transient starts from on one mesh: current patterns, temperature fields (free nodes, any number) that the
     space shall hold, and the loads (W, each all nodes) whose responses it shall hold.
 
-    ``size`` is the norm of the state that errors are relative to, where it is known; ``potentials`` (V, all nodes of
-    the conductor) those that the mesh must resolve.
+    ``size`` is the norm of the state that errors are relative to, where it is known.
     """
 
     heat: HeatProblem
@@ -39,7 +38,6 @@ class Base:
     fields: np.ndarray
     loads: list[np.ndarray]
     size: float | None = None
-    potentials: list[np.ndarray] = field(default_factory=list)
 
     @staticmethod
     def of_steady(state: SteadyState) -> Base:
