@@ -134,8 +134,6 @@ def _refuse(sink: Sink, request: Request) -> None:
     asked = {
         f"--reduction {request.reduction}": request.reduction.startswith(("plate", "moments")),
         "--export": request.export is not None,
-        "--sensitivities": request.sensitivities,
-        "--uncertain": request.uncertain is not None,
     }
     for what, is_asked in asked.items():
         if is_asked:

@@ -96,18 +96,18 @@ def of_all(sink: Sink, count: int, answer: Answer, off: Apart) -> tuple[dict[str
 
     values, scales = answer.fine.quantities, {n: abs(float(v)) for n, v in answer.fine.quantities.items()}
     errors = {n: e + share(n) * scales[n] for n, e in answer.errors.items()}
-    steady = _repeated(sink, count, {n: Estimate(float(v), errors[n]) for n, v in values.items()})
+    steady = repeated(sink, count, {n: Estimate(float(v), errors[n]) for n, v in values.items()})
     response = answer.response
     if response is None:
         return steady, None
     scales |= {n.replace("_rise_K", "_K"): v for n, v in scales.items()}
     of_traces = {n: e + share(n) * scales[n] for n, e in response.errors.items()}
     return steady, Traces(
-        response.times, _repeated(sink, count, response.traces), _repeated(sink, count, of_traces)
+        response.times, repeated(sink, count, response.traces), repeated(sink, count, of_traces)
     )  # fmt: skip
 
 
-def _repeated(sink: Sink, count: int, of: Mapping[str, T]) -> dict[str, T]:
+def repeated(sink: Sink, count: int, of: Mapping[str, T]) -> dict[str, T]:
     """What is known of each span and island, by names such as "span2_mean_K", of those too that are not solved."""
     found = dict(of)
     kinds = (("span", different(count), different(sink.spans)), ("island", count // 2, sink.spans // 2))

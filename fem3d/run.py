@@ -12,6 +12,7 @@ from fem3d import adapt, alike, rescaled, sink_quantities, span_quantities
 from fem3d.adapt import Answer
 from fem3d.fields import Fields, grid_of
 from fem3d.steady import SteadyState
+from fem3d.study import Study
 from meshes import connected, symmetry
 from meshes.grid import statistics
 from meshes.symmetry import Symmetry
@@ -64,13 +65,18 @@ def _answer(
     sink: Sink, count: int, part: Symmetry, request: Request, progress: Callable[[str], None], earlier: Result | None
 ) -> Answer:
     """The answer of ``count`` spans, where that can be from that of an earlier voltage."""
-    study = sink_quantities.study(sink, part) if sink.spans == 1 else span_quantities.study(sink, count, part)
+    of = study(sink, count, part)
     answer = None
     if earlier is not None and earlier.details["spans_solved"] == count:
         first, before = earlier.details["sink"], earlier.details["answer"]
         if replace(first, voltage=sink.voltage) == sink and request.transient == (before.response is not None):
-            answer = rescaled.solve(study, before, sink.voltage / first.voltage)
-    return answer or adapt.solve(study, request.transient, progress)
+            answer = rescaled.solve(of, before, sink.voltage / first.voltage)
+    return answer or adapt.solve(of, request.transient, progress)
+
+
+def study(sink: Sink, count: int, part: Symmetry) -> Study:
+    """What is to be found of a sink of which ``count`` spans are solved."""
+    return sink_quantities.study(sink, part) if sink.spans == 1 else span_quantities.study(sink, count, part)
 
 
 def plan(sink: Sink, request: Request) -> tuple[Step, ...]:
