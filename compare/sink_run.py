@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from scenes.sink import Sink
     from scenes.uncertain import Uncertain
 
-FIN_SPANS = 30
-"""Up to which the fin of a row is solved: its matrices are dense, with some thirty states for each span."""
 FEW = 16
 """Instants at which a sink's temperatures are looked at: they grow evenly."""
 
@@ -140,14 +138,6 @@ def _refuse(sink: Sink, request: Request) -> None:
             from scenes.errors import SceneError
 
             raise SceneError(f"{what} is made of one span, and sink.spans = {sink.spans} is a row: leave out either")
-    if sink.spans > FIN_SPANS and (request.why or request.reduction.startswith("fin")):
-        from scenes.errors import SceneError
-
-        asked_for = "--why" if request.why else f"--reduction {request.reduction}"
-        raise SceneError(
-            f"{asked_for} needs the fin of the whole row, and sink.spans = {sink.spans} makes it too large: give at "
-            f"most {FIN_SPANS} spans"
-        )
 
 
 def compared(sink: Sink, request: Request, earlier: Result | None = None) -> Outcome[Sink]:

@@ -92,7 +92,7 @@ def solve(
         )
     if name == "paper" and sink.spans > 1:
         from reduced1d.ladder.answer import result
-        from reduced1d.ladder.row_lumps import lumps
+        from reduced1d.ladder.lumps import lumps
         from reduced1d.sink import anchor_series_resistance
 
         row = lumps(sink, anchor_series_resistance(sink))

@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import quad, solve_bvp
 
 from reduced1d import equations, ladder
-from reduced1d.ladder.row_lumps import half_island, lumps
+from reduced1d.ladder.lumps import half_island, lumps
 from reduced1d.sink import anchor_series_resistance
 from scenes.errors import SceneError
 from scenes.sink import Sink
@@ -66,9 +66,8 @@ def test_a_span_between_anchors_of_islands_alone_is_the_papers_sink() -> None:
     sink = Sink(spans=4)
     row = lumps(sink, half_island(sink))
     from reduced1d.ladder.answer import steady
-    from reduced1d.ladder.fin import lump
 
-    one = steady(lump(replace(sink, spans=1), half_island(sink)))
+    one = steady(lumps(replace(sink, spans=1), half_island(sink)))
     all_of = steady(row)
     assert all_of["span1_mean_rise_K"] == pytest.approx(one["mean_rise_K"], rel=1e-11)
     assert all_of["span2_peak_rise_K"] == pytest.approx(one["peak_rise_K"], rel=1e-11)
@@ -108,3 +107,23 @@ def test_what_is_made_for_one_span_says_so() -> None:
     for name in ("plate", "moments:3"):
         with pytest.raises(SceneError, match="made for one span"):
             ladder.solve(Sink(spans=2), name)
+
+
+def test_spans_taken_to_be_alike_are_what_they_would_be_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A row of which three spans are told apart against all of its ten; the twin, told apart but for one, is off."""
+    from reduced1d.ladder import fin as module
+    from reduced1d.ladder.answer import over_time, steady
+    from reduced1d.ladder.levels import Levels
+
+    sink, times = Sink(spans=10, convection_coefficient=300.0), np.array([1e-4, 1e-3])
+    anchor = Levels(replace(sink, spans=1)).coarse.anchor
+    found = {}
+    for left in (1e-6, 1e-30, 0.5):
+        monkeypatch.setattr(module, "_ALIKE", left)
+        model = module.fin(sink, anchor)
+        found[left] = model.states, steady(model), over_time(model, times)
+    (few, short, on_the_way), (all_of, exact, at), (_, wrong, _) = found.values()
+    assert few < all_of
+    assert short == pytest.approx(exact, rel=1e-6)
+    assert all(on_the_way[name] == pytest.approx(values, rel=1e-6) for name, values in at.items())
+    assert wrong["span2_mean_rise_K"] != pytest.approx(exact["span2_mean_rise_K"], rel=1e-4)
