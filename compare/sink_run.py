@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from compare.outcome import Clock, Outcome
 from compare.plan import ONLY_1D, of_sink
+from reduced1d.ladder import refuse
 from scenes.plan import Request, Step
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ FEW = 16
 
 def plan(sink: Sink, request: Request, data: Data | None = None) -> tuple[Step, ...]:
     """What `solve` will do, before it does it. Raises SceneError for what isn't made of a row of spans."""
-    _refuse(sink, request)
+    refuse(sink, request.reduction)
     if "fem3d" not in request.models:
         return of_sink(sink, request, (ONLY_1D,), data)
     from fem3d.run import plan as plan_3d
@@ -44,7 +45,7 @@ def solve(
 ) -> Outcome[Sink]:  # fmt: skip
     """Both models, the checks, with those of a user's own ``data``, and the answer. Raises RunawayError (of either
     model) and NumericsError, and SceneError as `plan` does."""
-    _refuse(sink, request)
+    refuse(sink, request.reduction)
     from compare.answer import answered
 
     found = None
@@ -123,21 +124,6 @@ def _with_uncertain(outcome: Outcome[Sink], uncertain: Uncertain, found: Sensiti
         checks = propagation.judged(checks, sink, three, one, uncertain, found)
     bent = propagation.bent(sink, made) if one is not None and one.model == "paper" else ()
     return replace(outcome, propagated=made, checks=checks, warnings=(*outcome.warnings, *bent))
-
-
-def _refuse(sink: Sink, request: Request) -> None:
-    """SceneError for what is asked of a row of spans and made of one span only."""
-    if sink.spans == 1:
-        return
-    asked = {
-        f"--reduction {request.reduction}": request.reduction.startswith(("plate", "moments")),
-        "--export": request.export is not None,
-    }
-    for what, is_asked in asked.items():
-        if is_asked:
-            from scenes.errors import SceneError
-
-            raise SceneError(f"{what} is made of one span, and sink.spans = {sink.spans} is a row: leave out either")
 
 
 def compared(sink: Sink, request: Request, earlier: Result | None = None) -> Outcome[Sink]:

@@ -66,13 +66,19 @@ class Level:
         return fin(self.sink, anchor, pad_capacity=pad_capacity, oxide_capacity=oxide_capacity, finer=self.finer)
 
     def moments(self, states: int) -> FewStates:
-        """The plate with some states (fewer where they would depend on each other)."""
+        """The plate, of a row the fin, with some states (fewer where they would depend on each other)."""
+        if self.sink.spans > 1:
+            return moments.fewer(self.fin(), states)
         plate, rise = self._hot
         return moments.project(plate, moments.moment_fields(plate, rise, states))
 
     def whole_plate(self) -> FewStates:
         """The plate, on so many fields that it is the plate."""
         return self.moments(self.plate_states)
+
+    def most(self) -> tuple[str, FewStates]:
+        """The last model before 3D and its name: the plate, of a row the fin."""
+        return ("fin", self.fin()) if self.sink.spans > 1 else ("plate", self.whole_plate())
 
 
 @dataclass(frozen=True, eq=False)
