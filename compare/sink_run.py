@@ -195,7 +195,7 @@ def _too_hot(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tupl
     from compare import hottest
 
     if fem3d is not None:
-        reached = hottest.by_material(fem3d.details["fields"], hottest.moments(fem3d.traces, FEW))
+        reached = hottest.by_material(fem3d.details["fields"].distinct, hottest.moments(fem3d.traces, FEW))
     elif reduced1d is not None and sink.spans == 1:
         from reduced1d.painted import of_result
 

@@ -35,6 +35,11 @@ class RunFields:
         self._heat, self._state, self._transient = heat, state, transient
 
     @property
+    def distinct(self) -> RunFields:
+        """The same without what is there more than once."""
+        return self
+
+    @property
     def has_steady(self) -> bool:
         """Whether the run has a steady state."""
         return self._state is not None

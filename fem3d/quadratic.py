@@ -107,8 +107,7 @@ class Quadratic:
     @cached_property
     def _owner(self) -> np.ndarray:
         """The box of each piece of the whole structure's grid."""
-        x, y, z = (p.interval for p in self._pieces)
-        owner = self._grid.owner[np.ix_(x, y, z)]
+        owner = self._owner_solved
         for axis, _, _ in self._symmetry.planes:
             owner = np.concatenate([owner, np.flip(owner, axis)], axis=axis)
         return owner
@@ -208,7 +207,7 @@ class Quadratic:
             found: np.ndarray = np.einsum("xi,yj,zk,ijk->xyz", *weights, values, optimize=True)
             return found
 
-        joule = mean(conductivity * np.sum(np.square(gradient), axis=0))
+        joule = mean(conductivity * np.sum(np.square(gradient), axis=0)) / self._each
         found = []
         for component, g in enumerate(gradient):
             j = mean(-conductivity * g)
@@ -220,10 +219,22 @@ class Quadratic:
         return np.stack(found, axis=1), self._whole(joule)[self._owner != VOID]
 
     @cached_property
+    def _owner_solved(self) -> np.ndarray:
+        """The box of each piece of the solved part."""
+        found: np.ndarray = self._grid.owner[np.ix_(*(p.interval for p in self._pieces))]
+        return found
+
+    @cached_property
+    def _each(self) -> np.ndarray:
+        """How many such pieces in series each one stands for: the potential falls by that of all."""
+        found: np.ndarray = np.array([*(b.stands_for for b in self._grid.boxes), 1.0])[self._owner_solved]
+        return found
+
+    @cached_property
     def _laws(self) -> tuple[np.ndarray, np.ndarray]:
         """The resistivity at the initial temperature and its change per kelvin at the Gauss points; 0 in insulators."""
         initial = self._heat.domain.scene.initial_temperature
         boxes = [law(b.material, initial) if b.material.resistivity else (0.0, 0.0) for b in self._grid.boxes]
-        of_piece = np.array([*boxes, (0.0, 0.0)])[self._grid.owner[np.ix_(*(p.interval for p in self._pieces))]]
+        of_piece = np.array([*boxes, (0.0, 0.0)])[self._owner_solved] * self._each[..., None]
         wide = of_piece.repeat(GAUSS, 0).repeat(GAUSS, 1).repeat(GAUSS, 2)
         return wide[..., 0], wide[..., 1]

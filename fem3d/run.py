@@ -11,6 +11,7 @@ import numpy as np
 from fem3d import adapt, alike, rescaled, sink_quantities, span_quantities
 from fem3d.adapt import Answer
 from fem3d.fields import Fields, grid_of
+from fem3d.row_fields import RowFields
 from fem3d.steady import SteadyState
 from fem3d.study import Study
 from meshes import connected, symmetry
@@ -40,6 +41,7 @@ def solve(
     state, response = answer.fine.state, answer.response
     steady, traces = alike.of_all(sink, count, answer, off)
     values = answer.fine.quantities
+    fields = Fields(state.heat, state, part, None if response is None else response.transient)
     details: dict[str, Any] = {
         "unknowns": state.heat.free,
         "electric_unknowns": 0 if state.conductor is None else len(state.conductor.free),
@@ -56,7 +58,7 @@ def solve(
         "spans_solved": count,
         "alike_error": off.spans,
         "answer": answer,
-        "fields": Fields(state.heat, state, part, None if response is None else response.transient),
+        "fields": fields if count == sink.spans else RowFields(fields, sink, count),
     }
     return Result("fem3d", steady, traces, details)
 
