@@ -85,15 +85,15 @@ def run(
         more = None if then is None else partial(then, say=progress)
         outcome = run(scene, request, folder, progress, data, more)
     from compare.verdict import contrary
-    from validate.report import table
+    from validate.report import text
 
     against = contrary(outcome.checks, scene, getattr(arguments, "strict", False))
     if arguments.json:
         show((outcome.folder / "summary.json").read_text(encoding="utf-8").rstrip("\n"))
     elif arguments.quiet:
-        show(" ".join(table.headline(outcome, against, style()).split()))
+        show(" ".join(text.headline(outcome, against, style()).split()))
     else:
-        show(table.outcome_text(outcome, against, style(), planned))
+        show(text.outcome_text(outcome, against, style(), planned))
     return DIFFERS if against else FINE
 
 
@@ -115,10 +115,10 @@ def _explained(
     if not arguments.explain and not arguments.dry_run:
         return None
     from compare.pipeline import plan
-    from validate.report import table
+    from validate.report import text
 
     planned = plan(scene, request, data)
-    show(table.plan_text(planned, style()) + ("\n" if arguments.explain else ""))
+    show(text.plan_text(planned, style()) + ("\n" if arguments.explain else ""))
     return planned
 
 
