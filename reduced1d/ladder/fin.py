@@ -75,7 +75,7 @@ def fin(
 
 def _of_spans(sink: Sink, line: _Line, down: float) -> dict[str, np.ndarray]:
     """The rises of each span, and the heat through each island, which conducts ``down`` (W/(m K))."""
-    found = {}
+    found: dict[str, np.ndarray] = {}
     for number in range(1, different(sink.spans) + 1):
         own = min(number, line.solved)
         found |= {

@@ -62,7 +62,7 @@ def _of_spans(
     sink: Sink, states: np.ndarray, shapes: list[tuple[float, float, float]], island: float
 ) -> dict[str, np.ndarray]:
     """The rises of each span, and the heat through each island, from the pad inwards."""
-    found = {}
+    found: dict[str, np.ndarray] = {}
     for span in range(1, different(sink.spans) + 1):
         own = min(span, 2) - 1
         dT0, outer, inner = shapes[own]
