@@ -62,7 +62,7 @@ def solve(
         from compare.air import of_sink as air_of
 
         with clock.stage("air"):
-            air = air_of(sink, say)
+            air = air_of(sink, say, request.transient)
         outcome = replace(outcome, air=air, checks=(*outcome.checks, *air.checks))
     if request.sensitivities or request.uncertain is not None:
         say("sensitivities")
