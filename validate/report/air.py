@@ -82,7 +82,7 @@ def _time(until: float) -> str:
 def figure(outcome: Outcome[Sink]) -> Figure:
     """The differences, left out in full and lumped in broken lines, with still air marked; beside it until when."""
     from validate.report.figures.colours import INK, LINES
-    from validate.report.figures.drawing import new_figure
+    from validate.report.figures.drawing import legend, logarithmic, new_figure
 
     air = outcome.air
     assert air is not None
@@ -104,20 +104,21 @@ def figure(outcome: Outcome[Sink]) -> Figure:
         _until(axes[1], air, colours, outcome.scene.end_time)
     for ax in axes:
         _marked(ax, air)
-    handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="lower center", ncols=4, fontsize=8.5)
+        logarithmic(ax, "x")
+    legend(figure, axes[0], columns=4, fontsize=8.5)
     return figure
 
 
 def _until(ax: Any, air: Air, colours: dict[str, str], end: float) -> None:
     """Until when the air may be left out, for each coefficient at which it may not be to the end."""
+    from validate.report.figures.drawing import logarithmic
+
     assert air.over_time is not None
     for name, colour in colours.items():
         until = np.where(np.isinf(air.over_time.until[name]), np.nan, air.over_time.until[name])
         ax.plot(air.coefficients, 1e3 * until, color=colour, marker="o", ms=3)
-    ax.set_yscale("log")
+    logarithmic(ax, "y")
     ax.set_ylim(top=1e3 * end)
-    ax.yaxis.set_major_formatter(lambda v, _: f"{v:g}")
     ax.set_ylabel("may be left out until (ms)")
     ax.set_title("up to the end of the run", fontsize=9, loc="right")
 
@@ -130,10 +131,7 @@ def _marked(ax: Any, air: Air) -> None:
             at * 0.94, 0.03, word, rotation=90, ha="right", va="bottom", fontsize=8.5,
             transform=ax.get_xaxis_transform(),
         )  # fmt: skip
-    ax.set_xscale("log")
-    ax.xaxis.set_major_formatter(lambda v, _: f"{v:g}")
     ax.set_xlim(air.coefficients[0], air.coefficients[-1])
-    ax.minorticks_off()
     ax.set_xlabel("coefficient (W/(m² K))")
 
 
