@@ -6,6 +6,7 @@ import math
 import re
 
 from compare.verdict import Check
+from scenes.checks import DEVICE_TOLERANCES
 from scenes.formats import difference_text, percent, quantity
 
 NAMES = {
@@ -25,7 +26,7 @@ def sides(check: Check) -> tuple[str, str]:
     """Whose the predicted and the measured value are."""
     if check.id.startswith("dev3d_claim"):
         return "paper", "3D"
-    return ("1D", "3D") if check.id.startswith("dev3d") else ("paper", "1D")
+    return ("paper", "1D") if check.id in DEVICE_TOLERANCES else ("1D", "3D")
 
 
 def claimed(check: Check) -> str:
