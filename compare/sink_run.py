@@ -194,9 +194,10 @@ def _too_hot(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tupl
     """The materials that get hotter than they are valid to, in 3D where that is solved."""
     from compare import hottest
 
+    materials = sink.silicon, sink.oxide
     if fem3d is not None:
-        reached = hottest.by_material(fem3d.details["fields"].distinct, hottest.moments(fem3d.traces, FEW))
-    elif reduced1d is not None and sink.spans == 1:
+        return tuple(hottest.past(materials, fem3d.details["fields"].distinct, hottest.moments(fem3d.traces, FEW)))
+    if reduced1d is not None and sink.spans == 1:
         from reduced1d.painted import of_result
 
         reached = hottest.of_painted(of_result(sink, reduced1d))
@@ -205,7 +206,7 @@ def _too_hot(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tupl
         reached = {sink.silicon.name: hottest.Hottest(hot)}
     else:
         return ()
-    return tuple(hottest.warnings((sink.silicon, sink.oxide), reached))
+    return tuple(hottest.warnings(materials, reached))
 
 
 def _levels(sink: Sink, request: Request) -> Levels | None:
