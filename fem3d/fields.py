@@ -54,7 +54,7 @@ class RunFields(ABC):
         return self._kelvins(self._rises(times))
 
     def ceiling(self, times: np.ndarray) -> float:
-        """A temperature (K) that is exceeded nowhere, in the steady state, if there is one, and at some times (s); found
+        """A temperature (K) that is exceeded nowhere in the steady state, if there is one, and at some times (s); found
         without sampling, and infinite where the cells allow no such bound."""
         return math.inf
 

@@ -124,7 +124,7 @@ def test_lines_are_hierarchic_and_vanish_at_the_ends():
     assert np.abs(line(6, np.array([0.3]))[0][:5] - line(4, np.array([0.3]))[0]).max() == 0.0
 
 
-@pytest.mark.parametrize("p", (2, 5, 8))
+@pytest.mark.parametrize("p", [2, 5, 8])
 def test_no_field_passes_its_ceiling_and_one_function_touches_it(p):
     x = np.linspace(0, 1, 60)
     tables = line(p, x)[0]
