@@ -16,7 +16,7 @@ import numpy as np
 from compare import figure_checks
 from compare.figure_checks import SETTLED, Largest
 from compare.verdict import PAPERS, Comparison, Models, of_formula, relative, spread
-from reduced1d.ladder.row_lumps import half_island
+from reduced1d.ladder.lumps import half_island
 from reduced1d.sink import anchor_series_resistance
 from scenes.formats import percent, quantity, signed
 from scenes.result import Estimate

@@ -33,6 +33,11 @@ class RunFields(ABC):
         self._heat, self._state, self._transient = heat, state, transient
 
     @property
+    def distinct(self) -> RunFields:
+        """The same without what is there more than once."""
+        return self
+
+    @property
     def has_steady(self) -> bool:
         """Whether the run has a steady state."""
         return self._state is not None
@@ -49,8 +54,8 @@ class RunFields(ABC):
         return self._kelvins(self._rises(times))
 
     def ceiling(self, times: np.ndarray) -> float:
-        """A temperature (K) that is exceeded nowhere, in the steady state, if there is one, and at some times (s);
-        found without sampling, and infinite where the cells allow no such bound."""
+        """A temperature (K) that is exceeded nowhere in the steady state, if there is one, and at some times (s); found
+        without sampling, and infinite where the cells allow no such bound."""
         return math.inf
 
     def _rises(self, times: np.ndarray) -> np.ndarray:
