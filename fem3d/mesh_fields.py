@@ -45,7 +45,7 @@ class MeshFields(RunFields):
 
     @cached_property
     def _drawn(self) -> Drawn:
-        space, names = self._heat.domain.space, [m.name for m in self._placed.materials]
+        space = self._heat.domain.space
         places, parts = _pieces(space.mesh.refdom)
         points = np.moveaxis(space.mesh.mapping().F(places), 0, -1)
         count = space.mesh.t.shape[1]
@@ -53,7 +53,7 @@ class MeshFields(RunFields):
         inverted = space.mesh.mapping().detDF(places.mean(axis=1, keepdims=True))[:, :1, None] < 0
         hexes = places.shape[1] * np.arange(count)[:, None, None] + np.where(inverted, np.roll(parts, 4, axis=1), parts)
         material = np.repeat(self._heat.domain.body, len(parts))
-        return Drawn(points.reshape(-1, 3), hexes.reshape(-1, 8), material, names, space.at(places))
+        return Drawn(points.reshape(-1, 3), hexes.reshape(-1, 8), material, space.at(places))
 
     def _sampled(self, functions: np.ndarray) -> np.ndarray:
         own = functions[..., self._heat.domain.space.dofs]
