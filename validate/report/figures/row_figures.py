@@ -94,7 +94,7 @@ def runs(outcome: Outcome[Sink]) -> Figure:
     sink = outcome.scene
     figure = new_figure(9.5, 4.4, f"How the differences run, {sink_text(sink)}", [], bottom=1.0)
     axes = figure.subplots(1, 2, sharey=True, gridspec_kw={"wspace": 0.08})
-    labels = ("number of spans", "length of an island (µm)")
+    labels = ("number of spans; dotted: this sink", "length of an island (µm)")
     for ax, varied, label, factor in zip(axes, outcome.varied, labels, (1.0, 1e6), strict=True):
         _curves(ax, varied, factor)
         ax.set_xscale("log")
