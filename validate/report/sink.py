@@ -244,7 +244,8 @@ def field_figure(outcome: Outcome[Sink], shown: Field, image: np.ndarray | None)
         f"Figure 4: steady 3D temperature, {sink_text(sink)} ({'beam' if sink.spans == 1 else 'spans of'} {size} µm, "
         f"{'seen from above' if image is None else thick})"
     )
-    part = [f"{solved} of {sink.spans} spans, those that were solved: the others are as the middle one"]
-    checks = [*part[solved == sink.spans :], *(check for check in outcome.checks if check.id == "fig4")]
+    under: list[Check | str] = [check for check in outcome.checks if check.id == "fig4"]
+    if solved < sink.spans:
+        under.insert(0, f"{solved} of {sink.spans} spans, those that were solved: the others are as the middle one")
     label = f"rise above {sink.room_temperature:g} K (K)"
-    return field_figure.draw(shown, image, 0.0, text, label, checks), note
+    return field_figure.draw(shown, image, 0.0, text, label, under), note
