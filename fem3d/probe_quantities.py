@@ -2,7 +2,7 @@
 
 An error is relative to the largest rise of the probe (above the coldest given temperature, or above the start), but to
 no less than a tenth of the largest rise in the scene; of a potential to the span of the voltages; of a flow or a
-current to its own size, but to no less than a hundredth of what passes the scene.
+current to its own size, but to no less than a hundredth of what passes the scene, or would pass its least conducting box at its largest rise.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from fem3d.outputs import Outputs
 from fem3d.study import Quantities, Study
 from meshes.symmetry import Symmetry
-from scenes.model import Probe, Scene, Schedule, Value
+from scenes.model import Box, Probe, Scene, Schedule, Value
 
 OF_RISE, OF_FLOW = 0.1, 0.01
 FIELD = 0.1  # of the largest rise: what the field at any node may be off by, as far as a few more levels can do that
@@ -56,7 +56,7 @@ def scales(scene: Scene, out: Outputs) -> dict[str, float]:
     rises = {p.name: _largest(out[f"probe:{p.name}"] + start - floor) for p in _of(scene, "temperature")}
     rise = max([*rises.values(), *(abs(t - floor) for t in given)], default=0.0)
     through = max((_largest(v) for n, v in out.items() if n.startswith("flow:")), default=0.0)
-    through = max(through, _largest(out["power"]), _largest(out["generated"]))
+    through = max(through, _largest(out["power"]), _largest(out["generated"]), _least_conductance(scene) * _farthest(rise, given, start))
     current = max((_largest(v) for n, v in out.items() if n.startswith("current:")), default=0.0)
     voltages = _spread(b.value for b in scene.boundaries if b.kind == "voltage")
     span = max(voltages, default=0.0) - min(voltages, default=0.0)
@@ -71,6 +71,21 @@ def scales(scene: Scene, out: Outputs) -> dict[str, float]:
         }[probe.quantity] or 1.0
 
     return {p.name: scale(p) for p in scene.probes}
+
+
+def _least_conductance(scene: Scene) -> float:
+    """That of the box along which heat has the longest way (W/K); none is known of a mesh."""
+
+    def along(box: Box) -> float:
+        sides = sorted(abs(b - a) for a, b in zip(box.lower, box.upper, strict=True))
+        return box.material.thermal_conductivity * sides[0] * sides[1] / sides[2]
+
+    return min(map(along, getattr(scene, "boxes", ())), default=0.0)
+
+
+def _farthest(rise: float, given: Iterable[float], start: float) -> float:
+    """The largest rise, above the start too: with one given temperature alone there is no other."""
+    return max([rise, *(abs(t - start) for t in given)])
 
 
 def _of(scene: Scene, quantity: str) -> list[Probe]:
