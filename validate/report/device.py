@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import asdict
+from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from scenes.formats import kelvin, milliseconds, percent, quantity
 from scenes.loop.result import QUANTITIES
 from scenes.loop.runs import BAND, Run
 from scenes.loop.settling import settling
-from validate.report.claims import NAMES, amount, claimed, in_full, off_by
+from validate.report.claims import NAMES, amount, claimed, in_full, off_by, sides
 from validate.report.table import Style, columns_text, listed, wrapped
 
 if TYPE_CHECKING:
@@ -97,7 +98,7 @@ def _outside(run: Run) -> float:
 
 def _claims(outcome: Outcome[Device], contrary: Sequence[Check], named: bool) -> str:
     """How many of the paper's claims fail, and whether the scene knows."""
-    checks = [check for check in outcome.checks if not _in_3d(check)]
+    checks = [check for check in outcome.checks if sides(check) == ("paper", "1D")]
     if outcome.device_3d is not None:
         return f"{_three(outcome)} {_of_paper(outcome, checks, contrary, named)}"
     return _of_paper(outcome, checks, contrary, named)
@@ -182,20 +183,9 @@ def _quantities(run: Run, model: str, style: Style) -> str:
 
 
 def _checks(checks: Sequence[Check], style: Style) -> str:
-    """A line for every claim of the paper, with what 1D finds; and for every result of 1D, and the claim that the
-    device is built on, with what 3D finds."""
-    return "\n\n".join(
-        _table(group, heads, style)
-        for heads, group in (
-            (("paper", "1D"), [check for check in checks if not _in_3d(check)]),
-            (("1D", "3D"), [check for check in checks if _in_3d(check)]),
-        )
-        if group
-    )
-
-
-def _in_3d(check: Check) -> bool:
-    return check.id.startswith("dev3d_")
+    """A line for every claim of the paper, with what 1D finds; for every result of 1D, with what 3D finds; and for the
+    claim that the device is built on, with what 3D finds."""
+    return "\n\n".join(_table(list(group), heads, style) for heads, group in groupby(checks, sides))
 
 
 def _table(checks: Sequence[Check], heads: tuple[str, str], style: Style) -> str:

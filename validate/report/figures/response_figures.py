@@ -104,8 +104,8 @@ def _draw(
             ax.plot(result.time_s[at] * 1e3, result.trace(quantity)[at] * factor, color=colour, label=name, **look)
         if three is not None:
             at = three.result.time_s <= until * (1 + 1e-9)
-            for number, (quantity, *_) in enumerate(curves):
-                ax.plot(three.result.time_s[at] * 1e3, three.result.trace(quantity)[at] * factor, **IN_3D,
+            for number, (quantity, *_, look) in enumerate(curves):
+                ax.plot(three.result.time_s[at] * 1e3, three.result.trace(quantity)[at] * factor, **look | IN_3D,
                         label="the same in 3D" if not number else None)  # fmt: skip
         ax.set_xlim(0.0, until * 1e3)
         ax.xaxis.set_major_locator(MaxNLocator(5))

@@ -45,8 +45,8 @@ def responses(outcome: Outcome[Device]) -> Figure:
             found = three[run.step].result
             near = (found.time_s - run.device.external.step_time) * 1e3
             within = (near >= -_BEFORE / _SHOWN * shown) & (near <= shown)
-            power.plot(near[within], found.sensor_power_W[within] * 1e3, **IN_3D,
-                       label="in 3D" if run is outcome.runs.steps[0] else None)  # fmt: skip
+            power.plot(near[within], found.sensor_power_W[within] * 1e3, drawstyle="steps-post", **IN_3D,
+                       label="in 3D" if run is outcome.runs.steps[-1] else None)  # fmt: skip
         final = run.after.sensor_power_W * 1e3
         change = abs(final - run.before.sensor_power_W * 1e3)
         if change:
