@@ -56,7 +56,12 @@ def scales(scene: Scene, out: Outputs) -> dict[str, float]:
     rises = {p.name: _largest(out[f"probe:{p.name}"] + start - floor) for p in _of(scene, "temperature")}
     rise = max([*rises.values(), *(abs(t - floor) for t in given)], default=0.0)
     through = max((_largest(v) for n, v in out.items() if n.startswith("flow:")), default=0.0)
-    through = max(through, _largest(out["power"]), _largest(out["generated"]), _least_conductance(scene) * _farthest(rise, given, start))
+    through = max(
+        through,
+        _largest(out["power"]),
+        _largest(out["generated"]),
+        _least_conductance(scene) * _farthest(rise, given, start),
+    )
     current = max((_largest(v) for n, v in out.items() if n.startswith("current:")), default=0.0)
     voltages = _spread(b.value for b in scene.boundaries if b.kind == "voltage")
     span = max(voltages, default=0.0) - min(voltages, default=0.0)

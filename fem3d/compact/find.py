@@ -30,7 +30,11 @@ FINER, TURNS = 0.3, 3  # by how much the mesh is made for less where it isn't fi
 INSTANTS = 60  # of each run that is compared
 LONG = 20.0  # times the slowest response: when a steady state is reached
 MOST_PLACES, NEAR = 12, 1e-4  # of an extreme, and of its rise that others may miss
-STATES_AT_MOST = 400
+EQUATIONS = [
+    "z = (1, inputs g, states b), b = 0 at t = 0; (A z) c = S z for the current fields c",
+    "db/dt = F z + sum over pairs i <= j of c_i c_j Q_ij z (twice for i < j); 0 where steady_only",
+    "rows = Y z + W dg/dt + sum_i c_i U_i z + sum over pairs of c_i c_j P_ij z; an output is the mean, max or min of its",
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,11 +200,14 @@ class _Judge:
         made = tensors(self.structure, self.rich.changed(np.eye(self.rich.states, count)))
         return CompactModel(self._described(made, {})), made
 
-    def _described(self, made: Tensors, errors: dict[str, Any]) -> dict[str, Any]:
+    def _described(
+        self, made: Tensors, errors: dict[str, Any], estimated: dict[str, Any] | None = None
+    ) -> dict[str, Any]:
         units = {p.name: PROBE_UNITS[p.quantity] for p in self.scene.probes}
         hottest = [m.valid_to for m in physics.materials(self.scene) if m.valid_to is not None]
         return {
             "schema": 1,
+            "equations": EQUATIONS,
             "scene": self.scene.name,
             "steady_only": self.scene.steady,
             "initial_temperature_K": self.scene.initial_temperature,
@@ -219,6 +226,7 @@ class _Judge:
                 "highest_temperature_K": min(hottest, default=None),
             },
             "error": errors,
+            "estimated": estimated or {},
             "matrices": {
                 name: {"shape": list(matrix.shape), "values": matrix.ravel().tolist()}
                 for name, matrix in made.matrices.items()
@@ -247,7 +255,9 @@ class _Judge:
             at = self._instants(traces.time)
             over = model.simulate(traces.time[at], inputs)
             found["over time"] = {
-                name: _both(float(np.abs(over[name] - traces.values[name][at]).max()) + traces.errors[name], scales[name])
+                name: _both(
+                    float(np.abs(over[name] - traces.values[name][at]).max()) + traces.errors[name], scales[name]
+                )
                 for name in over
             }
         return found
@@ -285,7 +295,7 @@ class _Judge:
         for probe in heat.domain.scene.probes:
             if probe.name in self.structure.places:
                 rows = np.array([goal_row(heat, probe, u) for u in rises])
-                found[probe.name] = _needed(rows @ np.array(rises).T * (1 if probe.reduce == "max" else -1), rows)
+                found[probe.name] = needed(rows @ np.array(rises).T * (1 if probe.reduce == "max" else -1), rows)
         return found
 
     def _rises(self) -> list[np.ndarray]:
@@ -304,10 +314,44 @@ class _Judge:
 
     def document(self, count: int) -> dict[str, Any]:
         """The model of some states with its errors, and how they were found."""
-        return self._described(self.model(count)[1], self.errors(count))
+        model, made = self.model(count)
+        left, rich = self._residual(model, made), self.worst(self.rich.states)
+        text = [
+            "Estimated: the distance from runs of the full 3D model for each of these inputs, on meshes of their own, "
+            "with their errors.",
+            f"With {self.rich.states} states it is {rich:.1e} at most; what the {count} states leave of the full "
+            f"equations, solved for, is {left:.1e} of the rise at most.",
+        ]
+        estimated = {"runs": len(self.truths), "more_states": self.rich.states, "with_more_states": rich,
+                     "residual": left, "text": text}  # fmt: skip
+        return self._described(made, self.errors(count), estimated)
+
+    def _residual(self, model: CompactModel, made: Tensors) -> float:
+        """What the full equations of heat and current still want of the states at the end of each run, or in their
+        steady state, over the rise, in the norm of the stored heat."""
+        base, end = self.structure.base, self.scene.end_time
+        heat, n, worst = base.heat, base.heat.free, 0.0
+        for truth in self.truths.values():
+            inputs = {name: _table(value) for name, value in truth.inputs.items()}
+            g = model.inputs_at(inputs, np.inf if self.scene.steady else end)
+            b = model.rest(g) if self.scene.steady else model.march([end], inputs)[0]
+            rise = made.rise(heat, g, b)
+            z = np.concatenate([[1.0], g])
+            left = (z @ heat.loads - heat.stiffness @ rise)[:n]
+            if base.conductor is not None:
+                found = base.conductor.solve(rise, z @ base.conductor.voltages)
+                left += base.conductor.joule_load(found.density, rise)[:n]
+            if not self.scene.steady:
+                left -= heat.inner_mass @ (made.basis @ model.rates(g, b))
+                missing = end * heat.solve_shifted(end)(left)
+            else:
+                missing = heat.solve_steady(left)
+            size = float(np.sqrt(rise @ (heat.mass @ rise)))
+            worst = max(worst, heat.norm(missing) / size) if size > 0 else worst
+        return worst
 
 
-def _needed(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
+def needed(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Those of some rows (places, nodes) whose largest value is that of all, of ``values`` (places, fields)."""
     tops, size = values.max(axis=0), float(np.abs(values).max()) or 1.0
     kept: list[int] = []

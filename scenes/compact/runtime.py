@@ -115,6 +115,10 @@ class CompactModel:
             h *= min(max(0.8 * (error + 1e-30) ** (-1 / 3), 0.2), 5.0)
         return b
 
+    def rates(self, g: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """(n,): db/dt at inputs and states."""
+        return self._source(g, b) - self.decay * b
+
     def read(self, g: np.ndarray, slope: np.ndarray, b: np.ndarray) -> np.ndarray:
         """(rows,): all that is read off the states, at inputs g, of these rates."""
         z = np.concatenate([[1.0], g, b])
@@ -126,7 +130,7 @@ class CompactModel:
 
     def named(self, row: np.ndarray) -> dict[str, float]:
         """What is read by the outputs' names."""
-        reduce = {"max": np.max, "min": np.min, "mean": np.mean}
+        reduce: dict[str, Any] = {"max": np.max, "min": np.min, "mean": np.mean}
         return {name: float(reduce[o["reduce"]](row[o["rows"]])) for name, o in self.outputs.items()}
 
     def _named(self, rows: np.ndarray, inputs: np.ndarray) -> dict[str, np.ndarray]:
