@@ -7,6 +7,7 @@ Algebra Appl. 58, 1984; Antoulas, Approximation of Large-Scale Dynamical Systems
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -73,7 +74,7 @@ def rational(heat: HeatProblem, loads: list[np.ndarray], times: tuple[float, flo
             solve = heat.solve_shifted(shift)
             fields += [solve(load) for load in each]
         basis = orthonormal(heat, np.column_stack(fields))
-        between = [float(np.sqrt(a * b)) for a, b in zip(shifts[:-1], shifts[1:], strict=True)]
+        between = [float(np.sqrt(a * b)) for a, b in pairwise(shifts)]
         missing = [g for g in between if _residual(heat, basis, each, g) > enough]
         if not missing or len(shifts) >= MOST:
             return basis

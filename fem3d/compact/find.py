@@ -33,7 +33,7 @@ MOST_PLACES, NEAR = 12, 1e-4  # of an extreme, and of its rise that others may m
 EQUATIONS = [
     "z = (1, inputs g, states b), b = 0 at t = 0; (A z) c = S z for the current fields c",
     "db/dt = F z + sum over pairs i <= j of c_i c_j Q_ij z (twice for i < j); 0 where steady_only",
-    "rows = Y z + W dg/dt + sum_i c_i U_i z + sum over pairs of c_i c_j P_ij z; an output is the mean, max or min of its",
+    "rows = Y z + W dg/dt + sum_i c_i U_i z + sum over pairs of c_i c_j P_ij z; an output is the max, min or mean",
 ]
 
 

@@ -36,10 +36,7 @@ def problem(
     there = replace(driven(scene, mixed), accuracy=accuracy)
     part_there = replace(part, scene=replace(driven(part.scene, mixed), accuracy=accuracy))
     study = replace(probe_quantities.study(there, part_there), field=None)
-    if scene.steady:
-        heat = adapt.solve(study, False).fine.state.heat
-    else:
-        heat = adapt.solve_course(study).base.heat
+    heat = adapt.solve(study, False).fine.state.heat if scene.steady else adapt.solve_course(study).base.heat
     given = level.problems(boxes(replace(part.scene, accuracy=accuracy), grid_of(heat)), accuracy)
     return given.heat, given.conductor, part
 

@@ -1,4 +1,4 @@
-"""A reduced problem as the matrices of `scenes.compact.runtime`: one affine map of z = (1, inputs, states) for each term.
+"""A reduced problem as the matrices of `scenes.compact.runtime`: affine maps of z = (1, inputs, states).
 
 With given temperatures the reduced states a obey da/dt = -K a + ... - I dg/dt, I being the inertia of their lifts; the
 states here are b = a + I g, so that no input is differentiated, but in the heat flow of a boundary while its
