@@ -95,4 +95,4 @@ def _shown(length: float) -> str:
 
 
 def _check_film(film: Material, where: str, temperature: float) -> None:
-    check_resistivity(film, f"materials.{film.name}", where, temperature)
+    check_resistivity(film, f"materials.{film.name}", f"{where} = {temperature} K", temperature)

@@ -32,7 +32,8 @@ def check(scene: Scene) -> Scene:
     if physics.electric(scene):
         for material in dict.fromkeys(physics.materials(scene)):
             label = f"material {quoted(material.name)}"
-            physics.check_resistivity(material, label, "scene.initial_temperature", scene.initial_temperature)
+            where = f"scene.initial_temperature = {scene.initial_temperature:g} K"
+            physics.check_resistivity(material, label, where, scene.initial_temperature)
     conditions.check(scene, grid)
     probes.check(scene, grid)
     parts.check(scene, grid)
