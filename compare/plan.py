@@ -85,11 +85,10 @@ def skipped_checks(sink: Sink, request: Request) -> dict[str, str]:
     if "fem3d" not in request.models:
         return dict.fromkeys(checks_of(sink), "they need the 3D model")
     skipped: dict[str, str] = {}
-    over_time = [*OVER_TIME, *(check for check in ISLAND_TOLERANCES if check.endswith("_over_time"))]
     if not request.transient:
-        skipped |= dict.fromkeys(over_time, "they need the transient")
+        skipped |= dict.fromkeys(OVER_TIME, "they need the transient")
     elif sink.end_time <= FIRST_TIME:
-        skipped |= dict.fromkeys(over_time, "they compare from 10 us on, and the run ends before")
+        skipped |= dict.fromkeys(OVER_TIME, "they compare from 10 us on, and the run ends before")
     if "reduced1d" not in request.models:
         skipped |= dict.fromkeys(OF_THE_REDUCTION, "they need the 1D model")
     if sink.spans == 2:
