@@ -58,6 +58,7 @@ def _steady(study: Study, scene: Scene, say: Callable[[str], None]) -> Result:
         "plan": plan(scene),
         "fields": Fields(state.heat, state, study.part, None),
         "field_error": off,
+        "scales": study.steady_scales(answer.fine.out),
     }  # fmt: skip
     if off > probe_quantities.FIELD:
         details["warnings"].append(
@@ -71,6 +72,7 @@ def _transient(study: Study, scene: Scene, say: Callable[[str], None]) -> Result
     course = adapt.solve_course(study, say)
     response, heat = course.response, course.base.heat
     details = described(study, heat, course.base.conductor, course.levels) | over_time(study, response) | {
+        "scales": response.scales,
         "mesh": statistics(grid_of(heat)),
         "plan": plan(scene),
         "fields": Fields(heat, None, study.part, response.transient),
