@@ -14,9 +14,9 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import LinearOperator, cg
 
 from fem3d.assembly import reactions
-from fem3d.domain import Cells, Faces
 from fem3d.factorization import Factors, Ordering, part
 from fem3d.heat import HeatProblem
+from fem3d.integrals import Cells, Faces
 from scenes.model import Material
 
 SAME = 1e-9  # relative size below which a current field is taken for a sum of others
@@ -90,8 +90,7 @@ class Conductor:
         """(cells, points) in ohm m at a rise (all nodes of the heat problem)."""
         if not self.warms:
             return np.broadcast_to(self.cold, self.on.weights.shape)
-        found: np.ndarray = self.cold + self.warm * self.on.value(self.heat.field(rise))
-        return found
+        return self.cold + self.warm * self.on.value(self.heat.field(rise))
 
     @property
     def warms(self) -> bool:
@@ -192,8 +191,7 @@ class Conductor:
 
     def heating(self, a: np.ndarray, b: np.ndarray, rise: np.ndarray) -> np.ndarray:
         """(cells, points): rho Ja . Jb (W/m3)."""
-        found: np.ndarray = self.resistivity(rise) / self.stands_for * (a * b).sum(axis=0)
-        return found
+        return self.resistivity(rise) / self.stands_for * (a * b).sum(axis=0)
 
     def joule_load(self, a: np.ndarray, rise: np.ndarray, b: np.ndarray | None = None) -> np.ndarray:
         """(all nodes of the heat problem,): integral of rho Ja . Jb v, or of rho |Ja|^2 v, in W."""
@@ -222,11 +220,6 @@ def independent(conductor: Conductor, potentials: Sequence[Potential]) -> list[P
             size = product(found[0].density, found[0].density) if found else left
             found.append(new.plus(0.0, new, np.sqrt(size / left)))
     return found
-
-
-def supplies(patterns: Sequence[Pattern], channels: int) -> np.ndarray:
-    """(channels, patterns): the power that the electrodes supply to each."""
-    return np.stack([p.supply for p in patterns], axis=1) if patterns else np.zeros((channels, 0))
 
 
 def combined(parts: Sequence[Pattern | Potential], c: np.ndarray) -> np.ndarray:

@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fem3d.domain import Patch, Space
+from fem3d.domain import Patch
+from fem3d.integrals import Space
 
 CLOSER = 0.5  # of a lattice's extent: that of the next one, two spacings around its best point, for tops lie askew
 TURNS = 6  # of closing in: the best point is then within 1/128 of a side

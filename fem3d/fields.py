@@ -2,34 +2,31 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from skfem.refdom import RefHex
 
 from fem3d.conductor import Conductor
 from fem3d.heat import HeatProblem
 from fem3d.steady import SteadyState
 from fem3d.transient import State, Transient
-from meshes.grid import VOID, Grid
+from fem3d.whole import CORNERS, Whole
+from meshes.grid import Grid
 from meshes.symmetry import Symmetry
 
 if TYPE_CHECKING:
     from fem3d.quadratic import Quadratic
 
-VTK = [7, 4, 1, 5, 6, 2, 0, 3]  # VTK's order of a brick's corners in scikit-fem's
-
 
 def grid_of(heat: HeatProblem) -> Grid:
     """The grid of a problem on bricks."""
-    space: Any = heat.domain.space
-    found: Grid = space.grid
-    return found
+    return heat.domain.space.grid  # type: ignore[attr-defined]
 
 
-class RunFields:
-    """What a run knows of its fields, on any mesh; ``_sampled`` takes functions (..., functions) to drawn points."""
+class RunFields(ABC):
+    """What a run knows of its fields, on any mesh."""
 
     def __init__(self, heat: HeatProblem, state: SteadyState | None, transient: Transient | None) -> None:
         self._heat, self._state, self._transient = heat, state, transient
@@ -58,8 +55,9 @@ class RunFields:
     def _kelvins(self, rises: np.ndarray) -> np.ndarray:
         return self._heat.domain.scene.initial_temperature + self._sampled(self._heat.field(rises))
 
+    @abstractmethod
     def _sampled(self, functions: np.ndarray) -> np.ndarray:
-        raise NotImplementedError
+        """Functions (..., functions) at the drawn points."""
 
     def _states(self, times: np.ndarray) -> list[State]:
         """The steady state, if there is one, and those at some times (s)."""
@@ -80,10 +78,8 @@ class RunFields:
 
 
 class Fields(RunFields):
-    """Points (n, 3) in m, hexahedra (m, 8) that cut each brick by its degrees, materials (m,), temperatures (n,) in K.
-
-    The solved part stands once for each of its mirror images; images share no points.
-    """
+    """Points (n, 3) in m, hexahedra (m, 8) that cut each brick by its degrees, materials (m,), temperatures (n,) in K,
+    of the whole structure (`fem3d.whole`)."""
 
     def __init__(
         self, heat: HeatProblem, state: SteadyState | None, symmetry: Symmetry, transient: Transient | None
@@ -102,51 +98,29 @@ class Fields(RunFields):
         return found
 
     @cached_property
-    def _part(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Of the solved part the used points' numbers in the grid of coordinates, hexahedra and the box of each."""
-        grid = self._space.grid
-        owner = grid.owner[np.ix_(*(np.repeat(np.arange(len(d)), d) for d in grid.degrees))]
-        cells = np.argwhere(owner != VOID)
-        corners = cells[:, None] + RefHex.p.T.astype(int)[VTK]
-        numbers = np.ravel_multi_index(tuple(np.moveaxis(corners, -1, 0)), tuple(len(a) for a in self._axes))
-        used, local = np.unique(numbers, return_inverse=True)
-        return used, local.reshape(numbers.shape), owner[tuple(cells.T)]
+    def _whole(self) -> Whole:
+        intervals = [np.repeat(np.arange(len(d)), d) for d in self._space.grid.degrees]
+        return Whole(self._space.grid, self._symmetry, self._axes, intervals, CORNERS)
 
-    @cached_property
+    @property
     def points(self) -> np.ndarray:
         """(n, 3) in m."""
-        x, y, z = self._axes
-        where = np.unravel_index(self._part[0], (len(x), len(y), len(z)))
-        found = [np.stack([a[i] for a, i in zip((x, y, z), where, strict=True)], axis=1)]
-        for axis, middle, _ in self._symmetry.planes:
-            images = []
-            for points in found:
-                image = points.copy()
-                image[:, axis] = 2 * middle - image[:, axis]
-                images.append(image)
-            found += images
-        return np.concatenate(found)
+        return self._whole.points
 
-    @cached_property
+    @property
     def hexes(self) -> np.ndarray:
         """(m, 8) point numbers, in VTK's order."""
-        found = [self._part[1]]
-        for _ in self._symmetry.planes:
-            count = len(found) * len(self._part[0])
-            # A mirror image turns a brick inside out; exchanging its two faces turns it back.
-            found += [np.roll(h, 4, axis=1) + count for h in found]
-        return np.concatenate(found)
+        return self._whole.hexes
 
-    @cached_property
+    @property
     def material_names(self) -> list[str]:
         """Names of the materials, in the order of ``material``."""
-        return list(dict.fromkeys(m.name for m in self._heat.domain.materials))
+        return self._whole.material_names
 
-    @cached_property
+    @property
     def material(self) -> np.ndarray:
         """(m,): the material of each hexahedron."""
-        of_box = np.array([self.material_names.index(m.name) for m in self._heat.domain.materials])
-        return np.tile(of_box[self._part[2]], self._symmetry.copies)
+        return self._whole.material
 
     def quadratic(self, times: np.ndarray, accuracy: float) -> Quadratic:
         """Quadratic cells fine enough for the steady state, if there is one, and for some times (s), in this order;
@@ -156,5 +130,4 @@ class Fields(RunFields):
         return Quadratic(self._heat, self._conductor, self._symmetry, self._states(times), accuracy)
 
     def _sampled(self, functions: np.ndarray) -> np.ndarray:
-        sampled = self._space.sample(functions, *self._axes).reshape(len(functions), -1)[:, self._part[0]]
-        return np.tile(sampled, (1, self._symmetry.copies))
+        return self._whole.at_points(self._space.sample(functions, *self._axes))

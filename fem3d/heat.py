@@ -80,8 +80,7 @@ class HeatProblem:
 
     def take(self, row: np.ndarray) -> np.ndarray:
         """(..., all nodes): what belongs to the unknowns of (..., functions)."""
-        found: np.ndarray = row[..., self.order]
-        return found
+        return row[..., self.order]
 
     def lower(self, level: int) -> HeatProblem:
         """The problem in a lower space that this one's holds (`Space.nested`): leading parts of the same matrices."""
@@ -132,8 +131,7 @@ class HeatProblem:
     def solve_steady(self, load: np.ndarray) -> np.ndarray:
         """The rise at the free nodes with K rise = load, from one factorization; without an exit for heat, the mean
         over the run's time with the capacity in its place."""
-        found: np.ndarray = self._solve(load)
-        return found
+        return self._solve(load)
 
     def solve_shifted(self, shift: float) -> Any:
         """What solves (M + shift K) u = b on the free nodes."""
@@ -194,8 +192,7 @@ class HeatProblem:
     def reaction(self, rise: np.ndarray, rate: np.ndarray, source: np.ndarray) -> np.ndarray:
         """(fixed nodes,): heat that enters at each fixed node (W), from rise, its rate and the source."""
         flow = self.stiffness @ self.whole(rise) + self.mass @ self.whole(rate)
-        found: np.ndarray = flow[self.free :] - source[self.free :]
-        return found
+        return flow[self.free :] - source[self.free :]
 
     def jumps(self, end: float) -> np.ndarray:
         """Instants (s) inside (0, end) at which a given temperature jumps."""

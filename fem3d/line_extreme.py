@@ -11,8 +11,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.polynomial import legendre
 
-from fem3d.domain import Patch, Space
+from fem3d.domain import Patch
 from fem3d.extreme import Place
+from fem3d.integrals import Space
 
 PER_DEGREE = 8  # points of the lattice in a cell, for each degree
 
@@ -55,8 +56,7 @@ class LineExtreme:
         """(r, cells, points): functions on the lattice of every cell."""
         points = corner[:, None] + sides[0][:, None] * self._nodes
         at_nodes = np.einsum("pn,rnc->rcp", self._space.at(points), fields[:, self._space.dofs[:, cells]])
-        found: np.ndarray = at_nodes @ self._fine.T
-        return found
+        return at_nodes @ self._fine.T
 
 
 def _above(lattice: np.ndarray, best: np.ndarray, step: int) -> np.ndarray:

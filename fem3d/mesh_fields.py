@@ -15,19 +15,10 @@ from fem3d.mapped import MappedSpace
 from fem3d.quadratic import Snapshot
 from fem3d.steady import SteadyState
 from fem3d.transient import State, Transient
+from fem3d.whole import CORNERS
 from meshes.grouped.place import Placed
 from meshes.grouped.read import own_order
 
-_CORNERS = (
-    (0, 0, 0),
-    (1, 0, 0),
-    (1, 1, 0),
-    (0, 1, 0),
-    (0, 0, 1),
-    (1, 0, 1),
-    (1, 1, 1),
-    (0, 1, 1),
-)  # of VTK's hexahedron
 _IN_TETRA = (
     (0, 4, 10, 6, 7, 11, 14, 13),
     (1, 5, 10, 4, 8, 12, 14, 11),
@@ -130,21 +121,22 @@ class OwnCells:
 
     def _at_points(self, function: np.ndarray) -> np.ndarray:
         """(n,): a function (functions,) at the file's points."""
-        space, mesh = self._heat.domain.space, self._placed.mesh
+        space: Any = self._heat.domain.space
+        mesh = self._placed.mesh
         order, found = own_order(self.cell_type), np.empty(len(self.points))
         if space.mesh.t.shape[1] > mesh.count:
             # The nodes of a cell of second order are corners of those that it is refined to, in scikit-fem's order.
             nodes = MappedSpace(mesh.mesh).dofs[order]
             found[self.hexes.T] = function[nodes]
             return found
-        at = space.at(np.asarray(space.element.doflocs).T)[order]  # type: ignore[union-attr]
+        at = space.at(np.asarray(space.element.doflocs).T)[order]
         found[self.hexes.T] = at @ function[space.dofs]
         return found
 
 
 def _pieces(reference: Any) -> tuple[np.ndarray, np.ndarray]:
     """Places (3, places) in a cell and the hexahedra (pieces, 8) between them."""
-    corners, cube = reference.p.T, np.array(_CORNERS)
+    corners, cube = reference.p.T, np.array(CORNERS)
     if len(corners) == 8:
         own = np.stack(np.meshgrid(*3 * [np.arange(3) / 2], indexing="ij"), axis=-1).reshape(-1, 3)
         return own.T, (cube[:, None] + cube) @ (9, 3, 1)

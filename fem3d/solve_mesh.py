@@ -226,7 +226,7 @@ def _details(placed: Placed, found: Found, errors: dict[str, float], study: Stud
             "refined": space.refined,
             "lowest_degree": space.degree,
             "highest_degree": space.degree,
-            "volume_m3": float(functions.basis(np.arange(functions.mesh.t.shape[1])).dx.sum()),
+            "volume_m3": float(functions.on(np.arange(functions.mesh.t.shape[1])).weights.sum()),
             "volume_groups": sorted(mesh.volumes),
             "surface_groups": sorted(mesh.surfaces),
         },

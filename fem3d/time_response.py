@@ -277,8 +277,7 @@ def _imbalance(study: Study, answer: Transient) -> float:
     per_step = np.diff(edges) / 2
 
     def until(rate: np.ndarray) -> np.ndarray:
-        found: np.ndarray = np.cumsum(per_step * (rate.reshape(-1, len(points)) @ weights))
-        return found
+        return np.cumsum(per_step * (rate.reshape(-1, len(points)) @ weights))
 
     passed = np.maximum(until(entering), until(leaving))
     just_before = np.maximum(edges[1:] * (1 - 1e-12), edges[:-1])

@@ -166,8 +166,7 @@ def _source(base: Base, modal: Reduced, since: float) -> Source:
             own = modal.source[0]
             if not conducts:
                 return np.broadcast_to(own, states.shape)
-            found: np.ndarray = own + modal.joule(states, modal.currents(states))
-            return found
+            return own + modal.joule(states, modal.currents(states))
 
         return constant
     first, slope = inputs.piece(since)

@@ -10,6 +10,7 @@ from scenes.dimensions import LENGTH, TIME
 from scenes.errors import SceneError, quoted
 from scenes.keys import type_of
 from scenes.model import Material
+from scenes.physics import check_resistivity
 from scenes.sink import Sink
 
 T = TypeVar("T")
@@ -35,7 +36,7 @@ def check(scene: T) -> T:
         _check_island(sink)
         if isinstance(scene, Device) and sink.spans > 1:
             raise SceneError(f"sink.spans = {sink.spans} makes a row, and a device has one span: give 1")
-        _check_resistivity(sink.silicon, "environment.room_temperature", sink.room_temperature)
+        _check_film(sink.silicon, "environment.room_temperature", sink.room_temperature)
     if isinstance(scene, Device):
         _check_control(scene)
     return scene
@@ -59,9 +60,9 @@ def _check_control(device: Device) -> None:
                 f"materials.{film.name}.temperature_coefficient = {film.temperature_coefficient:g} 1/K leaves the "
                 "controllers without a signal: give more than 0"
             )
-        _check_resistivity(film, "environment.room_temperature", room)
+        _check_film(film, "environment.room_temperature", room)
         for name in ("initial_temperature", "final_temperature"):
-            _check_resistivity(film, f"external.{name}", getattr(external, name))
+            _check_film(film, f"external.{name}", getattr(external, name))
 
 
 def _check_oxide(sink: Sink) -> None:
@@ -93,11 +94,5 @@ def _shown(length: float) -> str:
     return quoted(LENGTH.show(float(f"{length:.9g}")))
 
 
-def _check_resistivity(film: Material, where: str, temperature: float) -> None:
-    factor = 1 + film.temperature_coefficient * (temperature - film.reference_temperature)
-    if factor <= 0:
-        raise SceneError(
-            f"materials.{film.name}.temperature_coefficient = {film.temperature_coefficient} 1/K makes the resistivity "
-            f"{factor:.3g} times its reference value at {where} = {temperature} K: give values that keep "
-            f"1 + coefficient * ({'room' if 'room' in where else 'that'} - reference temperature) above 0"
-        )
+def _check_film(film: Material, where: str, temperature: float) -> None:
+    check_resistivity(film, f"materials.{film.name}", f"{where} = {temperature} K", temperature)

@@ -115,7 +115,7 @@ def test_the_place_holds_the_value_and_the_point_is_in_its_cell():
         place = search.where(u)
         value = float((own.space.at(place.point[:, None]) @ u[own.space.dofs[:, place.cell]])[0])
         assert value == pytest.approx(search(u[None], np.ones((1, 1)))[0][0], rel=1e-3)
-        corner, h = own.space.corners[:, place.cell], own.space.h[:, place.cell]
+        corner, h = own.space.mesh.p[:, own.space.mesh.t[:, place.cell]].min(axis=1), own.space.h[:, place.cell]
         where = corner + h * place.point
         assert (where >= np.array(probe.lower) - 1e-12).all()
         assert (where <= np.array(probe.upper) + 1e-12).all()

@@ -51,7 +51,7 @@ def describe(parser: argparse.ArgumentParser) -> None:
         help='the standard uncertainty of the data: 0.5K, 1%%, peak=0.5K or peak="a column"')  # fmt: skip
     add("--calibrate", action="append", default=[], metavar="KEY",
         help="fit a key to that data in 3D, as often as needed, and go on with what is fitted")  # fmt: skip
-    add("--steady", action="store_true", help="the steady state only, no transient")
+    common.shared(parser, {"--steady": ""})
     add("--only", choices=("3d", "1d"), help="one model only")
     first, *between, last = REDUCTIONS
     add("--reduction", metavar="R",

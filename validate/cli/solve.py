@@ -25,17 +25,15 @@ def describe(parser: argparse.ArgumentParser) -> None:
     )
     add = parser.add_argument
     add("scene", metavar="SCENE.toml", help="a scene file, or an example: bridge, plate, hotplate")
-    add("--set", action="append", default=[], metavar="KEY=VALUE", dest="settings",
-        help="override a key, as often as needed: run.accuracy=1e-4, boundary.NAME.voltage=2")  # fmt: skip
-    add("--accuracy", metavar="A", help="relative accuracy of every probe (default 1e-3 or the scene's)")
-    add("--steady", action="store_true", help="the steady state, whatever the scene says of time")
+    common.shared(parser, {
+        "--set": "override a key, as often as needed: run.accuracy=1e-4, boundary.NAME.voltage=2",
+        "--accuracy": "relative accuracy of every probe (default 1e-3 or the scene's)",
+        "--steady": "the steady state, whatever the scene says of time",
+    })  # fmt: skip
     add("--end-time", metavar="T", help="over time from the start to T, such as 2ms, whatever the scene says of it")
-    add("--out", metavar="DIR", help="the results folder; a run that is there is replaced")
-    add("--no-figures", action="store_false", dest="figures", help="no figures")
+    common.shared(parser, {"--out": "", "--no-figures": ""})
     add("--fields", action="store_true", help="write the 3D temperature fields (fem3d.pvd with .vtu files)")
-    common.explain_options(add)
-    add("--quiet", action="store_true", help="print one line only")
-    add("--json", action="store_true", help="print summary.json in place of the tables")
+    common.shared(parser, dict.fromkeys((*common.PLAN, "--quiet", "--json"), ""))
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -6,6 +6,7 @@ import math
 import re
 
 from compare.verdict import Check
+from scenes.checks import DEVICE_TOLERANCES
 from scenes.formats import difference_text, percent, quantity
 
 NAMES = {
@@ -25,7 +26,7 @@ def sides(check: Check) -> tuple[str, str]:
     """Whose the predicted and the measured value are."""
     if check.id.startswith("dev3d_claim"):
         return "paper", "3D"
-    return ("1D", "3D") if check.id.startswith("dev3d") else ("paper", "1D")
+    return ("paper", "1D") if check.id in DEVICE_TOLERANCES else ("1D", "3D")
 
 
 def claimed(check: Check) -> str:
@@ -68,11 +69,15 @@ def with_mu(text: str) -> str:
     return re.sub(r"(?<=[\d(] )u(?=[A-Zmos])|(?<=\()u(?=[A-Zmos])", "\N{MICRO SIGN}", text)
 
 
+def judged(check: Check) -> str:
+    """A check's id with its verdict, as a figure's title has it."""
+    mark = {"agrees": "\N{CHECK MARK}", "differs": "\N{MULTIPLICATION X}", "unresolved": "?"}[check.verdict]
+    return f"{mark} {check.id} {check.verdict.upper() if check.verdict == 'differs' else check.verdict}"
+
+
 def drawn(check: Check) -> str:
     """A check as a line under a figure's title; its sentence is in the report and in the terminal."""
-    mark = {"agrees": "\N{CHECK MARK}", "differs": "\N{MULTIPLICATION X}", "unresolved": "?"}[check.verdict]
-    word = check.verdict.upper() if check.verdict == "differs" else check.verdict
     found = amount(check.measured, check.unit)
     off = off_by(check) if off_by(check).isalpha() else f"off by {off_by(check)}"
     one, other = sides(check)
-    return with_mu(f"{mark} {check.id} {word}: {check.title}, {one} {claimed(check)}, {other} {found} ({off})")
+    return with_mu(f"{judged(check)}: {check.title}, {one} {claimed(check)}, {other} {found} ({off})")

@@ -11,7 +11,7 @@ from compare.inputs.sensitivities import PREFIX, sentence
 from scenes.formats import sink_text
 from validate.report.figures.colours import INK
 from validate.report.figures.drawing import new_figure
-from validate.report.sensitivities import SHOWN, short
+from validate.report.inputs import followed, short
 
 if TYPE_CHECKING:
     from compare.outcome import Outcome
@@ -27,15 +27,16 @@ def draw(outcome: Outcome[Sink]) -> Figure:
     keys that 1D follows beyond the tolerance in red."""
     found = outcome.sensitivities
     assert found is not None
-    keys = found.sorted(SHOWN)
+    names = followed(outcome)
+    keys = found.sorted(names)
     differ = {check.id.removeprefix(PREFIX) for check in outcome.checks if check.verdict == "differs"}
     height = 1.5 + _ROW * max(len(keys), 3)
     text = f"How the models follow each key, {sink_text(outcome.scene)}: % for each percent"
     said = sentence(outcome.checks)
     figure = new_figure(11.0, height, text, [said] if said else [], bottom=0.75, left=2.75)
-    axes = figure.subplots(1, len(SHOWN), sharey=True, gridspec_kw={"wspace": 0.08})
+    axes = figure.subplots(1, len(names), sharey=True, gridspec_kw={"wspace": 0.08})
     places = np.arange(len(keys), dtype=float)
-    for ax, name in zip(axes, SHOWN, strict=True):
+    for ax, name in zip(axes, names, strict=True):
         slopes = [found.steady[key].get(name) for key in keys]
         in_3d = [s.fem3d.value if s and s.fem3d else np.nan for s in slopes]
         errors = [s.fem3d.error if s and s.fem3d else np.nan for s in slopes]
@@ -43,7 +44,7 @@ def draw(outcome: Outcome[Sink]) -> Figure:
         ax.barh(places - _BAR / 2, in_3d, _BAR, xerr=errors, color=_3D, ecolor=INK, label="3D")
         ax.barh(places + _BAR / 2, in_1d, _BAR, color=_1D, label=outcome.reduced1d.model if outcome.reduced1d else "1D")
         ax.axvline(0.0, color=INK, lw=0.8)
-        ax.set_title(SHOWN[name], fontsize=10)
+        ax.set_title(names[name], fontsize=10)
         ax.grid(False, axis="y")
     axes[0].set_yticks(places, [short(key) for key in keys])
     for label, key in zip(axes[0].get_yticklabels(), keys, strict=True):

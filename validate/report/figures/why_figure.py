@@ -9,11 +9,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import FuncFormatter, NullLocator
 
 from scenes.formats import sink_text
 from validate.report.figures.colours import INK
-from validate.report.figures.drawing import new_figure
+from validate.report.figures.drawing import logarithmic, new_figure
 
 if TYPE_CHECKING:
     from compare.budget import Budget, Split
@@ -110,8 +109,6 @@ def _areas(ax: Any, budget: Budget, split: Split) -> None:
         up, down = up + np.maximum(part, 0.0), down + np.minimum(part, 0.0)
     ax.plot(ms, parts.sum(axis=0), color=INK, lw=1.4)
     ax.axhline(0.0, color=INK, lw=0.8)
-    ax.set_xscale("log")
+    logarithmic(ax, "x")
     ax.set_xlim(ms[0], ms[-1])
     ax.set_xlabel("time (ms)")
-    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    ax.xaxis.set_minor_locator(NullLocator())
