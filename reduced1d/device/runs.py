@@ -1,4 +1,4 @@
-"""The 1D model of a device, by one call for both schemes; and its runs: the scene itself, sampled slowly, other steps."""
+"""The 1D model of a device by either scheme, and its runs: the scene itself, sampled slowly, and other outer steps."""
 
 from __future__ import annotations
 
