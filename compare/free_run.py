@@ -56,13 +56,8 @@ def solve(
     shown, warnings = None, tuple(result.details.get("warnings", ()))
     with clock.stage("checks"):
         if physics.heat(scene):
-            fields, times, materials = (
-                result.details["fields"],
-                hottest.moments(result.traces),
-                physics.materials(scene),
-            )
-            if any(material.valid_to is not None for material in materials):
-                warnings += tuple(hottest.warnings(materials, hottest.by_material(fields, times)))
+            fields, times = result.details["fields"], hottest.moments(result.traces)
+            warnings += tuple(hottest.past(physics.materials(scene), fields, times))
             if result.traces is not None and "field" not in skipped_free_figures(scene, request):
                 shown = hottest.farthest(fields, times, scene.initial_temperature)
     steps = of_free(scene, request, tuple(result.details["plan"]))

@@ -156,7 +156,7 @@ def _where_asked_for(request: Request) -> list[Step]:
         given = ", ".join(request.uncertain.given)
         steps.append(Step("uncertain inputs", "done", f"{given}: u_input by the sensitivities, to first order"))
     if request.air:
-        steps.append(Step("air", "done", "steady in both models at coefficients from 0 to 1e5 W/(m2 K)"))
+        steps.append(Step("air", "done", "3D at coefficients from 0 to 1e5 W/(m2 K), and where the limits are"))
     if request.sensitivities:
         of = "by dual solutions in 3D, by the formulas in 1D" if len(request.models) > 1 else "of one model"
         steps.append(Step("sensitivity", "done", f"how quantities follow each key, {of}"))

@@ -13,9 +13,10 @@ from itertools import combinations
 
 import numpy as np
 
-from compare.figure_checks import SETTLED, Largest, largest_distance
+from compare import figure_checks
+from compare.figure_checks import SETTLED, Largest
 from compare.verdict import PAPERS, Comparison, Models, of_formula, relative, spread
-from reduced1d.ladder.row_lumps import half_island
+from reduced1d.ladder.lumps import half_island
 from reduced1d.sink import anchor_series_resistance
 from scenes.formats import percent, quantity, signed
 from scenes.result import Estimate
@@ -49,23 +50,10 @@ def steady(what: str, models: Models) -> Comparison:
 
 def over_time(what: str, models: Models) -> Comparison:
     """The largest distance of a trace over the final 3D rise, or of the current over itself."""
-    sink, final = models.sink, models.fem3d.steady[key_of(models.sink, what)]
-    one, three = models.reduction().traces, models.fem3d.traces
-    assert one is not None
-    assert three is not None
-    key, unit = key_of(sink, what, steady=False), "A" if what == "current" else "K"
-    at = largest_distance(one, three, key)
-    error = three.errors[key] + one.errors[key] + at.beyond
-    u_num = spread(
-        lambda distance, final: distance / abs(final), {"distance": Estimate(at.distance, error), "final": final}
-    )
-    room = sink.room_temperature if unit == "K" else 0.0
-    of = "itself" if what == "current" else "final rise"
-    return Comparison(
-        f"{WHAT[what]} trace, of {of}", at.predicted - room, at.measured - room, unit,
-        at.distance / abs(final.value), u_num, lambda: _on_the_way(what, models, at, unit), at.time,
-        relative_to="the final 3D value",
-    )  # fmt: skip
+    key, final = key_of(models.sink, what, steady=False), models.fem3d.steady[key_of(models.sink, what)]
+    title = f"{WHAT[what]} trace, of {'itself' if what == 'current' else 'final rise'}"
+    because = partial(_on_the_way, what)
+    return figure_checks.over_time(models, key, final, title, "the final 3D value", because)
 
 
 def equivalent(models: Models) -> Comparison:
@@ -136,12 +124,9 @@ def _causes(what: str, models: Models) -> str:
     return f"{said}, for {anchor}, and {island}"
 
 
-def _on_the_way(what: str, models: Models, at: Largest, unit: str) -> str:
+def _on_the_way(what: str, models: Models, trace: str, at: Largest, final: float) -> str:
     """The time of the largest difference, and whether the steady one is its cause."""
-    key = key_of(models.sink, what)
-    sink, one, three = models.sink, models.reduction().traces, models.fem3d.traces
-    assert one is not None
-    assert three is not None
+    sink, key, unit = models.sink, key_of(models.sink, what), "A" if what == "current" else "K"
     rest = models.reduction().steady[key].value - models.steady(key)
     where = f"largest at {quantity(at.time, 's', 3)}, {signed(at.distance, unit)}; {signed(rest, unit)} when steady"
     if what == "current":
@@ -150,7 +135,7 @@ def _on_the_way(what: str, models: Models, at: Largest, unit: str) -> str:
         return f"{where}: the steady state's gap"
     number = 1 if what == "outer" else different(sink.spans)
     ratio = []
-    for traces in (one, three):
+    for traces in models.traces():
         peak, mean = (
             float(np.interp(at.time, traces.time, traces.values[f"span{number}_{of}_K"])) - sink.room_temperature
             for of in ("peak", "mean")

@@ -15,7 +15,7 @@ from skfem import MeshHex
 from skfem.assembly.dofs import Dofs
 from skfem.refdom import RefHex
 
-from fem3d.element import Degrees, ElementHexTrunk, active, factors, gauss, line, local, modes
+from fem3d.element import Degrees, ElementHexTrunk, active, factors, gauss, heights, line, local, modes
 from fem3d.factorization import entities
 from fem3d.integrals import Rule, Side, Space, rule, side
 from meshes.grid import Grid
@@ -134,6 +134,13 @@ class BrickSpace(Space):
             whole[tuple(self._factors)] = v
             into[...] = np.einsum("xi,yj,zk,ijk->xyz", *tables, whole, optimize=True)
         return found.reshape(*u.shape[:-1], *found.shape[1:])
+
+    def ceiling(self, u: np.ndarray) -> float:
+        """What fields (..., functions) exceed nowhere: the corners' functions of a cell add up to one, and each other
+        one has a height of its own."""
+        high = heights(self.p)
+        tops = (v[self.dofs[:8]].max(axis=0) + high @ abs(v[self.dofs[8:]]) for v in u.reshape(-1, self.size))
+        return float(max(top.max() for top in tops))
 
     def mean(self, lower: Point, upper: Point) -> np.ndarray:
         """(functions,): what each adds to the mean over a point, a line, a flat box or a box inside the solid, the

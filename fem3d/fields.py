@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -32,6 +33,11 @@ class RunFields(ABC):
         self._heat, self._state, self._transient = heat, state, transient
 
     @property
+    def distinct(self) -> RunFields:
+        """The same without what is there more than once."""
+        return self
+
+    @property
     def has_steady(self) -> bool:
         """Whether the run has a steady state."""
         return self._state is not None
@@ -46,6 +52,11 @@ class RunFields(ABC):
     def at(self, times: np.ndarray) -> np.ndarray:
         """(times, n) in K; ValueError where the run has no transient."""
         return self._kelvins(self._rises(times))
+
+    def ceiling(self, times: np.ndarray) -> float:
+        """A temperature (K) that is exceeded nowhere in the steady state, if there is one, and at some times (s); found
+        without sampling, and infinite where the cells allow no such bound."""
+        return math.inf
 
     def _rises(self, times: np.ndarray) -> np.ndarray:
         if self._transient is None:
@@ -128,6 +139,10 @@ class Fields(RunFields):
         from fem3d.quadratic import Quadratic
 
         return Quadratic(self._heat, self._conductor, self._symmetry, self._states(times), accuracy)
+
+    def ceiling(self, times: np.ndarray) -> float:
+        rises = np.array([rise for rise, _ in self._states(times)])
+        return float(self._heat.domain.scene.initial_temperature + self._space.ceiling(self._heat.field(rises)))
 
     def _sampled(self, functions: np.ndarray) -> np.ndarray:
         return self._whole.at_points(self._space.sample(functions, *self._axes))

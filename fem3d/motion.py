@@ -95,7 +95,8 @@ def motion(given: Given, part: Symmetry, other: Symmetry, step: float) -> Motion
     def change(of: str) -> np.ndarray:
         return np.array([(getattr(q, of) - getattr(p, of)) / step for p, q in owner])[own]
 
-    laws = np.array([_difference(_law(p, start[0]), _law(q, start[1]), step) for p, q in owner])[own]
+    laws = np.array([_difference(_law(p, start[0]), _law(q, start[1]), step) for p, q in owner])
+    laws = (laws * domain.stands_for[:, None])[own]
     return Motion(
         breaks, np.array(sides), change("thermal_conductivity"), change("heat_capacity"), laws[:, 0], laws[:, 1],
         rises, voltages,

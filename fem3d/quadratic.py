@@ -149,15 +149,21 @@ class Quadratic(Whole):
 
             return self.in_hexes(mean(-conductivity * gradient[component]), turned)
 
-        joule = self.in_hexes(mean(conductivity * np.sum(np.square(gradient), axis=0)))
+        joule = self.in_hexes(mean(conductivity * np.sum(np.square(gradient), axis=0)) / self._each)
         return np.stack([along(d) for d in range(3)], axis=1), joule
+
+    @cached_property
+    def _each(self) -> np.ndarray:
+        """How many such pieces in series each one stands for: the potential falls by that of all."""
+        found: np.ndarray = np.array([*(b.stands_for for b in self._grid.boxes), 1.0])[self._grid.owner[self._at]]
+        return found
 
     @cached_property
     def _laws(self) -> tuple[np.ndarray, np.ndarray]:
         """The resistivity at the initial temperature and its change per kelvin at the Gauss points; 0 in insulators."""
         initial = self._heat.domain.scene.initial_temperature
         boxes = [law(b.material, initial) if b.material.resistivity else (0.0, 0.0) for b in self._grid.boxes]
-        wide = _at_gauss(np.array([*boxes, (0.0, 0.0)])[self._grid.owner[self._at]])
+        wide = _at_gauss(np.array([*boxes, (0.0, 0.0)])[self._grid.owner[self._at]] * self._each[..., None])
         return wide[..., 0], wide[..., 1]
 
 

@@ -19,6 +19,7 @@ import numpy as np
 from fem3d import steady
 from fem3d.adjoint import Goal, Linearized
 from fem3d.estimate import left
+from fem3d.line_extreme import LineExtreme
 from fem3d.motion import Given, Motion, motion
 from fem3d.outputs import of_steady
 from fem3d.probes import reading
@@ -106,7 +107,10 @@ class Tangent:
         if probe.quantity == "temperature" and probe.reduce == "mean":
             return replace(none, row=self.domain.mean(probe), probes={name: 1.0})
         conductor, sums = self.state.conductor, none
-        how = reading(heat, probe) if probe.quantity in ("heat_flow", "current") else None
+        how = None if probe.quantity == "potential" else reading(heat, probe)
+        if how is not None and isinstance(how.extreme, LineExtreme):
+            # At a top the rise is level along the line: where it goes adds nothing.
+            return replace(none, row=how.extreme.row(self.linearized.rise))
         if how is not None and how.boundaries and not how.row.any():
             for boundary in how.boundaries:
                 if probe.quantity == "heat_flow":
@@ -128,7 +132,7 @@ class Tangent:
         heating, resisted = np.zeros((3, 0)), np.zeros((2, 0))
         if conductor is not None:
             on, rho = conductor.on, lin.rho
-            each = lin.slope * (lin.slope * (on.value(z) + goal.boxes) - on.gradient(w)) * on.weights / rho
+            each = lin.slope * (lin.slope * lin.tested(z, goal.boxes) - on.gradient(w)) * on.weights / rho
             per_rho = each.sum(axis=0) / rho
             heating = each.sum(axis=-1)
             resisted = np.array([per_rho.sum(axis=-1), (per_rho * on.value(lin.rise)).sum(axis=-1)])

@@ -23,8 +23,9 @@ from scenes.varied import varied
 
 STEP = 1e-4  # of a key: differences of formulas are off by its square
 BENT, SHARE = 0.1, 0.3  # of the first-order change; of u_input
-UNMOVED = ("fig5", "energy")
-"""Checks of the profile, whose derivatives are not there, and of a residual, which is nobody's input."""
+UNMOVED = ("fig5", "energy", "islands_equivalent")
+"""Checks of the profile and of another sink, whose derivatives are not there, and of a residual, which is nobody's
+input."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,7 @@ def propagated(
 def bent(sink: Sink, propagated: Propagated) -> tuple[str, ...]:
     """Sentences on the keys whose uncertainty is so large that a rise does not follow them in proportion, as the
     paper's formulas have it: where the second-order part is more than `BENT` of the first, and matters."""
-    from reduced1d.sink import solve
+    from reduced1d.ladder import solve
 
     said = []
     middle = solve(sink, steady_only=True).steady

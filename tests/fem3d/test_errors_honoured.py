@@ -18,8 +18,8 @@ SINKS = {
     "narrow": Sink(
         length=500e-6, width=40e-6, pad_length=100e-6, oxide_width=80e-6, silicon=silicon(-5e-4), voltage=-2.0,
         room_temperature=250.0,
-    ),  # fmt: skip
-}
+    ),
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module", params=SINKS)

@@ -116,7 +116,7 @@ def execute(arguments: argparse.Namespace, base: Base, design: Design, solves: i
 
     base.at(())
     _refuse_set_and_varied(base, design)
-    check = checked(base, arguments.check, steady)
+    check = checked(base, arguments.check, steady, design.keys)
     reductions = _reductions(arguments.reduction or PAPER)
     job = Job(base, design, Scope(reductions, steady, check, arguments.blame, solves is None), solves)
     means = _means(arguments)

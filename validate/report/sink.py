@@ -221,10 +221,10 @@ def draws_field(sink: Sink, request: Request) -> bool:
 
 
 def field(outcome: Outcome[Sink]) -> Field:
-    """The steady field."""
+    """The steady field; of a row of spans, which would be a thread, those that were solved."""
     from validate.report.figures.render import Field
 
-    fields = outcome.solved.details["fields"]
+    fields = outcome.solved.details["fields"].distinct
     return Field(fields.points, fields.hexes, fields.steady - outcome.scene.room_temperature)
 
 
@@ -239,9 +239,11 @@ def field_figure(outcome: Outcome[Sink], shown: Field, image: np.ndarray | None)
         note = Step(FIELD_FIGURE, "done", said)
     thick = "true proportions" if shown.factor <= 1 else f"thickness drawn x{shown.factor:g}"
     size = " x ".join(f"{side * 1e6:.4g}" for side in (sink.length, sink.width, sink.thickness))
+    solved = outcome.solved.details["spans_solved"]
+    shows = f"beam {size} µm" if sink.spans == 1 else f"spans of {size} µm"
+    shows += f", the {solved} of {sink.spans} that were solved" if solved < sink.spans else ""
     text = (
-        f"Figure 4: steady 3D temperature, {sink_text(sink)} (beam {size} µm, "
-        f"{'seen from above' if image is None else thick})"
+        f"Figure 4: steady 3D temperature, {sink_text(sink)} ({shows}, {'seen from above' if image is None else thick})"
     )
     checks = [check for check in outcome.checks if check.id == "fig4"]
     label = f"rise above {sink.room_temperature:g} K (K)"

@@ -68,7 +68,7 @@ def sweep(
     found = base(scene, [f"run.accuracy={accuracy!r}"])
     design = Design(tuple(_axis(found, k, v, sample is not None) for k, v in (vary or {}).items()), sample, seed)
     names = [reduction] if isinstance(reduction, str) else reduction
-    scope = Scope(tuple(map(canonical, names)), steady, checked(found, check, steady), blame)
+    scope = Scope(tuple(map(canonical, names)), steady, checked(found, check, steady, design.keys), blame)
     job, say = Job(found, design, scope), progress or (lambda _: None)
     started = time.monotonic()
     with ExitStack() as stack:

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from compare.row_runs import CHECKS, Varied
 from compare.verdict import PAPERS
 from reduced1d.equations import parabola_between, unequal_ends
-from reduced1d.ladder.row_lumps import half_island
+from reduced1d.ladder.lumps import half_island
 from scenes.formats import sink_text
 from scenes.sink import start
 from validate.report.figures.colours import INK, LINES
