@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from scenes.result import Result
     from scenes.sink import Sink
 
+ITSELF = "current"
 QUANTITIES = {"peak": ("peak_rise_K", "peak_K", "K"), "end": ("end_rise_K", "end_K", "K"),
               "current": ("current_A", "current_A", "A")}  # fmt: skip
 
@@ -100,23 +101,25 @@ def budget(
         )  # fmt: skip
         over_time = {name: -np.diff(curve, axis=0) for name, curve in curves.items()}
         times = late
-    sentence = _sentence(found, (*steady, *transient))
+    sentence = _sentence(found, (*steady, *transient), of_current(sink))
     return Budget(start, steady, transient, times if over_time else None, over_time, sentence)
 
 
 def scale_of(sink: Sink, name: str, fem3d: Result, levels: Levels) -> float:
     """What differences of a quantity are relative to: the final 3D rise; the change of the 3D current from the cold
-    sink's, which is V over the cold resistance, or the current itself where that does not change."""
+    sink's, which is V over the cold resistance, or the current itself (`of_current`)."""
     value = fem3d.steady[QUANTITIES[name][0]].value
-    if name != "current":
-        return abs(value)
-    if not sink.silicon.temperature_coefficient:
+    if name != "current" or of_current(sink) == ITSELF:
         return abs(value)
     if fem3d.traces is not None:
         return abs(value - float(fem3d.traces.values["current_A"][0]))
-    if sink.spans > 1:
-        return abs(value - sink.spans * sink.voltage / levels.fine.fin().resistance)
     return abs(value - sink.voltage / levels.fine.plate.current.whole.resistance)
+
+
+def of_current(sink: Sink) -> str:
+    """What differences of the current are relative to, in words: itself where it does not change, and of a row, whose
+    islands add to the resistance whatever the temperature."""
+    return "change of the current" if sink.silicon.temperature_coefficient and sink.spans == 1 else ITSELF
 
 
 def _steady_split(scale: float, name: str, found: Sequence[Rung], results: Sequence[Result]) -> Split:
@@ -164,14 +167,14 @@ def _transient_split(
     )  # fmt: skip
 
 
-def _sentence(found: Sequence[Rung], splits: Sequence[Split]) -> str:
+def _sentence(found: Sequence[Rung], splits: Sequence[Split], of_current: str) -> str:
     """The largest part, relative to its scale, in plain English."""
     split, n = max(
         ((split, n) for split in splits for n in range(len(found)) if split.scale),
         key=lambda pair: abs(pair[0].parts[pair[1]].value) / pair[0].scale,
     )
     part, unit = split.parts[n], split.unit
-    whole = "change of the current" if split.quantity == "current" else f"final {split.quantity} rise"
+    whole = of_current if split.quantity == "current" else f"final {split.quantity} rise"
     when = "in the steady state" if split.time is None else f"at {quantity(split.time, 's', 3)}"
     left = split.total - part.value
     does = f"puts the current {signed(part.value, unit)} off"

@@ -16,7 +16,7 @@ from scenes.sink import Sink
 
 CHECKS = {
     "islands_peak_inner": "inner peak", "islands_peak_outer": "outer peak", "islands_mean": "mean",
-    "islands_current": "current", "islands_equivalent": "alike",
+    "islands_current": "current", "islands_equivalent": "spans alike",
 }  # fmt: skip
 """The checks that are followed, and what a curve of one is called."""
 SPANS = (2, 3, 5, 10, 30, 100)

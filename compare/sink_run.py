@@ -145,9 +145,10 @@ def _compared(
     runs: tuple[Varied, ...] = ()
     if request.export is not None and levels is not None:
         from reduced1d.export import export
+        from reduced1d.ladder import few_states_of
 
         with clock.stage("export"):
-            exported = export(levels, request.reduction, request.export)
+            exported = few_states_of(request.reduction), export(levels, request.reduction, request.export.folder)
     checks: tuple[Check, ...] = ()
     solver_steps: tuple[Step, ...] = (ONLY_1D,)
     if "fem3d" in request.models:

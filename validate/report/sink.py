@@ -240,11 +240,12 @@ def field_figure(outcome: Outcome[Sink], shown: Field, image: np.ndarray | None)
     thick = "true proportions" if shown.factor <= 1 else f"thickness drawn x{shown.factor:g}"
     size = " x ".join(f"{side * 1e6:.4g}" for side in (sink.length, sink.width, sink.thickness))
     solved = outcome.solved.details["spans_solved"]
-    shows = f"beam {size} µm" if sink.spans == 1 else f"spans of {size} µm"
-    shows += f", the {solved} of {sink.spans} that were solved" if solved < sink.spans else ""
     text = (
-        f"Figure 4: steady 3D temperature, {sink_text(sink)} ({shows}, {'seen from above' if image is None else thick})"
+        f"Figure 4: steady 3D temperature, {sink_text(sink)} ({'beam' if sink.spans == 1 else 'spans of'} {size} µm, "
+        f"{'seen from above' if image is None else thick})"
     )
-    checks = [check for check in outcome.checks if check.id == "fig4"]
+    under: list[Check | str] = [check for check in outcome.checks if check.id == "fig4"]
+    if solved < sink.spans:
+        under.insert(0, f"{solved} of {sink.spans} spans, those that were solved: the others are as the middle one")
     label = f"rise above {sink.room_temperature:g} K (K)"
-    return field_figure.draw(shown, image, 0.0, text, label, checks), note
+    return field_figure.draw(shown, image, 0.0, text, label, under), note

@@ -21,7 +21,7 @@ _HEIGHT = 3.7
 
 
 def draw(
-    field: Field, image: np.ndarray | None, above: float, text: str, label: str, checks: Sequence[Check]
+    field: Field, image: np.ndarray | None, above: float, text: str, label: str, checks: Sequence[Check | str]
 ) -> Figure:  # fmt: skip
     """The rendered field, its colours those of the values ``above`` (K) which its rises start; where nothing could be
     rendered, a map of the top faces."""
