@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from compare.inputs.sampling import Sampled
     from compare.inputs.sensitivities import Sensitivities
     from compare.inputs.validation import Validation
-    from compare.row_runs import Varied
+    from compare.row_checks import Varied
     from compare.verdict import Check
     from fem3d.device.runs import Solved
     from reduced1d.device.design import Design

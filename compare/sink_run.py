@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from compare.against import Data
     from compare.inputs.calibration import Fit
     from compare.inputs.sensitivities import Sensitivities
-    from compare.row_runs import Varied
+    from compare.row_checks import Varied
     from compare.verdict import Check
     from reduced1d.ladder.levels import Levels
     from scenes.result import Result
@@ -183,7 +183,7 @@ def _compared(
         with clock.stage("why"):
             why = budget(sink, request.reduction, fem3d, levels, say)
             if single is not None:
-                from compare.row_runs import varied
+                from compare.row_checks import varied
 
                 runs = varied(sink, request.reduction, single, say)
     warnings = tuple(text for model in (fem3d, reduced1d) if model for text in model.details.get("warnings", ()))
