@@ -54,7 +54,7 @@ def stand_in(
     fields = SimpleNamespace(
         points=points, hexes=np.array([[0, 1, 3, 2, 4, 5, 7, 6]]), material=np.array([0]), material_names=["silicon"],
         steady=np.linspace(293.0, 300.0, 8), at=lambda times: np.full((len(times), 8), 293.0),
-        has_steady=True, ceiling=lambda times: 300.0, quadratic=lambda times, accuracy: Cells(sink, len(times)),
+        has_steady=True, quadratic=lambda times, accuracy: Cells(sink, len(times)),
     )  # fmt: skip
     fields.distinct, fields.ceiling = fields, lambda times: np.inf
     return Result(

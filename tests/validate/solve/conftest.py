@@ -27,8 +27,7 @@ def solve(scene: Scene, progress: object = None) -> Result:
         ceiling=lambda times: np.inf,
         points=1e-4 * corners, hexes=np.array([[0, 1, 3, 2, 4, 5, 7, 6]]), material=np.array([0]),
         material_names=["m"], steady=np.linspace(293.0, 300.0, 8), at=lambda times: np.full((len(times), 8), 293.0),
-        has_steady=scene.steady, ceiling=lambda times: 300.0,
-        quadratic=lambda times, accuracy: Cells(Sink(), len(times)),
+        has_steady=scene.steady, quadratic=lambda times, accuracy: Cells(Sink(), len(times)),
     )  # fmt: skip
     traces = None
     if not scene.steady:
