@@ -24,6 +24,7 @@ from scenes.sink import Sink
 if TYPE_CHECKING:
     from compare.against import Data
     from scenes.model import AnyScene
+    from scenes.plan import Export
 
 SINK_FIGURES = {
     "figure4": "the steady 3D temperature field, rendered off screen",
@@ -283,7 +284,14 @@ def of_free(scene: AnyScene, request: Request, solver: tuple[Step, ...]) -> tupl
         step("figure traces", "every probe against time", skipped.get("traces", "")),
         step("traces.csv", "a column for each probe", _no_traces(scene)),
         step("field files", _FIELD_FILES, free_fields_reason(scene, request)),
+        *([] if request.export is None else [Step("export", "done", _exported(request.export))]),
     )
+
+
+def _exported(export: Export) -> str:
+    """What is written of a free scene."""
+    count = f"of {export.states} states" if export.states else f"of as few states as {export.accuracy:g} takes"
+    return f"a compact model {count}, held against the full one for a step of every input"
 
 
 def skipped_free_figures(scene: AnyScene, request: Request) -> dict[str, str]:

@@ -49,14 +49,14 @@ def solve(scene: MeshScene, progress: Callable[[str], None] | None = None) -> Re
     if not scene.steady and not physics.heat(scene):
         return currents.over_time(scene, lambda alone: solve(alone, progress), plan(scene))
     say = progress or (lambda _: None)
-    placed = _placed(scene)
+    placed = place(scene)
     study = probe_quantities.study(scene, symmetry.uncut(scene, [m.name for m in placed.materials]))  # type: ignore[arg-type]
     found = _steady(placed, study, say) if scene.steady else _transient(placed, study, say)
     found.details["warnings"] += remarks(placed.mesh)
     return found
 
 
-def _placed(scene: MeshScene) -> Placed:
+def place(scene: MeshScene) -> Placed:
     return check(scene, read(scene.path, scene.unit))
 
 
@@ -93,7 +93,7 @@ class Space:
         return {n: known * (OF_GRADIENT if gradient(p) else 1.0) for n, p in study.goals.items()}
 
 
-def _spaces(placed: Placed) -> Iterator[Space]:
+def spaces(placed: Placed) -> Iterator[Space]:
     """Those that are worth their time, from coarse to fine."""
     given = level.problems(groups(placed), placed.scene.accuracy)
     yield Space(given, 1, False)
@@ -131,7 +131,7 @@ def _refined(
     """As many spaces as the accuracy takes and the mesh allows: ``solved`` answers one, knowing the answer before, and
     ``compared`` gives the errors, with their scales, of two in a row."""
     before: Found | None = None
-    for number, space in enumerate(_spaces(placed), 1):
+    for number, space in enumerate(spaces(placed), 1):
         say(f"{space.words}: {space.heat.free} unknowns")
         answer = solved(space, before and before.answer)
         errors, scales = compared(space, answer, before.space, before.answer) if before else ({}, {})
@@ -217,6 +217,7 @@ def _details(placed: Placed, found: Found, errors: dict[str, float], study: Stud
         "unknowns": space.heat.free if physics.heat(placed.scene) else electric,
         "electric_unknowns": electric,
         "levels": found.levels,
+        "scales": found.scales,
         "symmetry": "whole",
         "warnings": _warnings({n: e / found.scales[n] for n, e in errors.items()}, study, space),
         "mesh": {
@@ -252,7 +253,7 @@ def _warnings(relative: dict[str, float], study: Study, space: Space) -> list[st
 
 def plan(scene: MeshScene) -> tuple[Step, ...]:
     """What `solve` will do, before it does it; reads the mesh."""
-    return _plan(_placed(scene), None)
+    return _plan(place(scene), None)
 
 
 def _plan(placed: Placed, space: Space | None) -> tuple[Step, ...]:

@@ -61,6 +61,7 @@ def _steady(study: Study, scene: Scene, say: Callable[[str], None]) -> Result:
         "plan": plan(scene),
         "fields": Fields(state.heat, state, study.part, None),
         "field_error": off,
+        "scales": study.steady_scales(answer.fine.out),
     }
     if off > probe_quantities.FIELD:
         details["warnings"].append(
@@ -81,6 +82,7 @@ def _transient(study: Study, scene: Scene, say: Callable[[str], None]) -> Result
         "transient_imbalance": response.imbalance,
         "accurate_from_s": study.earliest,
         "jumps": len(heat.jumps(study.end)),
+        "scales": response.scales,
         "mesh": statistics(grid_of(heat)),
         "plan": plan(scene),
         "fields": Fields(heat, None, study.part, response.transient),

@@ -43,6 +43,7 @@ class Response:
     missing: Spread = field(default_factory=list)
     worst: float = 0.0
     relative: dict[str, float] = field(default_factory=dict)  # errors without the rows' own, over their scales
+    scales: dict[str, float] = field(default_factory=dict)  # what they are relative to
 
     @property
     def slowest(self) -> float:
@@ -238,7 +239,9 @@ def with_rows(
     relative = {name: errors[name] / scales[name] for name in errors}
     errors = {name: errors[name] + between[name] + ROUNDING * scales[name] for name in errors}
     imbalance = _imbalance(study, answer)
-    return Response(times, found, errors, True, imbalance, answer, reduced, generations, relative=relative)
+    return Response(
+        times, found, errors, True, imbalance, answer, reduced, generations, relative=relative, scales=scales
+    )
 
 
 def _start(domain: Domain, traces: Quantities) -> None:

@@ -9,6 +9,7 @@ from compare import plan
 from compare.verdict import PAPERS, Check, relative
 from scenes.checks import OF_THE_REDUCTION
 from scenes.formats import percent, quantity, sink_text, with_error
+from scenes.quantities import OF_A_SINK
 from validate.report import asked_for, checks
 from validate.report.table import Section, Style, Table, wrapped
 
@@ -23,15 +24,7 @@ if TYPE_CHECKING:
     from scenes.sink import Sink
     from validate.report.figures.render import Field
 
-QUANTITIES = {
-    "peak_rise_K": ("peak rise", "K"),
-    "end_rise_K": ("end rise", "K"),
-    "mean_rise_K": ("mean rise", "K"),
-    "current_A": ("current", "A"),
-    "power_W": ("power", "W"),
-    "heat_out_W": ("heat to the substrate", "W"),
-    "anchor_resistance_K_per_W": ("anchor resistance", "K/W"),
-}
+QUANTITIES = {asked.steady: (asked.called, asked.unit) for asked in OF_A_SINK.values()}
 
 
 def title(outcome: Outcome[Sink]) -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from compare.row_runs import CHECKS, Varied
+from compare.row_checks import FOLLOWED, Varied
 from compare.verdict import PAPERS
 from reduced1d.equations import parabola_between, unequal_ends
 from reduced1d.ladder.lumps import half_island
@@ -122,12 +122,12 @@ def runs(outcome: Outcome[Sink]) -> Figure:
         ax.axhline(0.0, color=INK, lw=0.8)
         ax.axvline(varied.own * factor, color="#999999", lw=0.8, ls=":")
     axes[0].set_ylabel("difference (%)")
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="lower center", ncols=len(CHECKS))
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="lower center", ncols=len(FOLLOWED))
     return figure
 
 
 def _curves(ax: Any, varied: Varied, factor: float) -> None:
-    for (check, name), colour in zip(CHECKS.items(), _COLOURS, strict=True):
+    for (check, name), colour in zip(FOLLOWED.items(), _COLOURS, strict=True):
         at = [
             (v * factor, 100 * d[check]) for v, d in zip(varied.values, varied.differences, strict=True) if check in d
         ]
