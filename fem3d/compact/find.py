@@ -150,7 +150,7 @@ def _rich(
     loads = [*fields.loads_of(base, steps), *base.loads]
     times = None if scene.steady else (earliest, min(slow, end))
     reduced = base.project(fields.rational(heat, loads, times, SPACE * accuracy))
-    structure = Structure(base, part, scene.steady, _guessed(heat, loads))
+    structure = Structure(base, part, found, scene.steady, _guessed(heat, loads))
     made = tensors(structure, reduced)
     states = _responses(reduced, loads, times, heat.free)
     rows = made.matrices["Y"][:, len(steps) :] @ np.linalg.pinv(made.basis) @ reduced.basis
@@ -214,7 +214,8 @@ class _Judge:
             "states": made.basis.shape[1],
             "inputs": [
                 {"name": c.name, "unit": UNITS[c.kind], "kind": c.kind, "of": c.item, "rest": c.rest, "step": c.step,
-                 "range": list(c.range), "value": _plain(c.own)} for c in self.channels
+                 "range": list(c.range), "value": _plain(c.own), "port": port._asdict()}
+                for c, port in zip(self.channels, made.ports, strict=True)
             ],
             "outputs": [
                 {"name": name, "unit": units[name], "rows": rows, "reduce": how}

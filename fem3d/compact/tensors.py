@@ -8,10 +8,11 @@ temperature is on the move.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from fem3d.compact.channels import Channel
 from fem3d.heat import HeatProblem
 from fem3d.probes import reading
 from fem3d.reduced import Reduced
@@ -21,11 +22,12 @@ from meshes.symmetry import Symmetry
 
 @dataclass(frozen=True, eq=False)
 class Structure:
-    """What a model is made of: the problem of the part that is solved, with its current fields, whether it has
-    capacities, and for each probe of an extreme where it may be, as rows (places, all nodes)."""
+    """What a model is made of: the problem of the part that is solved, with its current fields, the scene's inputs,
+    whether it has capacities, and for each probe of an extreme where it may be, as rows (places, all nodes)."""
 
     base: Base
     part: Symmetry
+    channels: tuple[Channel, ...]
     steady: bool
     places: dict[str, np.ndarray]
 
@@ -35,13 +37,25 @@ class Structure:
         return self.base.heat
 
 
+class Port(NamedTuple):
+    """What goes with an input: the ``row`` and ``unit`` of the current or heat that enters there or, where heat is what
+    is given, of the mean temperature that it meets; and how many watts (else 1) one of the input's units is."""
+
+    row: int
+    unit: str
+    size: float = 1.0
+
+
 @dataclass(frozen=True, eq=False)
 class Tensors:
-    """The matrices of the runtime's docstring by name, and for each output its rows and how they are taken together;
-    ``basis`` (free nodes, n) are the states' fields, of which ``offset`` (inputs + 1, n) z is taken off."""
+    """The matrices of the runtime's docstring by name, for each output its rows and how they are taken together, and
+    the port of each input; ``basis`` (free nodes, n) are the states' fields, of which ``offset`` (inputs + 1, n) z is
+    taken off.
+    """
 
     matrices: dict[str, np.ndarray]
     outputs: dict[str, tuple[list[int], str]]
+    ports: list[Port]
     basis: np.ndarray
     offset: np.ndarray
 
@@ -97,15 +111,17 @@ class _Maker:
                 how = probe.reduce
             self.rows += [tuple(factor * part for part in row) for row in rows]
             outputs[probe.name] = (list(range(first, len(self.rows))), how)
+        ports = [self._port(number, channel) for number, channel in enumerate(self.structure.channels, 1)]
         Y, W, U, P = (np.array([row[k] for row in self.rows]) for k in range(4))
         for probe in heat.domain.scene.probes:
             if probe.quantity == "temperature":
                 Y[outputs[probe.name][0], 0] += heat.domain.scene.initial_temperature
+        Y[[port.row for port in ports if port.unit == "K"], 0] += heat.domain.scene.initial_temperature
         A = np.concatenate([np.moveaxis(modal.cold, 0, -1) - modal.warm @ self.inertia.T, modal.warm], axis=-1)
         S = np.concatenate([modal.supply.T, np.zeros((self.m, self.n))], axis=1)
         matrices = {"A": A, "S": S, "F": self.F, "Q": self.Q, "Y": Y, "W": W[:, 1:],
                     "U": np.moveaxis(U, 0, 1), "P": np.moveaxis(P, 0, 1)}  # fmt: skip
-        return self._scaled(Tensors(matrices, outputs, modal.basis, self.inertia))
+        return self._scaled(Tensors(matrices, outputs, ports, modal.basis, self.inertia))
 
     def _scaled(self, found: Tensors) -> Tensors:
         """With states in units of what each adds to the temperatures that are read, or to all of the part."""
@@ -120,7 +136,7 @@ class _Maker:
             m[name][..., own] /= unit
         m["F"] *= unit[:, None]
         m["Q"] *= unit[:, None]
-        return Tensors(m, found.outputs, found.basis / unit, found.offset * unit)
+        return Tensors(m, found.outputs, found.ports, found.basis / unit, found.offset * unit)
 
     def _probe(self, probe: Any) -> list[tuple[np.ndarray, ...]]:
         """What each row of a probe has in Y, W, U and P."""
@@ -146,6 +162,32 @@ class _Maker:
             flow, rate, joule = self._held(name)
             value, moving, pairs = value + flow, moving + rate, pairs + joule
         return [(value, moving, nothing, pairs)]
+
+    def _port(self, number: int, channel: Channel) -> Port:
+        """The port of an input, whose row is added to the others."""
+        heat, part, first = self.heat, self.structure.part, len(self.rows)
+        nothing = np.zeros((self.m, self.count + self.n)), np.zeros((len(self.i), self.count + self.n))
+        if channel.kind in ("heat_flux", "heat_source"):
+            load = heat.loads[number]
+            power = float(load @ heat.unit)
+            self.rows.append((*self.along(load / power), *nothing))
+            source = channel.kind == "heat_source"
+            times = part.box_copies.get(channel.item, 1.0) if source else part.flows[channel.item].heat
+            return Port(first, "K", times * power)
+        flow = part.flows[channel.item]
+        if channel.kind == "voltage":
+            each = nothing[0].copy()
+            each[:, 0] = [flow.current * p.currents.get(flow.boundary, 0.0) for p in self.structure.base.patterns]
+            self.rows.append((np.zeros(self.count + self.n), np.zeros(self.count), each, nothing[1]))
+            return Port(first, "A")
+        if channel.kind == "temperature":
+            value, moving, pairs = self._held(flow.boundary)
+        else:
+            film = heat.films[flow.boundary]
+            (value, moving), pairs = self.along(film.per_kelvin), nothing[1]
+            value[: self.count] += film.entering
+        self.rows.append((flow.heat * value, flow.heat * moving, nothing[0], flow.heat * pairs))
+        return Port(first, "W")
 
     def _held(self, name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The heat that enters at a boundary of given temperature: per z, per rate of the inputs, per pair."""

@@ -22,13 +22,15 @@ def write(document: Mapping[str, Any], folder: Path, name: str = "model") -> Pat
     """Writes the files, called ``name`` with their endings, into a folder, made where it isn't there; returns it.
     Raises SceneError where it can't be written."""
     from scenes.compact.python import as_python, write_module
+    from scenes.compact.spice import as_spice
 
     each = (f"{json.dumps(key)}: {json.dumps(value, allow_nan=False)}" for key, value in document.items())
     text = "{\n" + ",\n".join(each) + "\n}\n"
-    code = as_python(document)
+    code, circuit = as_python(document), as_spice(document)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / f"{name}.json").write_text(text, encoding="utf-8")
+        (folder / f"{name}.cir").write_text(circuit, encoding="utf-8")
         write_module(folder / f"{name}.py", code)
     except OSError as error:
         raise SceneError(

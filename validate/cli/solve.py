@@ -41,7 +41,11 @@ def describe(parser: argparse.ArgumentParser) -> None:
     add("--end-time", metavar="T", help="over time from the start to T, such as 2ms, whatever the scene says of it")
     common.shared(parser, {"--out": "", "--no-figures": ""})
     add("--fields", action="store_true", help="write the 3D temperature fields (fem3d.pvd with .vtu files)")
-    add("--export", metavar="DIR", help="write a compact model of a few states to DIR: model.json, model.py, its error")
+    add(
+        "--export",
+        metavar="DIR",
+        help="write a compact model of a few states to DIR: JSON, Python, SPICE; with its error",
+    )
     add("--states", metavar="N", help="with --export, how many states (default: as few as --model-accuracy takes)")
     add("--model-accuracy", metavar="A", help="with --export, the model's relative accuracy (default: the scene's)")
     common.shared(parser, dict.fromkeys((*common.PLAN, "--quiet", "--json"), ""))

@@ -23,11 +23,16 @@ def document(steady: bool = False) -> dict[str, Any]:
         "U": rng.normal(size=(2, 2, z)), "P": rng.normal(size=(3, 2, z)),
     }  # fmt: skip
     matrices["A"] = (matrices["A"] + matrices["A"].transpose(1, 0, 2)) / 2
-    entry = {"unit": "V", "rest": 0.0, "range": [-9.0, 9.0]}
+    entry = {"rest": 0.0, "range": [-9.0, 9.0]}
+    volts = entry | {"name": "V", "unit": "V", "kind": "voltage", "value": 1.0, "port": {"row": 0, "unit": "A"}}
+    kelvin = entry | {"name": "T", "unit": "K", "kind": "temperature", "value": 0.0, "port": {"row": 1, "unit": "W"}}
     return {
-        "steady_only": steady, "range": {"highest_temperature_K": None},
-        "inputs": [entry | {"name": "V", "value": 1.0}, entry | {"name": "T", "value": 0.0}],
-        "outputs": [{"name": "y", "unit": "W", "rows": [0, 1], "reduce": "max"}],
+        "scene": "made up", "states": n, "steady_only": steady, "initial_temperature_K": 2.0,
+        "range": {"highest_temperature_K": None, "from_s": 0.1, "to_s": 2.0},
+        "inputs": [volts, kelvin],
+        "outputs": [{"name": "y", "unit": "W", "rows": [0, 1], "reduce": "max"},
+                    {"name": "t", "unit": "K", "rows": [0], "reduce": "mean"}],
+        "error": {"the scene": {"over time": {"y": {"error": 0.0, "relative": 0.0}}}}, "estimated": {"text": []},
         "matrices": {k: {"shape": list(v.shape), "values": v.ravel().tolist()} for k, v in matrices.items()},
     }  # fmt: skip
 
