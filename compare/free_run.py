@@ -80,8 +80,9 @@ def solve(
 def _exported(scene: AnyScene, export: Export, say: Callable[[str], None]) -> tuple[str, Path]:
     """The compact model's own words, and the folder that it is written to."""
     from fem3d.compact.find import compact
-    from scenes.compact import files
+    from scenes.compact import files, fmu
     from scenes.compact.words import validity
 
     document = compact(scene, export.states, export.accuracy, say)
-    return f"a compact model ({validity(document)})", files.write(document, export.folder)
+    without = "" if fmu.available() else f"; {fmu.MISSING}"
+    return f"a compact model ({validity(document)}{without})", files.write(document, export.folder)

@@ -19,8 +19,9 @@ def check(folder: Path) -> None:
 
 
 def write(document: Mapping[str, Any], folder: Path, name: str = "model") -> Path:
-    """Writes the files, called ``name`` with their endings, into a folder, made where it isn't there; returns it.
-    Raises SceneError where it can't be written."""
+    """Writes the files, called ``name`` with their endings, into a folder, made where it isn't there; returns it. The
+    FMU is left out where pythonfmu isn't installed. Raises SceneError where it can't be written."""
+    from scenes.compact import fmu
     from scenes.compact.python import as_python, write_module
     from scenes.compact.spice import as_spice
 
@@ -32,6 +33,8 @@ def write(document: Mapping[str, Any], folder: Path, name: str = "model") -> Pat
         (folder / f"{name}.json").write_text(text, encoding="utf-8")
         (folder / f"{name}.cir").write_text(circuit, encoding="utf-8")
         write_module(folder / f"{name}.py", code)
+        if fmu.available():
+            fmu.write_fmu(document, folder / f"{name}.fmu")
     except OSError as error:
         raise SceneError(
             f"export folder {quoted(folder)} cannot be written ({reason(error)}): give another with --export"

@@ -44,7 +44,7 @@ def describe(parser: argparse.ArgumentParser) -> None:
     add(
         "--export",
         metavar="DIR",
-        help="write a compact model of a few states to DIR: JSON, Python, SPICE; with its error",
+        help="write a compact model of a few states to DIR: JSON, Python, SPICE, FMU; with its error",
     )
     add("--states", metavar="N", help="with --export, how many states (default: as few as --model-accuracy takes)")
     add("--model-accuracy", metavar="A", help="with --export, the model's relative accuracy (default: the scene's)")
