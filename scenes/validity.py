@@ -105,8 +105,8 @@ def _check_film(film: Material, where: str, temperature: float) -> None:
 
 
 def cause(scene: object, instead: str = "") -> str:
-    """What to append to the sentence of a numerical failure, with ``instead`` after it: which key is likely why, the one
-    that is farthest from the built-in scene's, how far it is out and what to do. Nothing where no key is far out."""
+    """What to append to the sentence of a numerical failure, with ``instead`` after it: which key is likely why, the
+    one that is farthest from the built-in scene's, how far it is out and what to do. Nothing where none is far out."""
     kind = type_of(scene)
     found = []
     for path, key in kind.schema.paths.items():
