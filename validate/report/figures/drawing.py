@@ -22,7 +22,7 @@ from matplotlib.ticker import FuncFormatter, NullLocator
 from compare.verdict import Check
 from scenes.formats import difference_text, percent
 from validate.report.checks import judged
-from validate.report.figures.colours import INK
+from validate.report.figures import INK
 
 DPI = 130
 _LINE = 0.215  # inches of a line of the title
