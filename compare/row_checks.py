@@ -131,8 +131,8 @@ def _apart(models: Models) -> str:
     anchor = quantity(models.steady("anchor_resistance_K_per_W"), "K/W")
     island = quantity(float(np.interp(models.sink.length, found["y_m"], found["rise_K"])), "K", 3)
     return (
-        f"a span ends {end} above room at a pad, through {anchor}, and {island} at an island, which the next one's heat "
-        f"enters too; and {_circuit(models)}"
+        f"a span ends {end} above room at a pad, through {anchor}, and {island} at an island, which the next one's "
+        f"heat enters too; and {_circuit(models)}"
     )
 
 
