@@ -23,10 +23,11 @@ from fem3d.run import solve as solve_3d
 from reduced1d import ladder
 from scenes.formats import percent, quantity
 from scenes.plan import Request
+from scenes.quantities import OF_A_SINK
 from scenes.result import Estimate, Result
 from scenes.sink import Sink
 
-QUANTITIES = {"peak": "peak_rise_K", "mean": "mean_rise_K", "end": "end_rise_K", "current": "current_A"}
+QUANTITIES = {name: OF_A_SINK[name].steady for name in ("peak", "mean", "end", "current")}
 STILL = 10.0
 """W/(m2 K): what is usually taken for still air, from the 2 to 25 of free convection in gases (Cengel, Heat Transfer,
 table of h in chapter 1; Incropera and DeWitt have the same), which are those of bodies of centimetres and more."""

@@ -15,6 +15,9 @@ from scenes.model import AnyScene, GroupProbe, MeshScene, Probe
 from scenes.plan import Request, Step
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
+    from scenes.plan import Export
     from scenes.result import Result
 
 
@@ -48,6 +51,12 @@ def solve(
     """The probes, the warnings, also of what gets too hot, and the time whose field is drawn. Raises NumericsError."""
     from compare import hottest
 
+    if request.export is not None:
+        from fem3d.compact.find import check
+        from scenes.compact import files
+
+        check(scene)
+        files.check(request.export.folder)
     with clock.stage("imports"):
         model = solver(scene)
     say("solving in 3D")
@@ -61,4 +70,19 @@ def solve(
             if result.traces is not None and "field" not in skipped_free_figures(scene, request):
                 shown = hottest.farthest(fields, times, scene.initial_temperature)
     steps = of_free(scene, request, tuple(result.details["plan"]))
-    return Outcome(scene, request, steps, result, warnings=warnings, shown=shown)
+    exported = None
+    if request.export is not None:
+        with clock.stage("export"):
+            exported = _exported(scene, request.export, say)
+    return Outcome(scene, request, steps, result, warnings=warnings, shown=shown, exported=exported)
+
+
+def _exported(scene: AnyScene, export: Export, say: Callable[[str], None]) -> tuple[str, Path]:
+    """The compact model's own words, and the folder that it is written to."""
+    from fem3d.compact.find import compact
+    from scenes.compact import files, fmu
+    from scenes.compact.words import validity
+
+    document = compact(scene, export.states, export.accuracy, say)
+    without = "" if fmu.available() else f"; {fmu.MISSING}"
+    return f"a compact model ({validity(document)}{without})", files.write(document, export.folder)

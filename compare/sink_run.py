@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from compare.against import Data
     from compare.inputs.calibration import Fit
     from compare.inputs.sensitivities import Sensitivities
-    from compare.row_runs import Varied
+    from compare.row_checks import Varied
     from compare.verdict import Check
     from reduced1d.ladder.levels import Levels
     from scenes.result import Result
@@ -145,16 +145,17 @@ def _compared(
     runs: tuple[Varied, ...] = ()
     if request.export is not None and levels is not None:
         from reduced1d.export import export
+        from reduced1d.ladder import few_states_of
 
         with clock.stage("export"):
-            exported = export(levels, request.reduction, request.export)
+            exported = few_states_of(request.reduction), export(levels, request.reduction, request.export.folder)
     checks: tuple[Check, ...] = ()
     solver_steps: tuple[Step, ...] = (ONLY_1D,)
     if "fem3d" in request.models:
         with clock.stage("imports"):
             from fem3d.errors import NumericsError, RunawayError
             from fem3d.run import solve as solve_3d
-            from scenes.extremes import cause
+            from scenes.validity import cause
         say("solving in 3D")
         with clock.stage("fem3d"):
             try:
@@ -182,7 +183,7 @@ def _compared(
         with clock.stage("why"):
             why = budget(sink, request.reduction, fem3d, levels, say)
             if single is not None:
-                from compare.row_runs import varied
+                from compare.row_checks import varied
 
                 runs = varied(sink, request.reduction, single, say)
     warnings = tuple(text for model in (fem3d, reduced1d) if model for text in model.details.get("warnings", ()))

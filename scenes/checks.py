@@ -11,12 +11,10 @@ from scenes.kinds import Kind, Numbers, Quantity, known_name
 
 EQUATIONS = ("eq12", "eq13", "eq14", "eq16", "eq18", "eq18_measured")
 FIGURES = ("fig4", "fig5", "fig6_peak", "fig6_end", "fig7_current")
-OVER_TIME = ("fig6_peak", "fig6_end", "fig7_current")
+OF_THE_ROW = tuple(f"islands_{what}" for what in ("peak_inner", "peak_outer", "mean", "current"))
+OVER_TIME = ("fig6_peak", "fig6_end", "fig7_current", *(f"{check}_over_time" for check in OF_THE_ROW))
 """Those that need the transient."""
-OF_THE_ROW = tuple(
-    f"islands_{what}{when}" for when in ("", "_over_time") for what in ("peak_inner", "peak_outer", "mean", "current")
-)
-OF_THE_REDUCTION = ("fig4", *OVER_TIME, *OF_THE_ROW)
+OF_THE_REDUCTION = ("fig4", *OF_THE_ROW, *OVER_TIME)
 """Those of the 1D model that was chosen."""
 OF_THE_PAPER = (*EQUATIONS, "fig5")
 """Those of the paper's equations, with 3D numbers put in, whichever 1D model was chosen."""

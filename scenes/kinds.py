@@ -115,7 +115,7 @@ class Count(Kind):
                 value = None
         whole = isinstance(value, Real) and not isinstance(value, bool) and float(value).is_integer()
         if not whole or not self.lower <= float(value) <= self.upper:  # type: ignore[arg-type]
-            raise SceneError(f"{path} = {quoted(given)} must be a whole number: give {self.lower} to {self.upper}")
+            raise SceneError(f"{path} = {quoted(given)} must be a whole number from {self.lower} to {self.upper}")
         return int(value)  # type: ignore[call-overload, no-any-return]
 
 

@@ -11,9 +11,9 @@ import numpy as np
 from compare.inputs import sampling
 from scenes.errors import SceneError
 from scenes.varied import numbers
+from validate.processes import processors
 from validate.sweep.base import base
 from validate.sweep.cluster import Cluster
-from validate.sweep.job import processors
 from validate.sweep.point import Scope, Work
 
 if TYPE_CHECKING:

@@ -138,7 +138,7 @@ def _explained(
 
 def jobs(given: str | None) -> int:
     """How many processes to use; SceneError for what is no positive number."""
-    from validate.verify.cases import processors
+    from validate.processes import processors
 
     return processors() if given is None else whole("--jobs", given, 1, 256)
 

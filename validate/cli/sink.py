@@ -169,7 +169,7 @@ def _request(arguments: argparse.Namespace, end_time: float) -> Request:
 
     from reduced1d.ladder import canonical, few_states_of
     from scenes.errors import SceneError, printable
-    from scenes.plan import Request
+    from scenes.plan import Export, Request
 
     if arguments.why and arguments.only:
         raise SceneError(f"--why compares both models: leave out --only {arguments.only}")
@@ -199,7 +199,7 @@ def _request(arguments: argparse.Namespace, end_time: float) -> Request:
         why=arguments.why,
         sensitivities=arguments.sensitivities,
         air=arguments.air,
-        export=Path(arguments.export) if arguments.export else None,
+        export=Export(Path(arguments.export)) if arguments.export else None,
         command=arguments.command_line,
     )
 

@@ -167,7 +167,8 @@ def _refuse_set_and_varied(base: Base, design: Design) -> None:
 def _means(arguments: argparse.Namespace) -> Means:
     from scenes.dimensions import TIME
     from scenes.kinds import Quantity
-    from validate.sweep.job import Means, processors
+    from validate.processes import processors
+    from validate.sweep.job import Means
 
     if arguments.scheduler is not None and arguments.workers is not None:
         raise SceneError("--workers are those of this machine, and a --scheduler has its own: give one of the two")

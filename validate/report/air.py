@@ -31,7 +31,7 @@ def section(outcome: Outcome[Sink], style: Style) -> Section:
     places = [int(np.abs(np.log(air.coefficients / wanted)).argmin()) for wanted in SHOWN]
     shown = list(range(len(air.coefficients))) if style.page else places
     rows = [
-        [f"{air.coefficients[at]:.4g}", *(f"{100 * of[n][at]:+.2f}" for of in (air.left_out, air.lumped) for n in of)]
+        [f"{air.coefficients[at]:g}", *(f"{100 * of[n][at]:+.2f}" for of in (air.left_out, air.lumped) for n in of)]
         for at in shown
     ]
     rows.append(["up to", *_up_to(air.limits), *_up_to(air.lumped_limits)])
@@ -48,13 +48,13 @@ def _over_time(air: Air, shown: list[int]) -> list[Table | str]:
     assert course is not None
     rows = [
         [
-            f"{air.coefficients[at]:.4g}", *(_time(course.until[n][at]) for n in QUANTITIES),
+            f"{air.coefficients[at]:g}", *(_time(course.until[n][at]) for n in QUANTITIES),
             *(f"{100 * course.largest[n][at]:+.2f}" for n in QUANTITIES),
         ]
         for at in shown
     ]  # fmt: skip
     rows.append(["up to", *[""] * len(QUANTITIES), *_up_to(course.limits)])
-    heads = [f"{kind}\n{name}" for kind in ("within until", "at most") for name in QUANTITIES]
+    heads = [f"{kind}\n{name}" for kind in ("until", "at most") for name in QUANTITIES]
     said = "Left out over time: until when it stays within the tolerance, and by how much (%) it is off at most, of the"
     return [Table(("W/(m2 K)", *heads), rows), f"{said} final value with the air."]
 
@@ -67,12 +67,12 @@ def _told(air: Air) -> str:
     return (
         f"Steady, in %. {said}. Still air is usually given {STILL:g} W/(m2 K); at this size it conducts "
         f"{air.conduction:.3g}, with which leaving it out is {percent(air.conducted)} off where it is worst, and "
-        f"through a gap below the beam as high as the oxide {air.gap:.3g}."
+        f"through a gap below the beam as high as the oxide {float(f'{air.gap:.3g}'):g}."
     )
 
 
 def _up_to(limits: Limits) -> list[str]:
-    return ["all" if limit is None else f"{limit.value:.3g}" for limit in (limits[n] for n in QUANTITIES)]
+    return ["all" if limit is None else f"{float(f'{limit.value:.3g}'):g}" for limit in (limits[n] for n in QUANTITIES)]
 
 
 def _time(until: float) -> str:
@@ -81,7 +81,7 @@ def _time(until: float) -> str:
 
 def figure(outcome: Outcome[Sink]) -> Figure:
     """The differences, left out in full and lumped in broken lines, with still air marked; beside it until when."""
-    from validate.report.figures.colours import INK, LINES
+    from validate.report.figures import INK, LINES
     from validate.report.figures.drawing import legend, logarithmic, new_figure
 
     air = outcome.air

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
+from compare.budget import of_current
 from scenes.formats import difference_text, percent, quantity
 from validate.report.table import Row, Section, Style, Table
 
@@ -15,11 +16,11 @@ if TYPE_CHECKING:
 
 
 def section(outcome: Outcome[Sink], style: Style) -> Section:
-    """Its parts in percent of the final rise or of the current's change, then the sentence."""
+    """Its parts in percent of the final rise or of the current or its change, then the sentence."""
     budget = outcome.why
     assert budget is not None
     parts: list[Table | str] = [
-        "in % of the final rise, or of the current's change",
+        f"in % of the final rise, or of the {of_current(outcome.scene)}",
         _parts("steady state", budget.steady, style),
     ]
     if budget.transient:

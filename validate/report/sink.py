@@ -9,6 +9,7 @@ from compare import plan
 from compare.verdict import PAPERS, Check, relative
 from scenes.checks import OF_THE_REDUCTION
 from scenes.formats import percent, quantity, sink_text, with_error
+from scenes.quantities import OF_A_SINK
 from validate.report import asked_for, checks
 from validate.report.table import Section, Style, Table, wrapped
 
@@ -23,15 +24,7 @@ if TYPE_CHECKING:
     from scenes.sink import Sink
     from validate.report.figures.render import Field
 
-QUANTITIES = {
-    "peak_rise_K": ("peak rise", "K"),
-    "end_rise_K": ("end rise", "K"),
-    "mean_rise_K": ("mean rise", "K"),
-    "current_A": ("current", "A"),
-    "power_W": ("power", "W"),
-    "heat_out_W": ("heat to the substrate", "W"),
-    "anchor_resistance_K_per_W": ("anchor resistance", "K/W"),
-}
+QUANTITIES = {asked.steady: (asked.called, asked.unit) for asked in OF_A_SINK.values()}
 
 
 def title(outcome: Outcome[Sink]) -> str:
@@ -240,11 +233,12 @@ def field_figure(outcome: Outcome[Sink], shown: Field, image: np.ndarray | None)
     thick = "true proportions" if shown.factor <= 1 else f"thickness drawn x{shown.factor:g}"
     size = " x ".join(f"{side * 1e6:.4g}" for side in (sink.length, sink.width, sink.thickness))
     solved = outcome.solved.details["spans_solved"]
-    shows = f"beam {size} µm" if sink.spans == 1 else f"spans of {size} µm"
-    shows += f", the {solved} of {sink.spans} that were solved" if solved < sink.spans else ""
     text = (
-        f"Figure 4: steady 3D temperature, {sink_text(sink)} ({shows}, {'seen from above' if image is None else thick})"
+        f"Figure 4: steady 3D temperature, {sink_text(sink)} ({'beam' if sink.spans == 1 else 'spans of'} {size} µm, "
+        f"{'seen from above' if image is None else thick})"
     )
-    checks = [check for check in outcome.checks if check.id == "fig4"]
+    under: list[Check | str] = [check for check in outcome.checks if check.id == "fig4"]
+    if solved < sink.spans:
+        under.insert(0, f"{solved} of {sink.spans} spans, those that were solved: the others are as the middle one")
     label = f"rise above {sink.room_temperature:g} K (K)"
-    return field_figure.draw(shown, image, 0.0, text, label, checks), note
+    return field_figure.draw(shown, image, 0.0, text, label, under), note

@@ -45,9 +45,8 @@ def outcome_text(
     if changed:
         parts.append(plan_text(changed, style).replace("Plan", "As it turned out", 1))
     if outcome.exported is not None:
-        from reduced1d.ladder import few_states_of
-
-        parts.append(f"Exported {few_states_of(outcome.request.reduction)} to {_shown(outcome.exported)}/")
+        what, folder = outcome.exported
+        parts.append(wrapped(f"Exported {what} to {_shown(folder)}/"))
     return "\n\n".join([*parts, where_text(outcome)])
 
 

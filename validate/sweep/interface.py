@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 from scenes.errors import SceneError
 from scenes.sink import Sink
+from validate.processes import processors
 from validate.sweep import axes
 from validate.sweep.axes import Axis
 from validate.sweep.base import Base, base
 from validate.sweep.design import Design
-from validate.sweep.job import Job, Means, checked, processors
+from validate.sweep.job import Job, Means, checked
 from validate.sweep.output import Outcome, write
 from validate.sweep.point import Scope
 from validate.sweep.run import run

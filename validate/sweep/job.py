@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Collection, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -58,11 +57,6 @@ class Means:
     workers: int
     scheduler: str | None = None
     seconds: float | None = None
-
-
-def processors() -> int:
-    """How many processors this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def checked(base: Base, given: str | None, steady: bool, varied: Collection[str] = ()) -> str:

@@ -55,8 +55,8 @@ class Case:
 
 @cache
 def solved(name: str) -> Case:
-    """3D to 1e-4: a current is judged by its change, which is a hundredth of it, and so a hundred times as strictly."""
-    sink = load("sink", [*SCENES[name], "run.accuracy=1e-4"])
+    """3D to 2e-4: a current is judged by its change, which is a hundredth of it, and so a hundred times as strictly."""
+    sink = load("sink", [*SCENES[name], "run.accuracy=2e-4"])
     return Case(sink, solve_3d(sink, Request()), Levels(sink))
 
 

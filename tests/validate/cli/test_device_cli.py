@@ -276,7 +276,8 @@ def test_the_check_of_texts_can_fail() -> None:
 
 def _boxes(figure: Figure) -> list[tuple[str, Any]]:
     """Every text of a figure that is seen, with its box in pixels."""
-    FigureCanvasAgg(figure).draw()
+    FigureCanvasAgg(figure)
+    figure.draw_without_rendering()
     texts = [text for text in figure.findobj(Text) if text.get_visible() and text.get_text().strip()]
     for axis in (axis for ax in figure.axes for axis in (ax.xaxis, ax.yaxis)):
         low, high = sorted(axis.get_view_interval())

@@ -21,8 +21,8 @@ from matplotlib.ticker import FuncFormatter, NullLocator
 
 from compare.verdict import Check
 from scenes.formats import difference_text, percent
-from validate.report.claims import judged
-from validate.report.figures.colours import INK
+from validate.report.checks import judged
+from validate.report.figures import INK
 
 DPI = 130
 _LINE = 0.215  # inches of a line of the title
@@ -54,7 +54,7 @@ def new_figure(
     figure = Figure(figsize=(width, height))
     room = int(width * 12.5)
     said = [check if isinstance(check, str) else verdict_line(check) for check in checks]
-    lines = [line for each in said for line in textwrap.wrap(_kept(each), room)]
+    lines = [line for each in said for line in textwrap.wrap(kept(each), room)]
     for i, line in enumerate([text, *lines]):
         y = 1 - (0.1 + i * _LINE) / height
         figure.text(
@@ -78,7 +78,7 @@ def verdict_line(check: Check) -> str:
     return f"{judged(check)}: {said} (tolerance {percent(check.tolerance, 1)})"
 
 
-def _kept(text: str) -> str:
+def kept(text: str) -> str:
     """With spaces that no line is broken at between a number and its unit."""
     return re.sub(r"(?<=\d) (?=[A-Za-z%])", "\N{NO-BREAK SPACE}", text)
 

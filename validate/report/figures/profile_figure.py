@@ -11,7 +11,7 @@ from compare.figure_checks import profile
 from compare.verdict import PAPERS, Models
 from reduced1d.equations import parabola
 from scenes.formats import quantity, sink_text
-from validate.report.figures.colours import INK, LINES
+from validate.report.figures import INK, LINES
 from validate.report.figures.drawing import band, new_figure
 
 if TYPE_CHECKING:

@@ -11,8 +11,9 @@ from matplotlib.ticker import MaxNLocator
 
 from compare.verdict import PAPERS
 from scenes.formats import quantity, scale, sink_text
+from scenes.quantities import OF_A_SINK
 from scenes.result import Result
-from validate.report.figures.colours import LINES
+from validate.report.figures import LINES
 from validate.report.figures.drawing import band, legend, logarithmic, new_figure, smooth
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from compare.outcome import Outcome
     from scenes.sink import Sink
 
-_NAMES = {"peak_K": "peak", "mean_K": "mean", "end_K": "end", "current_A": "current"}
+_NAMES = {asked.trace: name for name, asked in OF_A_SINK.items()}
 _MARKS = 25
 """How many marks of a user's own trace are drawn."""
 _VISIBLE = 0.004
