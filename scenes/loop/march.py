@@ -206,8 +206,7 @@ def _slices(sizes: list[int]) -> list[slice]:
 def _apply(blocks: list[np.ndarray], vector: np.ndarray, columns: list[slice], rows: list[slice]) -> np.ndarray:
     """The product of a block diagonal matrix with a vector."""
     if len(blocks) == 1:
-        whole: np.ndarray = blocks[0] @ vector
-        return whole
+        return blocks[0] @ vector
     product = np.empty(rows[-1].stop)
     for block, column, row in zip(blocks, columns, rows, strict=True):
         np.dot(block, vector[column], out=product[row])
