@@ -8,6 +8,7 @@ from typing import Any
 
 from scenes.model import AnyScene, MeshScene, Schedule, Value, is_zero, values
 
+OWN = "the scene"
 UNITS = {"voltage": "V", "temperature": "K", "ambient": "K", "heat_flux": "W/m2", "heat_source": "W/m3"}
 
 
@@ -93,4 +94,4 @@ def scenarios(scene: AnyScene, found: tuple[Channel, ...]) -> dict[str, AnyScene
     """What a model is held against, by name: the scene as it is, and a step of each channel alone from rest."""
     rest = {c.name: c.rest for c in found}
     steps = {f"step of {c.name}": driven(scene, rest | {c.name: c.rest + c.step}) for c in found}
-    return {"the scene": scene, **steps}
+    return {OWN: scene, **steps}

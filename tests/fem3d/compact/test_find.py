@@ -11,14 +11,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fem3d import solve_scene
+from fem3d import solve_mesh, solve_scene
 from fem3d.compact.channels import driven
-from fem3d.compact.find import check, compact, needed
+from fem3d.compact.find import check, compact
+from fem3d.compact.judge import needed
 from scenes.compact.files import write
 from scenes.compact.runtime import CompactModel
 from scenes.errors import SceneError
 from scenes.free import load
 from scenes.model import Schedule
+from tests.validate.solve.test_mesh_cli import SCENE as MESH_SCENE
+from tests.validate.solve.test_mesh_cli import WIRE
 
 BAR = """
 [scene]
@@ -153,6 +156,20 @@ def test_a_steady_state_with_currents() -> None:
         assert abs(ours[name] - is_.value) <= stated + is_.error, name
     found.U[:] *= 1.02
     assert abs(found.steady(other)["quarter"] - truth["quarter"].value) > stated
+
+
+def test_a_mesh_file(tmp_path: Path) -> None:
+    """With its given temperature stepped alone, of which no heat comes, as one of the runs."""
+    (tmp_path / "wire.toml").write_text(MESH_SCENE.replace("wire.msh", str(WIRE)))
+    wire = load(str(tmp_path / "wire.toml"), [])
+    found = CompactModel(compact(wire, None, 3e-2))
+    other = {"cold.temperature": 293.4, "plus.voltage": -0.005, "minus.voltage": 0.002, "source-1.heat_source": 5e11}
+    ours, truth = found.steady(other), solve_mesh.solve(driven(wire, other)).steady
+    for name, is_ in truth.items():
+        stated = sum(run["steady"][name]["error"] for run in found.document["error"].values())
+        assert abs(ours[name] - is_.value) <= stated, name
+    found.Y[:, -1] *= 1.1
+    assert abs(found.steady(other)["end"] - truth["end"].value) > stated
 
 
 def test_the_places_of_an_extreme() -> None:
