@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -26,11 +26,42 @@ def grid_of(heat: HeatProblem) -> Grid:
     return heat.domain.space.grid  # type: ignore[attr-defined]
 
 
+class Drawn(NamedTuple):
+    """Hexahedra as of `fem3d.whole.Whole`, and the functions (places, functions of a cell) at the points of a cell."""
+
+    points: np.ndarray
+    hexes: np.ndarray
+    material: np.ndarray
+    functions: np.ndarray
+
+
 class RunFields(ABC):
-    """What a run knows of its fields, on any mesh."""
+    """What a run knows of its fields, on any mesh; for pictures on linear hexahedra."""
+
+    _drawn: Any  # Drawn or Whole, made when asked for
 
     def __init__(self, heat: HeatProblem, state: SteadyState | None, transient: Transient | None) -> None:
         self._heat, self._state, self._transient = heat, state, transient
+
+    @property
+    def points(self) -> np.ndarray:
+        """(n, 3) in m."""
+        return self._drawn.points
+
+    @property
+    def hexes(self) -> np.ndarray:
+        """(m, 8) point numbers, in VTK's order."""
+        return self._drawn.hexes
+
+    @property
+    def material_names(self) -> list[str]:
+        """Names of the materials, in the order of ``material``."""
+        return list(dict.fromkeys(m.name for m in self._heat.domain.materials))
+
+    @property
+    def material(self) -> np.ndarray:
+        """(m,): the material of each hexahedron."""
+        return self._drawn.material
 
     @property
     def distinct(self) -> RunFields:
@@ -109,29 +140,9 @@ class Fields(RunFields):
         return found
 
     @cached_property
-    def _whole(self) -> Whole:
+    def _drawn(self) -> Whole:
         intervals = [np.repeat(np.arange(len(d)), d) for d in self._space.grid.degrees]
         return Whole(self._space.grid, self._symmetry, self._axes, intervals, CORNERS)
-
-    @property
-    def points(self) -> np.ndarray:
-        """(n, 3) in m."""
-        return self._whole.points
-
-    @property
-    def hexes(self) -> np.ndarray:
-        """(m, 8) point numbers, in VTK's order."""
-        return self._whole.hexes
-
-    @property
-    def material_names(self) -> list[str]:
-        """Names of the materials, in the order of ``material``."""
-        return self._whole.material_names
-
-    @property
-    def material(self) -> np.ndarray:
-        """(m,): the material of each hexahedron."""
-        return self._whole.material
 
     def quadratic(self, times: np.ndarray, accuracy: float) -> Quadratic:
         """Quadratic cells fine enough for the steady state, if there is one, and for some times (s), in this order;
@@ -145,4 +156,4 @@ class Fields(RunFields):
         return float(self._heat.domain.scene.initial_temperature + self._space.ceiling(self._heat.field(rises)))
 
     def _sampled(self, functions: np.ndarray) -> np.ndarray:
-        return self._whole.at_points(self._space.sample(functions, *self._axes))
+        return self._drawn.at_points(self._space.sample(functions, *self._axes))

@@ -168,12 +168,8 @@ def _steady(placed: Placed, study: Study, say: Callable[[str], None]) -> Result:
 
     found = _refined(placed, say, study.accuracy, solved, compared)
     fine: Solution = found.answer
-    details = _details(placed, found, found.errors, study) | {
-        "steps": 0,
-        "energy_imbalance": solve_scene.imbalance(fine.out),
-        "transient_imbalance": None,
-        "fields": MeshFields(placed, found.space.heat, fine.state, None),
-    }
+    details = _details(placed, found, found.errors, study) | solve_scene.of_steady(fine.out)
+    details["fields"] = MeshFields(placed, found.space.heat, fine.state, None)
     return Result("fem3d", {n: Estimate(float(v), found.errors[n]) for n, v in fine.quantities.items()}, None, details)
 
 
@@ -198,41 +194,27 @@ def _transient(placed: Placed, study: Study, say: Callable[[str], None]) -> Resu
     found = _refined(placed, say, (1 - time_response.ROW_SHARE) * study.accuracy, solved, compared)
     fine: Marched = found.answer
     made = time_response.with_rows(study, fine.answer, fine.reduced, found.errors, found.scales, fine.generations)
-    details = _details(placed, found, made.errors, study) | {
-        "steps": len(fine.answer.trajectory.steps),
-        "energy_imbalance": made.imbalance,
-        "transient_imbalance": made.imbalance,
-        "accurate_from_s": study.earliest,
-        "jumps": len(found.space.heat.jumps(study.end)),
-        "fields": MeshFields(placed, found.space.heat, None, fine.answer),
-    }
+    details = _details(placed, found, made.errors, study) | solve_scene.over_time(study, made)
+    details["fields"] = MeshFields(placed, found.space.heat, None, fine.answer)
     return Result("fem3d", {}, Traces(made.times, made.traces, made.errors), details)
 
 
 def _details(placed: Placed, found: Found, errors: dict[str, float], study: Study) -> dict[str, Any]:
     space, mesh = found.space, placed.mesh
-    conductor, functions = space.problems.conductors[space.degree - 1], space.problems.domain.space
-    electric = 0 if conductor is None else len(conductor.free)
-    return {
-        "unknowns": space.heat.free if physics.heat(placed.scene) else electric,
-        "electric_unknowns": electric,
-        "levels": found.levels,
+    whole = space.problems.domain.space
+    own = solve_scene.described(study, space.heat, space.problems.conductors[space.degree - 1], found.levels)
+    return own | {
         "scales": found.scales,
         "symmetry": "whole",
         "warnings": _warnings({n: e / found.scales[n] for n, e in errors.items()}, study, space),
         "mesh": {
-            "cells": mesh.count,
-            "cell_type": mesh.file_type,
-            "nodes": space.heat.size,
-            "refined": space.refined,
-            "lowest_degree": space.degree,
-            "highest_degree": space.degree,
-            "volume_m3": float(functions.on(np.arange(functions.mesh.t.shape[1])).weights.sum()),
-            "volume_groups": sorted(mesh.volumes),
-            "surface_groups": sorted(mesh.surfaces),
+            "cells": mesh.count, "cell_type": mesh.file_type, "nodes": space.heat.size, "refined": space.refined,
+            "lowest_degree": space.degree, "highest_degree": space.degree,
+            "volume_m3": float(whole.on(np.arange(whole.mesh.t.shape[1])).weights.sum()),
+            "volume_groups": sorted(mesh.volumes), "surface_groups": sorted(mesh.surfaces),
         },
         "plan": _plan(placed, space),
-    }
+    }  # fmt: skip
 
 
 def _warnings(relative: dict[str, float], study: Study, space: Space) -> list[str]:

@@ -18,7 +18,7 @@ from scenes.loop.result import QUANTITIES
 from scenes.loop.runs import BAND, Run
 from scenes.loop.settling import settling
 from validate.report import asked_for, checks
-from validate.report.claims import NAMES, amount, claimed, in_full, off_by, sides
+from validate.report.checks import NAMES, amount, claimed, in_full, off_by, sides
 from validate.report.table import Row, Section, Style, Table, sentences, wrapped
 
 if TYPE_CHECKING:

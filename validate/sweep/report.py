@@ -29,6 +29,7 @@ def page(folder: Path, found: Table, document: Mapping[str, Any]) -> str:
     script = Path(__file__).with_name("hover.js").read_text(encoding="utf-8")
     data = json.dumps(_data(found), separators=(",", ":")).replace("</", "<\\/")
     counts, sentence = document["counts"], document["sentence"]
+    said = f"{sentence[0].upper()}{sentence[1:]}."
     rows = [
         [
             text(check),
@@ -55,7 +56,7 @@ def page(folder: Path, found: Table, document: Mapping[str, Any]) -> str:
         ),
     ]
     scripts = f'<script type="application/json" id="rows">{data}</script>\n<script>\n{script}</script>'
-    return whole(job.base.name, f"{sentence[0].upper()}{sentence[1:]}.", "", parts, scripts, _STYLE)
+    return whole(job.base.name, f'<p class="verdict">{text(said)}</p>', parts, scripts, _STYLE)
 
 
 _STYLE = """

@@ -21,7 +21,7 @@ from matplotlib.ticker import FuncFormatter, NullLocator
 
 from compare.verdict import Check
 from scenes.formats import difference_text, percent
-from validate.report.claims import judged
+from validate.report.checks import judged
 from validate.report.figures.colours import INK
 
 DPI = 130

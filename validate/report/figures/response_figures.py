@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from reduced1d.device.steady import steady
 from scenes.formats import scale
 from scenes.loop.runs import Run
-from validate.report.claims import drawn, with_mu
+from validate.report.checks import drawn, with_mu
 from validate.report.figures.colours import INK, LAYERS
 from validate.report.figures.drawing import legend, new_figure
 

@@ -49,21 +49,21 @@ def page(
     counted = f"<p>{text(counted)}</p>" if counted else ""
     script = f"{data}\n<script>\n{_read('scene.js')}</script>" if data else ""
     warnings = "\n".join(f'<p class="warning">{text(w)}.</p>' for w in document.get("warnings") or ())
-    below = f"{counted}\n{_tally(document)}\n{warnings}\n{headings(parts)}\n"
-    return whole(title, answer, below, parts, script)
+    head = f'<p class="verdict">{text(answer)}</p>\n{counted}\n{_tally(document)}\n{warnings}\n{headings(parts)}'
+    return whole(title, head, parts, script)
 
 
-def whole(title: str, answer: str, below: str, parts: Iterable[str], script: str, style: str = "") -> str:
-    """The text of a page: its title, the answer with what stands ``below`` it, the parts, and its script."""
+def whole(title: str, head: str, parts: Sequence[str], script: str, style: str = "") -> str:
+    """A page of a title, what stands under it, parts and a script, with nothing outside of it; ``style`` is added."""
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         # An empty icon, so that no browser asks for one.
         '<link rel="icon" href="data:,">\n'
         f"<title>{text(title)}</title>\n<style>\n{_read('style.css')}{style}</style>\n</head>\n<body>\n<header>\n"
-        f'<h1>{text(title)}</h1>\n<p class="verdict">{text(answer)}</p>\n'
-        f"{below}</header>\n<main>\n" + "\n".join(parts) + f"\n</main>\n{script}\n</body>\n</html>\n"
-    )
+        f"<h1>{text(title)}</h1>\n{head}\n</header>\n<main>\n" + "\n".join(parts)
+        + f"\n</main>\n{script}\n</body>\n</html>\n"
+    )  # fmt: skip
 
 
 def _tally(document: Mapping[str, Any]) -> str:

@@ -10,7 +10,7 @@ from html import escape
 from typing import Any
 
 from scenes.formats import quantity
-from validate.report.claims import NAMES as DEVICE
+from validate.report.checks import NAMES as DEVICE
 from validate.report.sink import QUANTITIES as SINK
 from validate.report.table import MARKS, Section, Table
 
