@@ -85,7 +85,7 @@ def solution(study: Study, given: Problems, level: int = 2, follow: bool | None 
 @dataclass(frozen=True, eq=False)
 class Level:
     """What is known of a mesh: its problems, the fine and the low solution, the quantities' scales and errors, and what
-    each interval misses, for each goal and for the worst of them, relative to the scales."""
+    each interval misses, for the power, for each goal with it, and for the worst of them, relative to the scales."""
 
     problems: Problems
     fine: Solution
@@ -117,7 +117,8 @@ def examined(study: Study, given: Problems, fine: Solution, marks: Features) -> 
     unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
     errors = _errors(study, fine, low, scales, goals, estimate.total(power), unsettled, tail(goals, parts, judge.most))
     missing = estimate.worst(goals.values(), power)
-    return Level(given, fine, low, scales, errors, goals, missing)
+    goals = {name: [a + b for a, b in zip(own, power, strict=True)] for name, own in goals.items()}
+    return Level(given, fine, low, scales, errors, {"power": power} | goals, missing)
 
 
 def tail(goals: Mapping[str, Spread], parts: Mapping[str, Parts], most: float) -> float:
@@ -270,10 +271,7 @@ def goal_row(heat: HeatProblem, probe: object, rise: np.ndarray) -> np.ndarray |
     if how.extreme is None:
         # Tested with the dual solution minus its values at fixed nodes, whose heat is the reaction itself.
         return how.whole_row(heat)
-    place = how.extreme.where(heat.field(rise))
-    found = np.zeros(heat.domain.space.size)
-    found[heat.domain.space.dofs[:, place.cell]] = heat.domain.space.at(place.point[:, None])[0]
-    return heat.take(found)
+    return heat.take(how.extreme.where(heat.field(rise)).row(heat.domain.space))
 
 
 def electric_parts(given: Problems) -> Parts:
