@@ -5,13 +5,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from compare.verdict import FIRST_TIME, Check, Comparison, judged
+from compare.verdict import FIRST_TIME, Check, Comparison, Models, judged
 from scenes.checks import AGAINST_TOLERANCES
 from scenes.errors import SceneError, quoted
 from scenes.formats import quantity, signed
@@ -83,6 +83,12 @@ def evaluate(sink: Sink, data: Data, fem3d: Result) -> tuple[Check, ...]:
     """A check for every quantity of the data, in the order of the declared tolerances."""
     keys = [key for key in _OF if key in data.values and check_id(key) in AGAINST_TOLERANCES]
     return tuple(judged(check_id(key), compare(sink, data, fem3d, key), sink, always=True) for key in keys)
+
+
+def definitions(data: Data) -> dict[str, Callable[[Models], Comparison]]:
+    """What the checks of a file are made of, by their ids."""
+    keys = [key for key in _OF if key in data.values]
+    return {check_id(key): lambda models, key=key: compare(models.sink, data, models.fem3d, key) for key in keys}
 
 
 def compare(sink: Sink, data: Data, fem3d: Result, key: str) -> Comparison:

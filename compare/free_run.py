@@ -34,7 +34,13 @@ def reported(scene: AnyScene, request: Request) -> AnyScene:
 
 def plan(scene: AnyScene, request: Request, data: None = None) -> tuple[Step, ...]:
     """What `solve` will do, before it does it."""
-    return of_free(scene, request, solver(scene).plan(scene))
+    return of_free(scene, request, solver(scene).plan(scene, *_whole(scene, request)))
+
+
+def _whole(scene: AnyScene, request: Request) -> tuple[bool, ...]:
+    """Whether a scene of boxes is solved whole: a number of one side changes that side alone."""
+    asked = request.sensitivities or request.uncertain is not None
+    return () if isinstance(scene, MeshScene) else (asked,)
 
 
 def solver(scene: AnyScene) -> Any:
@@ -52,7 +58,7 @@ def solve(
         model = solver(scene)
     say("solving in 3D")
     with clock.stage("fem3d"):
-        result: Result = model.solve(scene, say)
+        result: Result = model.solve(scene, say, *_whole(scene, request))
     shown, warnings = None, tuple(result.details.get("warnings", ()))
     with clock.stage("checks"):
         if physics.heat(scene):
@@ -66,4 +72,24 @@ def solve(
             if result.traces is not None and "field" not in skipped_free_figures(scene, request):
                 shown = hottest.farthest(fields, times, scene.initial_temperature)
     steps = of_free(scene, request, tuple(result.details["plan"]))
-    return Outcome(scene, request, steps, result, warnings=warnings, shown=shown)
+    outcome = Outcome(scene, request, steps, result, warnings=warnings, shown=shown)
+    if not request.sensitivities and request.uncertain is None:
+        return outcome
+    say("sensitivities")
+    with clock.stage("sensitivities"):
+        return _with_sensitivities(outcome)
+
+
+def _with_sensitivities(outcome: Outcome[AnyScene]) -> Outcome[AnyScene]:
+    """With how the probes follow the numbers of the scene, and what uncertain ones make of them."""
+    from compare.inputs import sensitivities
+    from compare.inputs.propagation import propagated
+
+    uncertain = outcome.request.uncertain
+    found = sensitivities.of_free(outcome.scene, outcome.solved)
+    outcome = replace(outcome, warnings=(*outcome.warnings, *found.remarks()))
+    if outcome.request.sensitivities:
+        outcome = replace(outcome, sensitivities=found)
+    return (
+        outcome if uncertain is None else replace(outcome, propagated=propagated(uncertain, found, found.values, None))
+    )

@@ -318,6 +318,14 @@ class BrickFaces:
             found[at] = u[self._space.dofs[:, self._cells[at]].T] @ self._tables(d, upper)[0].T
         return found
 
+    def slope(self, u: np.ndarray) -> np.ndarray:
+        """(facets, points): its derivative along the outward normal."""
+        found = np.empty(self.areas.shape)
+        for at, d, upper in self._sides:
+            outwards = (1.0 if upper else -1.0) / self._space.h[d, self._cells[at]][:, None]
+            found[at] = u[self._space.dofs[:, self._cells[at]].T] @ self._tables(d, upper)[1].T * outwards
+        return found
+
     def load(self, density: np.ndarray | float = 1.0) -> np.ndarray:
         """(functions,): the integral of a density (facets, 1 or points) times each function."""
         found = np.zeros(self._space.size)

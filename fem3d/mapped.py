@@ -189,6 +189,13 @@ class MappedFaces:
             found[at] = np.asarray(basis.interpolate(u))
         return found
 
+    def slope(self, u: np.ndarray) -> np.ndarray:
+        """(facets, points): its derivative along the outward normal."""
+        found = np.empty(self.areas.shape)
+        for at, basis, normal in self._sides:
+            found[at] = (basis.interpolate(u).grad * normal).sum(axis=0)
+        return found
+
     def load(self, density: np.ndarray | float = 1.0) -> np.ndarray:
         """(functions,): the integral of a density (facets, 1 or points) times each function."""
         full, found = np.broadcast_to(density, self.areas.shape), np.zeros(self._space.size)

@@ -36,7 +36,7 @@ def of_sink(sink: Sink, result: Result, instants: Sequence[float] = (), keys: Se
     given = Given.of(state.heat.domain)
     others = {key: partial(_part, varied(sink, key, 1 + sensitivity.STEP)) for key in keys or numbers(sink)}
     by, left_out = sensitivity.motions(study, given, others)
-    steady = sensitivity.steady_table(study, state, result.steady, given, by)
+    steady, _ = sensitivity.steady_table(study, state, sensitivity.Known(result.steady, {}), given, by)
     course = None
     if response is not None:
         course = sensitivity_over_time.over_time(study, response.transient, by, steady, instants)

@@ -172,6 +172,8 @@ def _steady(placed: Placed, study: Study, say: Callable[[str], None]) -> Result:
         "steps": 0,
         "energy_imbalance": solve_scene.imbalance(fine.out),
         "transient_imbalance": None,
+        "study": study,
+        "solution": fine,
         "fields": MeshFields(placed, found.space.heat, fine.state, None),
     }
     return Result("fem3d", {n: Estimate(float(v), found.errors[n]) for n, v in fine.quantities.items()}, None, details)
@@ -204,6 +206,7 @@ def _transient(placed: Placed, study: Study, say: Callable[[str], None]) -> Resu
         "transient_imbalance": made.imbalance,
         "accurate_from_s": study.earliest,
         "jumps": len(found.space.heat.jumps(study.end)),
+        "transient": fine.answer,
         "fields": MeshFields(placed, found.space.heat, None, fine.answer),
     }
     return Result("fem3d", {}, Traces(made.times, made.traces, made.errors), details)

@@ -14,6 +14,7 @@ from validate.cli.terminal import DIFFERS, FINE, Progress, show, style
 if TYPE_CHECKING:
     from compare.against import Data
     from scenes.plan import Request, Step
+    from scenes.uncertain import Uncertain
 
 STATUS = "exit status: 0 every check came out as the scene declares, 1 one did not, 2 bad input, 3 the numerics failed"
 
@@ -40,6 +41,23 @@ def explain_options(add: Callable[..., Any]) -> None:
     add("--explain", action="store_true",
         help="print first what will be solved and what is skipped, and why; then run")  # fmt: skip
     add("--dry-run", action="store_true", help="print that plan alone: nothing is solved or written")
+
+
+def uncertain_options(add: Callable[..., Any], example: str, pair: str) -> None:
+    """Adds those that say how well keys are known, with an ``example`` of that, and a ``pair`` that goes together."""
+    add("--uncertain", action="append", default=[], metavar="KEY=U",
+        help=f"the standard uncertainty of a key, as often as needed: {example}")  # fmt: skip
+    add("--correlated", action="append", default=[], metavar="KEY,KEY=R",
+        help=f"the correlation of two uncertain keys, from -1 to 1: {pair}")  # fmt: skip
+
+
+def uncertain(arguments: argparse.Namespace, scene: object) -> Uncertain | None:
+    """How well the keys are known; None where nothing is said of it."""
+    if not arguments.uncertain and not arguments.correlated:
+        return None
+    from scenes.uncertain import read
+
+    return read(scene, arguments.uncertain, arguments.correlated)
 
 
 def settings(arguments: argparse.Namespace, *more: tuple[str, str | None], accuracy: str = "run.accuracy") -> list[str]:

@@ -18,7 +18,8 @@ def describe(parser: argparse.ArgumentParser) -> None:
         "examples:\n"
         "  validate scene bridge > mine.toml; validate solve mine.toml\n"
         '  validate solve bridge --set "boundary.left electrode.voltage=3V" --accuracy 1e-4\n'
-        "  validate solve hotplate --end-time 2ms --explain\n\n"
+        "  validate solve hotplate --end-time 2ms --explain\n"
+        "  validate solve bridge --sensitivities\n\n"
         "results: summary.json, traces.csv (a column per probe) and figures in\n"
         "results/<scene>-<what distinguishes it>/\n"
         "exit status: 0 solved, 2 bad input, 3 the numerics failed"
@@ -33,6 +34,10 @@ def describe(parser: argparse.ArgumentParser) -> None:
     add("--out", metavar="DIR", help="the results folder; a run that is there is replaced")
     add("--no-figures", action="store_false", dest="figures", help="no figures")
     add("--fields", action="store_true", help="write the 3D temperature fields (fem3d.pvd with .vtu files)")
+    add("--sensitivities", action="store_true",
+        help="how every probe follows each number of the scene: d ln probe / d ln key")  # fmt: skip
+    common.uncertain_options(add, "box.beam.upper.z=0.1um, boundary.drive.voltage=1%%",
+                             "box.beam.lower.x,box.beam.upper.x=-1")  # fmt: skip
     common.explain_options(add)
     add("--quiet", action="store_true", help="print one line only")
     add("--json", action="store_true", help="print summary.json in place of the tables")
@@ -48,6 +53,9 @@ def run(arguments: argparse.Namespace) -> int:
         raise SceneError(f"--steady and --end-time {arguments.end_time} contradict each other: give one of them")
     until = ("run.end_time", arguments.end_time)
     settings = common.settings(arguments, ("run.steady", "true" if arguments.steady else None), until)
-    request = Request(figures=arguments.figures, fields=arguments.fields, command=arguments.command_line)
-    scene = reported(load(arguments.scene, settings), request)
-    return common.run(arguments, scene, request, settings)
+    scene = load(arguments.scene, settings)
+    request = Request(
+        figures=arguments.figures, fields=arguments.fields, sensitivities=arguments.sensitivities,
+        uncertain=common.uncertain(arguments, scene), command=arguments.command_line,
+    )  # fmt: skip
+    return common.run(arguments, reported(scene, request), request, settings)

@@ -143,11 +143,9 @@ def tables(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) ->
     if outcome.checks:
         parts += [_checks(outcome.checks, style), _reasons(outcome.checks, contrary, style)]
     if outcome.sensitivities is not None:
-        from reduced1d.device.slopes import QUANTITIES as FOLLOWED
-        from validate.report.sensitivities import sensitivities_text
+        from validate.report.sensitivities import followed, sensitivities_text
 
-        shown = {name: FOLLOWED[name] for name in ("sink_power_W", "sensor_power_W", "sensor_V")}
-        parts.append(sensitivities_text(outcome.sensitivities, (), style, shown))
+        parts.append(sensitivities_text(outcome.sensitivities, outcome.checks, style, followed(outcome)))
     if outcome.design is not None:
         parts.append(_design(outcome.design, outcome, style))
     return parts
@@ -328,5 +326,6 @@ FIGURES = {
     "figure11": "response_figures.slow",
     "figure12": "step_figures.responses",
     "figure13": "step_figures.characteristic",
+    "sensitivity": "sensitivity_figure.draw",
 }
 """What draws each figure of the plan, in ``validate.report.figures``."""

@@ -53,7 +53,16 @@ def headline(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style
 
 def tables(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style) -> list[str]:
     """The probes, and those of a transient at the times asked for."""
-    return [_probes(outcome, style), *_at_times(outcome, style)]
+    parts = [_probes(outcome, style), *_at_times(outcome, style)]
+    if outcome.propagated is not None:
+        from validate.report.inputs import inputs_text
+
+        parts.append(inputs_text(outcome, outcome.propagated, style))
+    if outcome.sensitivities is not None:
+        from validate.report.sensitivities import followed, sensitivities_text
+
+        parts.append(sensitivities_text(outcome.sensitivities, (), style, followed(outcome)))
+    return parts
 
 
 def value_text(probe: Probe | GroupProbe, result: Result, style: Style) -> str:
@@ -168,13 +177,26 @@ def entries(outcome: Outcome[AnyScene]) -> dict[str, Any]:
                 for name, values in result.traces.values.items()
             },
         }
-    return {"fem3d": found}
+    entries: dict[str, Any] = {"fem3d": found}
+    if outcome.propagated is not None:
+        from validate.report.inputs import entered
+
+        entered(entries, outcome.propagated, None)
+    if outcome.sensitivities is not None:
+        entries["sensitivities"] = outcome.sensitivities.document()
+    return entries
 
 
 def columns(outcome: Outcome[AnyScene]) -> dict[str, np.ndarray]:
     """The columns of traces.csv: time_s, and one for each probe by its name (K, V, W or A); empty of a steady scene."""
     traces = outcome.solved.traces
     return {} if traces is None else {"time_s": traces.time, **traces.values}
+
+
+def more_columns(outcome: Outcome[AnyScene]) -> dict[str, dict[str, np.ndarray]]:
+    """The columns of other files, by their names."""
+    found = outcome.sensitivities
+    return {} if found is None or found.course is None else {"sensitivities.csv": found.course.columns()}
 
 
 def at(traces: Traces, name: str, times: np.ndarray) -> np.ndarray:
@@ -200,7 +222,7 @@ def stored(outcome: Outcome[AnyScene]) -> tuple[np.ndarray, float, None]:
     return times[:0] if scene.steady else times, scene.initial_temperature, None
 
 
-FIGURES = {"figure traces": "trace_figure.draw"}
+FIGURES = {"figure traces": "trace_figure.draw", "sensitivity": "sensitivity_figure.draw"}
 """What draws each figure of the plan but that of the field, in ``validate.report.figures``."""
 FIELD_FIGURE = "figure field"
 

@@ -83,9 +83,9 @@ def tables(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) -> l
 
         parts.append(air_text(outcome.air, style))
     if outcome.sensitivities is not None:
-        from validate.report.sensitivities import sensitivities_text
+        from validate.report.sensitivities import followed, sensitivities_text
 
-        parts.append(sensitivities_text(outcome.sensitivities, outcome.checks, style))
+        parts.append(sensitivities_text(outcome.sensitivities, outcome.checks, style, followed(outcome)))
     if outcome.why is not None:
         from validate.report.budget import budget_text
 

@@ -24,8 +24,10 @@ def sensitivities(document: Document) -> str:
     ]
     still = [key for key in found if sizes[key] <= _LEAST]
     note = (
-        "<p>Logarithmic derivatives, d ln(quantity) / d ln(key): by how many percent a quantity of the steady state "
-        "changes for each percent of a key. 3D with its numerical error, and below it 1D.</p>"
+        "<p>Logarithmic derivatives, d ln(quantity) / d ln(key): by how many percent a quantity of the steady state, "
+        "over time of a free scene what it is at most, changes for each percent of a key; temperatures as rises, a "
+        "coordinate in percent of its box's size. 3D with its numerical error; where there are both models, 1D below "
+        "it.</p>"
     )
     rest = f"<p>Nothing steady follows {text(', '.join(still))}.</p>" if still else ""
     heads = ["key", *(named(name)[0] for name in names)]
