@@ -14,19 +14,16 @@ import numpy as np
 from compare.verdict import FIRST_TIME, Check, Comparison, Models, judged
 from scenes.checks import AGAINST_TOLERANCES
 from scenes.errors import SceneError, quoted
-from scenes.formats import quantity, signed
+from scenes.formats import cut, quantity, signed
+from scenes.quantities import OF_A_SINK
 from scenes.result import Result
 from scenes.sink import Sink
 
-QUANTITIES = {"peak": "peak_K", "end": "end_K", "mean": "mean_K", "current": "current_A", "power": "power_W"}
+QUANTITIES = {name: asked.trace for name, asked in OF_A_SINK.items() if asked.trace}
 """What a user calls the quantities of traces.csv."""
-_OF = {
-    "peak_K": ("peak_rise_K", "final rise"),
-    "end_K": ("end_rise_K", "final rise"),
-    "mean_K": ("mean_rise_K", "final rise"),
-    "current_A": ("current_A", "final change"),
-    "power_W": ("power_W", "final value"),
-}
+_NAMES = {key: name for name, key in QUANTITIES.items()}
+_OF = {"current_A": "final change", "power_W": "final value"}
+"""What a difference of a trace is relative to, where that is no final rise."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +58,7 @@ class Data:
 
     def said(self) -> str:
         """One sentence: which column is which quantity, of which run, and which are left out, and why."""
-        names = {"time_s": "time", **{key: name for name, key in QUANTITIES.items()}}
+        names = {"time_s": "time", **_NAMES}
         how = {key: f" ({text})" for key, text in self.how.items()}
         parts = [", ".join(f"{names[k]} is {quoted(header)}{how.get(k, '')}" for k, header in self.headers.items())]
         parts += [self.run] if self.run else []
@@ -81,14 +78,17 @@ def check_id(key: str) -> str:
 
 def evaluate(sink: Sink, data: Data, fem3d: Result) -> tuple[Check, ...]:
     """A check for every quantity of the data, in the order of the declared tolerances."""
-    keys = [key for key in _OF if key in data.values and check_id(key) in AGAINST_TOLERANCES]
+    keys = [key for key in _NAMES if key in data.values and check_id(key) in AGAINST_TOLERANCES]
     return tuple(judged(check_id(key), compare(sink, data, fem3d, key), sink, always=True) for key in keys)
 
 
 def definitions(data: Data) -> dict[str, Callable[[Models], Comparison]]:
     """What the checks of a file are made of, by their ids."""
-    keys = [key for key in _OF if key in data.values]
-    return {check_id(key): lambda models, key=key: compare(models.sink, data, models.fem3d, key) for key in keys}
+
+    def of(key: str) -> Callable[[Models], Comparison]:
+        return lambda models: compare(models.sink, data, models.fem3d, key)
+
+    return {check_id(key): of(key) for key in data.values}
 
 
 def compare(sink: Sink, data: Data, fem3d: Result, key: str) -> Comparison:
@@ -126,7 +126,7 @@ def compare(sink: Sink, data: Data, fem3d: Result, key: str) -> Comparison:
             f"{quantity(m, unit)}, {signed(float(off[i]), unit)} of a {of} of {quantity(scale, unit)}"
         )
 
-    title = f"{_title(key)}, {_short(data.name)}"
+    title = f"{_NAMES[key]}, {cut(data.name, 16, '...')}"
     return Comparison(title, p, m, unit, float(off[i]) / abs(scale), error, because, float(time[i]))
 
 
@@ -142,18 +142,9 @@ def interpolation_error(data: Data, key: str, first: float, last: float) -> floa
 
 
 def _scale(fem3d: Result, key: str) -> tuple[float, str]:
-    name, of = _OF[key]
-    value = fem3d.steady[name].value
+    of, value = _OF.get(key, "final rise"), fem3d.steady[OF_A_SINK[_NAMES[key]].steady].value
     if key == "current_A":
         assert fem3d.traces is not None
         change = value - float(fem3d.traces.values[key][0])
         return (change, of) if change else (value, "final value")
     return value, of
-
-
-def _title(key: str) -> str:
-    return {"peak_K": "peak", "end_K": "end", "mean_K": "mean", "current_A": "current", "power_W": "power"}[key]
-
-
-def _short(name: str) -> str:
-    return name if len(name) <= 16 else f"{name[:13]}..."

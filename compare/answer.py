@@ -27,8 +27,6 @@ _PLACES = {"peak": ("peak", "peak_rise_K", "fig4"), "end": ("ends", "end_rise_K"
 _OVER_TIME = {"fig6_peak": "peak", "fig6_end": "end", "fig7_current": "current"}
 _EXPLAINED = 2 / 3
 """The share of a difference from which on its causes are taken to explain it."""
-QUICK_SPANS = 8
-"""Up to which the ladder of a row of spans is climbed unasked: its fin has some thirty states for each."""
 _MORE = 1.1
 """How many times its steady value a difference over time must be to be told apart from it."""
 
@@ -148,8 +146,6 @@ def _ladder(outcome: Outcome[Sink], levels: Levels | None, transient: bool) -> t
     assert outcome.fem3d is not None
     assert outcome.reduced1d is not None
     name = outcome.reduced1d.model
-    if outcome.scene.spans > QUICK_SPANS:
-        return None, f"the fin of more than {QUICK_SPANS} spans takes longer than all else: asked for with --why"
     fem3d = outcome.fem3d if transient else replace(outcome.fem3d, traces=None)
     try:
         return budget(

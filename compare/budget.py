@@ -9,13 +9,14 @@ their interaction.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from compare.verdict import FIRST_TIME
 from scenes.formats import percent, quantity, signed
+from scenes.quantities import OF_A_SINK
 
 if TYPE_CHECKING:
     from reduced1d.ladder.levels import Levels
@@ -23,8 +24,8 @@ if TYPE_CHECKING:
     from scenes.result import Result
     from scenes.sink import Sink
 
-QUANTITIES = {"peak": ("peak_rise_K", "peak_K", "K"), "end": ("end_rise_K", "end_K", "K"),
-              "current": ("current_A", "current_A", "A")}  # fmt: skip
+ITSELF = "current"
+QUANTITIES = {name: OF_A_SINK[name] for name in ("peak", "end", "current")}
 
 
 @dataclass(frozen=True)
@@ -94,42 +95,40 @@ def budget(
     over_time = {}
     if times is not None and times[-1] > FIRST_TIME:
         late = np.concatenate([[FIRST_TIME], times[times > FIRST_TIME]])
-        curves = {name: _curves(results, key, late) for name, (_, key, _) in QUANTITIES.items()}
-        transient = tuple(
-            _transient_split(split, found, results, curves[split.quantity], late) for split in steady
-        )  # fmt: skip
+        curves = {name: _curves(results, asked.trace, late) for name, asked in QUANTITIES.items()}
+        transient = tuple(_transient_split(split, found, results, curves[split.quantity], late) for split in steady)
         over_time = {name: -np.diff(curve, axis=0) for name, curve in curves.items()}
         times = late
-    sentence = _sentence(found, (*steady, *transient))
+    sentence = _sentence(found, (*steady, *transient), of_current(sink))
     return Budget(start, steady, transient, times if over_time else None, over_time, sentence)
 
 
 def scale_of(sink: Sink, name: str, fem3d: Result, levels: Levels) -> float:
     """What differences of a quantity are relative to: the final 3D rise; the change of the 3D current from the cold
-    sink's, which is V over the cold resistance, or the current itself where that does not change."""
-    value = fem3d.steady[QUANTITIES[name][0]].value
-    if name != "current":
-        return abs(value)
-    if not sink.silicon.temperature_coefficient:
+    sink's, which is V over the cold resistance, or the current itself (`of_current`)."""
+    value = fem3d.steady[QUANTITIES[name].steady].value
+    if name != "current" or of_current(sink) == ITSELF:
         return abs(value)
     if fem3d.traces is not None:
         return abs(value - float(fem3d.traces.values["current_A"][0]))
-    if sink.spans > 1:
-        return abs(value - sink.spans * sink.voltage / levels.fine.fin().resistance)
     return abs(value - sink.voltage / levels.fine.plate.current.whole.resistance)
 
 
+def of_current(sink: Sink) -> str:
+    """What differences of the current are relative to, in words: itself where it does not change, and of a row, whose
+    islands add to the resistance whatever the temperature."""
+    return "change of the current" if sink.silicon.temperature_coefficient and sink.spans == 1 else ITSELF
+
+
 def _steady_split(scale: float, name: str, found: Sequence[Rung], results: Sequence[Result]) -> Split:
-    key, _, unit = QUANTITIES[name]
-    estimates = [result.steady[key] for result in results]
+    asked = QUANTITIES[name]
+    estimates = [result.steady[asked.steady] for result in results]
     parts = tuple(
         Part(rung.blame, a.value - b.value, a.error + b.error)
         for rung, a, b in zip(found, estimates[:-1], estimates[1:], strict=True)
     )
     first, last = estimates[0], estimates[-1]
-    return Split(
-        name, unit, scale, first.value - last.value, first.error + last.error, parts
-    )  # fmt: skip
+    return Split(name, asked.unit, scale, first.value - last.value, first.error + last.error, parts)
 
 
 def _curves(results: Sequence[Result], key: str, late: np.ndarray) -> np.ndarray:
@@ -145,33 +144,25 @@ def _transient_split(
     steady: Split, found: Sequence[Rung], results: Sequence[Result], curves: np.ndarray, late: np.ndarray
 ) -> Split:
     i = int(np.argmax(np.abs(curves[0] - curves[-1])))
-    errors = [r.traces.errors[QUANTITIES[steady.quantity][1]] for r in results if r.traces is not None]
+    errors = [r.traces.errors[QUANTITIES[steady.quantity].trace] for r in results if r.traces is not None]
     drops = -np.diff(curves, axis=0)
     worst = np.argmax(np.abs(drops), axis=1)
     parts = tuple(
-        Part(
-            rung.blame,
-            float(drops[n, i]),
-            errors[n] + errors[n + 1],
-            largest=float(drops[n, at]),
-            when=float(late[at]),
-        )
+        Part(rung.blame, float(drops[n, i]), errors[n] + errors[n + 1], float(drops[n, at]), float(late[at]))
         for n, (rung, at) in enumerate(zip(found, worst, strict=True))
     )
     total = float(curves[0, i] - curves[-1, i])
-    return Split(
-        steady.quantity, steady.unit, steady.scale, total, errors[0] + errors[-1], parts, float(late[i])
-    )  # fmt: skip
+    return replace(steady, total=total, error=errors[0] + errors[-1], parts=parts, time=float(late[i]))
 
 
-def _sentence(found: Sequence[Rung], splits: Sequence[Split]) -> str:
+def _sentence(found: Sequence[Rung], splits: Sequence[Split], of_current: str) -> str:
     """The largest part, relative to its scale, in plain English."""
     split, n = max(
         ((split, n) for split in splits for n in range(len(found)) if split.scale),
         key=lambda pair: abs(pair[0].parts[pair[1]].value) / pair[0].scale,
     )
     part, unit = split.parts[n], split.unit
-    whole = "change of the current" if split.quantity == "current" else f"final {split.quantity} rise"
+    whole = of_current if split.quantity == "current" else f"final {split.quantity} rise"
     when = "in the steady state" if split.time is None else f"at {quantity(split.time, 's', 3)}"
     left = split.total - part.value
     does = f"puts the current {signed(part.value, unit)} off"

@@ -37,13 +37,14 @@ def evaluate(
 
     ``fem3d`` has the steady state, and the traces if the request is for the transient; ``reduced1d``, ``None`` where
     it was not asked for, has its traces at the same times. ``single`` is the 3D steady state of one span alone, for a
-    row of them.
+    row of them; without it the check of that is left out.
     """
     models = Models(sink, fem3d, reduced1d, single)
     # What a row's checks find is told whether they agree or not: two faults may offset each other.
     found = [
         judged(name, DEFINITIONS[name](models), sink, name in row_checks.DEFINITIONS)
         for name in made_checks(sink, request)
+        if single is not None or name != "islands_equivalent"
     ]
     another = reduced1d is not None and reduced1d.model not in PAPERS
     return tuple(replace(check, own=not (another and check.id in OF_THE_PAPER)) for check in found)

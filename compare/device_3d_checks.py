@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from compare.device_checks import not_reached
 from compare.plan import made_3d_checks
 from compare.verdict import Check, Comparison, judged, relative
 from fem3d.device.runs import Solved
@@ -19,6 +20,7 @@ from scenes.formats import milliseconds, percent, quantity
 from scenes.loop.runs import BAND, Run, Runs
 from scenes.plan import Request
 
+_OVER_TIME = ("_peak", "_time", "_settling")
 NAMES = {"sink": "the sink", "sensor": "the sensor"}
 
 
@@ -42,8 +44,12 @@ class Both:
 
 def evaluate_3d(device: Device, request: Request, one: Runs, three: Solved) -> tuple[Check, ...]:
     """The checks that the run allows, in the order in which they are reported."""
-    both = Both(one, three)
-    return tuple(judged(name, _find(name, both), device, always=True) for name in made_3d_checks(device, request))
+    both, found = Both(one, three), []
+    for name in made_3d_checks(device, request):
+        over_time = device.steps_outside and name.endswith(_OVER_TIME)
+        reached = not_reached((one.base, both.base)) if over_time else None
+        found.append(judged(name, reached or DEFINITIONS[name](both), device, always=True))
+    return tuple(found)
 
 
 def _steady(both: Both, quantity_: str, title: str, unit: str) -> Comparison:
@@ -55,7 +61,7 @@ def _steady(both: Both, quantity_: str, title: str, unit: str) -> Comparison:
         f"steady: {quantity(three, unit, 5)} after the outer step and {quantity(before[1], unit, 5)} before it, in 1D "
         f"{quantity(one, unit, 5)} and {quantity(before[0], unit, 5)}; {_why_steady(both, quantity_)}"
     )
-    return Comparison(title, one, three, unit, relative(one, three), _part(error, three), lambda: said)
+    return _alike(title, unit, one, three, error, said)
 
 
 def _why_steady(both: Both, quantity_: str) -> str:
@@ -75,7 +81,7 @@ def _peak(both: Both, film: str) -> Comparison:
         f"{NAMES[film]} overshoots to {three:.2f} K above room in 3D and to {one:.2f} K in 1D; the controllers push "
         "until they see the set temperature, and where heat spreads in the structure decides how late that is"
     )
-    return Comparison(f"peak, {film}", one, three, "K", relative(one, three), _part(error, three), lambda: said)
+    return _alike(f"peak, {film}", "K", one, three, error, said)
 
 
 def _peak_time(both: Both, film: str) -> Comparison:
@@ -86,9 +92,7 @@ def _peak_time(both: Both, film: str) -> Comparison:
         f"{film}_K"]]  # fmt: skip
     error = float(np.abs(near - three).max(initial=0.0))
     said = f"{NAMES[film]} is hottest {milliseconds(three)} from cold in 3D and after {milliseconds(one)} in 1D"
-    return Comparison(
-        f"when, {film}", one, three, "s", relative(one, three), _part(error, three), lambda: said
-    )  # fmt: skip
+    return _alike(f"when, {film}", "s", one, three, error, said)
 
 
 def _highest(run: Run, film: str) -> tuple[float, float]:
@@ -108,14 +112,12 @@ def _settling(both: Both) -> Comparison:
             f"the sensor's power does not settle to {percent(BAND, 1)} of its step in both models before the run ends"
         )
         open_ = 0.0 if one == three else math.inf
-        return Comparison("settling time", one, three, "s", open_, math.inf, lambda: said)
+        return Comparison("settling time", one, three, "s", open_, math.inf, said)
     said = (
         f"the sensor's power settles to {percent(BAND, 1)} of its step in {milliseconds(three)} in 3D, in "
         f"{milliseconds(one)} in 1D: diffusion through the polymer decides it in both"
     )
-    return Comparison(
-        "settling time", one, three, "s", relative(one, three), _part(d_one + d_three, three), lambda: said
-    )
+    return _alike("settling time", "s", one, three, d_one + d_three, said)
 
 
 def _slope(both: Both) -> Comparison:
@@ -132,7 +134,7 @@ def _slope(both: Both) -> Comparison:
         f"{quantity(abs(one), 'W/K', 7)}; it bends by at most {quantity(bend, 'W', 2)}: linear because conduction is"
     )
     u_num = 2 * sum(errors) / float(np.ptp(power))
-    return Comparison("slope of power", one, float(slope), "W/K", relative(one, float(slope)), u_num, lambda: said)
+    return Comparison("slope of power", one, float(slope), "W/K", relative(one, float(slope)), u_num, said)
 
 
 def _gain(both: Both, film: str) -> Comparison:
@@ -148,7 +150,7 @@ def _gain(both: Both, film: str) -> Comparison:
         f"{NAMES[film]} is stable up to a gain of {quantity(three, 'V', 3)} in 3D, {quantity(one, 'V', 3)} in 1D, with "
         "the other gain as it is: what is seen a sample after the voltage rose is heat next to the film, alike in both"
     )
-    return Comparison(f"gain, {film}", one, three, "V", relative(one, three), _part(error, three), lambda: said)
+    return _alike(f"gain, {film}", "V", one, three, error, said)
 
 
 def _claim_steady(both: Both) -> Comparison:
@@ -162,7 +164,7 @@ def _claim_steady(both: Both) -> Comparison:
         f"{quantity(abs(power - flow), 'W', 2)} pass between sink and sensor, {_why_between(both)}"
     )
     u_num = (errors["sensor_power_W"] + errors["polymer_flux_W"]) / size
-    return Comparison("claim, steady", power, flow, "W", (power - flow) / size, u_num, lambda: said)
+    return Comparison("claim, steady", power, flow, "W", (power - flow) / size, u_num, said)
 
 
 def _why_between(both: Both) -> str:
@@ -193,7 +195,7 @@ def _claim_over_time(both: Both) -> Comparison:
     )
     return Comparison(
         "claim, over time", float(result.sensor_power_W[after][at]), float(result.polymer_top_W[after][at]), "W",
-        float(off[at]) / size, (errors["sensor_power_W"] + errors["polymer_top_W"]) / size, lambda: said, time=moment,
+        float(off[at]) / size, (errors["sensor_power_W"] + errors["polymer_top_W"]) / size, said, time=moment,
         relative_to="the step of the steady power",
     )  # fmt: skip
 
@@ -216,22 +218,7 @@ DEFINITIONS: dict[str, Callable[[Both], Comparison]] = {
 }
 
 
-def _find(name: str, both: Both) -> Comparison:
-    """What a check finds; nothing over time in a run that was stopped before the outer step."""
-    over_time = not name.startswith(("dev3d_slope", "dev3d_claim_steady")) and not name.endswith(
-        ("_power", "_voltage", "_gain")
-    )
-    for run in (both.one.base, both.base):
-        if over_time and both.device.steps_outside and run.stopped:
-            return _not_reached(float(run.result.time_s[-1]))
-    return DEFINITIONS[name](both)
-
-
-def _not_reached(end: float) -> Comparison:
-    said = f"a run was stopped at {end:.6g} s, before the outer step"
-    return Comparison("not reached", math.nan, math.nan, "", math.inf, 0.0, lambda: said)
-
-
-def _part(error: float, value: float) -> float:
-    """An error over a value: none of none, infinite where only the value is zero."""
-    return error / abs(value) if value else math.inf if error else 0.0
+def _alike(title: str, unit: str, one: float, three: float, error: float, said: str) -> Comparison:
+    """1D against 3D, which is known to an error."""
+    part = error / abs(three) if three else math.inf if error else 0.0
+    return Comparison(title, one, three, unit, relative(one, three), part, said)

@@ -9,6 +9,7 @@ change that it is relative to, and what a maximum between two times may exceed t
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -84,16 +85,14 @@ def profile(models: Models) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def fig6_peak(models: Models) -> Comparison:
     """Largest distance of the peak's traces over the final 3D peak rise."""
-    return _over_time(
-        "peak trace, of final rise", "the final 3D rise", models, "peak_K", models.fem3d.steady["peak_rise_K"]
-    )
+    final = models.fem3d.steady["peak_rise_K"]
+    return over_time(models, "peak_K", final, "peak trace, of final rise", "the final 3D rise", _on_the_way)
 
 
 def fig6_end(models: Models) -> Comparison:
     """Largest distance of the ends' traces over the final 3D end rise."""
-    return _over_time(
-        "end trace, of final rise", "the final 3D rise", models, "end_K", models.fem3d.steady["end_rise_K"]
-    )
+    final = models.fem3d.steady["end_rise_K"]
+    return over_time(models, "end_K", final, "end trace, of final rise", "the final 3D rise", _on_the_way)
 
 
 def fig7_current(models: Models) -> Comparison:
@@ -101,13 +100,12 @@ def fig7_current(models: Models) -> Comparison:
 
     Without a temperature coefficient the current does not change, and the distance is relative to the current itself.
     """
-    steady = models.fem3d.steady["current_A"]
-    if models.sink.silicon.temperature_coefficient == 0:
-        return _over_time("current trace, of itself", "the 3D current", models, "current_A", steady)
-    traces = models.fem3d.traces
-    assert traces is not None
-    change = Estimate(steady.value - float(traces.values["current_A"][0]), 2 * steady.error)
-    return _over_time("current trace, of change", "the change of the 3D current", models, "current_A", change)
+    final, title, of = models.fem3d.steady["current_A"], "current trace, of itself", "the 3D current"
+    if models.sink.silicon.temperature_coefficient:
+        _, solution = models.traces()
+        final = Estimate(final.value - float(solution.values["current_A"][0]), 2 * final.error)
+        title, of = "current trace, of change", "the change of the 3D current"
+    return over_time(models, "current_A", final, title, of, _on_the_way)
 
 
 @dataclass(frozen=True)
@@ -148,25 +146,28 @@ def _beyond(time: np.ndarray, off: np.ndarray, i: int) -> float:
     return float(-(slope**2) / (4 * curvature)) if curvature < 0 else 0.0
 
 
-def _over_time(title: str, relative_to: str, models: Models, key: str, final: Estimate) -> Comparison:
-    reduction, solution = models.reduction().traces, models.fem3d.traces
-    assert reduction is not None
-    assert solution is not None
+def over_time(
+    models: Models, key: str, final: Estimate, title: str, relative_to: str,
+    because: Callable[[Models, str, Largest, float], str],
+) -> Comparison:  # fmt: skip
+    """The largest distance of the traces of a quantity over a ``final`` value (with its error), which ``relative_to``
+    names; ``because`` is asked why, given the quantity, the distance and the final value."""
+    reduction, solution = models.traces()
     at = largest_distance(reduction, solution, key)
     error = solution.errors[key] + reduction.errors[key] + at.beyond
-    u_num = spread(
-        lambda distance, final: distance / abs(final) if final else float("inf"),
-        {"distance": Estimate(at.distance, error), "final": final},
-    )
-    room = 0.0 if key == "current_A" else models.sink.room_temperature
-    difference = at.distance / abs(final.value) if final.value else float("inf")
+
+    def part(distance: float, final: float) -> float:
+        return distance / abs(final) if final else float("inf")
+
+    u_num = spread(part, {"distance": Estimate(at.distance, error), "final": final})
+    unit, room = ("A", 0.0) if key == "current_A" else ("K", models.sink.room_temperature)
     return Comparison(
-        title, at.predicted - room, at.measured - room, "A" if key == "current_A" else "K", difference, u_num,
-        lambda: _over_time_because(models, key, at, final.value), at.time, relative_to=relative_to,
+        title, at.predicted - room, at.measured - room, unit, part(at.distance, final.value), u_num,
+        lambda: because(models, key, at, final.value), at.time, relative_to=relative_to,
     )  # fmt: skip
 
 
-def _over_time_because(models: Models, key: str, at: Largest, final: float) -> str:
+def _on_the_way(models: Models, key: str, at: Largest, final: float) -> str:
     """The time of the largest difference, how much of it is the steady state's, and what the reduction leaves out."""
     unit, whole = "K", "rise"
     if key == "current_A":
@@ -216,12 +217,9 @@ def _before(models: Models, key: str) -> str:
 
 def _rises_at(models: Models, time: float) -> dict[tuple[str, str], float]:
     """Peak and mean rise (K) of both models at a time (s)."""
-    p, m = models.reduction().traces, models.fem3d.traces
-    assert p is not None
-    assert m is not None
     return {
         (model, name): float(np.interp(time, traces.time, traces.values[name])) - models.sink.room_temperature
-        for model, traces in (("1D", p), ("3D", m))
+        for model, traces in zip(("1D", "3D"), models.traces(), strict=True)
         for name in ("peak_K", "mean_K")
     }
 

@@ -15,6 +15,9 @@ from scenes.model import AnyScene, GroupProbe, MeshScene, Probe
 from scenes.plan import Request, Step
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
+    from scenes.plan import Export
     from scenes.result import Result
 
 
@@ -34,13 +37,13 @@ def reported(scene: AnyScene, request: Request) -> AnyScene:
 
 def plan(scene: AnyScene, request: Request, data: None = None) -> tuple[Step, ...]:
     """What `solve` will do, before it does it."""
-    return of_free(scene, request, solver(scene).plan(scene, *_whole(scene, request)))
+    return of_free(scene, request, solver(scene).plan(scene, **_whole(scene, request)))
 
 
-def _whole(scene: AnyScene, request: Request) -> tuple[bool, ...]:
-    """Whether a scene of boxes is solved whole: a number of one side changes that side alone."""
+def _whole(scene: AnyScene, request: Request) -> dict[str, bool]:
+    """What says that a scene of boxes is solved whole, where a number of one side changes that side alone."""
     asked = request.sensitivities or request.uncertain is not None
-    return () if isinstance(scene, MeshScene) else (asked,)
+    return {"whole": True} if asked and not isinstance(scene, MeshScene) else {}
 
 
 def solver(scene: AnyScene) -> Any:
@@ -54,25 +57,30 @@ def solve(
     """The probes, the warnings, also of what gets too hot, and the time whose field is drawn. Raises NumericsError."""
     from compare import hottest
 
+    if request.export is not None:
+        from fem3d.compact.find import check
+        from scenes.compact import files
+
+        check(scene)
+        files.check(request.export.folder)
     with clock.stage("imports"):
         model = solver(scene)
     say("solving in 3D")
     with clock.stage("fem3d"):
-        result: Result = model.solve(scene, say, *_whole(scene, request))
+        result: Result = model.solve(scene, say, **_whole(scene, request))
     shown, warnings = None, tuple(result.details.get("warnings", ()))
     with clock.stage("checks"):
         if physics.heat(scene):
-            fields, times, materials = (
-                result.details["fields"],
-                hottest.moments(result.traces),
-                physics.materials(scene),
-            )
-            if any(material.valid_to is not None for material in materials):
-                warnings += tuple(hottest.warnings(materials, hottest.by_material(fields, times)))
+            fields, times = result.details["fields"], hottest.moments(result.traces)
+            warnings += tuple(hottest.past(physics.materials(scene), fields, times))
             if result.traces is not None and "field" not in skipped_free_figures(scene, request):
                 shown = hottest.farthest(fields, times, scene.initial_temperature)
     steps = of_free(scene, request, tuple(result.details["plan"]))
-    outcome = Outcome(scene, request, steps, result, warnings=warnings, shown=shown)
+    exported = None
+    if request.export is not None:
+        with clock.stage("export"):
+            exported = _exported(scene, request.export, say)
+    outcome = Outcome(scene, request, steps, result, warnings=warnings, shown=shown, exported=exported)
     if not request.sensitivities and request.uncertain is None:
         return outcome
     say("sensitivities")
@@ -93,3 +101,14 @@ def _with_sensitivities(outcome: Outcome[AnyScene]) -> Outcome[AnyScene]:
     return (
         outcome if uncertain is None else replace(outcome, propagated=propagated(uncertain, found, found.values, None))
     )
+
+
+def _exported(scene: AnyScene, export: Export, say: Callable[[str], None]) -> tuple[str, Path]:
+    """The compact model's own words, and the folder that it is written to."""
+    from fem3d.compact.find import compact
+    from scenes.compact import files, fmu
+    from scenes.compact.words import validity
+
+    document = compact(scene, export.states, export.accuracy, say)
+    without = "" if fmu.available() else f"; {fmu.MISSING}"
+    return f"a compact model ({validity(document)}{without})", files.write(document, export.folder)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -84,6 +84,14 @@ def farthest(fields: Any, times: np.ndarray, initial: float) -> tuple[float, boo
             if np.abs(rise).max() > far:
                 far, at, above = float(np.abs(rise).max()), float(time), bool(rise.max() >= -rise.min())
     return at, above
+
+
+def past(materials: Sequence[Material], fields: Any, times: np.ndarray) -> list[str]:
+    """The warnings of a 3D run. Nothing is sampled where no place can be too hot."""
+    limits = [m.valid_to for m in materials if m.valid_to is not None]
+    if not limits or fields.ceiling(times) <= min(limits):
+        return []
+    return warnings(materials, by_material(fields, times))
 
 
 def warnings(materials: Iterable[Material], reached: Mapping[str, Hottest]) -> list[str]:

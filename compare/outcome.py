@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from compare.inputs.sampling import Sampled
     from compare.inputs.sensitivities import Sensitivities
     from compare.inputs.validation import Validation
-    from compare.row_runs import Varied
+    from compare.row_checks import Varied
     from compare.verdict import Check
     from fem3d.device.runs import Solved
     from reduced1d.device.design import Design
@@ -37,13 +37,13 @@ class Outcome(Generic[S]):
     remarks on the run, the answer in a sentence, how long each stage took (s), the folder with its files, and which
     earlier run it replaced.
 
-    Of a sink also ``why``, the budget of the differences of the 1D model, and ``exported``, the few-state model's
-    folder, where asked for, and ``against``, a user's own traces if there are any, and ``sensitivities`` and what
-    they make of uncertain inputs (``propagated``, ``sampled``, and ``validation`` and a ``fit`` of the data) where
-    asked for; of a row of spans ``varied``, how its differences run, and of any what the ``air`` does to it, where
-    asked for. Of a device its ``simulated`` runs in 1D, those of ``device_3d`` where asked for, and a designer's
-    answers. Of a free scene over time ``shown``: the time (s) whose field is drawn, and whether it is then above the
-    initial temperature.
+    Of a sink also ``why``, the budget of the differences of the 1D model, and ``exported``, what the few-state model is
+    and its folder (of a free scene too), where asked for, and ``against``, a user's own traces if there are any, and
+    ``sensitivities`` and what they make of uncertain inputs (``propagated``, ``sampled``, and ``validation`` and a
+    ``fit`` of the data) where asked for; of a row of spans ``varied``, how its differences run, and of any what the
+    ``air`` does to it, where asked for. Of a device its ``simulated`` runs in 1D, those of ``device_3d`` where asked
+    for, and a designer's answers. Of a free scene over time ``shown``: the time (s) whose field is drawn, and whether
+    it is then above the initial temperature.
     """
 
     scene: S
@@ -59,7 +59,7 @@ class Outcome(Generic[S]):
     replaced: str = ""
     files: tuple[str, ...] = ()
     why: Budget | None = None
-    exported: Path | None = None
+    exported: tuple[str, Path] | None = None
     varied: tuple[Varied, ...] = ()
     air: Air | None = None
     against: Data | None = None

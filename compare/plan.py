@@ -24,6 +24,7 @@ from scenes.sink import Sink
 if TYPE_CHECKING:
     from compare.against import Data
     from scenes.model import AnyScene
+    from scenes.plan import Export
     from scenes.uncertain import Uncertain
 
 SINK_FIGURES = {
@@ -85,11 +86,10 @@ def skipped_checks(sink: Sink, request: Request) -> dict[str, str]:
     if "fem3d" not in request.models:
         return dict.fromkeys(checks_of(sink), "they need the 3D model")
     skipped: dict[str, str] = {}
-    over_time = [*OVER_TIME, *(check for check in ISLAND_TOLERANCES if check.endswith("_over_time"))]
     if not request.transient:
-        skipped |= dict.fromkeys(over_time, "they need the transient")
+        skipped |= dict.fromkeys(OVER_TIME, "they need the transient")
     elif sink.end_time <= FIRST_TIME:
-        skipped |= dict.fromkeys(over_time, "they compare from 10 us on, and the run ends before")
+        skipped |= dict.fromkeys(OVER_TIME, "they compare from 10 us on, and the run ends before")
     if "reduced1d" not in request.models:
         skipped |= dict.fromkeys(OF_THE_REDUCTION, "they need the 1D model")
     if sink.spans == 2:
@@ -156,7 +156,7 @@ def _where_asked_for(request: Request) -> list[Step]:
     if request.uncertain is not None:
         steps.append(_uncertain(request.uncertain))
     if request.air:
-        steps.append(Step("air", "done", "steady in both models at coefficients from 0 to 1e5 W/(m2 K)"))
+        steps.append(Step("air", "done", "3D at coefficients from 0 to 1e5 W/(m2 K), and where the limits are"))
     if request.sensitivities:
         of = "by dual solutions in 3D, by the formulas in 1D" if len(request.models) > 1 else "of one model"
         steps.append(Step("sensitivity", "done", f"how quantities follow each key, {of}"))
@@ -296,7 +296,14 @@ def of_free(scene: AnyScene, request: Request, solver: tuple[Step, ...]) -> tupl
         step("figure traces", "every probe against time", skipped.get("traces", "")),
         step("traces.csv", "a column for each probe", _no_traces(scene)),
         step("field files", _FIELD_FILES, free_fields_reason(scene, request)),
+        *([] if request.export is None else [Step("export", "done", _exported(request.export))]),
     )
+
+
+def _exported(export: Export) -> str:
+    """What is written of a free scene."""
+    count = f"of {export.states} states" if export.states else f"of as few states as {export.accuracy:g} takes"
+    return f"a compact model {count}, held against the full one for a step of every input"
 
 
 def skipped_free_figures(scene: AnyScene, request: Request) -> dict[str, str]:

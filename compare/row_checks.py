@@ -8,17 +8,20 @@ is taken, as for the paper's figures (`compare.figure_checks`).
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
 
 import numpy as np
 
-from compare.figure_checks import SETTLED, Largest, largest_distance
+from compare import figure_checks
+from compare.figure_checks import SETTLED, Largest
 from compare.verdict import PAPERS, Comparison, Models, of_formula, relative, spread
-from reduced1d.ladder.row_lumps import half_island
+from reduced1d.ladder.lumps import half_island
 from reduced1d.sink import anchor_series_resistance
 from scenes.formats import percent, quantity, signed
-from scenes.result import Estimate
+from scenes.plan import Request
+from scenes.result import Estimate, Result
 from scenes.sink import Sink, different
 
 WHAT = {"inner": "inner peak", "outer": "outer peak", "mean": "mean", "current": "current"}
@@ -49,23 +52,10 @@ def steady(what: str, models: Models) -> Comparison:
 
 def over_time(what: str, models: Models) -> Comparison:
     """The largest distance of a trace over the final 3D rise, or of the current over itself."""
-    sink, final = models.sink, models.fem3d.steady[key_of(models.sink, what)]
-    one, three = models.reduction().traces, models.fem3d.traces
-    assert one is not None
-    assert three is not None
-    key, unit = key_of(sink, what, steady=False), "A" if what == "current" else "K"
-    at = largest_distance(one, three, key)
-    error = three.errors[key] + one.errors[key] + at.beyond
-    u_num = spread(
-        lambda distance, final: distance / abs(final), {"distance": Estimate(at.distance, error), "final": final}
-    )
-    room = sink.room_temperature if unit == "K" else 0.0
-    of = "itself" if what == "current" else "final rise"
-    return Comparison(
-        f"{WHAT[what]} trace, of {of}", at.predicted - room, at.measured - room, unit,
-        at.distance / abs(final.value), u_num, lambda: _on_the_way(what, models, at, unit), at.time,
-        relative_to="the final 3D value",
-    )  # fmt: skip
+    key, final = key_of(models.sink, what, steady=False), models.fem3d.steady[key_of(models.sink, what)]
+    title = f"{WHAT[what]} trace, of {'itself' if what == 'current' else 'final rise'}"
+    because = partial(_on_the_way, what)
+    return figure_checks.over_time(models, key, final, title, "the final 3D value", because)
 
 
 def equivalent(models: Models) -> Comparison:
@@ -136,12 +126,9 @@ def _causes(what: str, models: Models) -> str:
     return f"{said}, for {anchor}, and {island}"
 
 
-def _on_the_way(what: str, models: Models, at: Largest, unit: str) -> str:
+def _on_the_way(what: str, models: Models, trace: str, at: Largest, final: float) -> str:
     """The time of the largest difference, and whether the steady one is its cause."""
-    key = key_of(models.sink, what)
-    sink, one, three = models.sink, models.reduction().traces, models.fem3d.traces
-    assert one is not None
-    assert three is not None
+    sink, key, unit = models.sink, key_of(models.sink, what), "A" if what == "current" else "K"
     rest = models.reduction().steady[key].value - models.steady(key)
     where = f"largest at {quantity(at.time, 's', 3)}, {signed(at.distance, unit)}; {signed(rest, unit)} when steady"
     if what == "current":
@@ -150,7 +137,7 @@ def _on_the_way(what: str, models: Models, at: Largest, unit: str) -> str:
         return f"{where}: the steady state's gap"
     number = 1 if what == "outer" else different(sink.spans)
     ratio = []
-    for traces in (one, three):
+    for traces in models.traces():
         peak, mean = (
             float(np.interp(at.time, traces.time, traces.values[f"span{number}_{of}_K"])) - sink.room_temperature
             for of in ("peak", "mean")
@@ -176,3 +163,48 @@ DEFINITIONS: dict[str, Callable[[Models], Comparison]] = {
     "islands_mean_over_time": partial(over_time, "mean"),
     "islands_current_over_time": partial(over_time, "current"),
 }
+
+FOLLOWED = {
+    "islands_peak_inner": "inner peak", "islands_peak_outer": "outer peak", "islands_mean": "mean",
+    "islands_current": "current", "islands_equivalent": "spans alike",
+}  # fmt: skip
+"""The checks that are followed, and what a curve of one is called."""
+SPANS = (2, 3, 5, 10, 30, 100)
+LENGTHS = (0.25, 0.5, 1.0, 2.0, 4.0)
+"""Times the sink's own island; those longer than a span are left out."""
+
+
+@dataclass(frozen=True)
+class Varied:
+    """The difference of each check (by id) for some ``values`` of a ``key``, of which ``own`` is the sink's."""
+
+    key: str
+    own: float
+    values: tuple[float, ...]
+    differences: tuple[dict[str, float], ...]
+
+
+def varied(sink: Sink, reduction: str, single: Result, say: Callable[[str], None]) -> tuple[Varied, Varied]:
+    """How the steady differences run with the number of spans, and with the length of an island: other rows, solved by
+    both models. Raises RunawayError where a row has no steady state."""
+    from fem3d.run import solve as solve_3d
+    from reduced1d import ladder
+
+    request = Request(transient=False)
+
+    def differences(other: Sink) -> dict[str, float]:
+        say(f"{other.spans} spans with islands of {other.island * 1e6:.4g} um")
+        models = Models(
+            other, solve_3d(other, request), ladder.solve(other, reduction, steady_only=True), single
+        )  # fmt: skip
+        kept = [c for c in FOLLOWED if other.spans > 2 or c != "islands_peak_inner"]
+        return {check: DEFINITIONS[check](models).difference for check in kept}
+
+    lengths = tuple(factor * sink.island for factor in LENGTHS if factor * sink.island <= sink.length)
+    return (
+        Varied("sink.spans", sink.spans, SPANS, tuple(differences(replace(sink, spans=n)) for n in SPANS)),
+        Varied(
+            "sink.island_length", sink.island, lengths,
+            tuple(differences(replace(sink, island_length=length)) for length in lengths),
+        ),
+    )  # fmt: skip

@@ -12,28 +12,27 @@ from typing import TYPE_CHECKING
 
 from compare.outcome import Clock, Outcome
 from compare.plan import ONLY_1D, of_sink
+from reduced1d.ladder import refuse
 from scenes.plan import Request, Step
 
 if TYPE_CHECKING:
     from compare.against import Data
     from compare.inputs.calibration import Fit
     from compare.inputs.sensitivities import Sensitivities
-    from compare.row_runs import Varied
+    from compare.row_checks import Varied
     from compare.verdict import Check
     from reduced1d.ladder.levels import Levels
     from scenes.result import Result
     from scenes.sink import Sink
     from scenes.uncertain import Uncertain
 
-FIN_SPANS = 30
-"""Up to which the fin of a row is solved: its matrices are dense, with some thirty states for each span."""
 FEW = 16
 """Instants at which a sink's temperatures are looked at: they grow evenly."""
 
 
 def plan(sink: Sink, request: Request, data: Data | None = None) -> tuple[Step, ...]:
     """What `solve` will do, before it does it. Raises SceneError for what isn't made of a row of spans."""
-    _refuse(sink, request)
+    refuse(sink, request.reduction)
     if "fem3d" not in request.models:
         return of_sink(sink, request, (ONLY_1D,), data)
     from fem3d.run import plan as plan_3d
@@ -46,7 +45,7 @@ def solve(
 ) -> Outcome[Sink]:  # fmt: skip
     """Both models, the checks, with those of a user's own ``data``, and the answer. Raises RunawayError (of either
     model) and NumericsError, and SceneError as `plan` does."""
-    _refuse(sink, request)
+    refuse(sink, request.reduction)
     from compare.answer import answered
 
     found = None
@@ -63,7 +62,7 @@ def solve(
         from compare.air import of_sink as air_of
 
         with clock.stage("air"):
-            air = air_of(sink, say)
+            air = air_of(sink, say, request.transient)
         outcome = replace(outcome, air=air, checks=(*outcome.checks, *air.checks))
     if request.sensitivities or request.uncertain is not None:
         say("sensitivities")
@@ -132,31 +131,6 @@ def _with_uncertain(outcome: Outcome[Sink], uncertain: Uncertain, found: Sensiti
     return replace(outcome, propagated=made, checks=checks, warnings=(*outcome.warnings, *bent))
 
 
-def _refuse(sink: Sink, request: Request) -> None:
-    """SceneError for what is asked of a row of spans and made of one span only."""
-    if sink.spans == 1:
-        return
-    asked = {
-        f"--reduction {request.reduction}": request.reduction.startswith(("plate", "moments")),
-        "--export": request.export is not None,
-        "--sensitivities": request.sensitivities,
-        "--uncertain": request.uncertain is not None,
-    }
-    for what, is_asked in asked.items():
-        if is_asked:
-            from scenes.errors import SceneError
-
-            raise SceneError(f"{what} is made of one span, and sink.spans = {sink.spans} is a row: leave out either")
-    if sink.spans > FIN_SPANS and (request.why or request.reduction.startswith("fin")):
-        from scenes.errors import SceneError
-
-        asked_for = "--why" if request.why else f"--reduction {request.reduction}"
-        raise SceneError(
-            f"{asked_for} needs the fin of the whole row, and sink.spans = {sink.spans} makes it too large: give at "
-            f"most {FIN_SPANS} spans"
-        )
-
-
 def compared(sink: Sink, request: Request, earlier: Result | None = None) -> Outcome[Sink]:
     """Both models and the checks alone: no answer in words, no warnings of what gets too hot. ``earlier`` is the 3D
     result of the same sink at another voltage, whose meshes and fields may serve again. Raises as `solve` does."""
@@ -176,16 +150,17 @@ def _compared(
     runs: tuple[Varied, ...] = ()
     if request.export is not None and levels is not None:
         from reduced1d.export import export
+        from reduced1d.ladder import few_states_of
 
         with clock.stage("export"):
-            exported = export(levels, request.reduction, request.export)
+            exported = few_states_of(request.reduction), export(levels, request.reduction, request.export.folder)
     checks: tuple[Check, ...] = ()
     solver_steps: tuple[Step, ...] = (ONLY_1D,)
     if "fem3d" in request.models:
         with clock.stage("imports"):
             from fem3d.errors import NumericsError, RunawayError
             from fem3d.run import solve as solve_3d
-            from scenes.extremes import cause
+            from scenes.validity import cause
         say("solving in 3D")
         with clock.stage("fem3d"):
             try:
@@ -213,7 +188,7 @@ def _compared(
         with clock.stage("why"):
             why = budget(sink, request.reduction, fem3d, levels, say)
             if single is not None:
-                from compare.row_runs import varied
+                from compare.row_checks import varied
 
                 runs = varied(sink, request.reduction, single, say)
     warnings = tuple(text for model in (fem3d, reduced1d) if model for text in model.details.get("warnings", ()))
@@ -225,9 +200,10 @@ def _too_hot(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tupl
     """The materials that get hotter than they are valid to, in 3D where that is solved."""
     from compare import hottest
 
+    materials = sink.silicon, sink.oxide
     if fem3d is not None:
-        reached = hottest.by_material(fem3d.details["fields"], hottest.moments(fem3d.traces, FEW))
-    elif reduced1d is not None and sink.spans == 1:
+        return tuple(hottest.past(materials, fem3d.details["fields"].distinct, hottest.moments(fem3d.traces, FEW)))
+    if reduced1d is not None and sink.spans == 1:
         from reduced1d.painted import of_result
 
         reached = hottest.of_painted(of_result(sink, reduced1d))
@@ -236,7 +212,7 @@ def _too_hot(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tupl
         reached = {sink.silicon.name: hottest.Hottest(hot)}
     else:
         return ()
-    return tuple(hottest.warnings((sink.silicon, sink.oxide), reached))
+    return tuple(hottest.warnings(materials, reached))
 
 
 def _levels(sink: Sink, request: Request) -> Levels | None:

@@ -17,20 +17,14 @@ from compare.verdict import Verdict, judge, relative, spread
 from scenes.checks import AGAINST_TOLERANCES, DEFAULT_TOLERANCES, OVER_TIME
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.formats import difference_text, percent, quantity, sink_text, with_error
+from scenes.quantities import OF_A_SINK
 from scenes.sink import Sink
 
 if TYPE_CHECKING:
     from compare import Run
     from compare.verdict import Check
 
-QUANTITIES = {
-    "peak": ("peak_rise_K", "steady peak rise", "K"),
-    "end": ("end_rise_K", "steady end rise", "K"),
-    "mean": ("mean_rise_K", "steady mean rise", "K"),
-    "current": ("current_A", "steady current", "A"),
-    "power": ("power_W", "steady power", "W"),
-    "anchor_resistance": ("anchor_resistance_K_per_W", "anchor resistance", "K/W"),
-}
+QUANTITIES = {name: asked for name, asked in OF_A_SINK.items() if name != "heat_out"}
 """What can be asserted of the steady state, beside the checks by their ids."""
 COVERS = 2.0
 """Standard uncertainties of the inputs that are counted: 95 % (GUM 6.3.3)."""
@@ -100,58 +94,40 @@ def _known(tolerances: dict[str, float], known: tuple[str, ...], example: str) -
 
 def _quantity(found: Run, name: str, tolerance: float) -> tuple[Verdict, str]:
     """The verdict on a steady quantity, and its lines of the message."""
-    key, words, unit = QUANTITIES[name]
-    measured = found.fem3d.steady[key]
-    predicted = found.reduced1d.steady[key].value
-    difference = relative(predicted, measured.value)
+    asked = QUANTITIES[name]
+    measured, predicted = found.fem3d.steady[asked.steady], found.reduced1d.steady[asked.steady].value
     u_num = spread(lambda m: relative(predicted, m), {"m": measured})
-    value, error, shown, places, factor = with_error(measured.value, measured.error, unit)
+    value, error, shown, places, factor = with_error(measured.value, measured.error, asked.unit)
     values = f"1D {predicted * factor:.{places}f} {shown}, 3D {value} \N{PLUS-MINUS SIGN} {error} {shown}"
-    u_input = 0.0 if found.uncertain is None else found.uncertain.difference.get(key, 0.0)
-    known_to = u_num + COVERS * u_input
-    verdict = judge(difference, tolerance, known_to)
-    return verdict, _lines(name, words, values, difference, known_to, _of(u_input), tolerance, verdict, "")
+    u_input = 0.0 if found.uncertain is None else found.uncertain.difference.get(asked.steady, 0.0)
+    off = relative(predicted, measured.value)
+    return _told(f"{name}: steady {asked.called}, {values}", off, u_num, u_input, tolerance, "")
 
 
 def _check(check: Check, tolerance: float) -> tuple[Verdict, str]:
     """The same of a check."""
     unit = "" if check.unit == "1" else check.unit
     values = f"1D {quantity(check.predicted, unit, 5)}, 3D {quantity(check.measured, unit, 5)}"
-    known_to = check.u_num + COVERS * (check.u_input or 0.0)
-    verdict = judge(check.difference, tolerance, known_to)
-    because = "" if verdict == "agrees" else check.because
-    lines = _lines(
-        check.id, check.title, values, check.difference, known_to, _of(check.u_input), tolerance, verdict, because
-    )
-    return verdict, lines
+    said = f"{check.id}: {check.title}, {values}"
+    return _told(said, check.difference, check.u_num, check.u_input or 0.0, tolerance, check.because)
 
 
-def _of(u_input: float | None) -> str:
-    return f"numerical error and {COVERS:g} u_input" if u_input else "numerical error"
-
-
-def _lines(
-    name: str,
-    words: str,
-    values: str,
-    difference: float,
-    known_to: float,
-    of: str,
-    tolerance: float,
-    verdict: Verdict,
-    because: str,
-) -> str:
-    marks = {"agrees": "within", "differs": "OUTSIDE", "unresolved": "UNDECIDED at"}
+def _told(
+    said: str, difference: float, u_num: float, u_input: float, tolerance: float, because: str
+) -> tuple[Verdict, str]:
+    """The verdict on a difference, and the lines of the message that start with what is ``said`` of it."""
+    known_to, of = u_num + COVERS * u_input, "numerical error"
+    if u_input:
+        of += f" and {COVERS:g} u_input"
+    verdict = judge(difference, tolerance, known_to)
+    mark = {"agrees": "within", "differs": "OUTSIDE", "unresolved": "UNDECIDED at"}[verdict]
     off = difference_text(difference, known_to, "\N{PLUS-MINUS SIGN}")
-    lines = [
-        f"  {name}: {words}, {values}",
-        f"    difference {off} ({of}), {marks[verdict]} the tolerance of {percent(tolerance)}",
-    ]
+    lines = [f"  {said}", f"    difference {off} ({of}), {mark} the tolerance of {percent(tolerance)}"]
     if verdict == "unresolved":
         lines.append(f"    the {of} leaves it open: ask for a smaller accuracy=")
-    if because:
+    if because and verdict != "agrees":
         lines.append(f"    {because}")
-    return "\n".join(lines)
+    return verdict, "\n".join(lines)
 
 
 def _fail(what: str, told: list[tuple[Verdict, str]]) -> None:

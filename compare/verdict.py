@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal, Protocol
 from scenes.formats import difference_text, percent
 
 if TYPE_CHECKING:
-    from scenes.result import Estimate, Result
+    from scenes.result import Estimate, Result, Traces
     from scenes.sink import Sink
 
 FIRST_TIME = 10e-6
@@ -114,13 +114,20 @@ class Models:
             raise ValueError("this check needs the 1D model")
         return self.reduced1d
 
+    def traces(self) -> tuple[Traces, Traces]:
+        """Those of the 1D result and of the 3D one; ValueError where there are none."""
+        one, three = self.reduction().traces, self.fem3d.traces
+        if one is None or three is None:
+            raise ValueError("this check needs the transient")
+        return one, three
+
 
 @dataclass(frozen=True)
 class Comparison:
     """A difference with its numerical error, both relative, and the two values (in ``unit``) that it is of.
 
-    ``reason`` writes the sentence that says why they differ; it is asked for only where they do. ``relative_to`` says
-    what the difference is relative to.
+    ``reason`` is the sentence that says why they differ, or writes it, where it is asked for. ``relative_to`` says what
+    the difference is relative to.
     """
 
     title: str
@@ -129,7 +136,7 @@ class Comparison:
     unit: str
     difference: float
     u_num: float
-    reason: Callable[[], str]
+    reason: str | Callable[[], str]
     time: float | None = None
     sense: Sense = "equal"
     relative_to: str = ""
@@ -183,13 +190,12 @@ def judged(name: str, found: Comparison, scene: Declaring, always: bool = False)
     verdict = judge(found.difference, tolerance, found.u_num)
     because = ""
     if verdict == "differs" or always:
-        because = found.reason()
-    if verdict == "unresolved" and not always:
-        doubt = (
+        because = found.reason if isinstance(found.reason, str) else found.reason()
+    elif verdict == "unresolved":
+        because = (
             f"{difference_text(found.difference, found.u_num, 'give or take')} may be on either side of the "
-            f"tolerance of {percent(tolerance)}"
+            f"tolerance of {percent(tolerance)}: ask for a smaller accuracy"
         )
-        because = f"{doubt}: ask for a smaller accuracy"
     return Check(
         name, found.title, found.predicted, found.measured, found.unit, found.difference, tolerance, found.u_num,
         verdict, expected(scene, name), because, found.time, found.sense, found.relative_to,

@@ -2,13 +2,14 @@
 
 With rise u, potential phi and resistivity rho(u), the state solves, for all tests z, w that vanish at given values,
 
-    R_T(z) = int k grad u . grad z + films - int q z - int |grad phi|^2 / rho(u) z = 0
+    R_T(z) = int k grad u . grad z + films - int q z - int |grad phi|^2 / (n rho(u)) z = 0
     R_E(w) = int grad phi . grad w / rho(u) = 0
 
-and an output is J = row @ u + charges @ phi + R_T(e) + R_E(d) + int_boxes |grad phi|^2 / rho(u) + films: heat flows
-and currents are residuals of tests e, d that live at given nodes. The dual solutions z and w make J - R_T(z) - R_E(w)
-stationary in u and phi, so that its change with anything else is that of J (Becker and Rannacher, Acta Numerica 10,
-2001; Giles and Pierce, Flow, Turbulence and Combustion 65, 2000).
+and an output is J = row @ u + charges @ phi + R_T(e) + R_E(d) + int_boxes |grad phi|^2 / (n rho(u)) + films: heat
+flows and currents are residuals of tests e, d that live at given nodes; of cells that stand for n in series rho counts
+all, the heat one. The dual solutions z and w make J - R_T(z) - R_E(w) stationary in u and phi, so that its change with
+anything else is that of J (Becker and Rannacher, Acta Numerica 10, 2001; Giles and Pierce, Flow, Turbulence and
+Combustion 65, 2000).
 """
 
 from __future__ import annotations
@@ -92,10 +93,15 @@ class Linearized:
         live = 0 if conductor is None else len(conductor.cells)
         return Goal(np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros((live, 1)))
 
+    def tested(self, z: np.ndarray, boxes: np.ndarray | float) -> np.ndarray:
+        """(live cells, points): (z + boxes) / n, what |grad phi|^2 / rho is multiplied by."""
+        found: np.ndarray = (self._conductor.on.value(z) + boxes) / self._conductor.stands_for
+        return found
+
     def pressed(self, z: np.ndarray, w: np.ndarray, boxes: np.ndarray | float) -> np.ndarray:
-        """(live cells, points): |grad phi|^2 s - grad phi . grad w with s = z + boxes, what 1/rho is multiplied by."""
+        """(live cells, points): |grad phi|^2 s - grad phi . grad w with s = `tested`, what 1/rho is multiplied by."""
         on = self._conductor.on
-        found: np.ndarray = (self.slope * (self.slope * (on.value(z) + boxes) - on.gradient(w))).sum(axis=0)
+        found: np.ndarray = (self.slope * (self.slope * self.tested(z, boxes) - on.gradient(w))).sum(axis=0)
         return found
 
     def gradient(self, goal: Goal, z: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -118,7 +124,7 @@ class Linearized:
 
     def _charge(self, z: np.ndarray, w: np.ndarray, boxes: np.ndarray | float) -> np.ndarray:
         on = self._conductor.on
-        found: np.ndarray = on.flow((2 * self.slope * (on.value(z) + boxes) - on.gradient(w)) / self.rho)
+        found: np.ndarray = on.flow((2 * self.slope * self.tested(z, boxes) - on.gradient(w)) / self.rho)
         return found
 
     def solve(self, goal: Goal) -> tuple[np.ndarray, np.ndarray]:

@@ -17,12 +17,11 @@ import numpy as np
 from fem3d.adapt import Answer
 from fem3d.span_quantities import OF_SPAN
 from scenes.result import Estimate, Traces
-from scenes.sink import Sink, different
+from scenes.sink import SLOWEST, Sink, decay, different
 
 T = TypeVar("T")
 
 SHARE = 0.1  # of the accuracy: what spans that are not solved may add
-SLOWEST = 0.9  # of r: what falls more slowly is solved whole
 
 
 def modelled(sink: Sink) -> int:
@@ -34,14 +33,6 @@ def modelled(sink: Sink) -> int:
 def allowed(sink: Sink, count: int) -> int:
     """An odd number of spans, so that the middle of one ends the half that is solved; all where that is hardly more."""
     return sink.spans if count + 1 >= sink.spans else count
-
-
-def decay(sink: Sink) -> float:
-    """r of the chain: r + 1/r = 2 + R_span / R_island."""
-    along = sink.length / (sink.silicon.thermal_conductivity * sink.cross_section)
-    down = sink.oxide_thickness / (sink.oxide.thermal_conductivity * sink.island * sink.island_width)
-    half = 1 + along / down / 2
-    return min(half - float(np.sqrt(half**2 - 1)), SLOWEST)
 
 
 class Apart(NamedTuple):
@@ -96,18 +87,18 @@ def of_all(sink: Sink, count: int, answer: Answer, off: Apart) -> tuple[dict[str
 
     values, scales = answer.fine.quantities, {n: abs(float(v)) for n, v in answer.fine.quantities.items()}
     errors = {n: e + share(n) * scales[n] for n, e in answer.errors.items()}
-    steady = _repeated(sink, count, {n: Estimate(float(v), errors[n]) for n, v in values.items()})
+    steady = repeated(sink, count, {n: Estimate(float(v), errors[n]) for n, v in values.items()})
     response = answer.response
     if response is None:
         return steady, None
     scales |= {n.replace("_rise_K", "_K"): v for n, v in scales.items()}
     of_traces = {n: e + share(n) * scales[n] for n, e in response.errors.items()}
     return steady, Traces(
-        response.times, _repeated(sink, count, response.traces), _repeated(sink, count, of_traces)
+        response.times, repeated(sink, count, response.traces), repeated(sink, count, of_traces)
     )  # fmt: skip
 
 
-def _repeated(sink: Sink, count: int, of: Mapping[str, T]) -> dict[str, T]:
+def repeated(sink: Sink, count: int, of: Mapping[str, T]) -> dict[str, T]:
     """What is known of each span and island, by names such as "span2_mean_K", of those too that are not solved."""
     found = dict(of)
     kinds = (("span", different(count), different(sink.spans)), ("island", count // 2, sink.spans // 2))

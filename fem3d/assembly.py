@@ -9,9 +9,10 @@ import numpy as np
 from scipy.sparse import csc_array, diags_array
 from scipy.sparse.linalg import splu
 
-from fem3d.domain import Domain, Faces
+from fem3d.domain import Domain
 from fem3d.factorization import Ordering, part
-from fem3d.heat import Film, HeatProblem, above, coefficient
+from fem3d.heat import Film, HeatProblem, above
+from fem3d.integrals import Faces
 from scenes.model import Schedule, Value
 
 PLANE = 0.95  # of normals' lengths that their sum keeps: faces that bend by less pass for one plane
@@ -44,7 +45,7 @@ def assemble(domain: Domain) -> HeatProblem:
         if b.kind not in ("convection", "heat_flux"):
             continue
         face = domain.faces(b)
-        area, h = face.load(), coefficient(b.value) if b.kind == "convection" else 0.0
+        area, h = face.load(), float(b.value) if b.kind == "convection" else 0.0
         flux = channels.split(b.value) if b.kind == "heat_flux" else h * above(channels, b.ambient, initial)
         if h:
             stiffness = csc_array(stiffness + h * face.mass())

@@ -5,7 +5,7 @@ Potentials are functions of the whole space, zero where no current flows. Voltag
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -14,9 +14,9 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import LinearOperator, cg
 
 from fem3d.assembly import reactions
-from fem3d.domain import Cells, Faces
 from fem3d.factorization import Factors, Ordering, part
 from fem3d.heat import HeatProblem
+from fem3d.integrals import Cells, Faces
 from scenes.model import Material
 
 SAME = 1e-9  # relative size below which a current field is taken for a sum of others
@@ -29,13 +29,11 @@ Section = list[tuple[Faces, float, np.ndarray, np.ndarray]]
 @dataclass(frozen=True, eq=False)
 class Potential:
     """The potential (V) at the nodes of the conductor, the current density (A/m2), and the current (A) that enters at
-    each node (zero at free ones); ``through``: that through sections, where it isn't read off the density; ``steps`` of
-    the iteration."""
+    each node (zero at free ones); ``through``: that through sections, where it isn't read off the density."""
 
     potential: np.ndarray
     density: np.ndarray
     reaction: np.ndarray
-    steps: int = 0
     through: dict[str, float] = field(default_factory=dict)
 
 
@@ -90,8 +88,7 @@ class Conductor:
         """(cells, points) in ohm m at a rise (all nodes of the heat problem)."""
         if not self.warms:
             return np.broadcast_to(self.cold, self.on.weights.shape)
-        found: np.ndarray = self.cold + self.warm * self.on.value(self.heat.field(rise))
-        return found
+        return self.cold + self.warm * self.on.value(self.heat.field(rise))
 
     @property
     def warms(self) -> bool:
@@ -103,12 +100,10 @@ class Conductor:
         return bool((self.resistivity(rise) > 0).all())
 
     @cached_property
-    def _cold(self) -> Factors:
-        return Factors(part(self.matrix, self.free), self.heat.domain.space.entity[self.free], self.ordering)
-
-    def solve_cold(self, load: np.ndarray) -> np.ndarray:
-        """(free,): the potential at the initial temperature for charges (free,) between earthed electrodes."""
-        return self._cold.solve(load)
+    def solve_cold(self) -> Callable[[np.ndarray], np.ndarray]:
+        """What gives the potential (free,) of the cold conductor for charges (free,) between earthed electrodes."""
+        groups = self.heat.domain.space.entity[self.free]
+        return Factors(part(self.matrix, self.free), groups, self.ordering).solve
 
     def influence(self, row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """What a row (functions,) reads off the potential of any current density J, without solving for it.
@@ -117,7 +112,7 @@ class Conductor:
         density sigma grad w (reciprocity): row @ phi = shares @ g - integral rho J . D. Returns shares (channels,), D.
         """
         w = np.zeros(len(row))
-        w[self.free] = self._cold.solve(row[self.free])
+        w[self.free] = self.solve_cold(row[self.free])
         density = self.on.gradient(w) / self.cold
         left = row - self.on.flow(density)
         left[self.free] = 0.0
@@ -155,15 +150,15 @@ class Conductor:
             whole[free] = v
             return charge(whole)[free]
 
-        start[free] = -self._cold.solve((self.matrix @ voltage)[free]) if guess is None else guess[free]
+        start[free] = -self.solve_cold((self.matrix @ voltage)[free]) if guess is None else guess[free]
         steps = self._steps(resistivity / self.cold)
         if steps:
             size = (len(free), len(free))
-            operator, inverse = (LinearOperator(size, f, dtype=float) for f in (inner, self._cold.solve))
+            operator, inverse = (LinearOperator(size, f, dtype=float) for f in (inner, self.solve_cold))
             start[free] += cg(operator, -charge(start)[free], rtol=0.0, atol=0.0, maxiter=steps, M=inverse)[0]
         density = -self.on.gradient(start) / resistivity
         through = {name: self._through(section, start, rise) for name, section in self.sections.items()}
-        return Potential(start, density, -self.on.flow(density), steps, through)
+        return Potential(start, density, -self.on.flow(density), through)
 
     def _steps(self, ratio: np.ndarray) -> int:
         """How many steps of conjugate gradients the spread of a resistivity over the cold one asks for."""
@@ -192,8 +187,7 @@ class Conductor:
 
     def heating(self, a: np.ndarray, b: np.ndarray, rise: np.ndarray) -> np.ndarray:
         """(cells, points): rho Ja . Jb (W/m3)."""
-        found: np.ndarray = self.resistivity(rise) / self.stands_for * (a * b).sum(axis=0)
-        return found
+        return self.resistivity(rise) / self.stands_for * (a * b).sum(axis=0)
 
     def joule_load(self, a: np.ndarray, rise: np.ndarray, b: np.ndarray | None = None) -> np.ndarray:
         """(all nodes of the heat problem,): integral of rho Ja . Jb v, or of rho |Ja|^2 v, in W."""
@@ -222,11 +216,6 @@ def independent(conductor: Conductor, potentials: Sequence[Potential]) -> list[P
             size = product(found[0].density, found[0].density) if found else left
             found.append(new.plus(0.0, new, np.sqrt(size / left)))
     return found
-
-
-def supplies(patterns: Sequence[Pattern], channels: int) -> np.ndarray:
-    """(channels, patterns): the power that the electrodes supply to each."""
-    return np.stack([p.supply for p in patterns], axis=1) if patterns else np.zeros((channels, 0))
 
 
 def combined(parts: Sequence[Pattern | Potential], c: np.ndarray) -> np.ndarray:

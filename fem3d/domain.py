@@ -5,6 +5,7 @@ Boxes (`Boxes`) and mesh files (`fem3d.mapped`) say it in their own ways; the pr
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,22 +13,19 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from fem3d.bricks import BrickCells, BrickFaces, BrickSpace
+from fem3d.bricks import BrickSpace
 from fem3d.inputs import Inputs
-from fem3d.mapped import MappedCells, MappedFaces, MappedSpace
+from fem3d.integrals import Faces, Space
 from meshes import connected
 from meshes.grid import Grid
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule, Value
 
-Space = BrickSpace | MappedSpace
-Cells = BrickCells | MappedCells
-Faces = BrickFaces | MappedFaces
 Patch = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Cells (n,), and in the coordinates of their reference cell the corner (3,) and the sides (k, 3) of a part of each."""
 
 
 @dataclass(frozen=True, eq=False)
-class Domain:
+class Domain(ABC):
     """Cells and conditions of a scene, of whatever kind. ``body`` (cells,) is the number of each cell's body in
     ``names`` and ``materials``; ``sources`` are heat sources (W/m3) with their cells; ``live`` (cells,) are the cells
     that current passes, ``still`` those of conductors at one voltage, with that voltage; ``anchored``: whether every
@@ -64,8 +62,7 @@ class Domain:
 
     def exposed(self, facets: np.ndarray) -> np.ndarray:
         """(facets,): which are on the surface."""
-        found: np.ndarray = self.space.mesh.f2t[1, facets] < 0
-        return found
+        return self.space.mesh.f2t[1, facets] < 0
 
     def seen(self, facets: np.ndarray, inside: np.ndarray | None = None) -> Faces:
         """Those of some facets that are of a cell (among those chosen, (cells,)), each seen from one."""
@@ -102,26 +99,26 @@ class Domain:
         """Integrals over the facets on which a condition acts."""
         return self.seen(self.on(boundary), self.live if boundary.kind == "voltage" else None)
 
+    @abstractmethod
     def facets(self, item: Any) -> np.ndarray:
         """The facets of a condition or of a flat probe."""
-        raise NotImplementedError
 
+    @abstractmethod
     def directions(self, item: Any) -> np.ndarray:
         """(facets,): 1 where the direction in which flows through a flat probe count points out of a facet's first
         cell, else -1."""
-        raise NotImplementedError
 
+    @abstractmethod
     def mean(self, probe: Any, inside: np.ndarray | None = None) -> np.ndarray:
         """(functions,): what each adds to the mean over a probe; ``inside`` are the cells of those that matter."""
-        raise NotImplementedError
 
+    @abstractmethod
     def patches(self, probe: Any, inside: np.ndarray | None = None) -> list[Patch]:
         """The parts of cells that a probe lies in."""
-        raise NotImplementedError
 
+    @abstractmethod
     def is_flat(self, probe: Any) -> bool:
         """Whether a probe is a surface."""
-        raise NotImplementedError
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,15 +146,13 @@ class Boxes(Domain):
     @cached_property
     def _middles(self) -> np.ndarray:
         mesh = self.space.mesh
-        found: np.ndarray = mesh.p[:, mesh.facets].mean(axis=1)
-        return found
+        return mesh.p[:, mesh.facets].mean(axis=1)
 
     def directions(self, item: Boundary | Probe) -> np.ndarray:
         """(facets,): 1 where the first cell is the lower one along the axis."""
         facets = self.facets(item)
         middles = self.space.mesh.p[:, self.space.mesh.t[:, self.space.mesh.f2t[0, facets]]].mean(axis=1)
-        found: np.ndarray = np.where((self._middles[:, facets] - middles).sum(axis=0) > 0, 1, -1)
-        return found
+        return np.where((self._middles[:, facets] - middles).sum(axis=0) > 0, 1, -1)
 
     def mean(self, probe: Probe, inside: np.ndarray | None = None) -> np.ndarray:
         """(functions,): what a function adds to the mean over a probe."""
@@ -203,8 +198,7 @@ def boxes(scene: Scene, grid: Grid) -> Boxes:
     coarse = connected.coarsest(scene)
 
     def cells(of: np.ndarray) -> np.ndarray:
-        found: np.ndarray = grid.refined(coarse, of)[at]
-        return found
+        return grid.refined(coarse, of)[at]
 
     def source(number: int, box: Box) -> tuple[Value, np.ndarray]:
         return box.heat_source, np.flatnonzero(owner[at] == number)

@@ -70,6 +70,15 @@ def modes(p: int) -> np.ndarray:
     return np.array(found)
 
 
+@lru_cache
+def heights(p: int) -> np.ndarray:
+    """(functions past the corners',): the largest size of each; 1D functions k >= 2 turn where Legendre's k - 1 is
+    zero."""
+    one = np.array([1.0, 1.0, *(abs(line(k, gauss(k - 1)[0])[0][k]).max() for k in range(2, p + 1))])
+    found: np.ndarray = one[modes(p)[8:]].prod(axis=1)
+    return found
+
+
 @lru_cache(maxsize=4096)
 def active(p: int, degrees: Degrees) -> np.ndarray:
     """(functions,): which are there for degrees along x, y, z: a rule of each entity's own intervals alone."""

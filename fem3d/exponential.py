@@ -153,8 +153,7 @@ class Convolution:
         vanishing = np.exp(-np.minimum(np.outer(self._tau, decay), 700.0))
         end = np.einsum("mr,mtk->trk", powers, self._at_tau)
         start = np.einsum("mr,mk->rk", powers, self._at_zero)
-        found: np.ndarray = end - vanishing[..., None] * start
-        return found
+        return end - vanishing[..., None] * start
 
 
 @lru_cache(maxsize=1)

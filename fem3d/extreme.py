@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fem3d.domain import Patch, Space
+from fem3d.domain import Patch
+from fem3d.integrals import Space
 
 CLOSER = 0.5  # of a lattice's extent: that of the next one, two spacings around its best point, for tops lie askew
 TURNS = 6  # of closing in: the best point is then within 1/128 of a side
@@ -26,6 +27,12 @@ class Place(NamedTuple):
 
     cell: int
     point: np.ndarray
+
+    def row(self, space: Space) -> np.ndarray:
+        """(functions,): what reads a function there."""
+        found = np.zeros(space.size)
+        found[space.dofs[:, self.cell]] = space.at(self.point[:, None])[0]
+        return found
 
 
 class Extreme:

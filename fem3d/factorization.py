@@ -44,8 +44,7 @@ class Ordering:
         if (self._rank[groups] < 0).any():
             own, group = np.unique(groups, return_inverse=True)
             self._rank[own] = self._found(matrix, self._places[own], group)
-        found: np.ndarray = self._rank[groups]
-        return found
+        return self._rank[groups]
 
     @staticmethod
     def _found(matrix: csc_array, places: np.ndarray, group: np.ndarray) -> np.ndarray:
@@ -91,8 +90,7 @@ def _better(graph: csc_array, places: np.ndarray) -> np.ndarray:
         order = dissection(places, graph)
         if splu(part(graph, order), permc_spec="NATURAL", **SYMMETRIC).L.nnz < by_degree.L.nnz:
             return np.argsort(order)
-    found: np.ndarray = by_degree.perm_c
-    return found
+    return by_degree.perm_c
 
 
 def dissection(places: np.ndarray, graph: csc_array) -> np.ndarray:

@@ -2,37 +2,71 @@
 
 from __future__ import annotations
 
+import math
+from abc import ABC, abstractmethod
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from skfem.refdom import RefHex
 
 from fem3d.conductor import Conductor
 from fem3d.heat import HeatProblem
 from fem3d.steady import SteadyState
 from fem3d.transient import State, Transient
-from meshes.grid import VOID, Grid
+from fem3d.whole import CORNERS, Whole
+from meshes.grid import Grid
 from meshes.symmetry import Symmetry
 
 if TYPE_CHECKING:
     from fem3d.quadratic import Quadratic
 
-VTK = [7, 4, 1, 5, 6, 2, 0, 3]  # VTK's order of a brick's corners in scikit-fem's
-
 
 def grid_of(heat: HeatProblem) -> Grid:
     """The grid of a problem on bricks."""
-    space: Any = heat.domain.space
-    found: Grid = space.grid
-    return found
+    return heat.domain.space.grid  # type: ignore[attr-defined]
 
 
-class RunFields:
-    """What a run knows of its fields, on any mesh; ``_sampled`` takes functions (..., functions) to drawn points."""
+class Drawn(NamedTuple):
+    """Hexahedra as of `fem3d.whole.Whole`, and the functions (places, functions of a cell) at the points of a cell."""
+
+    points: np.ndarray
+    hexes: np.ndarray
+    material: np.ndarray
+    functions: np.ndarray
+
+
+class RunFields(ABC):
+    """What a run knows of its fields, on any mesh; for pictures on linear hexahedra."""
+
+    _drawn: Any  # Drawn or Whole, made when asked for
 
     def __init__(self, heat: HeatProblem, state: SteadyState | None, transient: Transient | None) -> None:
         self._heat, self._state, self._transient = heat, state, transient
+
+    @property
+    def points(self) -> np.ndarray:
+        """(n, 3) in m."""
+        return self._drawn.points
+
+    @property
+    def hexes(self) -> np.ndarray:
+        """(m, 8) point numbers, in VTK's order."""
+        return self._drawn.hexes
+
+    @property
+    def material_names(self) -> list[str]:
+        """Names of the materials, in the order of ``material``."""
+        return list(dict.fromkeys(m.name for m in self._heat.domain.materials))
+
+    @property
+    def material(self) -> np.ndarray:
+        """(m,): the material of each hexahedron."""
+        return self._drawn.material
+
+    @property
+    def distinct(self) -> RunFields:
+        """The same without what is there more than once."""
+        return self
 
     @property
     def has_steady(self) -> bool:
@@ -50,6 +84,11 @@ class RunFields:
         """(times, n) in K; ValueError where the run has no transient."""
         return self._kelvins(self._rises(times))
 
+    def ceiling(self, times: np.ndarray) -> float:
+        """A temperature (K) that is exceeded nowhere in the steady state, if there is one, and at some times (s); found
+        without sampling, and infinite where the cells allow no such bound."""
+        return math.inf
+
     def _rises(self, times: np.ndarray) -> np.ndarray:
         if self._transient is None:
             raise ValueError("the run has no transient")
@@ -58,8 +97,9 @@ class RunFields:
     def _kelvins(self, rises: np.ndarray) -> np.ndarray:
         return self._heat.domain.scene.initial_temperature + self._sampled(self._heat.field(rises))
 
+    @abstractmethod
     def _sampled(self, functions: np.ndarray) -> np.ndarray:
-        raise NotImplementedError
+        """Functions (..., functions) at the drawn points."""
 
     def _states(self, times: np.ndarray) -> list[State]:
         """The steady state, if there is one, and those at some times (s)."""
@@ -80,10 +120,8 @@ class RunFields:
 
 
 class Fields(RunFields):
-    """Points (n, 3) in m, hexahedra (m, 8) that cut each brick by its degrees, materials (m,), temperatures (n,) in K.
-
-    The solved part stands once for each of its mirror images; images share no points.
-    """
+    """Points (n, 3) in m, hexahedra (m, 8) that cut each brick by its degrees, materials (m,), temperatures (n,) in K,
+    of the whole structure (`fem3d.whole`)."""
 
     def __init__(
         self, heat: HeatProblem, state: SteadyState | None, symmetry: Symmetry, transient: Transient | None
@@ -102,51 +140,9 @@ class Fields(RunFields):
         return found
 
     @cached_property
-    def _part(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Of the solved part the used points' numbers in the grid of coordinates, hexahedra and the box of each."""
-        grid = self._space.grid
-        owner = grid.owner[np.ix_(*(np.repeat(np.arange(len(d)), d) for d in grid.degrees))]
-        cells = np.argwhere(owner != VOID)
-        corners = cells[:, None] + RefHex.p.T.astype(int)[VTK]
-        numbers = np.ravel_multi_index(tuple(np.moveaxis(corners, -1, 0)), tuple(len(a) for a in self._axes))
-        used, local = np.unique(numbers, return_inverse=True)
-        return used, local.reshape(numbers.shape), owner[tuple(cells.T)]
-
-    @cached_property
-    def points(self) -> np.ndarray:
-        """(n, 3) in m."""
-        x, y, z = self._axes
-        where = np.unravel_index(self._part[0], (len(x), len(y), len(z)))
-        found = [np.stack([a[i] for a, i in zip((x, y, z), where, strict=True)], axis=1)]
-        for axis, middle, _ in self._symmetry.planes:
-            images = []
-            for points in found:
-                image = points.copy()
-                image[:, axis] = 2 * middle - image[:, axis]
-                images.append(image)
-            found += images
-        return np.concatenate(found)
-
-    @cached_property
-    def hexes(self) -> np.ndarray:
-        """(m, 8) point numbers, in VTK's order."""
-        found = [self._part[1]]
-        for _ in self._symmetry.planes:
-            count = len(found) * len(self._part[0])
-            # A mirror image turns a brick inside out; exchanging its two faces turns it back.
-            found += [np.roll(h, 4, axis=1) + count for h in found]
-        return np.concatenate(found)
-
-    @cached_property
-    def material_names(self) -> list[str]:
-        """Names of the materials, in the order of ``material``."""
-        return list(dict.fromkeys(m.name for m in self._heat.domain.materials))
-
-    @cached_property
-    def material(self) -> np.ndarray:
-        """(m,): the material of each hexahedron."""
-        of_box = np.array([self.material_names.index(m.name) for m in self._heat.domain.materials])
-        return np.tile(of_box[self._part[2]], self._symmetry.copies)
+    def _drawn(self) -> Whole:
+        intervals = [np.repeat(np.arange(len(d)), d) for d in self._space.grid.degrees]
+        return Whole(self._space.grid, self._symmetry, self._axes, intervals, CORNERS)
 
     def quadratic(self, times: np.ndarray, accuracy: float) -> Quadratic:
         """Quadratic cells fine enough for the steady state, if there is one, and for some times (s), in this order;
@@ -155,6 +151,9 @@ class Fields(RunFields):
 
         return Quadratic(self._heat, self._conductor, self._symmetry, self._states(times), accuracy)
 
+    def ceiling(self, times: np.ndarray) -> float:
+        rises = np.array([rise for rise, _ in self._states(times)])
+        return float(self._heat.domain.scene.initial_temperature + self._space.ceiling(self._heat.field(rises)))
+
     def _sampled(self, functions: np.ndarray) -> np.ndarray:
-        sampled = self._space.sample(functions, *self._axes).reshape(len(functions), -1)[:, self._part[0]]
-        return np.tile(sampled, (1, self._symmetry.copies))
+        return self._drawn.at_points(self._space.sample(functions, *self._axes))

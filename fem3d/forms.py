@@ -37,21 +37,3 @@ def film(u: Any, v: Any, w: Any) -> Any:
 def joule_heat(v: Any, w: Any) -> Any:
     """sigma |grad phi|^2 v."""
     return w.conductivity * dot(grad(w.potential), grad(w.potential)) * v
-
-
-@LinearForm
-def source(v: Any, w: Any) -> Any:
-    """A density times v."""
-    return w.density * v
-
-
-@LinearForm
-def squared(v: Any, w: Any) -> Any:
-    """A density times v^2."""
-    return w.density * v * v
-
-
-@LinearForm
-def flow(v: Any, w: Any) -> Any:
-    """A field . grad v."""
-    return dot(w.field, grad(v))

@@ -75,7 +75,9 @@ class Goals:
             return replace(self._none, row=own, own=((1.0, lambda by: float(moved_mean(domain, probe, by, rise))),))
         place = reading(self._state.heat, probe).extreme.where(rise)  # type: ignore[union-attr]
         return replace(
-            self._none, row=_at(domain, place), own=((1.0, lambda by: _moved_place(domain, probe, place, by, rise)),)
+            self._none,
+            row=place.row(domain.space),
+            own=((1.0, lambda by: _moved_place(domain, probe, place, by, rise)),),
         )
 
     def _potential(self, probe: Any) -> Goal:
@@ -86,7 +88,7 @@ class Goals:
             row = domain.mean(probe, meter.inside)
         else:
             place = probes.extreme(domain, probe, meter.inside).where(phi)
-            row = _at(domain, place)
+            row = place.row(domain.space)
 
         def own(by: Motion) -> float:
             if place is None:
@@ -144,13 +146,6 @@ class Goals:
             return total
 
         return replace(none, row=row, charges=charges, own=((1.0, own),))
-
-
-def _at(domain: Any, place: Place) -> np.ndarray:
-    """(functions,): the value at a place."""
-    found = np.zeros(domain.space.size)
-    found[domain.space.dofs[:, place.cell]] = domain.space.at(place.point[:, None])[0]
-    return found
 
 
 def _shrinks(domain: Any, probe: Any, by: Motion) -> np.ndarray:

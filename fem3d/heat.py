@@ -9,7 +9,7 @@ makes it of a scene.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -20,7 +20,7 @@ from scipy.sparse import csc_array
 from fem3d.domain import Domain
 from fem3d.factorization import Factors, Ordering, part
 from fem3d.inputs import Inputs
-from scenes.model import Schedule, Value
+from scenes.model import Value
 
 BALANCED = 2e-11  # of the heat: an imbalance above it is worth a residual in extended precision
 # Of the product of two boundaries' parts t and 1 - t of what enters at an edge that they share. With a flux like
@@ -80,8 +80,7 @@ class HeatProblem:
 
     def take(self, row: np.ndarray) -> np.ndarray:
         """(..., all nodes): what belongs to the unknowns of (..., functions)."""
-        found: np.ndarray = row[..., self.order]
-        return found
+        return row[..., self.order]
 
     def lower(self, level: int) -> HeatProblem:
         """The problem in a lower space that this one's holds (`Space.nested`): leading parts of the same matrices."""
@@ -118,24 +117,19 @@ class HeatProblem:
         """The mass matrix of the free nodes."""
         return self.mass[: self.free, : self.free]
 
-    @cached_property
-    def _solve(self) -> Any:
-        if self.anchored:
-            return self.factors(self.inner_stiffness).solve
-        # A part without an exit keeps its heat: its capacity over the whole run stands in for one.
-        return self.factors(_combined(self.inner_stiffness, 1.0 / self.end_time, self.inner_mass)).solve
-
     def factors(self, matrix: csc_array) -> Factors:
         """The factors of a matrix of the free nodes."""
         return Factors(matrix, self.groups[: self.free], self.ordering)
 
-    def solve_steady(self, load: np.ndarray) -> np.ndarray:
-        """The rise at the free nodes with K rise = load, from one factorization; without an exit for heat, the mean
-        over the run's time with the capacity in its place."""
-        found: np.ndarray = self._solve(load)
-        return found
+    @cached_property
+    def solve_steady(self) -> Callable[[np.ndarray], np.ndarray]:
+        """What gives the rise at the free nodes with K rise = load (free nodes), by one factorization; without an exit
+        for heat, the mean over the run's time with the capacity of the whole run in its place."""
+        if self.anchored:
+            return self.factors(self.inner_stiffness).solve
+        return self.factors(_combined(self.inner_stiffness, 1.0 / self.end_time, self.inner_mass)).solve
 
-    def solve_shifted(self, shift: float) -> Any:
+    def solve_shifted(self, shift: float) -> Callable[[np.ndarray], np.ndarray]:
         """What solves (M + shift K) u = b on the free nodes."""
         return self.factors(_combined(self.inner_mass, shift, self.inner_stiffness)).solve
 
@@ -194,8 +188,7 @@ class HeatProblem:
     def reaction(self, rise: np.ndarray, rate: np.ndarray, source: np.ndarray) -> np.ndarray:
         """(fixed nodes,): heat that enters at each fixed node (W), from rise, its rate and the source."""
         flow = self.stiffness @ self.whole(rise) + self.mass @ self.whole(rate)
-        found: np.ndarray = flow[self.free :] - source[self.free :]
-        return found
+        return flow[self.free :] - source[self.free :]
 
     def jumps(self, end: float) -> np.ndarray:
         """Instants (s) inside (0, end) at which a given temperature jumps."""
@@ -239,10 +232,3 @@ def above(channels: Inputs, temperature: Value, initial: float) -> np.ndarray:
     found = channels.split(temperature)
     found[0] -= initial
     return found
-
-
-def coefficient(value: Value) -> float:
-    """A convection coefficient; ValueError for one that varies, which would change the matrices."""
-    if isinstance(value, Schedule):
-        raise ValueError("the convection coefficient varies in time")
-    return value

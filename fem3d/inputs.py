@@ -45,8 +45,7 @@ class Inputs:
 
     def jump(self, time: float) -> np.ndarray:
         """(channels,): by how much the values jump at a time."""
-        found: np.ndarray = self.at(np.array([time]))[0] - self.before(np.array([time]))[0]
-        return found
+        return self.at(np.array([time]))[0] - self.before(np.array([time]))[0]
 
     def at(self, times: np.ndarray) -> np.ndarray:
         """(times, channels): the values, after a jump there."""
@@ -63,8 +62,7 @@ class Inputs:
     def largest(self, end: float) -> np.ndarray:
         """(channels,): the largest absolute value of each up to ``end``."""
         times = np.concatenate([[0.0], self.knots(end), [end]])
-        found: np.ndarray = np.abs(np.concatenate([self.at(times), self.before(times[1:])])).max(axis=0)
-        return found
+        return np.abs(np.concatenate([self.at(times), self.before(times[1:])])).max(axis=0)
 
 
 def value(given: Value, times: np.ndarray) -> np.ndarray:

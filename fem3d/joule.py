@@ -4,7 +4,7 @@ made of."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -30,25 +30,24 @@ class JouleHeat:
     warm: np.ndarray
     cold_load: np.ndarray
     warm_load: np.ndarray
-    in_box: dict[str, Split] = field(default_factory=dict)
-    at_held: dict[str, Split] = field(default_factory=dict)
-    potentials: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]] = field(default_factory=dict)
+    in_box: dict[str, Split]
+    at_held: dict[str, Split]
+    potentials: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]
 
-    @staticmethod
-    def nothing(channels: int, m: int, r: int, held: Iterable[str] = ()) -> JouleHeat:
-        """Zeros, to add to."""
-        zeros = np.zeros
-        return JouleHeat(
-            zeros((channels, m, m)), zeros((m, m, r)), zeros((channels, m, m, r)), zeros((m, m, r, r)),
-            at_held={name: (zeros((channels, m, m)), zeros((m, m, r))) for name in held},
-        )  # fmt: skip
+
+def nothing(channels: int, m: int, r: int, held: Iterable[str] = ()) -> JouleHeat:
+    """Zeros, to add to."""
+    zeros = np.zeros
+    at_held = {name: (zeros((channels, m, m)), zeros((m, m, r))) for name in held}
+    loads = zeros((channels, m, m, r)), zeros((m, m, r, r))
+    return JouleHeat(zeros((channels, m, m)), zeros((m, m, r)), *loads, {}, at_held, {})
 
 
 def of_pairs(conductor: Conductor, basis: np.ndarray, patterns: Sequence[Pattern]) -> JouleHeat:
     """The sums of `JouleHeat` for temperature fields (free nodes, r) and some current fields."""
     heat, on = conductor.heat, conductor.on
     densities, m, r, channels = [p.density for p in patterns], len(patterns), basis.shape[1], heat.inputs.count
-    found = JouleHeat.nothing(channels, m, r, heat.held)
+    found = nothing(channels, m, r, heat.held)
     # (r, cells, points), and by name or channel (cells, points): all that heat is tested with, where current flows.
     fields = np.array([on.value(u) for u in heat.field(basis.T)]).reshape(r, *on.weights.shape)
     lifts = {c: on.value(heat.field(lift)) for c, lift in enumerate(heat.lifts) if lift.any()}
@@ -82,8 +81,8 @@ def of_pairs(conductor: Conductor, basis: np.ndarray, patterns: Sequence[Pattern
                         found.at_held[at][0][:, p, q] += falling
                         found.at_held[at][1][p, q] += per_kelvin
         for probe, (shares, density) in conductor.influences.items():
-            nothing = shares, np.zeros((channels, m)), np.zeros((m, r))
-            _, drop, warm_drop = found.potentials.setdefault(probe, nothing)
+            none = shares, np.zeros((channels, m)), np.zeros((m, r))
+            _, drop, warm_drop = found.potentials.setdefault(probe, none)
             for i in range(m):
                 cold, warm = body.split((densities[i] * density).sum(axis=0)[own].ravel())
                 drop[:, i] += copies * cold

@@ -11,8 +11,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.polynomial import legendre
 
-from fem3d.domain import Patch, Space
+from fem3d.domain import Patch
 from fem3d.extreme import Place
+from fem3d.integrals import Space
 
 PER_DEGREE = 8  # points of the lattice in a cell, for each degree
 
@@ -36,7 +37,7 @@ class LineExtreme:
             for lattice in np.moveaxis(values, 1, 0):
                 best = lattice.argmax(axis=1)
                 top = lattice[np.arange(len(weights)), best]
-                gains = [_above(lattice, best, step) for step in (1, 2)]
+                gains = [_beside(lattice, best, step)[0] for step in (1, 2)]
                 value, doubt = top + gains[0], np.abs(gains[0] - gains[1])
                 better = value > found
                 found, left = np.where(better, value, found), np.where(better, doubt, left)
@@ -48,23 +49,34 @@ class LineExtreme:
         for cells, corner, sides in self._patches:
             values = self._sign * self._sampled(function[None], cells, corner, sides)[0]
             cell, point = np.unravel_index(int(values.argmax()), values.shape)
-            tops.append((float(values.max()), Place(int(cells[cell]), corner + self._at[point] * sides[0])))
+            beside = _beside(values[cell, None], np.array([point]), 1)[1][0] * self._at[1]
+            tops.append((float(values.max()), Place(int(cells[cell]), corner + (self._at[point] + beside) * sides[0])))
         return max(tops, key=lambda top: top[0])[1]
+
+    def rows(self) -> np.ndarray:
+        """(points, functions): what reads a function at the points of the lattice."""
+        found = []
+        for cells, corner, sides in self._patches:
+            at = self._space.at(corner[:, None] + sides[0][:, None] * self._at)
+            for dofs in self._space.dofs[:, cells].T:
+                found.append(np.zeros((len(at), self._space.size)))
+                found[-1][:, dofs] = at
+        return np.concatenate(found)
 
     def _sampled(self, fields: np.ndarray, cells: np.ndarray, corner: np.ndarray, sides: np.ndarray) -> np.ndarray:
         """(r, cells, points): functions on the lattice of every cell."""
         points = corner[:, None] + sides[0][:, None] * self._nodes
         at_nodes = np.einsum("pn,rnc->rcp", self._space.at(points), fields[:, self._space.dofs[:, cells]])
-        found: np.ndarray = at_nodes @ self._fine.T
-        return found
+        return at_nodes @ self._fine.T
 
 
-def _above(lattice: np.ndarray, best: np.ndarray, step: int) -> np.ndarray:
-    """(times,): by how much the parabola through the best point (times,) and those a step beside it rises above it; at
-    an end nothing."""
+def _beside(lattice: np.ndarray, best: np.ndarray, step: int) -> tuple[np.ndarray, np.ndarray]:
+    """(times,) twice: by how much the parabola through the best point (times,) and those a step beside it rises above
+    it, and how far from it, in spacings; at an end nothing."""
     times, last = np.arange(len(lattice)), lattice.shape[1] - 1
     inside = (best >= step) & (best <= last - step)
     middle = np.clip(best, step, last - step)
     low, top, high = (lattice[times, middle + d] for d in (-step, 0, step))
     bend = 2 * top - low - high
-    return np.where(inside & (bend > 0), (high - low) ** 2 / (8 * np.where(bend > 0, bend, 1.0)), 0.0)
+    aside = np.where(inside & (bend > 0), (high - low) / (2 * np.where(bend > 0, bend, 1.0)), 0.0)
+    return aside * (high - low) / 4, step * aside

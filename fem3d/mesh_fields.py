@@ -9,25 +9,16 @@ from typing import Any
 import numpy as np
 
 from fem3d.conductor import Conductor
-from fem3d.fields import RunFields
+from fem3d.fields import Drawn, RunFields
 from fem3d.heat import HeatProblem
 from fem3d.mapped import MappedSpace
 from fem3d.quadratic import Snapshot
 from fem3d.steady import SteadyState
 from fem3d.transient import State, Transient
+from fem3d.whole import CORNERS
 from meshes.grouped.place import Placed
 from meshes.grouped.read import own_order
 
-_CORNERS = (
-    (0, 0, 0),
-    (1, 0, 0),
-    (1, 1, 0),
-    (0, 1, 0),
-    (0, 0, 1),
-    (1, 0, 1),
-    (1, 1, 1),
-    (0, 1, 1),
-)  # of VTK's hexahedron
 _IN_TETRA = (
     (0, 4, 10, 6, 7, 11, 14, 13),
     (1, 5, 10, 4, 8, 12, 14, 11),
@@ -47,19 +38,13 @@ class MeshFields(RunFields):
         super().__init__(heat, state, transient)
         self._placed = placed
 
-    @property
-    def material_names(self) -> list[str]:
-        """Names of the materials, in the order of ``material``."""
-        return [m.name for m in self._placed.materials]
-
     def quadratic(self, times: np.ndarray, accuracy: float) -> OwnCells:
         """The file's own cells, whatever the ``accuracy``, with the steady state, if there is one, and some times (s),
         in this order; ValueError for times where the run has no transient."""
         return OwnCells(self._placed, self._heat, self._conductor, self._states(times))
 
     @cached_property
-    def _drawn(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Functions at the places (places, functions of a cell) of a cell that are drawn, points and hexahedra."""
+    def _drawn(self) -> Drawn:
         space = self._heat.domain.space
         places, parts = _pieces(space.mesh.refdom)
         points = np.moveaxis(space.mesh.mapping().F(places), 0, -1)
@@ -67,27 +52,12 @@ class MeshFields(RunFields):
         # Some cells are mirror images of the reference one.
         inverted = space.mesh.mapping().detDF(places.mean(axis=1, keepdims=True))[:, :1, None] < 0
         hexes = places.shape[1] * np.arange(count)[:, None, None] + np.where(inverted, np.roll(parts, 4, axis=1), parts)
-        return space.at(places), points.reshape(-1, 3), hexes.reshape(-1, 8)
-
-    @property
-    def points(self) -> np.ndarray:
-        """(n, 3) in m, apart for each cell."""
-        return self._drawn[1]
-
-    @property
-    def hexes(self) -> np.ndarray:
-        """(m, 8) point numbers, in VTK's order."""
-        return self._drawn[2]
-
-    @property
-    def material(self) -> np.ndarray:
-        """(m,): the material of each hexahedron."""
-        own = self._heat.domain.body
-        return np.repeat(own, len(self.hexes) // len(own))
+        material = np.repeat(self._heat.domain.body, len(parts))
+        return Drawn(points.reshape(-1, 3), hexes.reshape(-1, 8), material, space.at(places))
 
     def _sampled(self, functions: np.ndarray) -> np.ndarray:
         own = functions[..., self._heat.domain.space.dofs]
-        found: np.ndarray = np.swapaxes(self._drawn[0] @ own, -1, -2)
+        found: np.ndarray = np.swapaxes(self._drawn.functions @ own, -1, -2)
         return found.reshape(*functions.shape[:-1], -1)
 
 
@@ -130,21 +100,22 @@ class OwnCells:
 
     def _at_points(self, function: np.ndarray) -> np.ndarray:
         """(n,): a function (functions,) at the file's points."""
-        space, mesh = self._heat.domain.space, self._placed.mesh
+        space: Any = self._heat.domain.space
+        mesh = self._placed.mesh
         order, found = own_order(self.cell_type), np.empty(len(self.points))
         if space.mesh.t.shape[1] > mesh.count:
             # The nodes of a cell of second order are corners of those that it is refined to, in scikit-fem's order.
             nodes = MappedSpace(mesh.mesh).dofs[order]
             found[self.hexes.T] = function[nodes]
             return found
-        at = space.at(np.asarray(space.element.doflocs).T)[order]  # type: ignore[union-attr]
+        at = space.at(np.asarray(space.element.doflocs).T)[order]
         found[self.hexes.T] = at @ function[space.dofs]
         return found
 
 
 def _pieces(reference: Any) -> tuple[np.ndarray, np.ndarray]:
     """Places (3, places) in a cell and the hexahedra (pieces, 8) between them."""
-    corners, cube = reference.p.T, np.array(_CORNERS)
+    corners, cube = reference.p.T, np.array(CORNERS)
     if len(corners) == 8:
         own = np.stack(np.meshgrid(*3 * [np.arange(3) / 2], indexing="ij"), axis=-1).reshape(-1, 3)
         return own.T, (cube[:, None] + cube) @ (9, 3, 1)

@@ -103,7 +103,8 @@ def motion(given: Given, part: Symmetry, other: Symmetry, step: float) -> Motion
     def change(of: str) -> np.ndarray:
         return np.array([(getattr(q, of) - getattr(p, of)) / step for p, q in owner])[own]
 
-    laws = np.array([_difference(_law(p, start[0]), _law(q, start[1]), step) for p, q in owner])[own]
+    laws = np.array([_difference(_law(p, start[0]), _law(q, start[1]), step) for p, q in owner])
+    laws = (laws * domain.stands_for[:, None])[own]
     breaks: tuple[np.ndarray, ...] = ()
     stretch, probes = np.zeros((3, len(own))), dict[str, tuple[np.ndarray, np.ndarray]]()
     if isinstance(here, Scene) and isinstance(there, Scene):

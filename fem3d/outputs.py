@@ -6,57 +6,68 @@ The same names come out of a steady state and of a transient, as numbers or as a
 the search for an extreme may have left),
 ``current:<electrode>`` (A, into the solid), ``joule:<box>`` (W), ``power`` (W, what the electrodes supply to what is
 solved),
-``generated`` (W, the heat sources'); of a steady state also ``dissipated`` (W, the Joule heat of all boxes, of those
-too that symmetry leaves out).
+``generated`` (W, the heat sources'), ``dissipated`` (W, the Joule heat of all boxes, of those too that symmetry leaves
+out).
 """
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from fem3d import inputs, voltmeter
 from fem3d.heat import HeatProblem
 from fem3d.joule import Split
-from fem3d.probes import reading
+from fem3d.probes import Reading, reading
 from fem3d.steady import SteadyState
 from fem3d.transient import Transient
 from fem3d.voltmeter import Voltmeter
 from meshes.symmetry import Symmetry
+from scenes.model import Value
 
 Outputs = dict[str, np.ndarray]  # of shape () or (times,)
 
 
+class _Part(NamedTuple):
+    """What is known of the part that is solved, as numbers or over time: heat flows, currents and Joule heats by name,
+    the electric power and that of the sources (W), and how the rest is read: a `Reading` without its boundaries, an
+    extreme with its doubt, the potential of a probe, and the heat that enters at fields (k, all nodes)."""
+
+    flows: Outputs
+    currents: Outputs
+    joule: Outputs
+    power: np.ndarray
+    generated: np.ndarray
+    row: Callable[[Reading], np.ndarray]
+    extreme: Callable[[Any], tuple[np.ndarray, np.ndarray]]
+    potential: Callable[[Any], np.ndarray]
+    entering: Callable[[np.ndarray], np.ndarray]
+
+
 def of_steady(state: SteadyState, symmetry: Symmetry) -> Outputs:
     """The outputs of a steady state."""
-    heat, currents = state.heat, state.currents
+    heat, field = state.heat, state.heat.field(state.rise)[None]
     reaction = heat.reaction(state.rise, np.zeros(heat.size), state.source)
     flows = {name: part @ reaction for name, part in heat.held.items()}
     flows |= {name: film.entering[0] + film.per_kelvin @ state.rise for name, film in heat.films.items()}
-    read, left = {}, {}
-    for probe in heat.domain.scene.probes:
-        if probe.quantity == "potential":
-            phi = None if state.conductor is None else state.hot_potential
-            read[probe.name] = np.array(Voltmeter(heat.domain, probe).read(phi, 0.0))
-            continue
-        how = reading(heat, probe)
-        if how.extreme is not None:
-            value, doubt = how.extreme(heat.field(state.rise)[None], np.ones((1, 1)))
-            read[probe.name], left[probe.name] = value[0], doubt[0]
-        elif probe.quantity == "current":
-            names = how.boundaries or (f"through:{probe.name}",)
-            read[probe.name] = np.array(how.sign * sum(currents.get(name, 0.0) for name in names))
-        else:
-            read[probe.name] = how.row @ state.rise + how.entering[0] + sum(flows[name] for name in how.boundaries)
-    found = _whole(
-        symmetry, np.zeros(1), read, flows, {name: np.array(value) for name, value in currents.items()},
-        {name: np.array(value) for name, value in state.joule.items()},
-    )  # fmt: skip
-    for name, fields in _disputed(heat).items():
-        left[name] = symmetry.copies * np.abs(fields[:, heat.free :] @ reaction).sum()
-    found |= {f"doubt:{name}": value for name, value in left.items()}
-    found["power"], found["generated"] = symmetry.copies * np.array(state.power), symmetry.copies * heat.generated[0]
-    found["dissipated"] = symmetry.copies * np.array(sum(state.joule.values()))
-    return found
+
+    def top(extreme: Any) -> tuple[np.ndarray, np.ndarray]:
+        value, doubt = extreme(field, np.ones((1, 1)))
+        return value[0], doubt[0]
+
+    def potential(probe: Any) -> np.ndarray:
+        phi = None if state.conductor is None else state.hot_potential
+        return np.array(Voltmeter(heat.domain, probe).read(phi, 0.0))
+
+    return _whole(symmetry, heat, np.zeros(()), _Part(
+        flows, {name: np.array(value) for name, value in state.currents.items()},
+        {name: np.array(value) for name, value in state.joule.items()}, np.array(state.power), heat.generated[0],
+        lambda how: how.row @ state.rise + how.entering[0], top, potential,
+        lambda fields: fields[:, heat.free :] @ reaction,
+    ))  # fmt: skip
 
 
 def of_transient(transient: Transient, symmetry: Symmetry, times: np.ndarray) -> Outputs:
@@ -68,57 +79,34 @@ def of_transient(transient: Transient, symmetry: Symmetry, times: np.ndarray) ->
     rates = sources - a * transient.trajectory.rates
 
     def along(row: np.ndarray, states: np.ndarray, inputs_now: np.ndarray) -> np.ndarray:
-        found: np.ndarray = states @ (row[: heat.free] @ basis) + inputs_now @ (lifts @ row)
-        return found
+        return states @ (row[: heat.free] @ basis) + inputs_now @ (lifts @ row)
+
+    def entering(field: np.ndarray, per_rise: np.ndarray, per_rate: np.ndarray) -> np.ndarray:
+        return along(per_rise, a, g) + along(per_rate, rates, changing) - g @ (heat.loads @ field)
+
+    def potential(probe: Any) -> np.ndarray:
+        if probe.name not in reduced.potentials:
+            return voltmeter.over_time(transient, probe, times)
+        shares, cold, warm = reduced.potentials[probe.name]
+        return g @ shares - np.einsum("ti,ti->t", c, g @ cold + a @ warm.T)
 
     c = reduced.currents(a, g) if base.patterns else np.zeros((len(times), 0))
-    flows = {}
-    for name, (per_rise, per_rate) in heat.held_rows.items():
-        given = g @ (heat.loads @ heat.held_fields[name])
-        flows[name] = along(per_rise, a, g) + along(per_rate, rates, changing) - given
-        if name in reduced.at_held:
-            flows[name] -= joule(reduced.at_held[name], c, a, g)
+    flows = {name: entering(heat.held_fields[name], *rows) for name, rows in heat.held_rows.items()}
+    for name, tested in reduced.at_held.items():
+        flows[name] = flows[name] - joule(tested, c, a, g)
     for name, film in heat.films.items():
         flows[name] = g @ film.entering + along(film.per_kelvin, a, g)
     names = base.patterns[0].currents if base.patterns else {}
     currents = {name: c @ np.array([p.currents[name] for p in base.patterns]) for name in names}
-    read, left, zero = {}, {}, np.zeros(len(times))
-    for probe in heat.domain.scene.probes:
-        if probe.name in reduced.potentials:
-            shares, cold, warm = reduced.potentials[probe.name]
-            read[probe.name] = g @ shares - np.einsum("ti,ti->t", c, g @ cold + a @ warm.T)
-            continue
-        if probe.quantity == "potential":
-            read[probe.name] = voltmeter.over_time(transient, probe, times)
-            continue
-        how = reading(heat, probe)
-        if how.extreme is not None:
-            fields = heat.field(np.concatenate([heat.whole(basis.T), lifts]))
-            read[probe.name], left[probe.name] = how.extreme(fields, np.concatenate([a, g], axis=1))
-        elif probe.quantity == "current":
-            each = (currents.get(name, zero) for name in how.boundaries or (f"through:{probe.name}",))
-            read[probe.name] = how.sign * sum(each, zero)
-        else:
-            own = along(how.row, a, g) + g @ how.entering
-            read[probe.name] = sum((flows[name] for name in how.boundaries), own)
     heats = {name: joule(tested, c, a, g) for name, tested in reduced.in_box.items()}
-    found = _whole(symmetry, times, read, flows, currents, heats)
-    for name, fields in _disputed(heat).items():
-        # Joule heat at the edge itself is left out: it is the load of an edge, not of a face.
-        given = g @ (heat.loads @ fields.T)
-        entering = [along(heat.stiffness @ f, a, g) + along(heat.mass @ f, rates, changing) for f in fields]
-        left[name] = symmetry.copies * np.abs(np.array(entering).T - given).sum(axis=1)
-    found |= {f"doubt:{name}": value for name, value in left.items()}
-    found["power"] = symmetry.copies * sum(heats.values(), zero)
-    found["generated"] = symmetry.copies * (g @ heat.generated)
-    return found
-
-
-def _disputed(heat: HeatProblem) -> dict[str, np.ndarray]:
-    """For each probe of a heat flow that shares edges with other boundaries the fields of `HeatProblem.disputed`."""
-    flows = [p for p in heat.domain.scene.probes if p.quantity == "heat_flow"]
-    found = {p.name: heat.disputed(reading(heat, p).boundaries) for p in flows}
-    return {name: fields for name, fields in found.items() if len(fields)}
+    power = sum(heats.values(), np.zeros(len(times)))
+    whole = cache(lambda: heat.field(np.concatenate([heat.whole(basis.T), lifts])))
+    return _whole(symmetry, heat, times, _Part(
+        flows, currents, heats, power, g @ heat.generated, lambda how: along(how.row, a, g) + g @ how.entering,
+        lambda extreme: extreme(whole(), np.concatenate([a, g], axis=1)), potential,
+        # Joule heat at an edge itself is left out: it is the load of an edge, not of a face.
+        lambda fields: np.array([entering(f, heat.stiffness @ f, heat.mass @ f) for f in fields]),
+    ))  # fmt: skip
 
 
 def joule(tested: Split, c: np.ndarray, a: np.ndarray, g: np.ndarray) -> np.ndarray:
@@ -126,8 +114,7 @@ def joule(tested: Split, c: np.ndarray, a: np.ndarray, g: np.ndarray) -> np.ndar
     cold, warm = tested
     pairs = c[:, :, None] * c[:, None, :]
     resistance = np.tensordot(g, cold, (-1, 0)) + np.tensordot(a, warm, (-1, -1))
-    found: np.ndarray = np.einsum("tij,tij->t", pairs, resistance)
-    return found
+    return np.einsum("tij,tij->t", pairs, resistance)
 
 
 def stored_heat(transient: Transient, symmetry: Symmetry, times: np.ndarray) -> np.ndarray:
@@ -135,8 +122,7 @@ def stored_heat(transient: Transient, symmetry: Symmetry, times: np.ndarray) -> 
     heat = transient.base.heat
     capacity = heat.mass @ heat.unit
     stored = transient.trajectory(times)[0] @ (capacity[: heat.free] @ transient.reduced.basis)
-    found: np.ndarray = symmetry.copies * (stored + heat.inputs.at(times) @ (heat.lifts @ capacity))
-    return found
+    return symmetry.copies * (stored + heat.inputs.at(times) @ (heat.lifts @ capacity))
 
 
 def passing(out: Outputs) -> tuple[np.ndarray, np.ndarray]:
@@ -146,18 +132,36 @@ def passing(out: Outputs) -> tuple[np.ndarray, np.ndarray]:
     return sum((np.maximum(v, 0.0) for v in parts), none), sum((np.maximum(-v, 0.0) for v in parts), none)
 
 
-def _whole(
-    symmetry: Symmetry, times: np.ndarray, read: Outputs, flows: Outputs, currents: Outputs, joule: Outputs
-) -> Outputs:
+def _whole(symmetry: Symmetry, heat: HeatProblem, times: np.ndarray, part: _Part) -> Outputs:
     """From the part that was solved to the whole."""
-    found = {}
-    for name, value in read.items():
-        factor, added = symmetry.probes[name]
-        offset = sum((inputs.value(v, times) for v in added), np.zeros(len(times)))
-        found[f"probe:{name}"] = factor * value + offset.reshape(np.shape(value))
+    found, zero, copies = {}, np.zeros(times.shape), symmetry.copies
+    for probe in heat.domain.scene.probes:
+        if probe.quantity == "potential":
+            value = part.potential(probe)
+        elif (how := reading(heat, probe)).extreme is not None:
+            value, found[f"doubt:{probe.name}"] = part.extreme(how.extreme)
+        elif probe.quantity == "current":
+            names = how.boundaries or (f"through:{probe.name}",)
+            value = how.sign * sum((part.currents.get(name, zero) for name in names), zero)
+        else:
+            value = sum((part.flows[name] for name in how.boundaries), part.row(how))
+        factor, added = symmetry.probes[probe.name]
+        found[f"probe:{probe.name}"] = factor * value + _added(added, times)
+        if probe.quantity == "heat_flow" and len(fields := heat.disputed(how.boundaries)):
+            found[f"doubt:{probe.name}"] = copies * np.abs(part.entering(fields)).sum(axis=0)
     for name, flow in symmetry.flows.items():
-        if flow.boundary in flows:
-            found[f"flow:{name}"] = flow.heat * flows[flow.boundary]
-        if flow.boundary in currents:
-            found[f"current:{name}"] = flow.current * currents[flow.boundary]
-    return found | {f"joule:{name}": symmetry.box_copies[name] * value for name, value in joule.items()}
+        if flow.boundary in part.flows:
+            found[f"flow:{name}"] = flow.heat * part.flows[flow.boundary]
+        if flow.boundary in part.currents:
+            found[f"current:{name}"] = flow.current * part.currents[flow.boundary]
+    found |= {f"joule:{name}": symmetry.box_copies[name] * value for name, value in part.joule.items()}
+    dissipated = sum(part.joule.values(), zero)
+    return found | {
+        "power": copies * part.power, "generated": copies * part.generated, "dissipated": copies * dissipated
+    }  # fmt: skip
+
+
+def _added(values: tuple[Value, ...], times: np.ndarray) -> np.ndarray:
+    """The sum of some values at times of any shape."""
+    at = times.reshape(-1)
+    return sum((inputs.value(v, at) for v in values), np.zeros(at.shape)).reshape(times.shape)

@@ -48,8 +48,7 @@ class CutAxis:
     def gauss(self) -> np.ndarray:
         """(pieces * GAUSS,) in m: the pieces' Gauss points."""
         half = np.diff(self.edges)[:, None] / 2
-        found: np.ndarray = (self.points[1::2, None] + half * legendre.leggauss(GAUSS)[0]).ravel()
-        return found
+        return (self.points[1::2, None] + half * legendre.leggauss(GAUSS)[0]).ravel()
 
     @cached_property
     def weights(self) -> np.ndarray:
@@ -99,8 +98,7 @@ def _distance(degree: int, count: int, fields: Sequence[np.ndarray], tolerances:
     to_legendre = np.linalg.inv(legendre.legvander(legendre.leggauss(degree + 1)[0], degree))
 
     def at(places: np.ndarray) -> np.ndarray:
-        found: np.ndarray = legendre.legvander((middles[:, None] + half * places).ravel(), degree) @ to_legendre
-        return found
+        return legendre.legvander((middles[:, None] + half * places).ravel(), degree) @ to_legendre
 
     exact, given = at(s), at(np.array([-1.0, 0.0, 1.0]))
     parabolas = np.einsum("sk,pkn->psn", shape, given.reshape(count, 3, degree + 1)).reshape(exact.shape)

@@ -2,7 +2,8 @@
 
 An error is relative to the largest rise of the probe (above the coldest given temperature, or above the start), but to
 no less than a tenth of the largest rise in the scene; of a potential to the span of the voltages; of a flow or a
-current to its own size, but to no less than a hundredth of what passes the scene.
+current to its own size, but to no less than a hundredth of what passes the scene, or would
+pass its least conducting box at its largest rise.
 """
 
 from __future__ import annotations
@@ -14,9 +15,10 @@ import numpy as np
 from fem3d.outputs import Outputs
 from fem3d.study import Quantities, Study
 from meshes.symmetry import Symmetry
-from scenes.model import Probe, Scene, Schedule, Value
+from scenes.model import Box, Probe, Scene, Schedule, Value
 
 OF_RISE, OF_FLOW = 0.1, 0.01
+ISOTHERMAL = 1e-9  # of what is given above the start: a rise above the coldest that is rounding, and no measure
 FIELD = 0.1  # of the largest rise: what the field at any node may be off by, as far as a few more levels can do that
 EARLY, LATE = 1e-3, 0.1  # of the end time: from here on traces hold their accuracy where no instants are asked for;
 # where some are, from the first of them on, or from the latter at most
@@ -55,8 +57,12 @@ def scales(scene: Scene, out: Outputs) -> dict[str, float]:
     floor = min(given, default=start) if scene.steady else start
     rises = {p.name: _largest(out[f"probe:{p.name}"] + start - floor) for p in _of(scene, "temperature")}
     rise = max([*rises.values(), *(abs(t - floor) for t in given)], default=0.0)
+    farthest = max([rise, *(abs(t - start) for t in given)])
+    if rise <= ISOTHERMAL * farthest:
+        rise = farthest
     through = max((_largest(v) for n, v in out.items() if n.startswith("flow:")), default=0.0)
-    through = max(through, _largest(out["power"]), _largest(out["generated"]))
+    made = _largest(out["power"]), _largest(out["generated"])
+    through = max(through, *made, _least_conductance(scene) * rise)
     current = max((_largest(v) for n, v in out.items() if n.startswith("current:")), default=0.0)
     voltages = _spread(b.value for b in scene.boundaries if b.kind == "voltage")
     span = max(voltages, default=0.0) - min(voltages, default=0.0)
@@ -71,6 +77,16 @@ def scales(scene: Scene, out: Outputs) -> dict[str, float]:
         }[probe.quantity] or 1.0
 
     return {p.name: scale(p) for p in scene.probes}
+
+
+def _least_conductance(scene: Scene) -> float:
+    """That of the box along which heat has the longest way (W/K); none is known of a mesh."""
+
+    def along(box: Box) -> float:
+        sides = sorted(abs(b - a) for a, b in zip(box.lower, box.upper, strict=True))
+        return box.material.thermal_conductivity * sides[0] * sides[1] / sides[2]
+
+    return min(map(along, getattr(scene, "boxes", ())), default=0.0)
 
 
 def _of(scene: Scene, quantity: str) -> list[Probe]:

@@ -32,16 +32,14 @@ class Reading:
 
     def whole_row(self, heat: HeatProblem) -> np.ndarray:
         """(all nodes,): how the value follows the rise, reactions among it."""
-        found: np.ndarray = sum((heat.held_rows[name][0] for name in self.boundaries), self.row)
-        return found
+        return sum((heat.held_rows[name][0] for name in self.boundaries), self.row)
 
 
 def reading(heat: HeatProblem, probe: Any) -> Reading:
     """How a probe of a temperature, a heat flow or a current is read; worked out once."""
     if probe.name not in heat.memo:
         heat.memo[probe.name] = _reading(heat, probe)
-    found: Reading = heat.memo[probe.name]
-    return found
+    return heat.memo[probe.name]
 
 
 def _reading(heat: HeatProblem, probe: Any) -> Reading:

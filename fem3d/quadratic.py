@@ -15,13 +15,13 @@ import numpy as np
 from fem3d.bricks import BrickSpace
 from fem3d.conductor import Conductor, law
 from fem3d.heat import HeatProblem
-from fem3d.parabolas import GAUSS, CutAxis, cut, samples
+from fem3d.parabolas import GAUSS, cut, samples
 from fem3d.transient import State
-from meshes.grid import VOID
+from fem3d.whole import CORNERS, Whole
 from meshes.symmetry import Symmetry
 
 # VTK's order of the 27 points of a triquadratic hexahedron: corners, edges, faces, middle; as steps of half a cell.
-_CORNERS = [(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0), (0, 0, 2), (2, 0, 2), (2, 2, 2), (0, 2, 2)]
+_CORNERS = [(2 * x, 2 * y, 2 * z) for x, y, z in CORNERS]
 _EDGES = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
 _FACES = [(0, 1, 1), (2, 1, 1), (1, 0, 1), (1, 2, 1), (1, 1, 0), (1, 1, 2)]
 _MIDDLES = [tuple((p + q) // 2 for p, q in zip(_CORNERS[a], _CORNERS[b], strict=True)) for a, b in _EDGES]
@@ -42,7 +42,7 @@ class Snapshot:
     heat_source: np.ndarray
 
 
-class Quadratic:
+class Quadratic(Whole):
     """The quadratic cells of a run's structure, fine enough for some states; ``snapshot(k)`` has the k-th's fields.
 
     ``error`` bounds what the cells add to the temperature (K), by the sum over the axes of the largest distance along
@@ -79,7 +79,10 @@ class Quadratic:
         for d, (breaks, degrees) in enumerate(zip(self._grid.breaks, self._grid.degrees, strict=True)):
             lines = [np.moveaxis(u, d, 0).reshape(u.shape[d], -1) for u in fields]
             cuts.append(cut(breaks, degrees, lines, [t / 3 for t in tolerances]))
-        self._pieces: tuple[CutAxis, CutAxis, CutAxis] = (cuts[0][0], cuts[1][0], cuts[2][0])
+        self._pieces = [axis for axis, _ in cuts]
+        intervals = [p.interval for p in self._pieces]
+        super().__init__(self._grid, symmetry, [p.points for p in self._pieces], intervals, ORDER)
+        self._at = np.ix_(*intervals)
         self.error = tolerance / 3 * sum(worst for _, worst in cuts)
 
     @cached_property
@@ -88,14 +91,12 @@ class Quadratic:
         return [samples(b, d) for b, d in zip(self._grid.breaks, self._grid.degrees, strict=True)]
 
     def _sampled(self, rise: np.ndarray) -> np.ndarray:
-        found: np.ndarray = self._space.sample(self._heat.field(rise), *self._samples)
-        return found
+        return self._space.sample(self._heat.field(rise), *self._samples)
 
     def _inside(self, cells: np.ndarray) -> np.ndarray:
         """Which samples lie in some cells (nx, ny, nz) of the grid."""
         at = [np.repeat(np.arange(len(d)), d + 1) for d in self._grid.degrees]
-        found: np.ndarray = cells[np.ix_(*at)]
-        return found
+        return cells[np.ix_(*at)]
 
     @cached_property
     def _live(self) -> np.ndarray:
@@ -104,76 +105,23 @@ class Quadratic:
         found[tuple(self._space.ijk[:, self._heat.domain.live])] = True
         return found
 
-    @cached_property
-    def _owner(self) -> np.ndarray:
-        """The box of each piece of the whole structure's grid."""
-        x, y, z = (p.interval for p in self._pieces)
-        owner = self._grid.owner[np.ix_(x, y, z)]
-        for axis, _, _ in self._symmetry.planes:
-            owner = np.concatenate([owner, np.flip(owner, axis)], axis=axis)
-        return owner
-
-    @cached_property
-    def _solid(self) -> tuple[np.ndarray, np.ndarray]:
-        """Hexahedra (m, 27) in numbers of the points that are used, and those points' numbers in the grid (n,)."""
-        shape = tuple(2 * n + 1 for n in self._owner.shape)
-        numbers = np.arange(np.prod(shape)).reshape(shape)
-        first = np.argwhere(self._owner != VOID) * 2
-        hexes = np.stack([numbers[tuple((first + step).T)] for step in ORDER], axis=1)
-        used, local = np.unique(hexes, return_inverse=True)
-        return local.reshape(hexes.shape), used
-
-    @property
-    def hexes(self) -> np.ndarray:
-        """(m, 27) point numbers, in VTK's order of the triquadratic hexahedron."""
-        return self._solid[0]
-
-    @cached_property
-    def points(self) -> np.ndarray:
-        """(n, 3) in m."""
-        axes = [p.points for p in self._pieces]
-        for axis, middle, _ in self._symmetry.planes:
-            axes[axis] = np.concatenate([axes[axis], 2 * middle - axes[axis][-2::-1]])
-        grid = np.stack(np.meshgrid(*axes, indexing="ij")).reshape(3, -1)
-        return grid[:, self._solid[1]].T
-
-    @cached_property
-    def material_names(self) -> list[str]:
-        """Names of the materials, in the order of ``material``."""
-        return list(dict.fromkeys(b.material.name for b in self._grid.boxes))
-
-    @cached_property
-    def material(self) -> np.ndarray:
-        """(m,): the number of each cell's material."""
-        of_box = np.array([self.material_names.index(b.material.name) for b in self._grid.boxes])
-        return of_box[self._owner[self._owner != VOID]]
-
     def snapshot(self, k: int) -> Snapshot:
         """The fields of the k-th state."""
         heat, (rise, inputs) = self._heat, self._states[k]
-        rise = heat.field(rise)
-        per_box = np.array([float(heat.inputs.split(b.heat_source) @ inputs) for b in self._grid.boxes])
-        given = per_box[self._owner[self._owner != VOID]]
-        temperature = heat.domain.scene.initial_temperature + self._at_points(rise)
+        at, rise = [p.points for p in self._pieces], heat.field(rise)
+        given = np.array([float(heat.inputs.split(b.heat_source) @ inputs) for b in self._grid.boxes])[self.box]
+        temperature = heat.domain.scene.initial_temperature + self.at_points(self._space.sample(rise, *at))
         if self._conductor is None:
             return Snapshot(temperature, np.full(len(temperature), np.nan), np.zeros((len(given), 3)), given)
-        potential = self._potentials[k]
-        volts = np.full(len(temperature), np.nan)
-        live = np.unique(self.hexes[self._whole(self._alive)[self._owner != VOID]])
-        volts[live] = self._at_points(potential, inputs)[live]
+
+        def turned(values: np.ndarray, axis: int, parity: str) -> np.ndarray:
+            return values if parity == "even" else 2 * self._level(axis, inputs) - values
+
+        potential, volts = self._potentials[k], np.full(len(temperature), np.nan)
+        live = np.unique(self.hexes[self.in_hexes(self._live[self._at])])
+        volts[live] = self.at_points(self._space.sample(potential, *at), turned)[live]
         density, joule = self._means(rise, potential)
         return Snapshot(temperature, volts, density, joule + given)
-
-    def _at_points(self, u: np.ndarray, inputs: np.ndarray | None = None) -> np.ndarray:
-        """(n,): a function at the points of the whole; ``inputs`` are given for a potential, which mirrors may turn
-        about a level."""
-        found = self._space.sample(u, *(p.points for p in self._pieces))
-        for axis, _, parity in self._symmetry.planes:
-            image = np.take(found, np.arange(found.shape[axis] - 2, -1, -1), axis=axis)
-            if inputs is not None and parity == "odd":
-                image = 2 * self._level(axis, inputs) - image
-            found = np.concatenate([found, image], axis=axis)
-        return found.ravel()[self._solid[1]]
 
     def _level(self, axis: int, inputs: np.ndarray) -> float:
         """The potential of an odd mirror plane (V)."""
@@ -181,49 +129,44 @@ class Quadratic:
         value = next(b.value for b in self._symmetry.scene.boundaries if b.name == name)
         return float(self._heat.inputs.split(value) @ inputs)
 
-    @cached_property
-    def _alive(self) -> np.ndarray:
-        """Which pieces of the solved part carry current."""
-        found: np.ndarray = self._live[np.ix_(*(p.interval for p in self._pieces))]
-        return found
-
-    def _whole(self, cells: np.ndarray) -> np.ndarray:
-        """A scalar of the solved part's pieces on those of the whole."""
-        for axis, _, _ in self._symmetry.planes:
-            cells = np.concatenate([cells, np.flip(cells, axis)], axis=axis)
-        return cells
-
     def _means(self, rise: np.ndarray, potential: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Current density (m, 3) in A/m2 and Joule heat (m,) in W/m3, means over the cells."""
         at = [p.gauss for p in self._pieces]
         at_room, per_kelvin = self._laws
         resistivity = at_room + per_kelvin * self._space.sample(rise, *at)
         gradient = [self._space.sample(potential, *at, slope=d) for d in range(3)]
-        alive = self._alive.repeat(GAUSS, 0).repeat(GAUSS, 1).repeat(GAUSS, 2)
+        alive = _at_gauss(self._live[self._at])
         conductivity = np.zeros(alive.shape)
         conductivity[alive] = 1 / resistivity[alive]
 
         def mean(values: np.ndarray) -> np.ndarray:
-            weights = [p.weights for p in self._pieces]
-            found: np.ndarray = np.einsum("xi,yj,zk,ijk->xyz", *weights, values, optimize=True)
-            return found
+            return np.einsum("xi,yj,zk,ijk->xyz", *(p.weights for p in self._pieces), values, optimize=True)
 
-        joule = mean(conductivity * np.sum(np.square(gradient), axis=0))
-        found = []
-        for component, g in enumerate(gradient):
-            j = mean(-conductivity * g)
-            for axis, _, parity in self._symmetry.planes:
+        def along(component: int) -> np.ndarray:
+            def turned(values: np.ndarray, axis: int, parity: str) -> np.ndarray:
                 # Even: the mirror turns the normal component; odd: it turns the others.
-                sign = -1.0 if (axis == component) == (parity == "even") else 1.0
-                j = np.concatenate([j, sign * np.flip(j, axis)], axis=axis)
-            found.append(j[self._owner != VOID])
-        return np.stack(found, axis=1), self._whole(joule)[self._owner != VOID]
+                return -values if (axis == component) == (parity == "even") else values
+
+            return self.in_hexes(mean(-conductivity * gradient[component]), turned)
+
+        joule = self.in_hexes(mean(conductivity * np.sum(np.square(gradient), axis=0)) / self._each)
+        return np.stack([along(d) for d in range(3)], axis=1), joule
+
+    @cached_property
+    def _each(self) -> np.ndarray:
+        """How many such pieces in series each one stands for: the potential falls by that of all."""
+        found: np.ndarray = np.array([*(b.stands_for for b in self._grid.boxes), 1.0])[self._grid.owner[self._at]]
+        return found
 
     @cached_property
     def _laws(self) -> tuple[np.ndarray, np.ndarray]:
         """The resistivity at the initial temperature and its change per kelvin at the Gauss points; 0 in insulators."""
         initial = self._heat.domain.scene.initial_temperature
         boxes = [law(b.material, initial) if b.material.resistivity else (0.0, 0.0) for b in self._grid.boxes]
-        of_piece = np.array([*boxes, (0.0, 0.0)])[self._grid.owner[np.ix_(*(p.interval for p in self._pieces))]]
-        wide = of_piece.repeat(GAUSS, 0).repeat(GAUSS, 1).repeat(GAUSS, 2)
+        wide = _at_gauss(np.array([*boxes, (0.0, 0.0)])[self._grid.owner[self._at]] * self._each[..., None])
         return wide[..., 0], wide[..., 1]
+
+
+def _at_gauss(of_pieces: np.ndarray) -> np.ndarray:
+    """What is known of pieces (x, y, z, ...) at their Gauss points."""
+    return of_pieces.repeat(GAUSS, 0).repeat(GAUSS, 1).repeat(GAUSS, 2)

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fem3d import joule
-from fem3d.conductor import Conductor, Pattern, supplies
+from fem3d.conductor import Conductor, Pattern
 from fem3d.heat import HeatProblem
 from fem3d.joule import JouleHeat
 
@@ -28,15 +28,12 @@ DEPENDENT = 1e-6  # fields are dropped whose part independent of earlier ones is
 
 
 @dataclass(frozen=True, eq=False)
-class Reduced:
-    """Reduced matrices; ``basis`` (free nodes, r) is orthonormal in the mass matrix, so M is the identity.
+class Reduced(JouleHeat):
+    """Reduced matrices, and the Joule heat of the current fields, of which A is made; ``basis`` (free nodes, r) is
+    orthonormal in the mass matrix, so M is the identity.
 
-    The inputs' channels come first: ``source`` (channels, r), ``supply`` (channels, m), and for pairs (i, j) of current
-    fields ``cold`` (channels, m, m) and ``warm`` (m, m, r), which make up A, ``cold_load`` (channels, m, m, r) and
-    ``warm_load`` (m, m, r, r), the Joule heat. ``in_box`` holds cold and warm for the heat of each conducting box
-    alone, ``at_held`` for that which falls to the nodes of a boundary of given temperature. ``inertia`` (channels, r):
-    M of the lifts, tested with each field. ``potentials`` of probes: their shares (channels,) of the voltages, and what
-    each current field takes off, cold (channels, m) and warm (m, r).
+    The inputs' channels come first: ``source`` (channels, r), ``supply`` (channels, m). ``inertia`` (channels, r): M of
+    the lifts, tested with each field.
     """
 
     basis: np.ndarray
@@ -44,13 +41,6 @@ class Reduced:
     source: np.ndarray
     inertia: np.ndarray
     supply: np.ndarray
-    cold: np.ndarray
-    warm: np.ndarray
-    cold_load: np.ndarray
-    warm_load: np.ndarray
-    in_box: dict[str, tuple[np.ndarray, np.ndarray]]
-    at_held: dict[str, tuple[np.ndarray, np.ndarray]]
-    potentials: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]
 
     @property
     def states(self) -> int:
@@ -77,8 +67,7 @@ class Reduced:
         """(..., m): the coefficients c of the current fields at states a (..., r) and inputs g."""
         matrix, supply = self.dissipation(a, g), _at(self.supply, g)
         if matrix.shape[-1] == 1:
-            found: np.ndarray = supply / matrix[..., 0]
-            return found
+            return supply / matrix[..., 0]
         return np.linalg.solve(matrix, np.broadcast_to(supply, matrix.shape[:-1])[..., None])[..., 0]
 
     def joule(self, a: np.ndarray, c: np.ndarray, g: np.ndarray | None = None) -> np.ndarray:
@@ -97,16 +86,12 @@ class Reduced:
 
 
 def _at(channels: np.ndarray, g: np.ndarray | None) -> np.ndarray:
-    """What comes per channel, at inputs g; that of the only channel where they are left out."""
-    found: np.ndarray = channels[0] if g is None else _weighted(g, channels)
-    return found
-
-
-def _weighted(g: np.ndarray, channels: np.ndarray) -> np.ndarray:
-    """(..., *rest): the sum over channels (channels, *rest) with weights g (..., channels)."""
+    """(..., *rest): what comes per channel (channels, *rest), at inputs g (..., channels); that of the only channel
+    where they are left out."""
+    if g is None:
+        return channels[0]
     flat = channels.reshape(len(channels), -1)  # faster than tensordot, and a transient asks thousands of times
-    found: np.ndarray = (g @ flat).reshape(*g.shape[:-1], *channels.shape[1:])
-    return found
+    return (g @ flat).reshape(*g.shape[:-1], *channels.shape[1:])
 
 
 def project(
@@ -121,13 +106,11 @@ def project(
             inertia[c] = (heat.mass @ lift)[:n] @ basis
             if not heat.anchored:
                 source[c] -= (heat.stiffness @ lift)[:n] @ basis
-    nothing = JouleHeat.nothing(channels, 0, basis.shape[1])
+    nothing = joule.nothing(channels, 0, basis.shape[1])
     tested = nothing if conductor is None else joule.of_pairs(conductor, basis, patterns)
     stiffness = basis.T @ (heat.inner_stiffness @ basis)
-    return Reduced(
-        basis, stiffness, source, inertia, supplies(patterns, channels), tested.cold, tested.warm, tested.cold_load,
-        tested.warm_load, tested.in_box, tested.at_held, tested.potentials,
-    )  # fmt: skip
+    supply = np.array([p.supply for p in patterns]).reshape(-1, channels).T
+    return Reduced(**vars(tested), basis=basis, stiffness=stiffness, source=source, inertia=inertia, supply=supply)
 
 
 def orthonormal(heat: HeatProblem, fields: np.ndarray) -> np.ndarray:
@@ -148,5 +131,4 @@ def orthonormal(heat: HeatProblem, fields: np.ndarray) -> np.ndarray:
             r += 1
     basis = kept[:, :r]
     again = np.linalg.cholesky(basis.T @ weighted[:, :r])
-    found: np.ndarray = np.linalg.solve(again, basis.T).T
-    return found
+    return np.linalg.solve(again, basis.T).T

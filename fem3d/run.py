@@ -11,7 +11,9 @@ import numpy as np
 from fem3d import adapt, alike, rescaled, sink_quantities, span_quantities
 from fem3d.adapt import Answer
 from fem3d.fields import Fields, grid_of
+from fem3d.row_fields import RowFields
 from fem3d.steady import SteadyState
+from fem3d.study import Study
 from meshes import connected, symmetry
 from meshes.grid import statistics
 from meshes.symmetry import Symmetry
@@ -39,6 +41,7 @@ def solve(
     state, response = answer.fine.state, answer.response
     steady, traces = alike.of_all(sink, count, answer, off)
     values = answer.fine.quantities
+    fields = Fields(state.heat, state, part, None if response is None else response.transient)
     details: dict[str, Any] = {
         "unknowns": state.heat.free,
         "electric_unknowns": 0 if state.conductor is None else len(state.conductor.free),
@@ -55,7 +58,7 @@ def solve(
         "spans_solved": count,
         "alike_error": off.spans,
         "answer": answer,
-        "fields": Fields(state.heat, state, part, None if response is None else response.transient),
+        "fields": fields if count == sink.spans else RowFields(fields, sink, count),
     }
     return Result("fem3d", steady, traces, details)
 
@@ -64,13 +67,18 @@ def _answer(
     sink: Sink, count: int, part: Symmetry, request: Request, progress: Callable[[str], None], earlier: Result | None
 ) -> Answer:
     """The answer of ``count`` spans, where that can be from that of an earlier voltage."""
-    study = sink_quantities.study(sink, part) if sink.spans == 1 else span_quantities.study(sink, count, part)
+    of = study(sink, count, part)
     answer = None
     if earlier is not None and earlier.details["spans_solved"] == count:
         first, before = earlier.details["sink"], earlier.details["answer"]
         if replace(first, voltage=sink.voltage) == sink and request.transient == (before.response is not None):
-            answer = rescaled.solve(study, before, sink.voltage / first.voltage)
-    return answer or adapt.solve(study, request.transient, progress)
+            answer = rescaled.solve(of, before, sink.voltage / first.voltage)
+    return answer or adapt.solve(of, request.transient, progress)
+
+
+def study(sink: Sink, count: int, part: Symmetry) -> Study:
+    """What is to be found of a sink of which ``count`` spans are solved."""
+    return sink_quantities.study(sink, part) if sink.spans == 1 else span_quantities.study(sink, count, part)
 
 
 def plan(sink: Sink, request: Request) -> tuple[Step, ...]:

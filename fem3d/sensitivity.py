@@ -91,7 +91,7 @@ class Tangent:
         heating, resisted = np.zeros((3, 0)), np.zeros((2, 0))
         if conductor is not None:
             on, rho = conductor.on, lin.rho
-            each = lin.slope * (lin.slope * (on.value(z) + goal.boxes) - on.gradient(w)) * on.weights / rho
+            each = lin.slope * (lin.slope * lin.tested(z, goal.boxes) - on.gradient(w)) * on.weights / rho
             per_rho = each.sum(axis=0) / rho
             heating = each.sum(axis=-1)
             resisted = np.array([per_rho.sum(axis=-1), (per_rho * on.value(lin.rise)).sum(axis=-1)])

@@ -20,10 +20,11 @@ from typing import Any
 import numpy as np
 
 from fem3d.goals import moved_mean
+from fem3d.line_extreme import LineExtreme
 from fem3d.motion import Motion
 from fem3d.probes import reading
 from fem3d.reduced import orthonormal
-from fem3d.sensitivity import Table
+from fem3d.sensitivity import COMPLEX, Table
 from fem3d.study import Study
 from fem3d.transient import Base, Krylov, Transient, shift
 
@@ -94,8 +95,14 @@ class Widened:
         heat, conductor = self.heat, answer.base.conductor
         self.domain = heat.domain
         self.probes = {p.name: p for p in self.domain.scene.probes}
-        self.rows = {name: reading(heat, self.probes[probe]).row for name, probe in study.trace_goals.items()}
-        loads = list(self.rows.values())
+        rise = heat.field(answer.base.fields[:, -1][: heat.free])
+        self.rows: dict[str, np.ndarray] = {}
+        loads = []
+        for probe in study.trace_goals.values():
+            how = reading(heat, self.probes[probe])
+            top = how.extreme if isinstance(how.extreme, LineExtreme) else None
+            self.rows[probe] = heat.take(top.rows()) if top else how.row[None]
+            loads.append(heat.take(top.where(rise).row(self.domain.space)) if top else how.row)
         own = answer.reduced.basis
         if conductor is not None and conductor.warms:
             pattern = answer.base.patterns[0].density
@@ -154,22 +161,24 @@ class Widened:
         phi[conductor.free] = -conductor.solve_cold((conductor.matrix @ phi)[conductor.free])
         slope = on.gradient(phi) / np.sqrt(conductor.cold)
         values = np.array([on.value(u) for u in self.fields])
-        power = slope**2 * on.weights  # (3, live, points)
+        power = slope**2 * on.weights  # (3, live, points), of all that a cell stands for
+        each = conductor.stands_for
         heat, bend = np.empty((3, len(values), len(conductor.cells))), np.empty((len(values), len(phi)))
         root = np.sqrt(conductor.cold)
         for i, v in enumerate(values):
             w = np.zeros(len(phi))
-            pushed = on.flow(2 * slope * v / root)
+            pushed = on.flow(2 * slope * v / each / root)
             w[conductor.free] = conductor.solve_cold(pushed[conductor.free])
             given = on.gradient(w) / root
-            heat[:, i] = (power * v - slope * given * on.weights).sum(axis=-1)
+            heat[:, i] = (power * v / each - slope * given * on.weights).sum(axis=-1)
             bend[i] = pushed - on.flow(given / root)
         share = conductor.warm / conductor.cold
-        warming = power * share
+        warming, heated = power * share, power * share / each
         return _Parts(
-            heat, np.einsum("dcp,icp,jcp->dijc", warming, values, values[: self.held], optimize=True),
-            power.sum(axis=-1), np.einsum("dcp,icp->dic", warming, values), np.einsum("dcp,icp->i", power, values),
-            np.einsum("dcp,icp,jcp->ij", warming, values, values, optimize=True), bend, 2 * on.flow(slope / root),
+            heat, np.einsum("dcp,icp,jcp->dijc", heated, values, values[: self.held], optimize=True),
+            power.sum(axis=-1), np.einsum("dcp,icp->dic", warming, values),
+            np.einsum("dcp,icp->i", power / each, values),
+            np.einsum("dcp,icp,jcp->ij", heated, values, values, optimize=True), bend, 2 * on.flow(slope / root),
         )  # fmt: skip
 
     def slopes(self, by: Motion) -> _Slopes:
@@ -185,7 +194,10 @@ class Widened:
                 along = faces.along(by.stretch)
                 heat = heat + self._films[boundary.name] @ (by.films[boundary.name][1] + boundary.value * along)
         u = self.fields[:s]
-        rows = {name: moved_mean(domain, self.probes[p], by, u) for name, p in self.study.trace_goals.items()}
+        rows = {
+            p: moved_mean(domain, self.probes[p], by, u) if self.probes[p].reduce == "mean" else np.zeros(s)
+            for p in self.rows
+        }
         conductor = self.answer.base.conductor
         if conductor is None:
             return _Slopes(heat, store, np.zeros(len(heat)), np.zeros_like(heat), 0.0, np.zeros(s), 0.0, rows)
@@ -227,12 +239,18 @@ class Widened:
         else:
             b = _march(rates, times, forces, feedback)
         b = b @ modes.T  # (times, keys, r)
+        rows = {name: row[:, : self.heat.free] @ self.basis[:, :r] for name, row in self.rows.items()}
+        room = self.domain.scene.initial_temperature
         found = {}
         for n, key in enumerate(keys):
-            traces = {}
-            for name, row in self.rows.items():
-                of_fields = row[: self.heat.free] @ self.basis
-                traces[name] = (b[:, n] @ of_fields[:r] + a @ slopes[key].rows[name]) / (a @ of_fields[:s])
+            read = _Read()
+            for name, of_fields in rows.items():
+                values = a @ of_fields[:, :s].T
+                top = values.argmax(axis=1)[:, None]
+                by_key = np.take_along_axis(b[:, n] @ of_fields.T, top, axis=1)[:, 0] + a @ slopes[key].rows[name]
+                read[f"probe:{name}"] = np.take_along_axis(values, top, axis=1)[:, 0] + COMPLEX * 1j * by_key
+            rises = {n: v - room for n, v in self.study.traces(read).items() if n.endswith("_K")}
+            traces = {n: v.imag / COMPLEX / v.real for n, v in rises.items() if np.isfinite(v).all()}
             if circuit is not None:
                 power = circuit.power(slopes[key], b[:, n])
                 traces |= {"power_W": power, "current_A": power - slopes[key].voltage}
@@ -245,6 +263,13 @@ class Widened:
         base, n = self.answer.base, self.heat.free
         found: np.ndarray = self.answer.reduced.basis.T @ (self.heat.inner_mass @ base.fields[:, -1][:n])
         return found
+
+
+class _Read(dict[str, np.ndarray]):
+    """Outputs that are known, with a derivative as a small imaginary part; all others are no numbers."""
+
+    def __missing__(self, name: str) -> np.ndarray:
+        return np.array(np.nan)
 
 
 class _Circuit:

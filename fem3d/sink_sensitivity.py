@@ -6,15 +6,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
-from fem3d import sensitivity, sensitivity_over_time, sink_quantities
+from fem3d import alike, run, sensitivity, sensitivity_over_time
 from fem3d.motion import Given
 from fem3d.sensitivity import Table
 from fem3d.sensitivity_over_time import Course
 from meshes import symmetry
 from meshes.symmetry import Symmetry
-from scenes.result import Result
+from scenes.result import Estimate, Result
 from scenes.sink import Sink
 from scenes.varied import numbers, varied
+
+VOLTAGE = "drive.voltage"
 
 
 @dataclass(frozen=True)
@@ -30,18 +32,27 @@ class Slopes:
 def of_sink(sink: Sink, result: Result, instants: Sequence[float] = (), keys: Sequence[str] | None = None) -> Slopes:
     """The derivatives of a result of `fem3d.run.solve` by every physical key whose value is a number other than zero;
     those of the traces at some ``instants`` (s) too. ``keys`` are these alone. Raises ConvergenceError."""
-    answer = result.details["answer"]
+    answer, count = result.details["answer"], result.details["spans_solved"]
     state, response = answer.fine.state, answer.response
-    study = sink_quantities.study(sink, symmetry.reduce(sink.scene()))
+    study = run.study(sink, count, _part(sink, count))
     given = Given.of(state.heat.domain)
-    others = {key: partial(_part, varied(sink, key, 1 + sensitivity.STEP)) for key in keys or numbers(sink)}
+    others = {key: partial(_part, varied(sink, key, 1 + sensitivity.STEP), count) for key in keys or numbers(sink)}
     by, left_out = sensitivity.motions(study, given, others)
-    steady, _ = sensitivity.steady_table(study, state, sensitivity.Known(result.steady, {}), given, by)
+    known = {name: e for name, e in result.steady.items() if name in answer.fine.quantities}
+    steady, _ = sensitivity.steady_table(study, state, sensitivity.Known(known, {}), given, by)
+    if sink.spans > 1 and VOLTAGE in steady:
+        # The power of a row is the current's times the voltage, which is the key itself.
+        current = steady[VOLTAGE]["current_A"]
+        steady[VOLTAGE]["power_W"] = Estimate(1 + current.value, current.error)
     course = None
     if response is not None:
         course = sensitivity_over_time.over_time(study, response.transient, by, steady, instants)
-    return Slopes(steady, course, left_out)
+        values = {key: alike.repeated(sink, count, of) for key, of in course.values.items()}
+        course = Course(
+            course.times, values, {key: alike.repeated(sink, count, of) for key, of in course.errors.items()}
+        )
+    return Slopes({key: alike.repeated(sink, count, of) for key, of in steady.items()}, course, left_out)
 
 
-def _part(sink: Sink) -> Symmetry:
-    return symmetry.reduce(sink.scene())
+def _part(sink: Sink, count: int) -> Symmetry:
+    return symmetry.reduce(sink.scene(count))

@@ -49,14 +49,14 @@ def solve(scene: MeshScene, progress: Callable[[str], None] | None = None) -> Re
     if not scene.steady and not physics.heat(scene):
         return currents.over_time(scene, lambda alone: solve(alone, progress), plan(scene))
     say = progress or (lambda _: None)
-    placed = _placed(scene)
+    placed = place(scene)
     study = probe_quantities.study(scene, symmetry.uncut(scene, [m.name for m in placed.materials]))  # type: ignore[arg-type]
     found = _steady(placed, study, say) if scene.steady else _transient(placed, study, say)
     found.details["warnings"] += remarks(placed.mesh)
     return found
 
 
-def _placed(scene: MeshScene) -> Placed:
+def place(scene: MeshScene) -> Placed:
     return check(scene, read(scene.path, scene.unit))
 
 
@@ -93,7 +93,7 @@ class Space:
         return {n: known * (OF_GRADIENT if gradient(p) else 1.0) for n, p in study.goals.items()}
 
 
-def _spaces(placed: Placed) -> Iterator[Space]:
+def spaces(placed: Placed) -> Iterator[Space]:
     """Those that are worth their time, from coarse to fine."""
     given = level.problems(groups(placed), placed.scene.accuracy)
     yield Space(given, 1, False)
@@ -131,7 +131,7 @@ def _refined(
     """As many spaces as the accuracy takes and the mesh allows: ``solved`` answers one, knowing the answer before, and
     ``compared`` gives the errors, with their scales, of two in a row."""
     before: Found | None = None
-    for number, space in enumerate(_spaces(placed), 1):
+    for number, space in enumerate(spaces(placed), 1):
         say(f"{space.words}: {space.heat.free} unknowns")
         answer = solved(space, before and before.answer)
         errors, scales = compared(space, answer, before.space, before.answer) if before else ({}, {})
@@ -168,14 +168,9 @@ def _steady(placed: Placed, study: Study, say: Callable[[str], None]) -> Result:
 
     found = _refined(placed, say, study.accuracy, solved, compared)
     fine: Solution = found.answer
-    details = _details(placed, found, found.errors, study) | {
-        "steps": 0,
-        "energy_imbalance": solve_scene.imbalance(fine.out),
-        "transient_imbalance": None,
-        "study": study,
-        "solution": fine,
-        "fields": MeshFields(placed, found.space.heat, fine.state, None),
-    }
+    details = _details(placed, found, found.errors, study) | solve_scene.of_steady(fine.out)
+    details["fields"] = MeshFields(placed, found.space.heat, fine.state, None)
+    details |= {"study": study, "solution": fine}
     return Result("fem3d", {n: Estimate(float(v), found.errors[n]) for n, v in fine.quantities.items()}, None, details)
 
 
@@ -200,41 +195,28 @@ def _transient(placed: Placed, study: Study, say: Callable[[str], None]) -> Resu
     found = _refined(placed, say, (1 - time_response.ROW_SHARE) * study.accuracy, solved, compared)
     fine: Marched = found.answer
     made = time_response.with_rows(study, fine.answer, fine.reduced, found.errors, found.scales, fine.generations)
-    details = _details(placed, found, made.errors, study) | {
-        "steps": len(fine.answer.trajectory.steps),
-        "energy_imbalance": made.imbalance,
-        "transient_imbalance": made.imbalance,
-        "accurate_from_s": study.earliest,
-        "jumps": len(found.space.heat.jumps(study.end)),
-        "transient": fine.answer,
-        "fields": MeshFields(placed, found.space.heat, None, fine.answer),
-    }
+    details = _details(placed, found, made.errors, study) | solve_scene.over_time(study, made)
+    details["fields"] = MeshFields(placed, found.space.heat, None, fine.answer)
+    details["transient"] = fine.answer
     return Result("fem3d", {}, Traces(made.times, made.traces, made.errors), details)
 
 
 def _details(placed: Placed, found: Found, errors: dict[str, float], study: Study) -> dict[str, Any]:
     space, mesh = found.space, placed.mesh
-    conductor, functions = space.problems.conductors[space.degree - 1], space.problems.domain.space
-    electric = 0 if conductor is None else len(conductor.free)
-    return {
-        "unknowns": space.heat.free if physics.heat(placed.scene) else electric,
-        "electric_unknowns": electric,
-        "levels": found.levels,
+    whole = space.problems.domain.space
+    own = solve_scene.described(study, space.heat, space.problems.conductors[space.degree - 1], found.levels)
+    return own | {
+        "scales": found.scales,
         "symmetry": "whole",
         "warnings": _warnings({n: e / found.scales[n] for n, e in errors.items()}, study, space),
         "mesh": {
-            "cells": mesh.count,
-            "cell_type": mesh.file_type,
-            "nodes": space.heat.size,
-            "refined": space.refined,
-            "lowest_degree": space.degree,
-            "highest_degree": space.degree,
-            "volume_m3": float(functions.basis(np.arange(functions.mesh.t.shape[1])).dx.sum()),
-            "volume_groups": sorted(mesh.volumes),
-            "surface_groups": sorted(mesh.surfaces),
+            "cells": mesh.count, "cell_type": mesh.file_type, "nodes": space.heat.size, "refined": space.refined,
+            "lowest_degree": space.degree, "highest_degree": space.degree,
+            "volume_m3": float(whole.on(np.arange(whole.mesh.t.shape[1])).weights.sum()),
+            "volume_groups": sorted(mesh.volumes), "surface_groups": sorted(mesh.surfaces),
         },
         "plan": _plan(placed, space),
-    }
+    }  # fmt: skip
 
 
 def _warnings(relative: dict[str, float], study: Study, space: Space) -> list[str]:
@@ -255,7 +237,7 @@ def _warnings(relative: dict[str, float], study: Study, space: Space) -> list[st
 
 def plan(scene: MeshScene) -> tuple[Step, ...]:
     """What `solve` will do, before it does it; reads the mesh."""
-    return _plan(_placed(scene), None)
+    return _plan(place(scene), None)
 
 
 def _plan(placed: Placed, space: Space | None) -> tuple[Step, ...]:

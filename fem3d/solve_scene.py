@@ -7,8 +7,11 @@ from dataclasses import replace
 from typing import Any
 
 from fem3d import adapt, currents, outputs, probe_quantities
+from fem3d.conductor import Conductor
 from fem3d.fields import Fields, grid_of
+from fem3d.heat import HeatProblem
 from fem3d.study import Study
+from fem3d.time_response import Response
 from meshes import connected, symmetry
 from meshes.grid import statistics
 from meshes.symmetry import Symmetry
@@ -54,22 +57,17 @@ def clipped(scene: Scene) -> Scene:
 
 def _steady(study: Study, scene: Scene, say: Callable[[str], None]) -> Result:
     answer = adapt.solve(study, False, say)
-    off = answer.field
-    state = answer.fine.state
+    off, state = answer.field, answer.fine.state
     found = {name: Estimate(float(v), answer.errors[name]) for name, v in answer.fine.quantities.items()}
-    electric = 0 if state.conductor is None else len(state.conductor.free)
-    details: dict[str, Any] = _details(study, state.heat.free if physics.heat(scene) else electric, answer.levels) | {
-        "electric_unknowns": electric,
-        "steps": 0,
-        "energy_imbalance": imbalance(answer.fine.out),
-        "transient_imbalance": None,
+    details = described(study, state.heat, state.conductor, answer.levels) | of_steady(answer.fine.out) | {
         "mesh": statistics(grid_of(state.heat)),
         "plan": plan(scene, not study.part.planes),
         "study": study,
         "solution": answer.fine,
         "fields": Fields(state.heat, state, study.part, None),
         "field_error": off,
-    }
+        "scales": study.steady_scales(answer.fine.out),
+    }  # fmt: skip
     if off > probe_quantities.FIELD:
         details["warnings"].append(
             f"the field away from the probes may be off by {off:.0%} of its largest rise where it is worst; the probes "
@@ -81,24 +79,37 @@ def _steady(study: Study, scene: Scene, say: Callable[[str], None]) -> Result:
 def _transient(study: Study, scene: Scene, say: Callable[[str], None]) -> Result:
     course = adapt.solve_course(study, say)
     response, heat = course.response, course.base.heat
-    conductor = course.base.conductor
-    details: dict[str, Any] = _details(study, heat.free, course.levels) | {
-        "electric_unknowns": 0 if conductor is None else len(conductor.free),
-        "steps": len(response.transient.trajectory.steps),
-        "energy_imbalance": response.imbalance,
-        "transient_imbalance": response.imbalance,
-        "accurate_from_s": study.earliest,
-        "jumps": len(heat.jumps(study.end)),
+    details = described(study, heat, course.base.conductor, course.levels) | over_time(study, response) | {
+        "scales": response.scales,
         "mesh": statistics(grid_of(heat)),
         "plan": plan(scene, not study.part.planes),
         "transient": response.transient,
         "fields": Fields(heat, None, study.part, response.transient),
-    }
+    }  # fmt: skip
     return Result("fem3d", {}, Traces(response.times, response.traces, response.errors), details)
 
 
-def _details(study: Study, unknowns: int, levels: int) -> dict[str, Any]:
-    return {"unknowns": unknowns, "levels": levels, "symmetry": study.part.part, "warnings": []}
+def described(study: Study, heat: HeatProblem, conductor: Conductor | None, levels: int) -> dict[str, Any]:
+    """What a result says of its last level."""
+    electric = 0 if conductor is None else len(conductor.free)
+    return {
+        "unknowns": heat.free if physics.heat(heat.domain.scene) else electric, "electric_unknowns": electric,
+        "levels": levels, "symmetry": study.part.part, "warnings": [],
+    }  # fmt: skip
+
+
+def of_steady(out: outputs.Outputs) -> dict[str, Any]:
+    """What a result says of a steady state."""
+    return {"steps": 0, "energy_imbalance": imbalance(out), "transient_imbalance": None}
+
+
+def over_time(study: Study, response: Response) -> dict[str, Any]:
+    """What a result says of a transient."""
+    return {
+        "steps": len(response.transient.trajectory.steps), "energy_imbalance": response.imbalance,
+        "transient_imbalance": response.imbalance, "accurate_from_s": study.earliest,
+        "jumps": len(response.transient.base.heat.jumps(study.end)),
+    }  # fmt: skip
 
 
 def imbalance(out: outputs.Outputs) -> float:

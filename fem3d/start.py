@@ -32,7 +32,7 @@ def of(heat: HeatProblem, conductor: Conductor | None, shift: float, end: float,
     patterns = independent(conductor, cold)
     pairs = [(a, b) for i, a in enumerate(patterns) for b in patterns[: i + 1]]
     loads += [conductor.joule_load(a.density, lift, b.density) for a, b in pairs]
-    found = Base(heat, conductor, patterns, none, loads, potentials=[p.potential for p in cold])
+    found = Base(heat, conductor, patterns, none, loads)
     return _followed(found, conductor, cold, shift, end, accuracy) if conductor.warms and cold else found
 
 

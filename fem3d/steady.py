@@ -69,7 +69,7 @@ def _electric(heat: HeatProblem, conductor: Conductor) -> SteadyState:
     pattern = conductor.pattern(cold)
     joule = conductor.joule(cold.density, still)
     return SteadyState(
-        heat, conductor, still, heat.loads[0], joule, pattern.currents, float(sum(joule.values())), cold.potential,
+        heat, conductor, still, heat.loads[0], joule, pattern.currents, float(pattern.supply[0]), cold.potential,
         np.empty((heat.free, 0)), [pattern], 0.0, False, 1, density=cold.density,
     )  # fmt: skip
 

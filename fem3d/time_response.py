@@ -43,6 +43,7 @@ class Response:
     missing: Spread = field(default_factory=list)
     worst: float = 0.0
     relative: dict[str, float] = field(default_factory=dict)  # errors without the rows' own, over their scales
+    scales: dict[str, float] = field(default_factory=dict)  # what they are relative to
 
     @property
     def slowest(self) -> float:
@@ -119,12 +120,13 @@ def respond(
     # Where rises are known worst, and whatever is known worst of all: the heat that enters after a jump, it may be.
     worst_known = max(apart, key=lambda n: apart[n] / scales[n])
     at = [int(np.abs(there[n] - low[n]).argmax()) for n in {*study.trace_rises, worst_known}]
-    judged = _Judged(study, given, marks, answer, lesser, scales, bool(steady_errors))
-    goals = (
-        judged.at(checked[sorted({len(checked) - 1, *at})])
-        if lesser[1:] or max((apart[n] / scales[n] for n in apart), default=0.0) > (1 - ROW_SHARE) * accuracy
-        else {}
-    )
+    goals: dict[str, Spread] = {}
+    if lesser[1:] or max((apart[n] / scales[n] for n in apart), default=0.0) > (1 - ROW_SHARE) * accuracy:
+        looked_at = checked[sorted({len(checked) - 1, *at})]
+        goals = _remains(study, given, marks, (answer, *lesser), scales, looked_at)
+    of_power = Estimator(given.domain.space.grid, marks).remains(level.electric_parts(given))
+    # Steady errors have it in them.
+    electric = 0.0 if steady_errors else estimate.total(of_power)
     errors = {}
     for name in scales:
         known = max(
@@ -133,55 +135,40 @@ def respond(
         )
         space_error = max(apart[name], known * scales[name], estimate.total(goals.get(name, [])) * scales[name])
         doubt = float(np.max(out.get(f"doubt:{study.trace_goals.get(name)}", 0.0)))
-        errors[name] = space_error + judged.electric * scales[name] + lost[name] + doubt
+        errors[name] = space_error + electric * scales[name] + lost[name] + doubt
     worst = max(errors[name] / scales[name] for name in errors)
     if worst > (1 - ROW_SHARE) * accuracy:
-        missing = estimate.worst(goals.values(), judged.of_power)
+        missing = estimate.worst(goals.values(), of_power)
         return Response(checked, there, errors, False, np.nan, answer, reduced, count, missing, worst)
     return with_rows(study, answer, reduced, errors, scales, count)
 
 
-class _Judged:
-    """The parts of what is missing in each trace at some instants."""
-
-    def __init__(
-        self,
-        study: Study,
-        given: Problems,
-        marks: Features,
-        answer: Transient,
-        lesser: Sequence[Transient],
-        scales: Mapping[str, float],
-        steady: bool,
-    ) -> None:
-        self._study, self._given, self._scales = study, given, scales
-        self._marks, self._estimator = marks, Estimator(given.domain.space.grid, marks)
-        self._fine, self._lesser = answer, lesser
-        self.of_power = self._estimator.remains(level.electric_parts(given))
-        # Steady errors have it in them.
-        self.electric = 0.0 if steady else estimate.total(self.of_power)
-
-    def at(self, times: np.ndarray) -> dict[str, Spread]:
-        """For each thermal trace the worst of what is left at some times (s), each seen as that long after the last
-        bend or jump of the inputs."""
-        given, heat = self._given, self._given.heat
-        rises = [self._fine.rises(times)]
-        rises += [given.lifted(t.rises(times), 1 - k) for k, t in enumerate(self._lesser)]
-        found: dict[str, Spread] = {}
-        knots = np.append(0.0, heat.inputs.knots(self._study.end))
-        for i, time in enumerate(t - knots[knots < t].max() for t in times.tolist()):
-            fine, low = rises[0][i], rises[1][i]
-            # Without the lowest space, as if each degree took away as much as the last.
-            lowest = rises[2][i] if len(rises) > 2 else 2 * low - fine
-            apart = [heat.stiffness @ u + heat.mass @ u / time for u in (low - lowest, fine - low)]
-            parts = level.thermal_parts(self._study.trace_goals, given, fine, tuple(apart), self._scales, float(time))
-            all_remains = {name: self._estimator.remains(own) for name, own in parts.items()}
-            goals = self._study.trace_goals
-            level.add_torn(all_remains, goals, given, fine, self._scales, float(time), self._marks)
-            for name, remains in all_remains.items():
-                if name not in found or estimate.total(remains) > estimate.total(found[name]):
-                    found[name] = remains
-        return found
+def _remains(
+    study: Study,
+    given: Problems,
+    marks: Features,
+    transients: Sequence[Transient],
+    scales: Mapping[str, float],
+    times: np.ndarray,
+) -> dict[str, Spread]:
+    """For each thermal trace the worst of what is left at some times (s), each seen as that long after the last bend or
+    jump of the inputs; ``transients`` are those of the spaces, the highest first."""
+    heat, judge, goals = given.heat, Estimator(given.domain.space.grid, marks), study.trace_goals
+    rises = [given.lifted(t.rises(times), -1 - k) for k, t in enumerate(transients)]
+    found: dict[str, Spread] = {}
+    knots = np.append(0.0, heat.inputs.knots(study.end))
+    for i, time in enumerate(t - knots[knots < t].max() for t in times.tolist()):
+        fine, low = rises[0][i], rises[1][i]
+        # Without the lowest space, as if each degree took away as much as the last.
+        lowest = rises[2][i] if len(rises) > 2 else 2 * low - fine
+        apart = [heat.stiffness @ u + heat.mass @ u / time for u in (low - lowest, fine - low)]
+        parts = level.thermal_parts(goals, given, fine, tuple(apart), scales, time)
+        left = {name: judge.remains(own) for name, own in parts.items()}
+        level.add_torn(left, goals, given, fine, scales, time, marks)
+        for name, remains in left.items():
+            if name not in found or estimate.total(remains) > estimate.total(found[name]):
+                found[name] = remains
+    return found
 
 
 def instants(study: Study, heat: HeatProblem) -> np.ndarray:
@@ -238,7 +225,9 @@ def with_rows(
     relative = {name: errors[name] / scales[name] for name in errors}
     errors = {name: errors[name] + between[name] + ROUNDING * scales[name] for name in errors}
     imbalance = _imbalance(study, answer)
-    return Response(times, found, errors, True, imbalance, answer, reduced, generations, relative=relative)
+    return Response(
+        times, found, errors, True, imbalance, answer, reduced, generations, relative=relative, scales=scales
+    )
 
 
 def _start(domain: Domain, traces: Quantities) -> None:
@@ -277,8 +266,7 @@ def _imbalance(study: Study, answer: Transient) -> float:
     per_step = np.diff(edges) / 2
 
     def until(rate: np.ndarray) -> np.ndarray:
-        found: np.ndarray = np.cumsum(per_step * (rate.reshape(-1, len(points)) @ weights))
-        return found
+        return np.cumsum(per_step * (rate.reshape(-1, len(points)) @ weights))
 
     passed = np.maximum(until(entering), until(leaving))
     just_before = np.maximum(edges[1:] * (1 - 1e-12), edges[:-1])

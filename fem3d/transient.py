@@ -9,7 +9,7 @@ Linear Algebra Appl. 58, 1984.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -29,8 +29,7 @@ class Base:
     """What a transient starts from on one mesh: current patterns, temperature fields (free nodes, any number) that the
     space shall hold, and the loads (W, each all nodes) whose responses it shall hold.
 
-    ``size`` is the norm of the state that errors are relative to, where it is known; ``potentials`` (V, all nodes of
-    the conductor) those that the mesh must resolve.
+    ``size`` is the norm of the state that errors are relative to, where it is known.
     """
 
     heat: HeatProblem
@@ -39,7 +38,6 @@ class Base:
     fields: np.ndarray
     loads: list[np.ndarray]
     size: float | None = None
-    potentials: list[np.ndarray] = field(default_factory=list)
 
     @staticmethod
     def of_steady(state: SteadyState) -> Base:
@@ -159,26 +157,18 @@ def march(base: Base, reduced: Reduced, end: float, accuracy: float, drop: int =
 
 def _source(base: Base, modal: Reduced, since: float) -> Source:
     """The source of the modal problem from an instant on."""
-    inputs, conducts = base.heat.inputs, modal.supply.shape[1] > 0
-    if inputs.count == 1:
-
-        def constant(times: np.ndarray, states: np.ndarray) -> np.ndarray:
-            own = modal.source[0]
-            if not conducts:
-                return np.broadcast_to(own, states.shape)
-            found: np.ndarray = own + modal.joule(states, modal.currents(states))
-            return found
-
-        return constant
-    first, slope = inputs.piece(since)
+    conducts = modal.supply.shape[1] > 0
+    first, slope = base.heat.inputs.piece(since)
     rate = slope @ modal.inertia
 
-    def varying(times: np.ndarray, states: np.ndarray) -> np.ndarray:
-        g = first + np.outer(times - since, slope)
-        own: np.ndarray = g @ modal.source - rate
+    def source(times: np.ndarray, states: np.ndarray) -> np.ndarray:
+        # What is constant needs no inputs, which cost time thousands of times.
+        g = first + np.outer(times - since, slope) if len(first) > 1 else None
+        own = modal.source[0] if g is None else g @ modal.source - rate
+        own = np.broadcast_to(own, states.shape)
         return own + modal.joule(states, modal.currents(states, g), g) if conducts else own
 
-    return varying
+    return source
 
 
 def _size(modal: Reduced, rates: np.ndarray, largest: np.ndarray, end: float) -> float:

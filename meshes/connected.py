@@ -5,7 +5,7 @@ All of it is decided on the coarsest grid, whose breakpoints are the planes of t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -29,7 +29,12 @@ def scene_planes(scene: Scene, axis: int) -> list[float]:
     extended = [p for p in scene.probes if p.lower != p.upper]
     corners = [(b.lower, b.upper) for b in scene.boundaries] + [(p.lower, p.upper) for p in extended]
     found += [c for pair in corners for c in (pair[0][axis], pair[1][axis]) if low - small <= c <= high + small]
-    found.sort()
+    return distinct(found, small)
+
+
+def distinct(coordinates: Iterable[float], small: float) -> list[float]:
+    """Coordinates in order, without those that are hardly apart from another."""
+    found = sorted(coordinates)
     return [c for i, c in enumerate(found) if i == 0 or c - found[i - 1] > small]
 
 

@@ -13,10 +13,15 @@ from typing import Any
 
 import numpy as np
 
+from meshes import connected
+from meshes.grid import Grid
 from scenes.model import Boundary, Box, Point, Probe, Scene, Schedule, Value
 from scenes.plan import Step
 
 Corners = tuple[Point, Point]
+Item = Box | Boundary | Probe
+Readings = dict[str, tuple[float, tuple[Value, ...]]]
+"""What takes what each probe reads in a part to what it reads in the whole: a factor, and values to add."""
 
 
 @dataclass(frozen=True)
@@ -34,8 +39,7 @@ class Symmetry:
 
     ``planes`` are (axis, coordinate, "even" | "odd"); the part is the lower side of each, ``copies`` times in the
     whole. ``flows`` maps each boundary of the whole scene to the kept boundary that stands for it; ``box_copies`` says
-    how many times a kept box is in the box it was cut from. ``probes`` takes what a probe reads in the part to what it
-    reads in the whole: a factor, and values to add.
+    how many times a kept box is in the box it was cut from.
     """
 
     scene: Scene
@@ -43,7 +47,7 @@ class Symmetry:
     copies: int
     flows: dict[str, Flow]
     box_copies: dict[str, float]
-    probes: dict[str, tuple[float, tuple[Value, ...]]]
+    probes: Readings
 
     def mirrored(self, points: np.ndarray) -> np.ndarray:
         """Points (n, 3) of the whole scene, moved to where the part holds their value."""
@@ -69,222 +73,183 @@ class Symmetry:
 def reduce(scene: Scene) -> Symmetry:
     """The part of a scene that its mirror symmetries leave to be solved."""
     part, planes = scene, []
-    flows = {b.name: Flow(b.name, 1.0, 1.0) for b in scene.boundaries}
-    probes: dict[str, tuple[float, tuple[Value, ...]]] = {p.name: (1.0, ()) for p in scene.probes}
+    flows, probes = _untouched(scene)
     for axis in range(3):
-        middle = _middle(part, axis)
-        parity = _parity(part, axis, middle)
-        if parity is None:
+        mirror = _Mirror.of(part, axis)
+        if mirror is None:
             continue
-        part, step, read = _cut(part, axis, middle, parity)
+        part, step, read = mirror.cut(part)
         # Outer planes come first: what this plane adds is seen through their factors.
         probes = {
             n: (f * read[n][0], (*added, *(_times(f, v) for v in read[n][1]))) for n, (f, added) in probes.items()
         }
-        planes.append((axis, middle, parity))
+        planes.append((axis, mirror.middle, "even" if mirror.level is None else "odd"))
         flows = {
             name: Flow(step[f.boundary].boundary, f.heat * step[f.boundary].heat, f.current * step[f.boundary].current)
             for name, f in flows.items()
         }
-    whole = {b.name: _volume(b) for b in scene.boxes}
-    copies = {b.name: whole[b.name] / _volume(b) for b in part.boxes}
+    whole, left = ({b.name: float(np.prod(np.subtract(b.upper, b.lower))) for b in s.boxes} for s in (scene, part))
+    copies = {name: whole[name] / volume for name, volume in left.items()}
     return Symmetry(part, tuple(planes), 2 ** len(planes), flows, copies, probes)
 
 
 def uncut(scene: Any, bodies: Iterable[str]) -> Symmetry:
     """A scene that is solved whole, with the names of its bodies."""
-    flows = {b.name: Flow(b.name, 1.0, 1.0) for b in scene.boundaries}
-    return Symmetry(scene, (), 1, flows, dict.fromkeys(bodies, 1.0), {p.name: (1.0, ()) for p in scene.probes})
+    flows, probes = _untouched(scene)
+    return Symmetry(scene, (), 1, flows, dict.fromkeys(bodies, 1.0), probes)
 
 
-def _volume(box: Box) -> float:
-    return float(np.prod(np.subtract(box.upper, box.lower)))
+def _untouched(scene: Any) -> tuple[dict[str, Flow], Readings]:
+    return {b.name: Flow(b.name, 1.0, 1.0) for b in scene.boundaries}, {p.name: (1.0, ()) for p in scene.probes}
 
 
-def _middle(scene: Scene, axis: int) -> float:
-    lower = min(b.lower[axis] for b in scene.boxes)
-    return (lower + max(b.upper[axis] for b in scene.boxes)) / 2
+@dataclass(frozen=True)
+class _Mirror:
+    """A mirror plane across an axis, with the potential of it where it is odd. Lengths below ``small`` are nothing."""
 
+    axis: int
+    middle: float
+    small: float
+    level: Value | None = None
 
-def _extent(scene: Scene) -> float:
-    return max(max(b.upper[d] for b in scene.boxes) - min(b.lower[d] for b in scene.boxes) for d in range(3))
+    @staticmethod
+    def of(scene: Scene, axis: int) -> _Mirror | None:
+        """The plane through the middle of a scene; None where the scene isn't symmetric about it."""
+        low, high = _corners(scene)
+        mirror = _Mirror(axis, (low[axis] + high[axis]) / 2, 1e-9 * max(b - a for a, b in zip(low, high, strict=True)))
+        fits = mirror._keeps_solid(scene) and mirror._keeps_conditions(scene) and mirror._keeps_probes(scene)
+        electrodes = [b for b in scene.boundaries if b.kind == "voltage"]
+        pairs = [(b.value, c.value) for b in electrodes for c in electrodes if mirror.maps(b, c)]
+        if not fits or len(pairs) != len(electrodes):
+            return None
+        if all(a == b for a, b in pairs):
+            return mirror
+        # A largest potential on one side is a smallest one on the other.
+        if any(p.quantity == "potential" and p.reduce != "mean" for p in scene.probes):
+            return None
+        sums = {_sum(a, b) for a, b in pairs}
+        total = sums.pop()
+        return None if sums or total is None else replace(mirror, level=_times(0.5, total))
 
+    def image(self, item: Item) -> Corners:
+        """The corners of a box's mirror image."""
+        low, high = (2 * self.middle - c[self.axis] for c in (item.upper, item.lower))
+        return self._at(item.lower, low), self._at(item.upper, high)
 
-def _mirror(item: Box | Boundary | Probe, axis: int, middle: float) -> Corners:
-    lower, upper = list(item.lower), list(item.upper)
-    lower[axis], upper[axis] = 2 * middle - item.upper[axis], 2 * middle - item.lower[axis]
-    return (lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2])
+    def maps(self, item: Item, onto: Item) -> bool:
+        """Whether the image of one box is the other."""
+        pairs = zip(self.image(item), (onto.lower, onto.upper), strict=True)
+        return all(abs(p - q) <= self.small for u, v in pairs for p, q in zip(u, v, strict=True))
 
+    def _at(self, point: Point, coordinate: float) -> Point:
+        x = list(point)
+        x[self.axis] = coordinate
+        return x[0], x[1], x[2]
 
-def _parity(scene: Scene, axis: int, middle: float) -> str | None:
-    """ "even", "odd", or None where the scene isn't symmetric about the plane."""
-    small = 1e-9 * _extent(scene)
+    def _reaches_over(self, item: Item) -> bool:
+        return item.upper[self.axis] > self.middle + self.small
 
-    def same(a: Corners, b: Corners) -> bool:
-        return _close(a, b, small)
+    def _below(self, item: Item) -> Corners | None:
+        """What of a box is on the lower side, or in the plane."""
+        if item.lower[self.axis] >= self.middle - self.small and self._reaches_over(item):
+            return None
+        low, high = (min(c[self.axis], self.middle) for c in (item.lower, item.upper))
+        return self._at(item.lower, low), self._at(item.upper, high)
 
-    if not _same_solid(scene, axis, middle, small):
-        return None
-    thermal = [b for b in scene.boundaries if b.kind != "voltage"]
-    if not all(
-        any(
-            (b.kind, b.value, b.ambient) == (c.kind, c.value, c.ambient)
-            and same(_mirror(b, axis, middle), (c.lower, c.upper))
-            for c in thermal
+    def _keeps_solid(self, scene: Scene) -> bool:
+        """Whether the mirror maps every cell between the scene's planes onto one of the same material and source."""
+        breaks = [np.array(connected.scene_planes(scene, d)) for d in range(3)]
+        own = breaks[self.axis]
+        breaks[self.axis] = np.array(connected.distinct([*own, *(2 * self.middle - own)], self.small))
+        grid = Grid(tuple(breaks), tuple(np.ones(len(b) - 1, int) for b in breaks), scene.boxes)
+        kinds = list(dict.fromkeys((b.material, b.heat_source) for b in scene.boxes))
+        cells = np.array([*(kinds.index((b.material, b.heat_source)) for b in scene.boxes), -1])[grid.owner]
+        return bool((cells == np.flip(cells, self.axis)).all())
+
+    def _keeps_conditions(self, scene: Scene) -> bool:
+        """Whether the mirror maps every thermal condition onto one that is the same."""
+        thermal = [((b.kind, b.value, b.ambient), b) for b in scene.boundaries if b.kind != "voltage"]
+        return all(any(what == other and self.maps(b, c) for other, c in thermal) for what, b in thermal)
+
+    def _keeps_probes(self, scene: Scene) -> bool:
+        """Whether no probe crosses the plane unevenly, or reads what passes it."""
+        for probe in scene.probes:
+            low, high = probe.lower[self.axis] - self.middle, probe.upper[self.axis] - self.middle
+            if low < -self.small and high > self.small and not self.maps(probe, probe):
+                return False
+            if max(abs(low), abs(high)) <= self.small and probe.quantity in ("heat_flow", "current"):
+                return False
+        return True
+
+    def cut(self, scene: Scene) -> tuple[Scene, dict[str, Flow], Readings]:
+        """The lower side of a scene, which kept boundary stands for each, and how each probe is read."""
+        boxes = [replace(b, lower=c[0], upper=c[1]) for b in scene.boxes if (c := self._below(b))]
+        kept = {b.name: replace(b, lower=c[0], upper=c[1]) for b in scene.boundaries if (c := self._below(b))}
+        flows = {}
+        for b in scene.boundaries:
+            if b.name in kept:
+                copies = 2.0 if self._reaches_over(b) else 1.0
+                flows[b.name] = Flow(b.name, copies, copies)
+            else:
+                of_kind = [k for k in kept.values() if (k.kind == "voltage") == (b.kind == "voltage")]
+                twin = next(k for k in of_kind if self.maps(b, k))
+                flows[b.name] = Flow(twin.name, 1.0, 1.0 if self.level is None else -1.0)
+        if self.level is not None:
+            name, (low, high) = f"symmetry-{'xyz'[self.axis]}", _corners(scene)
+            kept[name] = Boundary(name, "voltage", self._at(low, self.middle), self._at(high, self.middle), self.level)
+        probes = []
+        for probe in scene.probes:
+            lower, upper = self._below(probe) or self.image(probe)
+            probes.append(replace(probe, lower=lower, upper=upper))
+        read = {probe.name: self._reading(probe, scene) for probe in scene.probes}
+        return replace(scene, boxes=tuple(boxes), boundaries=tuple(kept.values()), probes=tuple(probes)), flows, read
+
+    def _reading(self, probe: Probe, scene: Scene) -> tuple[float, tuple[Value, ...]]:
+        """What a probe reads in the whole: a factor of what it reads in the part, and a value to add."""
+        mirrored = self._below(probe) is None
+        crosses = not mirrored and self._reaches_over(probe)
+        if probe.quantity == "temperature" or not (crosses or mirrored):
+            return 1.0, ()
+        if probe.quantity == "potential":
+            if self.level is None:
+                return 1.0, ()
+            # The potential of the other side is twice the plane's less this side's.
+            return (0.0, (self.level,)) if crosses else (-1.0, (_times(2.0, self.level),))
+        turns = probe.quantity == "current" and self.level is not None
+        if crosses:
+            # Both halves carry the same heat; the current of the other half is that of this one, or its opposite.
+            return 0.0 if turns else 2.0, ()
+        sign = -1.0 if probe.lower[self.axis] == probe.upper[self.axis] and self._inside(probe, scene) else 1.0
+        return -sign if turns else sign, ()
+
+    def _inside(self, probe: Probe, scene: Scene) -> bool:
+        """Whether there is solid on both sides of a flat probe, so that its sign is that of the axis."""
+        point = [(a + b) / 2 for a, b in zip(probe.lower, probe.upper, strict=True)]
+        return all(
+            any(all(b.lower[d] <= q[d] <= b.upper[d] for d in range(3)) for b in scene.boxes)
+            for q in ([c + side * 1e3 * self.small * (d == self.axis) for d, c in enumerate(point)] for side in (-1, 1))
         )
-        for b in thermal
-    ):
-        return None
-    for probe in scene.probes:
-        crosses = probe.lower[axis] < middle - small and probe.upper[axis] > middle + small
-        if crosses and not same(_mirror(probe, axis, middle), (probe.lower, probe.upper)):
-            return None
-        lies_in_it = abs(probe.lower[axis] - middle) <= small and abs(probe.upper[axis] - middle) <= small
-        if lies_in_it and probe.quantity in ("heat_flow", "current"):
-            return None
-    electrodes = [b for b in scene.boundaries if b.kind == "voltage"]
-    pairs = [
-        (b.value, c.value) for b in electrodes for c in electrodes if same(_mirror(b, axis, middle), (c.lower, c.upper))
-    ]
-    if len(pairs) != len(electrodes):
-        return None
-    if all(a == b for a, b in pairs):
-        return "even"
-    # A largest potential on one side is a smallest one on the other.
-    if any(p.quantity == "potential" and p.reduce != "mean" for p in scene.probes):
-        return None
-    sums = {_sum(a, b) for a, b in pairs}
-    return "odd" if len(sums) == 1 and None not in sums else None
+
+
+def _corners(scene: Scene) -> Corners:
+    """The lowest and the highest corner of the boxes."""
+    low, high = np.min([b.lower for b in scene.boxes], axis=0), np.max([b.upper for b in scene.boxes], axis=0)
+    return tuple(low.tolist()), tuple(high.tolist())
 
 
 def _sum(a: Value, b: Value) -> Value | None:
     """The sum of two values; None for two schedules of different times, where it isn't worked out."""
-    if isinstance(a, Schedule) and isinstance(b, Schedule):
-        if a.times != b.times:
-            return None
-        values = tuple(p + q for p, q in zip(a.values, b.values, strict=True))
-        return values[0] if len(set(values)) == 1 else Schedule(a.times, values)
-    if isinstance(a, Schedule):
-        assert not isinstance(b, Schedule)
+    if not isinstance(a, Schedule):
+        return _sum(b, a) if isinstance(b, Schedule) else a + b
+    if not isinstance(b, Schedule):
         return Schedule(a.times, tuple(p + b for p in a.values))
-    return _sum(b, a) if isinstance(b, Schedule) else a + b
-
-
-def _close(a: Corners, b: Corners, small: float) -> bool:
-    return all(abs(p - q) <= small for u, v in zip(a, b, strict=True) for p, q in zip(u, v, strict=True))
+    if a.times != b.times:
+        return None
+    values = tuple(p + q for p, q in zip(a.values, b.values, strict=True))
+    return values[0] if len(set(values)) == 1 else Schedule(a.times, values)
 
 
 def _times(factor: float, value: Value) -> Value:
     if isinstance(value, Schedule):
         return Schedule(value.times, tuple(factor * v for v in value.values))
     return factor * value
-
-
-def _same_solid(scene: Scene, axis: int, middle: float, small: float) -> bool:
-    """Whether the mirror maps every cell of the boxes' grid onto a cell of the same material and source."""
-    breaks = []
-    for d in range(3):
-        found = [c for b in scene.boxes for c in (b.lower[d], b.upper[d])]
-        if d == axis:
-            found += [2 * middle - c for c in found]
-        found.sort()
-        breaks.append(np.array([c for i, c in enumerate(found) if i == 0 or c - found[i - 1] > small]))
-    x, y, z = ((b[:-1] + b[1:]) / 2 for b in breaks)
-    kinds: list[tuple[object, Value]] = []
-    cells = np.full((len(x), len(y), len(z)), -1)
-    for box in scene.boxes:
-        kind = (box.material, box.heat_source)
-        if kind not in kinds:
-            kinds.append(kind)
-        inside = [(c > box.lower[d]) & (c < box.upper[d]) for d, c in enumerate((x, y, z))]
-        cells[np.ix_(*inside)] = kinds.index(kind)
-    return bool((cells == np.flip(cells, axis)).all())
-
-
-def _cut(
-    scene: Scene, axis: int, middle: float, parity: str
-) -> tuple[Scene, dict[str, Flow], dict[str, tuple[float, tuple[Value, ...]]]]:
-    """The lower side of a plane, which kept boundary stands for each, and how each probe is read."""
-    small = 1e-9 * _extent(scene)
-
-    def below(item: Box | Boundary | Probe) -> Corners | None:
-        if item.lower[axis] >= middle - small and item.upper[axis] > middle + small:
-            return None
-        lower, upper = list(item.lower), list(item.upper)
-        lower[axis], upper[axis] = min(lower[axis], middle), min(upper[axis], middle)
-        return (lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2])
-
-    boxes = [replace(b, lower=c[0], upper=c[1]) for b in scene.boxes if (c := below(b))]
-    kept = [replace(b, lower=c[0], upper=c[1]) for b in scene.boundaries if (c := below(b))]
-    flows = {}
-    for boundary in scene.boundaries:
-        own = next((k for k in kept if k.name == boundary.name), None)
-        if own is not None:
-            copies = 2.0 if boundary.upper[axis] > middle + small else 1.0
-            flows[boundary.name] = Flow(own.name, copies, copies)
-        else:
-            lower, upper = _mirror(boundary, axis, middle)
-            twin = next(
-                k
-                for k in kept
-                if (k.kind == "voltage") == (boundary.kind == "voltage")
-                and all(abs(p - q) <= small for p, q in zip((*k.lower, *k.upper), (*lower, *upper), strict=True))
-            )
-            flows[boundary.name] = Flow(twin.name, 1.0, -1.0 if parity == "odd" else 1.0)
-    level: Value = 0.0
-    if parity == "odd":
-        level = _level(scene, axis, middle)
-        low = [min(b.lower[d] for b in scene.boxes) for d in range(3)]
-        high = [max(b.upper[d] for b in scene.boxes) for d in range(3)]
-        low[axis] = high[axis] = middle
-        corners = (low[0], low[1], low[2]), (high[0], high[1], high[2])
-        kept.append(Boundary(f"symmetry-{'xyz'[axis]}", "voltage", *corners, level))
-    probes, read = [], {}
-    for probe in scene.probes:
-        here = below(probe)
-        lower_upper = here if here is not None else _mirror(probe, axis, middle)
-        probes.append(replace(probe, lower=lower_upper[0], upper=lower_upper[1]))
-        crosses = here is not None and probe.upper[axis] > middle + small
-        read[probe.name] = _reading(probe, axis, parity, level, crosses, mirrored=here is None, scene=scene)
-    return replace(scene, boxes=tuple(boxes), boundaries=tuple(kept), probes=tuple(probes)), flows, read
-
-
-def _level(scene: Scene, axis: int, middle: float) -> Value:
-    """Half the sum of the voltages of an electrode and its mirror image: that of the plane."""
-    small = 1e-9 * _extent(scene)
-    electrodes = [b for b in scene.boundaries if b.kind == "voltage"]
-    image = _mirror(electrodes[0], axis, middle)
-    twin = next(b for b in electrodes if _close(image, (b.lower, b.upper), small))
-    total = _sum(electrodes[0].value, twin.value)
-    assert total is not None
-    return _times(0.5, total)
-
-
-def _reading(
-    probe: Probe, axis: int, parity: str, level: Value, crosses: bool, mirrored: bool, scene: Scene
-) -> tuple[float, tuple[Value, ...]]:
-    """What a probe reads in the whole: a factor of what it reads in the part, and a value to add."""
-    if probe.quantity == "temperature":
-        return 1.0, ()
-    if probe.quantity == "potential":
-        if parity == "even" or not (crosses or mirrored):
-            return 1.0, ()
-        # The potential of the other side is twice the plane's less this side's.
-        return (0.0, (level,)) if crosses else (-1.0, (_times(2.0, level),))
-    if crosses:
-        # Both halves carry the same heat; the current of the other half is that of this one, or its opposite.
-        return (2.0 if probe.quantity == "heat_flow" or parity == "even" else 0.0), ()
-    if not mirrored:
-        return 1.0, ()
-    sign = -1.0 if probe.lower[axis] == probe.upper[axis] and _inside(probe, axis, scene) else 1.0
-    return sign * (-1.0 if probe.quantity == "current" and parity == "odd" else 1.0), ()
-
-
-def _inside(probe: Probe, axis: int, scene: Scene) -> bool:
-    """Whether there is solid on both sides of a flat probe, so that its sign is that of the axis."""
-    small = 1e-6 * _extent(scene)
-    point = [(a + b) / 2 for a, b in zip(probe.lower, probe.upper, strict=True)]
-    return all(
-        any(all(b.lower[d] <= q[d] <= b.upper[d] for d in range(3)) for b in scene.boxes)
-        for q in ([c + side * small * (d == axis) for d, c in enumerate(point)] for side in (-1, 1))
-    )

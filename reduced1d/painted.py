@@ -64,13 +64,15 @@ def of_result(sink: Sink, result: Result) -> Reduction:
 
 
 def of_run(folder: Path) -> Reduction | None:
-    """The 1D model of a run's folder; ``None`` where there is none, or the run is not one of a sink."""
+    """The 1D model of a run's folder; ``None`` where there is none, or the run is not one of a sink of one span."""
     try:
         summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
         steady = summary["reduced1d"]["steady"]
         rises = (float(steady["end_rise_K"]["value"]), float(steady["peak_rise_K"]["value"]))
         sink = from_dict(summary["scene"])
     except (OSError, ValueError, KeyError, TypeError, SceneError):
+        return None
+    if sink.spans > 1:
         return None
     none = np.empty(0)
     try:

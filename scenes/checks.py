@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from scenes.dimensions import NUMBER
-from scenes.errors import SceneError, did_you_mean, quoted
-from scenes.kinds import Quantity
+from scenes.errors import SceneError, quoted
+from scenes.kinds import Kind, Numbers, Quantity, known_name
 
 EQUATIONS = ("eq12", "eq13", "eq14", "eq16", "eq18", "eq18_measured")
 FIGURES = ("fig4", "fig5", "fig6_peak", "fig6_end", "fig7_current")
-OVER_TIME = ("fig6_peak", "fig6_end", "fig7_current")
+OF_THE_ROW = tuple(f"islands_{what}" for what in ("peak_inner", "peak_outer", "mean", "current"))
+OVER_TIME = ("fig6_peak", "fig6_end", "fig7_current", *(f"{check}_over_time" for check in OF_THE_ROW))
 """Those that need the transient."""
-OF_THE_ROW = tuple(
-    f"islands_{what}{when}" for when in ("", "_over_time") for what in ("peak_inner", "peak_outer", "mean", "current")
-)
-OF_THE_REDUCTION = ("fig4", *OVER_TIME, *OF_THE_ROW)
+OF_THE_REDUCTION = ("fig4", *OF_THE_ROW, *OVER_TIME)
 """Those of the 1D model that was chosen."""
 OF_THE_PAPER = (*EQUATIONS, "fig5")
 """Those of the paper's equations, with 3D numbers put in, whichever 1D model was chosen."""
@@ -84,33 +81,15 @@ The claim is stated as exact: a ten-thousandth is what 3D is asked to know."""
 DEVICE_CHECKS = (*DEVICE_TOLERANCES, *DEVICE_3D_TOLERANCES)
 """The ids of every check that a device may have."""
 
-_TOLERANCE = Quantity(NUMBER, 1e-15, 100.0)
+
+def tolerances(known: tuple[str, ...] = (*SINK_CHECKS, *SLOPE_TOLERANCES)) -> Numbers:
+    """A table of relative tolerances by check id; only those that a scene declares."""
+    example = f"a table of tolerances such as {{{known[0]} = 0.02}}"
+    return Numbers(Quantity(NUMBER, 1e-15, 100.0), known, "check", example)
 
 
 @dataclass(frozen=True)
-class Tolerances:
-    """A table of relative tolerances by check id, of those ``known``; only those that a scene declares."""
-
-    known: tuple[str, ...] = (*SINK_CHECKS, *SLOPE_TOLERANCES)
-
-    def read(self, path: str, given: object) -> dict[str, float]:
-        """The tolerances as plain numbers."""
-        if not isinstance(given, Mapping):
-            example = f"{{{self.known[0]} = 0.02}}"
-            raise SceneError(f"{path} = {quoted(given)} must be a table of tolerances such as {example}")
-        return {_known(path, k, self.known): float(_TOLERANCE.read(f"{path}.{k}", v) or 0) for k, v in given.items()}
-
-    def write(self, value: Any) -> Any:
-        """A plain dictionary."""
-        return {k: _TOLERANCE.write(v) for k, v in value.items()} if isinstance(value, Mapping) else value
-
-    def show(self, value: Any) -> str:
-        """The ids with their tolerances."""
-        return ", ".join(f"{k} {v}" for k, v in value.items())
-
-
-@dataclass(frozen=True)
-class Differing:
+class Differing(Kind):
     """A list of the checks that are expected to differ; ``word`` is what a file says for ``None``, nothing declared."""
 
     known: tuple[str, ...] = SINK_CHECKS
@@ -126,7 +105,7 @@ class Differing:
             raise SceneError(
                 f'{path} = {quoted(given)} must be a list of checks such as ["{example}"], or "{self.word}"'
             )
-        return tuple(dict.fromkeys(_known(path, i, self.known) for i in items))
+        return tuple(dict.fromkeys(known_name(path, i, self.known, "check") for i in items))
 
     def write(self, value: Any) -> Any:
         """A list, or the word for ``None``."""
@@ -135,12 +114,3 @@ class Differing:
     def show(self, value: Any) -> str:
         """The ids."""
         return self.word if value is None else ", ".join(value)
-
-
-def _known(path: str, check: object, known: tuple[str, ...]) -> str:
-    if isinstance(check, str) and check in known:
-        return check
-    hint = did_you_mean(check, known) if isinstance(check, str) else ""
-    # A row's checks are many and of one kind: one of them stands for all.
-    shown = [name for name in known if not name.startswith("islands_") or name == "islands_mean"]
-    raise SceneError(f"{path} names an unknown check {quoted(check)}: give {', '.join(shown)}{hint}")

@@ -120,6 +120,6 @@ def kelvin(difference: float) -> str:
     return f"{difference:.3g} K"
 
 
-def cut(text: str, longest: int) -> str:
+def cut(text: str, longest: int, end: str = "..") -> str:
     """The text, at most so long."""
-    return text if len(text) <= longest else f"{text[: longest - 2]}.."
+    return text if len(text) <= longest else f"{text[: longest - len(end)]}{end}"

@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
 
 from scenes import dimensions as d
-from scenes.checks import DEVICE_CHECKS, Differing, Tolerances
+from scenes.checks import DEVICE_CHECKS, Differing, tolerances
 from scenes.device import Device
-from scenes.kinds import NAME, Choice, Count, Insulator, Kind, Quantity, Switch, Uncertainties
+from scenes.kinds import NAME, Choice, Count, Insulator, Kind, Numbers, Quantity, Switch
 from scenes.schema import Key, Schema
 from scenes.sink import Sink
 
@@ -76,14 +76,19 @@ _PHYSICAL = (
     Key("environment.convection_coefficient", "convection_coefficient", CONVECTION),
 )  # fmt: skip
 
+_UNCERTAINTIES = Numbers(
+    Quantity(d.NUMBER, 1e-9, 1.0), tuple(key.path for key in _PHYSICAL), "key",
+    'a table such as {"sink.length" = "1 %"}',
+)  # fmt: skip
+
 _SINK = Schema((
     Key("scene.name", "name", NAME, physical=False),
     *_PHYSICAL,
     Key("run.end_time", "end_time", DURATION),
     Key("run.accuracy", "accuracy", ACCURACY, physical=False),
-    Key("checks.tolerances", "tolerances", Tolerances(), physical=False),
+    Key("checks.tolerances", "tolerances", tolerances(), physical=False),
     Key("checks.expect_differs", "expected_to_differ", Differing(), physical=False),
-    Key("inputs.uncertainties", "uncertainties", Uncertainties(tuple(key.path for key in _PHYSICAL)), physical=False),
+    Key("inputs.uncertainties", "uncertainties", _UNCERTAINTIES, physical=False),
 ))  # fmt: skip
 
 
@@ -121,7 +126,7 @@ _DEVICE = Schema((
     Key("run.end_time", "end_time", DURATION),
     Key("run.accuracy", "accuracy", Quantity(d.NUMBER, 1e-7, 0.1), physical=False),
     Key("run.accuracy_3d", "accuracy_3d", ACCURACY, physical=False),
-    Key("checks.tolerances", "tolerances", Tolerances(DEVICE_CHECKS), physical=False),
+    Key("checks.tolerances", "tolerances", tolerances(DEVICE_CHECKS), physical=False),
     Key("checks.expect_differs", "expected_to_differ", Differing(DEVICE_CHECKS), physical=False),
 ))  # fmt: skip
 

@@ -15,7 +15,7 @@ from itertools import pairwise
 from numbers import Real
 from typing import Any, Protocol
 
-from scenes.dimensions import LENGTH, NUMBER, TEMPERATURE, TIME, Dimension, named
+from scenes.dimensions import LENGTH, TEMPERATURE, TIME, Dimension, named
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.model import Schedule, Value
 from scenes.units import UnitError, parse_quantity
@@ -36,7 +36,7 @@ class Kind(Protocol):
 
 
 @dataclass(frozen=True)
-class Quantity:
+class Quantity(Kind):
     """A number in SI units, or text with a unit, between two bounds that are themselves allowed.
 
     ``signed`` bounds the magnitude instead, either sign being allowed. ``word`` is what a file says for ``None``.
@@ -99,7 +99,7 @@ class Quantity:
 
 
 @dataclass(frozen=True)
-class Count:
+class Count(Kind):
     """A whole number between two bounds that are themselves allowed."""
 
     lower: int
@@ -115,20 +115,12 @@ class Count:
                 value = None
         whole = isinstance(value, Real) and not isinstance(value, bool) and float(value).is_integer()
         if not whole or not self.lower <= float(value) <= self.upper:  # type: ignore[arg-type]
-            raise SceneError(f"{path} = {quoted(given)} must be a whole number: give {self.lower} to {self.upper}")
+            raise SceneError(f"{path} = {quoted(given)} must be a whole number from {self.lower} to {self.upper}")
         return int(value)  # type: ignore[call-overload, no-any-return]
-
-    def write(self, value: Any) -> Any:
-        """The number itself."""
-        return value
-
-    def show(self, value: Any) -> str:
-        """The number itself."""
-        return str(value)
 
 
 @dataclass(frozen=True)
-class Insulator:
+class Insulator(Kind):
     """A resistivity that is checked and then left out, for a material that the model takes for an insulator."""
 
     quantity: Quantity
@@ -161,32 +153,40 @@ class Choice(Kind):
         raise SceneError(f"{path} = {quoted(given)} is not known: give {known}{hint}")
 
 
-_PART = Quantity(NUMBER, 1e-9, 1.0)
-
-
 @dataclass(frozen=True)
-class Uncertainties:
-    """A table of relative standard uncertainties by key, of those ``known``."""
+class Numbers(Kind):
+    """A table of numbers by name, of those ``known``, each a ``quantity``; ``called`` is what a name is of, and
+    ``form`` ends the sentence on what is no such table."""
 
+    quantity: Quantity
     known: tuple[str, ...]
+    called: str
+    form: str
 
     def read(self, path: str, given: object) -> dict[str, float]:
-        """The uncertainties as plain numbers."""
+        """The plain numbers, of those names alone that are given."""
         if not isinstance(given, Mapping):
-            raise SceneError(f'{path} = {quoted(given)} must be a table such as {{"{self.known[0]}" = "1 %"}}')
-        for key in given:
-            if key not in self.known:
-                hint = did_you_mean(str(key), self.known)
-                raise SceneError(f"{path} names an unknown key {quoted(key)}: give {', '.join(self.known)}{hint}")
-        return {key: float(_PART.read(f"{path}.{key}", value) or 0) for key, value in given.items()}
+            raise SceneError(f"{path} = {quoted(given)} must be {self.form}")
+        names = {known_name(path, name, self.known, self.called): value for name, value in given.items()}
+        return {name: float(self.quantity.read(f"{path}.{name}", value) or 0) for name, value in names.items()}
 
     def write(self, value: Any) -> Any:
         """A plain dictionary."""
-        return {k: _PART.write(v) for k, v in value.items()} if isinstance(value, Mapping) else value
+        return {k: self.quantity.write(v) for k, v in value.items()} if isinstance(value, Mapping) else value
 
     def show(self, value: Any) -> str:
-        """The keys with their uncertainties."""
-        return ", ".join(f"{key} {_PART.show(u)}" for key, u in value.items())
+        """The names with their numbers."""
+        return ", ".join(f"{name} {self.quantity.show(number)}" for name, number in value.items())
+
+
+def known_name(path: str, name: object, known: tuple[str, ...], called: str) -> str:
+    """A name that is among those known; SceneError for any other. Of the many of a kind in the list, one stands for
+    all: a row's checks."""
+    if isinstance(name, str) and name in known:
+        return name
+    hint = did_you_mean(name, known) if isinstance(name, str) else ""
+    shown = [each for each in known if not each.startswith("islands_") or each == "islands_mean"]
+    raise SceneError(f"{path} names an unknown {called} {quoted(name)}: give {', '.join(shown)}{hint}")
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,9 @@ from collections.abc import Mapping, Sequence
 from math import inf
 from typing import Any
 
-from scenes.checks import Tolerances
 from scenes.dimensions import TIME
 from scenes.errors import SceneError, did_you_mean, printable, quoted
-from scenes.kinds import Instants, Quantity
+from scenes.kinds import Instants, Numbers, Quantity
 from scenes.schema import Schema, label_of
 
 _COORDINATES = ("x", "y", "z")
@@ -76,7 +75,7 @@ def locate(key: str, value: object, schema: Schema) -> tuple[str, str]:
         return ends[0], ""
     head, _, item = key.rpartition(".")
     for path, entry in schema.paths.items():
-        if isinstance(entry.kind, Tolerances) and head and (path == head or path.endswith(f".{head}")):
+        if isinstance(entry.kind, Numbers) and head and (path == head or path.endswith(f".{head}")):
             return path, item
     raise schema.unknown(key, value)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from scenes.errors import quoted
+from scenes.errors import SceneError, quoted
 from scenes.model import AnyScene, Material, MeshScene, Value, is_zero
 
 
@@ -56,3 +56,14 @@ def capacity(scene: AnyScene) -> bool:
 
 def _varies(material: Material) -> bool:
     return material.resistivity is not None and material.temperature_coefficient != 0
+
+
+def check_resistivity(material: Material, label: str, where: str, temperature: float) -> None:
+    """Refuses a resistivity that would not be positive at a temperature (K); ``where`` says which."""
+    factor = 1 + material.temperature_coefficient * (temperature - material.reference_temperature)
+    if material.resistivity is not None and factor <= 0:
+        raise SceneError(
+            f"{label}.temperature_coefficient = {material.temperature_coefficient:g} 1/K makes the resistivity "
+            f"{factor:.3g} times its reference value at {where}: give values that keep 1 + "
+            f"coefficient * ({'room' if 'room' in where else 'that'} - reference temperature) above 0"
+        )

@@ -12,6 +12,16 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
+class Export:
+    """A compact model that is asked for: its folder, and how many states it has or, where that isn't said, the relative
+    accuracy that they hold."""
+
+    folder: Path
+    states: int | None = None
+    accuracy: float = 1e-3
+
+
+@dataclass(frozen=True)
 class Request:
     """What the user asked of a run, of whichever kind of scene; each kind reads what concerns it.
 
@@ -20,7 +30,8 @@ class Request:
     (``reduction``, by its canonical name), the budget of its differences from 3D (``why``), how both models follow
     each key (``sensitivities``), what leaving out the ``air`` does, how well the keys are known (``uncertain``) and
     how many samples of that are solved (``monte_carlo``), and what the data are known to (``data_uncertainty``), and
-    which keys are fitted to them (``calibrate``), the folder for the few-state model (``export``). Of a device:
+    which keys are fitted to them (``calibrate``). Of a sink or a free scene the few-state model (``export``). Of a
+    device:
     whether it is solved ``in_3d`` too, the ``scheme``, the figures that the run is ``about`` (all where none are
     named), the ``meter`` in the loop, the sensor's ``largest_voltage`` (V) and ``largest_power`` (W).
     """
@@ -38,7 +49,7 @@ class Request:
     monte_carlo: int = 0
     data_uncertainty: tuple[str, ...] = ()
     calibrate: tuple[str, ...] = ()
-    export: Path | None = None
+    export: Export | None = None
     in_3d: bool = False
     scheme: str = "accurate"
     about: tuple[str, ...] = ()

@@ -8,6 +8,7 @@ the innermost *stand for* the others too, so that the current meets the resistan
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -27,6 +28,9 @@ UNCERTAINTIES = {
 }
 """Typical relative standard uncertainties; ``sink.toml`` has their sources."""
 OXIDE = Material("oxide", 1.38, 2200.0, 703.0, valid_to=1858.0)
+
+SLOWEST = 0.9
+"""Of the ratio of two spans' differences: a row in which they fall more slowly is solved whole."""
 
 
 @dataclass(frozen=True)
@@ -106,6 +110,15 @@ class Sink:
 def different(count: int) -> int:
     """How many spans of a row differ, as its halves mirror each other."""
     return (count + 1) // 2
+
+
+def decay(sink: Sink) -> float:
+    """r: span by span the difference that a row's outer end makes falls like r^k. That of the chain of resistances
+    along a span and down through an island, r + 1/r = 2 + R_span / R_island; at most `SLOWEST`."""
+    along = sink.length / (sink.silicon.thermal_conductivity * sink.cross_section)
+    down = sink.oxide_thickness / (sink.oxide.thermal_conductivity * sink.island * sink.island_width)
+    half = 1 + along / down / 2
+    return min(half - math.sqrt(half**2 - 1), SLOWEST)
 
 
 def _stand_for(sink: Sink, count: int) -> tuple[float, float]:

@@ -1,7 +1,9 @@
-"""Whether a scene can be solved: every value within its bounds, and the sizes fitting together."""
+"""Whether a scene can be solved: every value within its bounds, and the sizes fitting together; and which key is likely
+why its numerics failed."""
 
 from __future__ import annotations
 
+import math
 from operator import attrgetter
 from typing import TypeVar
 
@@ -9,12 +11,17 @@ from scenes.device import Device
 from scenes.dimensions import LENGTH, TIME
 from scenes.errors import SceneError, quoted
 from scenes.keys import type_of
+from scenes.kinds import Quantity
 from scenes.model import Material
+from scenes.physics import check_resistivity
 from scenes.sink import Sink
 
 T = TypeVar("T")
 _ROUNDING = 1e-9
 _MOST_SAMPLES = 1_000_000
+FAR = 30.0
+"""Times the built-in scene's value: what is nearer is no extreme."""
+_ROOM = {"environment.convection_coefficient": 1e3}  # W/(m2 K): the built-in scene has none
 
 
 def check(scene: T) -> T:
@@ -35,7 +42,7 @@ def check(scene: T) -> T:
         _check_island(sink)
         if isinstance(scene, Device) and sink.spans > 1:
             raise SceneError(f"sink.spans = {sink.spans} makes a row, and a device has one span: give 1")
-        _check_resistivity(sink.silicon, "environment.room_temperature", sink.room_temperature)
+        _check_film(sink.silicon, "environment.room_temperature", sink.room_temperature)
     if isinstance(scene, Device):
         _check_control(scene)
     return scene
@@ -59,9 +66,9 @@ def _check_control(device: Device) -> None:
                 f"materials.{film.name}.temperature_coefficient = {film.temperature_coefficient:g} 1/K leaves the "
                 "controllers without a signal: give more than 0"
             )
-        _check_resistivity(film, "environment.room_temperature", room)
+        _check_film(film, "environment.room_temperature", room)
         for name in ("initial_temperature", "final_temperature"):
-            _check_resistivity(film, f"external.{name}", getattr(external, name))
+            _check_film(film, f"external.{name}", getattr(external, name))
 
 
 def _check_oxide(sink: Sink) -> None:
@@ -93,11 +100,29 @@ def _shown(length: float) -> str:
     return quoted(LENGTH.show(float(f"{length:.9g}")))
 
 
-def _check_resistivity(film: Material, where: str, temperature: float) -> None:
-    factor = 1 + film.temperature_coefficient * (temperature - film.reference_temperature)
-    if factor <= 0:
-        raise SceneError(
-            f"materials.{film.name}.temperature_coefficient = {film.temperature_coefficient} 1/K makes the resistivity "
-            f"{factor:.3g} times its reference value at {where} = {temperature} K: give values that keep "
-            f"1 + coefficient * ({'room' if 'room' in where else 'that'} - reference temperature) above 0"
-        )
+def _check_film(film: Material, where: str, temperature: float) -> None:
+    check_resistivity(film, f"materials.{film.name}", f"{where} = {temperature} K", temperature)
+
+
+def cause(scene: object, instead: str = "") -> str:
+    """What to append to the sentence of a numerical failure, with ``instead`` after it: which key is likely why, the
+    one that is farthest from the built-in scene's, how far it is out and what to do. Nothing where none is far out."""
+    kind = type_of(scene)
+    found = []
+    for path, key in kind.schema.paths.items():
+        if not isinstance(key.kind, Quantity) or not key.physical:
+            continue
+        value, usual = (attrgetter(key.attribute)(s) for s in (scene, kind.default))
+        usual = _ROOM.get(path, usual)
+        if value and usual:
+            found.append((abs(math.log(abs(value / usual))), path, key.kind, value, usual))
+    far, path, quantity, value, usual = max(found, key=lambda each: each[0])
+    if far < math.log(FAR):
+        return ""
+    ratio = abs(value / usual)
+    times, way = (ratio, "more") if ratio > 1 else (1 / ratio, "less")
+    shown = f"{times:,.0f}" if times < 1e6 else f"{times:.0e}".replace("e+0", "e").replace("e+", "e")
+    return (
+        f"; {path} = {quantity.show(value)} is {shown} times {way} than in the built-in {kind.name}, and so is likely "
+        f"beyond what double precision resolves beside the rest: give a value nearer to {quantity.show(usual)}{instead}"
+    )

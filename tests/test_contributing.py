@@ -11,28 +11,39 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("scenes", "meshes", "fem3d", "reduced1d", "compare", "validate")
 DIFFS = re.findall(r"```diff\n(.*?)```", (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8"), re.DOTALL)
 FILE = re.compile(r"^\+\+\+ b/(.*)$", re.MULTILINE)
 
 
-def changed(diff: str, where: Path) -> Path:
-    """A copy of the packages with a diff applied."""
+RUNS = {
+    "check": "--steady --no-figures",
+    "pads": "--steady --no-figures --set drive.electrodes=pad-edge",
+    "reduction": "--no-figures --why --reduction fin-cold-oxide",
+    "figure": "--only 1d",
+}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The results of some runs of the sink in a copy of the packages with all changes applied."""
+    where = tmp_path_factory.mktemp("changed")
     for name in PACKAGES:
         shutil.copytree(ROOT / name, where / name, ignore=shutil.ignore_patterns("__pycache__"))
-    subprocess.run(["git", "apply", "-"], input=diff, cwd=where, text=True, check=True)
+    for diff in DIFFS:
+        subprocess.run(["git", "apply", "-"], input=diff, cwd=where, text=True, check=True)
+    commands = [["sink", "--accuracy", "1e-2", "--out", name, *given.split()] for name, given in RUNS.items()]
+    code = f"import sys; from validate.cli import main; sys.exit(max(main(command) for command in {commands}))"
+    command, environment = [sys.executable, "-P", "-c", code], {**os.environ, "PYTHONPATH": str(where)}
+    subprocess.run(command, cwd=where, check=True, capture_output=True, text=True, env=environment)
     return where
 
 
-def summary(root: Path, options: str) -> dict[str, Any]:
-    """What a run of the sink in a copy of the packages finds."""
-    code = "import sys; from validate.cli import main; sys.exit(main())"
-    command = [sys.executable, "-P", "-c", code, "sink", "--accuracy", "1e-2", "--out", "run", *options.split()]
-    subprocess.run(
-        command, cwd=root, check=True, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": str(root)}
-    )
-    found = json.loads((root / "run" / "summary.json").read_text(encoding="utf-8"))
+def summary(folder: Path, name: str) -> dict[str, Any]:
+    found = json.loads((folder / name / "summary.json").read_text(encoding="utf-8"))
     assert isinstance(found, dict)
     return found
 
@@ -42,11 +53,10 @@ def test_each_change_is_in_three_files_at_most() -> None:
     assert all(1 <= len(FILE.findall(diff)) <= 3 for diff in DIFFS)
 
 
-def test_the_check(tmp_path: Path) -> None:
+def test_the_check(folder: Path) -> None:
     """It agrees on the built-in sink, and differs where the pads are heated too."""
-    copy = changed(DIFFS[0], tmp_path)
-    for options, verdict in (("", "agrees"), (" --set drive.electrodes=pad-edge", "differs")):
-        found = summary(copy, f"--steady --no-figures{options}")
+    for name, verdict in (("check", "agrees"), ("pads", "differs")):
+        found = summary(folder, name)
         (check,) = [check for check in found["checks"] if check["id"] == "ends"]
         values = (found["fem3d"]["steady"][key]["value"] for key in ("end_flow_W", "heat_out_W"))
         assert (check["predicted"] / 2, check["measured"]) == tuple(values)
@@ -55,16 +65,15 @@ def test_the_check(tmp_path: Path) -> None:
         assert "ends" in next(step["reason"] for step in found["plan"] if step["step"] == "checks")
 
 
-def test_the_reduction(tmp_path: Path) -> None:
-    copy = changed(DIFFS[1], tmp_path)
-    found = summary(copy, "--no-figures --why --reduction fin-cold-oxide")
+def test_the_reduction(folder: Path) -> None:
+    found = summary(folder, "reduction")
     assert found["reduced1d"]["name"] == "fin-cold-oxide"
     assert found["why"]["steady"]["peak"]["parts"][0]["assumption"] == "oxide capacity"
     assert {check["model"] for check in found["checks"] if check["id"].startswith("fig6")} == {"fin-cold-oxide"}
 
 
-def test_the_figure(tmp_path: Path) -> None:
-    found = summary(changed(DIFFS[2], tmp_path), "--only 1d")
+def test_the_figure(folder: Path) -> None:
+    found = summary(folder, "figure")
     assert {"figure_power.png", "figure_power.svg"} <= set(found["files"])
-    assert "Power against time" in (tmp_path / "run" / "figure_power.svg").read_text(encoding="utf-8")
+    assert "Power against time" in (folder / "figure" / "figure_power.svg").read_text(encoding="utf-8")
     assert "figure_power" in [step["step"] for step in found["plan"]]

@@ -130,26 +130,26 @@ class _Found(Generic[S]):
 
     def report(self) -> str:
         """What the command prints about the run."""
-        from validate.report import table
+        from validate.report import table, text
 
-        return table.found_text(self.outcome, self._contrary(), table.Style())
+        return text.found_text(self.outcome, self._contrary(), table.Style())
 
     def __repr__(self) -> str:
         return self._headline()
 
     def _repr_html_(self) -> str:
-        from validate.report.html.checks import checks
-        from validate.report.html.numbers import quantities
-        from validate.report.summary import document
+        from validate.report import of
+        from validate.report.html.parts import of_section
+        from validate.report.table import Style
 
-        found = document(self.outcome)
-        tables = quantities(found) + checks(found) or f"<pre>{escape(self.report())}</pre>"
-        return f"<p><strong>{escape(' '.join(self._headline().split()))}</strong></p>\n{tables}"
+        sections = of(self.scene).sections(self.outcome, self._contrary(), Style(page=True))
+        said = f"<p><strong>{escape(' '.join(self._headline().split()))}</strong></p>"
+        return "\n".join([said, *(of_section(section) for section in sections[:3])])
 
     def _headline(self) -> str:
-        from validate.report import table
+        from validate.report import table, text
 
-        return table.headline(self.outcome, self._contrary(), table.Style())
+        return text.headline(self.outcome, self._contrary(), table.Style())
 
     def _contrary(self) -> list[Check]:
         from compare.verdict import contrary
@@ -183,10 +183,10 @@ class Run(_Found[Sink]):
         return self.outcome.why
 
     def __repr__(self) -> str:
-        from validate.report.sink import quantities_text
+        from validate.report.sink import quantities
         from validate.report.table import Style
 
-        return f"{self._headline()}\n\n{quantities_text(self.outcome, Style())}"
+        return f"{self._headline()}\n\n{quantities(self.outcome, Style()).text(Style())}"
 
 
 class Solution(_Found["AnyScene"]):
@@ -205,7 +205,8 @@ class Solution(_Found["AnyScene"]):
     def report(self) -> str:
         """The probes with their errors: steady, or at the end of the transient."""
         from validate.report.free import value_text
-        from validate.report.table import Style, warnings_text
+        from validate.report.table import Style
+        from validate.report.text import warnings_text
 
         result = self.outcome.solved
         lines = [f"  {probe.name:<30} {value_text(probe, result, Style())}" for probe in self.scene.probes]

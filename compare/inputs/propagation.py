@@ -23,8 +23,8 @@ from scenes.varied import varied
 
 STEP = 1e-4  # of a key: differences of formulas are off by its square
 BENT, SHARE = 0.1, 0.3  # of the first-order change; of u_input
-UNKNOWN = "fig5"
-"""The check of the profile, whose derivatives are not there."""
+UNKNOWN = ("fig5", "islands_equivalent")
+"""The checks of the profile and of another sink, whose derivatives are not there."""
 BALANCE = "energy"
 """The check of a balance, which holds whatever the inputs are: they don't move it."""
 
@@ -70,7 +70,7 @@ def propagated(
 def bent(sink: Sink, propagated: Propagated) -> tuple[str, ...]:
     """Sentences on the keys whose uncertainty is so large that a rise does not follow them in proportion, as the
     paper's formulas have it: where the second-order part is more than `BENT` of the first, and matters."""
-    from reduced1d.sink import solve
+    from reduced1d.ladder import solve
 
     said = []
     middle = solve(sink, steady_only=True).steady
@@ -120,7 +120,7 @@ def judged(
 ) -> tuple[Check, ...]:
     """The checks with their u_input, where all that their ``definitions`` ask for has derivatives."""
     keys, covariance = list(uncertain.relative), uncertain.covariance()
-    made = [check for check in checks if check.id in definitions and check.id not in (UNKNOWN, BALANCE)]
+    made = [check for check in checks if check.id in definitions and check.id not in (*UNKNOWN, BALANCE)]
     slopes: dict[str, np.ndarray] = {check.id: np.zeros(len(keys)) for check in made}
     for n, key in enumerate(keys):
         beside = []

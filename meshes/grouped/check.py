@@ -10,8 +10,7 @@ from meshes.grouped.model import GroupedMesh
 from meshes.grouped.place import Placed
 from scenes import physics
 from scenes.errors import SceneError, did_you_mean, listed, quoted
-from scenes.free.drives import heats
-from scenes.free.parts import FLOATING, KEPT, UNFIXED, is_exit
+from scenes.free.parts import FLOATING, KEPT, UNFIXED, heats, is_exit
 from scenes.model import GroupBoundary, GroupProbe, MeshScene, is_zero
 
 

@@ -42,8 +42,7 @@ class GroupedMesh:
 
     def exposed(self, facets: np.ndarray) -> np.ndarray:
         """(n,): which facets are on the surface."""
-        found: np.ndarray = self.mesh.f2t[1, facets] < 0
-        return found
+        return self.mesh.f2t[1, facets] < 0
 
     def beside(self, facets: np.ndarray) -> np.ndarray:
         """(k,): the cells at either side of some facets."""

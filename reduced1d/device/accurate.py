@@ -13,10 +13,9 @@ from reduced1d.device.lumped import lump
 from reduced1d.device.march import March, Resolution, march
 from reduced1d.device.steady import around, steady
 from scenes.device import Device
-from scenes.loop.controller import law
+from scenes.loop.controller import law, timetable
 from scenes.loop.march import Start
 from scenes.loop.result import QUANTITIES, DeviceResult, device_result
-from scenes.loop.timetable import timetable
 
 FIRST = Resolution(12, 6)
 RESOLUTIONS = 3
@@ -24,7 +23,11 @@ ROUNDS, LARGEST_DEGREE, LARGEST_NODES = 4, 36, 18
 
 
 def solve_accurate(
-    device: Device, *, meter: tuple[float, float] = (0.0, 0.0), start: Literal["cold", "settled"] = "cold"
+    device: Device,
+    *,
+    meter: tuple[float, float] = (0.0, 0.0),
+    start: Literal["cold", "settled"] = "cold",
+    with_findings: bool = True,
 ) -> DeviceResult:
     """Traces of a device, to its ``accuracy`` where that can be reached.
 
@@ -32,8 +35,9 @@ def solve_accurate(
     fewer between samples. The differences estimate the error in space and in time (of the coarser ones, so generously)
     and whatever exceeds the accuracy is refined, as long as that helps. ``meter`` is the resolution in ohm to which the
     resistances of (sink, sensor) are measured, 0 for an ideal meter. ``start`` "settled" begins in the steady state at
-    the initial outer temperature, "cold" at room temperature without voltage. Raises ValueError for values that make
-    no device, and ArithmeticError where the powers between two samples cannot be found.
+    the initial outer temperature, "cold" at room temperature without voltage. ``with_findings`` costs as much again,
+    for the limits of stability. Raises ValueError for values that make no device, and ArithmeticError where the powers
+    between two samples cannot be found.
     """
     lumped, table = lump(device), timetable(device)
     control = law(device, lumped.resistance, lumped.coefficient, meter)
@@ -55,10 +59,10 @@ def solve_accurate(
     errors = {q: parts["space"][q] + parts["time"][q] + 1e-12 * float(np.abs(run.traces[:, 0, i]).max())
               for i, q in enumerate(QUANTITIES)}  # fmt: skip
     heat = balance(lumped, run)
+    said = findings(device, run.run, max(errors["sink_K"], errors["sensor_K"]), goal) if with_findings else ()
     return device_result(
         "accurate", table.times[: len(run.traces)], run.traces[:, 0], device.sink.room_temperature, errors,
-        **around(device), error_parts=parts,
-        findings=findings(device, run.run, max(errors["sink_K"], errors["sensor_K"]), goal),
+        **around(device), error_parts=parts, findings=said,
         details={
             "states": run.modes.modal.count, "degree": degree, "nodes": nodes, "rounds": attempt + 1,
             "balance": heat, "energy_imbalance": heat.imbalance, "stopped": run.run.stopped,

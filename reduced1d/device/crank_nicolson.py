@@ -20,12 +20,11 @@ from reduced1d.device.lumped import Slab
 class LayerStep:
     """Some steps with constant end temperatures as one map: inner' = ``inner`` @ inner + ``ends`` @ (lower, upper).
 
-    ``inner`` (nx - 1, nx - 1) and ``ends`` (nx - 1, 2); ``spacing`` dx in m.
+    ``inner`` (nx - 1, nx - 1) and ``ends`` (nx - 1, 2).
     """
 
     inner: np.ndarray
     ends: np.ndarray
-    spacing: float
 
 
 def mesh_ratio(slab: Slab, nx: int, dt: float) -> float:
@@ -56,4 +55,4 @@ def layer_step(slab: Slab, nx: int, nt: int, dt: float) -> LayerStep:
     none, unit = np.zeros((2, nx - 1)), np.eye(2)
     for _ in range(nt):
         inner, ends = crank_nicolson(inner, gamma, none, none), crank_nicolson(ends, gamma, unit, unit)
-    return LayerStep(inner, ends, slab.thickness / nx)
+    return LayerStep(inner, ends)

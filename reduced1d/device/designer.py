@@ -13,9 +13,8 @@ from reduced1d.device.meters import Meter, reading
 from reduced1d.device.stability import plant
 from reduced1d.device.steady import steady
 from scenes.device import Device, External
-from scenes.loop.controller import law
+from scenes.loop.controller import law, timetable
 from scenes.loop.stability import gain_limit
-from scenes.loop.timetable import timetable
 
 QUICK = Resolution(9, 4)
 START_TIME, START_SAMPLES = 0.05, 100

@@ -10,9 +10,8 @@ import numpy as np
 from reduced1d.device.lumped import Lumped
 from reduced1d.device.modes import Modes, modes
 from scenes.loop import march as sampled
-from scenes.loop.controller import Law
+from scenes.loop.controller import Law, Timetable
 from scenes.loop.march import Start
-from scenes.loop.timetable import Timetable
 
 INSULATOR_GRID = np.array([0.0, 1.0])
 POLYMER_GRID = np.array([0.0, 0.1, 0.5, 1.0])

@@ -1,17 +1,18 @@
-"""The runs of the 1D model of a device: the scene itself by either scheme, sampled slowly, and other steps."""
+"""The 1D model of a device by either scheme, and its runs: the scene itself, sampled slowly, and other outer steps."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Literal
 
 from reduced1d.device.accurate import solve_accurate
-from reduced1d.device.meters import METERS, in_the_loop
-from reduced1d.device.paper import UnstableStepError
-from reduced1d.device.solve import solve
+from reduced1d.device.meters import METERS, Meter, in_the_loop, too_coarse
+from reduced1d.device.paper import UnstableStepError, solve_paper
 from reduced1d.device.stability import largest_eigenvalue
 from scenes.device import Device
 from scenes.errors import SceneError
+from scenes.loop.result import DeviceResult
 from scenes.loop.runs import Run, Runs, with_others
 
 
@@ -33,7 +34,8 @@ def make(
         rounded = in_the_loop(device, meter, device.external.initial_temperature) if meter else (0.0, 0.0)
 
         def simulate(other: Device, start: Literal["cold", "settled"]) -> Run:
-            return Run(other, solve_accurate(other, meter=rounded, start=start), largest_eigenvalue)
+            found = solve_accurate(other, meter=rounded, start=start, with_findings=False)
+            return Run(other, found, largest_eigenvalue)
 
         return with_others(device, base, simulate, slow, steps, say)
     except UnstableStepError as error:
@@ -42,3 +44,21 @@ def make(
         raise
     except ValueError as error:
         raise SceneError(str(error)) from None
+
+
+def solve(
+    device: Device, *, scheme: Literal["accurate", "paper"] = "accurate", meter: Meter | None = None
+) -> DeviceResult:
+    """Traces of a device at every controller sample, with error estimates and findings.
+
+    ``scheme`` "accurate" couples all layers and propagates them exactly between samples (errors: an estimate in space
+    and time); "paper" is the paper's own (errors: the distance from the accurate one). ``meter`` rounds the resistances
+    that the controllers see to what it resolves at the initial steady state. Raises ValueError for values that make
+    no device, UnstableStepError (a ValueError) where the paper's step is beyond its limit, and ArithmeticError where
+    the numerics fail.
+    """
+    steps = (0.0, 0.0) if meter is None else in_the_loop(device, meter, device.external.initial_temperature)
+    if scheme not in ("accurate", "paper"):
+        raise ValueError(f'scheme is {scheme!r}: it must be "accurate" or "paper"')
+    result = (solve_accurate if scheme == "accurate" else solve_paper)(device, meter=steps)
+    return replace(result, findings=(*too_coarse(device, steps), *result.findings))

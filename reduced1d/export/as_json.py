@@ -34,7 +34,7 @@ def as_json(circuit: Circuit) -> str:
             "largest_voltage_V": abs(circuit.voltage),
             "highest_temperature_K": circuit.valid_to if isfinite(circuit.valid_to) else None,
             "first_time_s": circuit.first_time,
-            "deviation_from_plate": circuit.deviations,
+            f"deviation_from_{circuit.made_of}": circuit.deviations,
             "checked_at_V": list(circuit.checked),
             "remarks": list(circuit.remarks),
         },

@@ -44,7 +44,8 @@ def sink(times, voltage={voltage}, longest_step={longest}):
         for name, row in ROWS.items():
             found[name].append(ROOM + sum(r * x for r, x in zip(row, T)))
         found["current_A"].append(current(t, T))
-    for unit, values, limit in zip("VK", ([abs(volts(t)) for t in times], found["peak_K"]), LIMITS):
+    hottest = [max(found[name][k] for name in ROWS) for k in range(len(found["current_A"]))]
+    for unit, values, limit in zip("VK", ([abs(volts(t)) for t in times], hottest), LIMITS):
         if max(values, default=0.0) > limit * (1 + 1e-9):
             warn(f"{{max(values):.6g}} {{unit}} is past the model's range, up to {{limit:.6g}} {{unit}}", stacklevel=2)
     return found
@@ -52,7 +53,7 @@ def sink(times, voltage={voltage}, longest_step={longest}):
 
 
 def as_python(circuit: Circuit) -> str:
-    """The file's text: the model's numbers and one function of 28 lines."""
+    """The file's text: the model's numbers and one function of 29 lines."""
     feedback = ",\n     ".join(_list(row) for row in circuit.feedback)
     return _TEMPLATE.format(
         scene=circuit.scene.replace("\\", "/").replace('"', "'"), name=circuit.name, states=circuit.states,

@@ -8,10 +8,10 @@ from reduced1d.export.circuit import Circuit
 
 _TEMPLATE = """\
 * Heated sink "{scene}": {name}, {states} states. Thermal nodes in K above room temperature ({room:g} K) as volts,
-* heat in W as amperes. Port: plus, minus. Outputs: peak, end and mean rise (ideal voltage sources against node 0).
+* heat in W as amperes. Port: plus, minus. Outputs (rises, ideal voltage sources against node 0): {ports}.
 * Valid {validity}.
 * Written for ngspice and other simulators with behavioural (B) sources. Start from rest: 0 V before the step, or uic.
-.subckt sink_model plus minus peak end mean
+.subckt sink_model plus minus {ports}
 * the circuit: the resistance follows the rise; node amps is the current
 Bamps amps 0 V = V(plus,minus)/({resistance})
 Bport plus minus I = V(amps)
@@ -38,7 +38,8 @@ def as_spice(circuit: Circuit) -> str:
     outputs = [f"B{key} {key} 0 V = 0{_sum(row, names)}" for key, row in circuit.outputs.items()]
     return _TEMPLATE.format(
         scene=" ".join(circuit.scene.split()), name=circuit.name, states=circuit.states, room=circuit.room_temperature,
-        validity=circuit.validity, resistance=resistance, states_text="\n".join(lines), outputs="\n".join(outputs),
+        validity=circuit.validity, ports=" ".join(circuit.outputs), resistance=resistance,
+        states_text="\n".join(lines), outputs="\n".join(outputs),
     )  # fmt: skip
 
 

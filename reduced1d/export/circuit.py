@@ -12,6 +12,7 @@ from reduced1d.ladder.few_states import FewStates
 from reduced1d.ladder.levels import Levels
 from reduced1d.ladder.moments import FIRST_TIME
 from reduced1d.ladder.validity import warnings
+from scenes.sink import Sink, different
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,9 +21,9 @@ class Circuit:
 
     ``capacity`` (n,) in J/K, ``conductance`` (n,) in W/K, ``source`` (n,) in ohm, ``feedback`` (n, n) in ohm,
     ``resistance`` in ohm, ``coefficient`` in 1/K; ``outputs`` (n,) give rises in K. The rest says where it is valid:
-    up to the ``voltage`` (V), from the ``first_time`` (s) on, to within ``deviations`` of the plate's final rises and
-    change of current, found at the voltages ``checked``; ``remarks`` are where the plate itself is in doubt, and
-    ``valid_to`` (K, infinite where nobody says) is where the silicon melts.
+    up to the ``voltage`` (V), from the ``first_time`` (s) on, to within ``deviations`` of the final rises and the
+    change of current of the model that it is ``made_of``, found at the voltages ``checked``; ``remarks`` are where that
+    itself is in doubt, and ``valid_to`` (K, infinite where nobody says) is where the silicon melts.
     """
 
     name: str
@@ -38,6 +39,7 @@ class Circuit:
     voltage: float
     first_time: float
     end_time: float
+    made_of: str
     deviations: dict[str, float]
     checked: tuple[float, ...]
     remarks: tuple[str, ...]
@@ -54,7 +56,7 @@ class Circuit:
         worst = max(self.deviations.values())
         return (
             f"from rest, 0 to {abs(self.voltage):g} V, from {self.first_time * 1e6:g} us after a step on, "
-            f"within {100 * worst:.2g} % of the plate model"
+            f"within {100 * worst:.2g} % of the {self.made_of} model"
         )
 
 
@@ -63,30 +65,42 @@ def circuit_of(levels: Levels, name: str) -> Circuit:
     from reduced1d.ladder import build
 
     sink = levels.sink
-    model, plate = build(levels.fine, name), levels.fine.whole_plate()
-    # Each state in units of what it adds to the peak or to the end, whichever is more; heated by a current.
-    unit = np.maximum(np.abs(model.outputs["peak"]), np.abs(model.outputs["end"])) * np.sign(model.source)
-    checked = (sink.voltage / 2, sink.voltage)
+    model, (made_of, whole) = build(levels.fine, name), levels.fine.most()
+    outputs = _rises(sink)
+    # Each state in units of what it adds to a place, to whichever it is most; heated by a current.
+    places = np.array([model.outputs[name] for name in outputs if not name.endswith("mean")])
+    unit = np.abs(places).max(axis=0) * np.sign(model.source)
+    checked = (model.voltage / 2, model.voltage)
     return Circuit(
         name, sink.name, 1 / unit**2, model.rates / unit**2, model.source / unit,
         model.feedback / np.outer(unit, unit), model.resistance, model.coefficient,
-        {key: model.outputs[key] / unit for key in ("peak", "end", "mean")},
-        sink.room_temperature, sink.voltage, FIRST_TIME, sink.end_time,
-        _deviations(model, plate, sink.end_time, checked),
+        {key: model.outputs[key] / unit for key in outputs},
+        sink.room_temperature, model.voltage, FIRST_TIME, sink.end_time, made_of,
+        _deviations(model, whole, sink.end_time, checked, outputs),
         checked, tuple(warnings(sink, levels.fine.remainder)), sink.silicon.valid_to or math.inf,
     )  # fmt: skip
 
 
-def _deviations(model: FewStates, plate: FewStates, end_time: float, voltages: tuple[float, ...]) -> dict[str, float]:
-    """The largest distances from the plate at any of the voltages, from the first time on, of each quantity relative to
-    its final value, of the current to its change."""
+def _rises(sink: Sink) -> tuple[str, ...]:
+    """What is read off the states: of a row the end, the mean, and the middle and the mean of each span."""
+    if sink.spans == 1:
+        return "peak", "end", "mean"
+    spans = range(1, different(sink.spans) + 1)
+    return "end", "mean", *(f"span{number}_{what}" for number in spans for what in ("middle", "mean"))
+
+
+def _deviations(
+    model: FewStates, whole: FewStates, end_time: float, voltages: tuple[float, ...], rises: tuple[str, ...]
+) -> dict[str, float]:
+    """The largest distances from the whole model at any of the voltages, from the first time on, of each rise relative
+    to its final value, of the current to its change."""
     late = np.geomspace(min(FIRST_TIME, end_time), max(end_time, 2 * FIRST_TIME), 100)
-    found = dict.fromkeys(("peak_K", "end_K", "mean_K", "current_A"), 0.0)
+    found = dict.fromkeys((*(f"{name}_K" for name in rises), "current_A"), 0.0)
     for voltage in voltages:
-        ours, theirs = (over_time(replace(m, voltage=voltage), late) for m in (model, plate))
+        ours, theirs = (over_time(replace(m, voltage=voltage), late) for m in (model, whole))
         for key in found:
             scale = abs(theirs[key][-1])
             if key == "current_A":
-                scale = abs(theirs[key][-1] - voltage / plate.resistance) if plate.coefficient else scale
+                scale = abs(theirs[key][-1] - voltage / whole.resistance) if whole.coefficient else scale
             found[key] = max(found[key], float(np.abs(ours[key] - theirs[key]).max()) / scale)
     return found

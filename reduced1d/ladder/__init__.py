@@ -5,7 +5,7 @@
     fin-massless    the heat equation along the beam on that resistance
     fin             ... and on the anchor's effective heat capacity
     plate           the heat equation of the silicon layer, averaged over its thickness
-    moments:N       the plate projected on N fields that match its response
+    moments:N       the plate, of a row of spans the fin, projected on N fields that match its response
 
 Nothing heavy is imported before a reduction needs it.
 """
@@ -85,14 +85,10 @@ def solve(
     does not conduct.
     """
     name = canonical(reduction)
-    if sink.spans > 1 and name.startswith(("plate", "moments")):
-        raise SceneError(
-            f"sink.spans = {sink.spans} makes a row, and the reduction {quoted(name)} is made for one span: give "
-            "paper, anchored, fin-massless or fin"
-        )
+    refuse(sink, name)
     if name == "paper" and sink.spans > 1:
         from reduced1d.ladder.answer import result
-        from reduced1d.ladder.row_lumps import lumps
+        from reduced1d.ladder.lumps import lumps
         from reduced1d.sink import anchor_series_resistance
 
         row = lumps(sink, anchor_series_resistance(sink))
@@ -110,7 +106,7 @@ def solve(
     levels = levels or Levels(sink)
     found = result(name, sink, build(levels.fine, name), build(levels.coarse, name), steady_only, times)
     said = warnings(sink, levels.fine.remainder)
-    if name in ("anchored", "fin-massless", "fin"):
+    if sink.spans > 1 or name in ("anchored", "fin-massless", "fin"):
         said += fin_warnings(sink, levels.fine.one_node)
     more = {
         "unknowns": levels.fine.plate.unknowns,
@@ -118,6 +114,15 @@ def solve(
         "warnings": said,
     }
     return replace(found, details={**found.details, **more})
+
+
+def refuse(sink: Sink, name: str) -> None:
+    """Raises SceneError for a reduction (its canonical name) that isn't made of a row of spans."""
+    if sink.spans > 1 and name == "plate":
+        raise SceneError(
+            f"sink.spans = {sink.spans} makes a row, and the reduction plate is made for one span: give paper, "
+            "anchored, fin-massless, fin or moments:N"
+        )
 
 
 def build(level: Level, name: str) -> FewStates:

@@ -10,10 +10,9 @@ import numpy as np
 from reduced1d.ladder import moments, quads
 from reduced1d.ladder.anchor import Anchor, anchor_of, one_node_remainder, thin_plate_remainder
 from reduced1d.ladder.few_states import FewStates
-from reduced1d.ladder.fin import fin, lump
+from reduced1d.ladder.fin import fin
+from reduced1d.ladder.lumps import lumps
 from reduced1d.ladder.plate import Plate, assemble
-from reduced1d.ladder.row_fin import row_fin
-from reduced1d.ladder.row_lumps import lumps
 from scenes.sink import Sink
 
 
@@ -59,24 +58,27 @@ class Level:
 
     def lump(self, circuit: bool = False) -> FewStates:
         """The paper's model on the plate's anchor resistance; of a row perhaps with the islands in the circuit."""
-        if self.sink.spans > 1:
-            return lumps(self.sink, self.anchor.resistance, circuit)
-        return lump(self.sink, self.anchor.resistance)
+        return lumps(self.sink, self.anchor.resistance, circuit)
 
     def fin(self, pad_capacity: bool = True, oxide_capacity: bool = True, circuit: bool = True) -> FewStates:
         """The fin on the plate's anchor, with what is asked for of the anchor's capacity and of the circuit in it."""
         anchor = self.anchor if circuit else replace(self.anchor, circuit=0.0, source=0.0, feedback=0.0)
-        of = fin if self.sink.spans == 1 else row_fin
-        return of(self.sink, anchor, pad_capacity=pad_capacity, oxide_capacity=oxide_capacity, finer=self.finer)
+        return fin(self.sink, anchor, pad_capacity=pad_capacity, oxide_capacity=oxide_capacity, finer=self.finer)
 
     def moments(self, states: int) -> FewStates:
-        """The plate with some states (fewer where they would depend on each other)."""
+        """The plate, of a row the fin, with some states (fewer where they would depend on each other)."""
+        if self.sink.spans > 1:
+            return moments.fewer(self.fin(), states)
         plate, rise = self._hot
         return moments.project(plate, moments.moment_fields(plate, rise, states))
 
     def whole_plate(self) -> FewStates:
         """The plate, on so many fields that it is the plate."""
         return self.moments(self.plate_states)
+
+    def most(self) -> tuple[str, FewStates]:
+        """The last model before 3D and its name: the plate, of a row the fin."""
+        return ("fin", self.fin()) if self.sink.spans > 1 else ("plate", self.whole_plate())
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""The plate with few states: its matrices projected on fields that match its response to the current.
+"""The plate, or a row's fin, with few states: its matrices projected on fields that match its response to the current.
 
 The rise that a source s, switched on, causes in the linear plate has the Laplace transform (G + p C)^-1 s / p. Fields
 (G + p C)^-1 s, ((G + p C)^-1 C)^j (G + p C)^-1 s span a space in which it is matched at the rate p with its first
@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.sparse import csc_matrix, diags
 
 from reduced1d.equations import room_resistivity
 from reduced1d.ladder.few_states import OUTPUTS, FewStates, Matrices, in_modes
@@ -33,10 +34,10 @@ _MOST_PATTERNS = 30
 
 
 class Fields:
-    """Fields of a plate, orthonormal in its conductance; ``values`` is (n, fields)."""
+    """Fields orthonormal in a conductance (n, n); ``values`` is (n, fields)."""
 
-    def __init__(self, plate: Plate) -> None:
-        self._conductance = plate.conductance
+    def __init__(self, conductance: csc_matrix) -> None:
+        self._conductance = conductance
         self._fields: list[np.ndarray] = []
         self._flows: list[np.ndarray] = []
 
@@ -91,7 +92,7 @@ def hot(plate: Plate) -> tuple[Plate, np.ndarray]:
 
 def _steady_rise(plate: Plate) -> np.ndarray:
     """From the fields G^-1 s, (G^-1 S) G^-1 s ... in whose span it is, as many as change it."""
-    fields, whole = Fields(plate), plate.current.whole
+    fields, whole = Fields(plate.conductance), plate.current.whole
     new = fields.add(plate.inverse.solve(whole.source))
     rise = np.zeros(plate.unknowns)
     while new is not None:
@@ -114,13 +115,32 @@ def _steady_in(plate: Plate, fields: np.ndarray) -> np.ndarray:
 
 def moment_fields(plate: Plate, steady_rise: np.ndarray, count: int) -> np.ndarray:
     """(n, count): the steady field, then the moments at the rate p."""
-    field = plate.inverse.solve(plate.current.whole.source)
-    slowest = float(field @ (plate.conductance @ field)) / float(field @ (plate.capacity @ field))
-    shift = math.sqrt(slowest / FIRST_TIME)
-    inverse = factorize((plate.conductance + shift * plate.capacity).tocsc())
-    fields = Fields(plate)
-    fields.add(steady_rise)
-    new = fields.add(inverse.solve(plate.current.whole.source)) if count > 1 else None
+    source = plate.current.whole.source
+    return _fields(plate.conductance, plate.capacity, source, plate.inverse.solve(source), steady_rise, count)
+
+
+def fewer(model: FewStates, count: int) -> FewStates:
+    """A model of many states on the same fields of its own. Raises RunawayError."""
+    conductance, capacity = (diags(v, format="csc") for v in (model.rates, np.ones(model.states)))
+    rise = steady_state(model)[0]
+    fields = _fields(conductance, capacity, model.source, model.source / model.rates, rise, count)
+    matrices = Matrices(
+        fields.T @ fields, fields.T @ (conductance @ fields), model.source @ fields,
+        fields.T @ model.feedback @ fields, model.resistance, model.source_beam @ fields, model.resistance_beam,
+        {name: row @ fields for name, row in model.outputs.items()},
+    )  # fmt: skip
+    return in_modes(matrices, model.coefficient, model.voltage)
+
+
+def _fields(
+    conductance: csc_matrix, capacity: csc_matrix, source: np.ndarray, cold: np.ndarray, steady: np.ndarray, count: int
+) -> np.ndarray:
+    """(n, count): a steady field, then the moments; ``cold`` is what the source does at its slowest."""
+    slowest = float(cold @ (conductance @ cold)) / float(cold @ (capacity @ cold))
+    inverse = factorize((conductance + math.sqrt(slowest / FIRST_TIME) * capacity).tocsc())
+    fields = Fields(conductance)
+    fields.add(steady)
+    new = fields.add(inverse.solve(source)) if count > 1 else None
     while new is not None and len(fields.values.T) < count:
-        new = fields.add(inverse.solve(plate.capacity @ new))
+        new = fields.add(inverse.solve(capacity @ new))
     return fields.values

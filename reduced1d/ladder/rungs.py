@@ -32,7 +32,7 @@ class Rung:
 def rungs(levels: Levels, start: str = "paper") -> list[Rung]:
     """From a reduction (its canonical name) up to the plate, after which only the 3D model is left."""
     if start.startswith("moments:"):
-        return [replace(_FEW, name=start), _PLATE]
+        return [replace(_FEW, name=start), *(_OF_ROWS["fin"] if levels.sink.spans > 1 else (_PLATE,))]
     names = [rung.name for rung in _ALL]
     found = _ALL[names.index(start) :]
     if levels.sink.spans > 1:
@@ -59,7 +59,7 @@ _PLATE = Rung(
     "plate", "rest (thin plate)", "the silicon layer is averaged over its thickness",
     "the average over the layer's thickness",
 )  # fmt: skip
-_FEW = Rung("moments", "few states", "the plate's response is made of a few fields", "the small number of states")
+_FEW = Rung("moments", "few states", "the response is made of a few fields", "the small number of states")
 _ALL = [
     Rung(
         "paper", "anchor resistance", "eq 14 takes the anchor for two prisms in series",

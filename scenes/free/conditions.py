@@ -6,8 +6,7 @@ import numpy as np
 
 from scenes.dimensions import extent
 from scenes.errors import SceneError, quoted
-from scenes.free.boxes import conducting, solid
-from scenes.free.grid import Grid, Sheet, flat_axis
+from scenes.free.grid import Grid, Sheet, conducting, flat_axis, solid
 from scenes.model import Boundary, Scene, Value
 
 

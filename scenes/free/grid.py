@@ -144,3 +144,13 @@ def _planes(scene: Scene, axis: int) -> np.ndarray:
         if c - kept[-1] > small:
             kept.append(c)
     return np.array(kept)
+
+
+def conducting(scene: Scene) -> np.ndarray:
+    """(boxes + 1,): which boxes conduct, and False for VOID, by the owner's number."""
+    return np.array([*(box.material.resistivity is not None for box in scene.boxes), False])
+
+
+def solid(scene: Scene) -> np.ndarray:
+    """(boxes + 1,): True for every box, False for VOID."""
+    return np.array([True] * len(scene.boxes) + [False])

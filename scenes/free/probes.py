@@ -6,9 +6,8 @@ import numpy as np
 
 from scenes.dimensions import extent, point
 from scenes.errors import SceneError, quoted
-from scenes.free.boxes import conducting, solid
 from scenes.free.conditions import acting, sheet_of
-from scenes.free.grid import Grid, Sheet, flat_axis
+from scenes.free.grid import Grid, Sheet, conducting, flat_axis, solid
 from scenes.model import Boundary, Probe, Scene
 
 

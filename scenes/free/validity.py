@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
 
+from scenes import physics
+from scenes.dimensions import extent
+from scenes.errors import SceneError, quoted
 from scenes.model import Boundary, Box, Point, Probe, Scene
 
 if TYPE_CHECKING:
@@ -20,18 +23,50 @@ def check(scene: Scene) -> Scene:
     touch nothing they could act on, or that contradict each other; probes of what is not there; parts that are left
     floating, and what nothing drives. Lengths below 1e-9 of the extent count as nothing.
     """
-    from scenes.free import boxes, conditions, drives, parts, probes
+    from scenes.free import conditions, parts, probes
     from scenes.free.grid import grid_of
 
-    boxes.check_extents(scene)
+    _check_extents(scene)
     grid = grid_of(scene)
-    boxes.check_hidden(scene, grid)
-    boxes.check_resistivity(scene)
+    _check_hidden(scene, grid)
+    if physics.electric(scene):
+        for material in dict.fromkeys(physics.materials(scene)):
+            label = f"material {quoted(material.name)}"
+            where = f"scene.initial_temperature = {scene.initial_temperature:g} K"
+            physics.check_resistivity(material, label, where, scene.initial_temperature)
     conditions.check(scene, grid)
     probes.check(scene, grid)
     parts.check(scene, grid)
-    drives.check(scene, grid)
+    parts.check_driven(scene, grid)
     return _tidy(scene, grid)
+
+
+def _check_extents(scene: Scene) -> None:
+    """Refuses boxes of no or negative extent."""
+    from scenes.free.grid import ROUNDING
+
+    for axis in range(3):
+        low, high = min(b.lower[axis] for b in scene.boxes), max(b.upper[axis] for b in scene.boxes)
+        for box in scene.boxes:
+            if not box.upper[axis] - box.lower[axis] > ROUNDING * (high - low):
+                kind = "no" if box.upper[axis] >= box.lower[axis] else "a negative"
+                raise SceneError(
+                    f"box {quoted(box.name)} has {kind} extent, {extent(axis, box.lower, box.upper)}: give an upper "
+                    "corner above the lower one"
+                )
+
+
+def _check_hidden(scene: Scene, grid: Grid) -> None:
+    """Refuses boxes of which later ones leave nothing."""
+    import numpy as np
+
+    seen = set(np.unique(grid.owner).tolist())
+    for number, box in enumerate(scene.boxes):
+        if number not in seen:
+            raise SceneError(
+                f"box {quoted(box.name)} is entirely covered by later ones, which win: leave it out, or put it "
+                "after them"
+            )
 
 
 def _tidy(scene: Scene, grid: Grid) -> Scene:

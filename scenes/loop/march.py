@@ -12,10 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import block_diag
 
-from scenes.loop.controller import Law
+from scenes.loop.controller import Law, Timetable
 from scenes.loop.interval import interval
 from scenes.loop.modal import Modal
-from scenes.loop.timetable import Timetable
 
 CEILING = 2000.0
 SMALL = 8000

@@ -9,7 +9,7 @@ from skfem import Basis, ElementHexS2, MeshHex
 
 from fem3d import forms
 from fem3d.bricks import BrickSpace
-from fem3d.element import ElementHexTrunk, active, line, local, modes
+from fem3d.element import ElementHexTrunk, active, heights, line, local, modes
 from meshes.grid import Grid
 from scenes.model import Box
 from scenes.sink import SILICON
@@ -122,3 +122,19 @@ def test_lines_are_hierarchic_and_vanish_at_the_ends():
     assert np.abs(values - np.eye(7)[:, :2]).max() < 1e-15
     assert np.abs(slopes[2:]).min() > 0.1
     assert np.abs(line(6, np.array([0.3]))[0][:5] - line(4, np.array([0.3]))[0]).max() == 0.0
+
+
+@pytest.mark.parametrize("p", [2, 5, 8])
+def test_no_field_passes_its_ceiling_and_one_function_touches_it(p):
+    x = np.linspace(0, 1, 60)
+    tables = line(p, x)[0]
+    for height, (i, j, k) in zip(heights(p), modes(p)[8:], strict=True):
+        largest = abs(tables[i]).max() * abs(tables[j]).max() * abs(tables[k]).max()
+        assert 0.99 * height <= largest <= height * (1 + 1e-12)
+    breaks = np.array([0.0, 0.4, 1.0]), np.array([0.0, 0.7, 1.0]), np.array([0.0, 0.3, 1.0])
+    box = Box("box", SILICON, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
+    space = BrickSpace(Grid(breaks, tuple(np.full(2, p) for _ in "xyz"), (box,)))
+    grid = [np.linspace(b[0], b[-1], 41) for b in space.grid.breaks]
+    for u in np.random.default_rng(p).normal(size=(5, space.size)):
+        assert space.sample(u, *grid).max() <= space.ceiling(u)
+    assert space.ceiling(space.unit) == pytest.approx(space.sample(space.unit, *grid).max(), abs=1e-12)

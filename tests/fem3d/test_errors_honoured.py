@@ -1,5 +1,5 @@
-"""Reported errors against the true ones, for cheap sinks; the truth is a run at 1e-4, whose own error is
-allowed for."""
+"""Reported errors against the true ones, for cheap sinks, and what goes in against what comes out or stays; the truth
+is a run at 1e-4, whose own error is allowed for."""
 
 from dataclasses import replace
 
@@ -16,14 +16,19 @@ SINKS = {
     "paper": Sink(),
     "pads": Sink(voltage=6.0, electrodes="pad-edge", convection_coefficient=200.0),
     "narrow": Sink(
-        length=500e-6, width=40e-6, pad_length=100e-6, oxide_width=80e-6, silicon=silicon(-5e-4), voltage=2.0
+        length=500e-6, width=40e-6, pad_length=100e-6, oxide_width=80e-6, silicon=silicon(-5e-4), voltage=-2.0,
+        room_temperature=250.0,
     ),
-}
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module", params=SINKS)
-def runs(request):
-    sink = SINKS[request.param]
+def sink(request):
+    return SINKS[request.param]
+
+
+@pytest.fixture(scope="module")
+def runs(sink):
     return {a: run.solve(replace(sink, accuracy=a), Request()) for a in (1e-2, 1e-3, 1e-4)}
 
 
@@ -56,19 +61,27 @@ def astray(found, truth, shift=0.0):
 
 
 @pytest.mark.parametrize("accuracy", [1e-2, 1e-3])
-def test_traces_between_rows_too_are_within_their_errors_and_the_accuracy(runs, accuracy):
+def test_traces_between_rows_too_are_within_their_errors_and_the_accuracy(sink, runs, accuracy):
     found, truth = runs[accuracy].traces, runs[1e-4].traces
     assert astray(found, truth) == []
     assert set(astray(found, truth, 3.0)) == set(found.values)
     steady = runs[1e-4].steady
     for name in ("peak", "end", "mean"):
         assert found.errors[f"{name}_K"] <= accuracy * steady[f"{name}_rise_K"].value
-        assert abs(found.values[f"{name}_K"][0] - 293.0) < 1e-9
+        assert abs(found.values[f"{name}_K"][0] - sink.room_temperature) < 1e-9
 
 
-def test_a_trace_ends_in_the_steady_state_when_the_run_is_long(runs):
+def test_a_trace_ends_in_the_steady_state_when_the_run_is_long(sink, runs):
     found, steady = runs[1e-3].traces, runs[1e-3].steady
     for name, key in (("peak_K", "peak_rise_K"), ("mean_K", "mean_rise_K")):
-        assert (
-            abs(found.values[name][-1] - 293.0 - steady[key].value) <= 2 * found.errors[name] + 1e-3 * steady[key].value
-        )
+        last = found.values[name][-1] - sink.room_temperature
+        assert abs(last - steady[key].value) <= 2 * found.errors[name] + 1e-3 * steady[key].value
+
+
+def test_heat_balances_steady_to_rounding_and_over_time_to_the_accuracy(sink, runs):
+    for found in runs.values():
+        assert 0 <= found.details["energy_imbalance"] < 1e-9
+        assert abs(found.steady["power_W"].value / (sink.voltage * found.steady["current_A"].value) - 1) < 1e-9
+    # A tenth of the accuracy: what the reduced space may lose, whose balance it is; how much of that is chance.
+    assert 0 < runs[1e-4].details["transient_imbalance"] < 1e-5
+    assert 0 < runs[1e-2].details["transient_imbalance"] < 1e-3

@@ -149,7 +149,7 @@ def test_half_of_a_scene_driven_in_time_is_the_whole():
         Probe("far-current", (0.0, 900 * UM, 0.0), (20 * UM, 900 * UM, 2 * UM), "current"),
         Probe("far-heat", (0.0, 900 * UM, 0.0), (20 * UM, 900 * UM, 2 * UM), "heat_flow"),
     )  # fmt: skip
-    scene = wire(probes=probes, steady=False, accuracy=1e-3, volts=(schedule, 0.0))
+    scene = wire(probes=probes, steady=False, accuracy=3e-3, volts=(schedule, 0.0))
     assert symmetry.reduce(scene).copies == 8
     # An end colder by a hair leaves no mirror plane across the wire.
     tilted = replace(

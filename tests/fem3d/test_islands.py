@@ -38,7 +38,9 @@ def apart(sink: Sink, other: Rises, time: float | None) -> dict[str, float]:
     return off
 
 
-@pytest.mark.parametrize("sink", [Sink(spans=2, convection_coefficient=100.0), Sink(spans=3, length=400e-6)])
+@pytest.mark.parametrize(
+    "sink", [Sink(spans=2, convection_coefficient=100.0), Sink(spans=3, length=400e-6, convection_coefficient=10.0)]
+)
 def test_a_row_agrees_with_a_second_path(sink: Sink) -> None:
     assert max(apart(sink, SecondRow(sink, 8e-6).steady(), None).values()) < 1
 

@@ -13,7 +13,7 @@ from scenes.sink import SILICON, Sink
 from tests.fem3d import krylov, march, plain_grid, silicon, state_on, steady_on
 from validate.verify import reference
 
-OCTAVES = 12
+OCTAVES = 9
 QUANTITIES = ("peak", "end", "mean")
 SINKS = [
     Sink(),
@@ -23,14 +23,14 @@ SINKS = [
 
 
 def times(pieces):
-    """Twelve intervals that double in length from 10 us on, in equal steps."""
+    """Intervals that double in length from 10 us on, in equal steps."""
     edges = np.concatenate([[0.0], 1e-5 * 2.0 ** np.arange(OCTAVES)])
     steps = np.arange(1, pieces + 1) / pieces
     return np.concatenate([[0.0], *(a + (b - a) * steps for a, b in pairwise(edges))])
 
 
 def stepped(sink, grid, pieces):
-    """(12, 4): peak, end and mean rise and current at the ends of the intervals."""
+    """(OCTAVES, 4): peak, end and mean rise and current at the ends of the intervals."""
     part = symmetry.reduce(sink.scene())
     full = reference.assemble(part.scene, grid)
     marched = reference.transient(full, times(pieces))[pieces::pieces]
@@ -44,7 +44,7 @@ def read(answer, part):
 
 
 def exponential(sink, grid, fields=20):
-    """(12, 4) the same in the reduced space, and (4,) the steady values."""
+    """(OCTAVES, 4) the same in the reduced space, and (4,) the steady values."""
     part = symmetry.reduce(sink.scene())
     state, values = state_on(sink, grid, part)
     space = krylov(state, fields)

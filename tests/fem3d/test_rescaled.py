@@ -28,7 +28,7 @@ def test_it_agrees_with_a_run_of_its_own_also_when_chained(electrodes):
         found = solve(other, Request(), earlier=found)
         alone = solve(other, Request(transient=False))
         assert all(close(found, alone))
-        assert not all(close(found, solve(replace(other, voltage=1.01 * voltage), Request(transient=False))))
+    assert not all(close(found, solve(replace(other, voltage=1.01 * voltage), Request(transient=False))))
 
 
 def test_the_first_mesh_and_fields_serve_again():

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import json
+import runpy
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.integrate import quad, solve_bvp
 
 from reduced1d import equations, ladder
-from reduced1d.ladder.row_lumps import half_island, lumps
+from reduced1d.export import export
+from reduced1d.ladder import fin
+from reduced1d.ladder.answer import over_time, steady
+from reduced1d.ladder.levels import Levels
+from reduced1d.ladder.lumps import half_island, lumps
 from reduced1d.sink import anchor_series_resistance
 from scenes.errors import SceneError
 from scenes.sink import Sink
@@ -65,10 +72,7 @@ def test_a_span_between_anchors_of_islands_alone_is_the_papers_sink() -> None:
     """A row whose anchor is what an island is has spans that are all alike, and like one sink on such anchors."""
     sink = Sink(spans=4)
     row = lumps(sink, half_island(sink))
-    from reduced1d.ladder.answer import steady
-    from reduced1d.ladder.fin import lump
-
-    one = steady(lump(replace(sink, spans=1), half_island(sink)))
+    one = steady(lumps(replace(sink, spans=1), half_island(sink)))
     all_of = steady(row)
     assert all_of["span1_mean_rise_K"] == pytest.approx(one["mean_rise_K"], rel=1e-11)
     assert all_of["span2_peak_rise_K"] == pytest.approx(one["peak_rise_K"], rel=1e-11)
@@ -105,6 +109,42 @@ def test_the_fin_of_a_row_solves_its_equation() -> None:
 
 
 def test_what_is_made_for_one_span_says_so() -> None:
-    for name in ("plate", "moments:3"):
-        with pytest.raises(SceneError, match="made for one span"):
-            ladder.solve(Sink(spans=2), name)
+    with pytest.raises(SceneError, match="made for one span"):
+        ladder.solve(Sink(spans=2), "plate")
+
+
+def test_spans_taken_to_be_alike_are_what_they_would_be_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A row of which three spans are told apart against all of its ten; the twin, told apart but for one, is off."""
+    sink, times = Sink(spans=10, convection_coefficient=300.0), np.array([1e-4, 1e-3])
+    anchor = Levels(replace(sink, spans=1)).coarse.anchor
+    found = {}
+    for left in (1e-6, 1e-30, 0.5):
+        monkeypatch.setattr(fin, "_ALIKE", left)
+        model = fin.fin(sink, anchor)
+        found[left] = model.states, steady(model), over_time(model, times)
+    (few, short, on_the_way), (all_of, exact, at), (_, wrong, _) = found.values()
+    assert few < all_of
+    assert short == pytest.approx(exact, rel=1e-6)
+    assert all(on_the_way[name] == pytest.approx(values, rel=1e-6) for name, values in at.items())
+    assert wrong["span2_mean_rise_K"] != pytest.approx(exact["span2_mean_rise_K"], rel=1e-4)
+
+
+def test_the_export_of_a_row_is_its_fin(tmp_path: Path) -> None:
+    """The Python file by itself against the fin, within what it says of itself; the twin is another row's."""
+    levels, times = Levels(Sink(spans=3)), [1e-4, 1e-3, 1e-2]
+    export(levels, "paper", tmp_path)
+    said = json.loads((tmp_path / "sink_model.json").read_text())
+    off = said["validity"]["deviation_from_fin"]
+    assert max(off.values()) < 0.01
+    found = runpy.run_path(str(tmp_path / "sink_model.py"))["sink"](times)
+    assert ".subckt sink_model plus minus end mean span1_middle" in (tmp_path / "sink_model.cir").read_text()
+
+    def apart(sink: Sink, name: str) -> float:
+        exact = over_time(replace(levels.fine, sink=sink).fin(), np.array(times))[name]
+        mine = np.array(found[name]) - sink.room_temperature
+        return float(np.abs(mine - exact).max() / abs(exact[-1]))
+
+    for name in ("end_K", "mean_K", "span1_middle_K", "span2_mean_K"):
+        # What its steps leave beside what it says of itself, of the final rise.
+        assert apart(levels.sink, name) < off[name] + 1e-4
+        assert apart(replace(levels.sink, island_length=40e-6), name) > off[name] + 1e-4

@@ -208,9 +208,9 @@ def test_numbers_of_numpy_are_numbers():
 @pytest.mark.parametrize(
     ("override", "said"),
     [
-        ("sink.spans=0", "whole number: give 1 to 100"),
-        ("sink.spans=2.5", "whole number: give 1 to 100"),
-        ("sink.spans=1000000", "whole number: give 1 to 100"),
+        ("sink.spans=0", "must be a whole number from 1 to 100"),
+        ("sink.spans=2.5", "must be a whole number from 1 to 100"),
+        ("sink.spans=1000000", "must be a whole number from 1 to 100"),
         ("sink.spans=true", "whole number"),
         ("sink.spans=two", "whole number"),
         ("sink.island_length=1.1mm", "longer than a span"),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import platform
 import re
 import shutil
@@ -12,6 +11,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from validate.bench.entries import FREEFEM, NGSOLVE
+from validate.processes import processors
 
 PACKAGES = ("numpy", "scipy", "scikit-fem", "ngsolve")
 
@@ -24,9 +24,8 @@ def installed() -> frozenset[str]:
 
 def describe() -> dict[str, str]:
     """Processor, system, versions and threads."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     found = {
-        "processor": f"{_processor()}, {cores} cores to use",
+        "processor": f"{_processor()}, {processors()} cores to use",
         "system": f"{platform.system()} {platform.machine()}",
         "threads": "1 in every program",
         "Python": platform.python_version(),

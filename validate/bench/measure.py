@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from validate.bench.entries import Entry
+from validate.processes import ONE_THREAD
 
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NGS_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 TIME_LIMIT = 900.0  # s
 PATIENCE = 1.0  # s a worker repeats its solve for
 MOST = 5  # repeats in one worker
@@ -37,7 +37,7 @@ def once(entry: Entry, most: int = 0, patience: float = 0.0) -> dict[str, Any]:
     command = [sys.executable, "-m", "validate.bench.worker", json.dumps(given)]
     try:
         done = subprocess.run(
-            command, capture_output=True, text=True, timeout=TIME_LIMIT, env=environment(), check=False
+            command, capture_output=True, text=True, timeout=TIME_LIMIT, env=os.environ | ONE_THREAD, check=False
         )
     except subprocess.TimeoutExpired:
         raise EntryError(f"{entry.tool} ({entry.label}) took more than {TIME_LIMIT:g} s") from None
@@ -46,11 +46,6 @@ def once(entry: Entry, most: int = 0, patience: float = 0.0) -> dict[str, Any]:
         raise EntryError(f"{entry.tool} ({entry.label}) failed: {last}")
     found: dict[str, Any] = json.loads(done.stdout.strip().splitlines()[-1])
     return found
-
-
-def environment() -> dict[str, str]:
-    """That of a worker: one thread in every library that has them."""
-    return {**os.environ, **dict.fromkeys(THREADS, "1")}
 
 
 @dataclass(frozen=True, eq=False)

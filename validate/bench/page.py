@@ -8,9 +8,10 @@ from typing import Any
 
 from validate.bench import work
 from validate.bench.entries import FREEFEM, GIVEN, NGSOLVE, OURS, REDUCTION, WHOLE
-from validate.bench.tables import Table
+from validate.report.table import Row, Style, Table
 
 Lines = list[str]
+Entry = Mapping[str, Any]
 SHORT = {WHOLE: "whole run", GIVEN: "mesh given"}
 WORK = {"transient": "The whole transient of the sink", "steady": "The sink's steady state"}
 
@@ -58,8 +59,16 @@ def _paragraphs(section: Section) -> Lines:
 def _in_short(section: Section) -> Lines:
     lines = [section.title]
     for _, table in section.tables[:1]:
-        lines += table.text()
+        lines.append(table.text(Style()))
     return [*lines, *([section.last] if section.last else [])]
+
+
+def _table(
+    heads: Sequence[str], found: Sequence[Entry], name: Callable[[Entry], str], cells: Callable[[Entry], Sequence[str]]
+) -> Table:
+    """A row for each of what was found: its name, then its cells or, below it, why it failed."""
+    failed = [Row([name(entry)], below=entry["failure"]) for entry in found if entry["failure"]]
+    return Table(heads, [*((name(entry), *cells(entry)) for entry in found if not entry["failure"]), *failed])
 
 
 def _preface(found: Mapping[str, Any]) -> Lines:
@@ -128,7 +137,7 @@ def _work(name: str, part: Mapping[str, Any]) -> Lines:
     each = "; ".join(f"{r['label']}: {r['claimed']:.1e}, {r['error']:.1e}" for r in whole)
     lines += [f"What whole runs were asked for, estimated and had: {each}.", ""] if whole else []
     head = ("entry", "unknowns", "steps", "error", "time, s", "least to most (solves)", "start-up, s", "peak MB")
-    return [*lines, *Table.of(head, rows, _named, _entry).markdown()]
+    return [*lines, *_table(head, rows, _named, _entry).markdown()]
 
 
 def _fastest(at: Mapping[str, Any], tools: Sequence[str]) -> tuple[str, ...]:
@@ -153,15 +162,15 @@ def _entry(row: Mapping[str, Any]) -> tuple[str, ...]:
 def _work_in_short(title: str, part: Mapping[str, Any]) -> Lines:
     rows = part["rows"]
     tools = work.taking_part(rows)
-    times = [
+    times: list[Row | Sequence[str]] = [
         (f"{at['target'] * 100:g} %",
          *("-" if at["fastest"][tool] is None else f"{at['fastest'][tool]['median_s']:.3g}" for tool in tools))
         for at in part["targets"]
     ]  # fmt: skip
-    failures = [(_named(row), row["failure"]) for row in rows if row["failure"]]
+    times += [Row([_named(row)], below=row["failure"]) for row in rows if row["failure"]]
     lines = [
         f"{title}: seconds of the fastest whose error is at most",
-        *Table(("", *(SHORT.get(tool, tool) for tool in tools)), times, failures).text(),
+        Table(("", *(SHORT.get(tool, tool) for tool in tools)), times).text(Style()),
         "Processor time; a dash: none is as accurate. The first two are this toolkit's.",
     ]
     models = [
@@ -169,7 +178,7 @@ def _work_in_short(title: str, part: Mapping[str, Any]) -> Lines:
         for row in rows
         if row["tool"] == REDUCTION and not row["failure"]
     ]
-    return [*lines, "", *Table(("1D model", "error", "time, s"), models).text()] if models else lines
+    return [*lines, "", Table(("1D model", "error", "time, s"), models).text(Style())] if models else lines
 
 
 def _device(part: Mapping[str, Any]) -> Section:
@@ -179,7 +188,7 @@ def _device(part: Mapping[str, Any]) -> Section:
         f"{doubt[0]:.1e} of it over time, and within {doubt[1]:.1e} at the end, in the steady state that controllers "
         "hold: early on, its differences at the faces of layers that are still cold converge more slowly."
     )  # fmt: skip
-    table = Table.of(
+    table = _table(
         ("entry", "over time", "at the end", "time, s"), part["rows"], _named,
         lambda r: (f"{r['error']:.1e}", f"{r['error_at_end']:.1e}", f"{r['median_s']:.3g}"),
     )  # fmt: skip
@@ -193,7 +202,7 @@ def _device(part: Mapping[str, Any]) -> Section:
 
 def _growth(part: Mapping[str, Any]) -> Section:
     phases = ("assembly", "factorization", "one solve")
-    table = Table.of(
+    table = _table(
         ("path", "unknowns", *phases, "MB"), part["rows"], lambda r: r["path"],
         lambda r: (str(r["unknowns"]), *(f"{r['phases'][p]:.2g}" for p in phases), f"{r['own_MB']:.0f}"),
     )  # fmt: skip
@@ -210,7 +219,7 @@ def _growth(part: Mapping[str, Any]) -> Section:
 
 
 def _skips(part: Sequence[Mapping[str, Any]]) -> Section:
-    table = Table.of(
+    table = _table(
         ("skipped", "with, s", "without, s", "ratio"), part, lambda r: r["skip"],
         lambda r: (f"{r['on_s']:.3g}", f"{r['off_s']:.3g}", f"{r['off_s'] / r['on_s']:.2f}"),
     )  # fmt: skip

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -43,6 +44,13 @@ def at_times(times: np.ndarray) -> list[int]:
     if any(abs(times[i] - t) > 1e-9 * t for i, t in zip(found, TIMES, strict=True)):
         raise ValueError("an instant of the comparison is not among the steps")
     return found
+
+
+def numbers(options: Mapping[str, Any], unknowns: int, rows: Sequence[Sequence[float]] | np.ndarray) -> dict[str, Any]:
+    """What a tool reads out of its answer: the quantities of each instant, or of the steady state, in a row."""
+    steps = len(step_times(options["steps"])) - 1 if options["transient"] else 0
+    values = dict(zip(QUANTITIES, np.array(rows).T.tolist(), strict=True))
+    return {"values": values, "unknowns": unknowns, "steps": steps}
 
 
 def steady_errors(found: Values, reference: Values) -> dict[str, float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import statistics
 import subprocess
 import sys
@@ -13,6 +14,7 @@ from typing import Any
 
 from validate.bench import measure
 from validate.bench.entries import WHOLE, Entry
+from validate.processes import ONE_THREAD
 
 PEAK = """
 import resource, subprocess, sys
@@ -56,5 +58,5 @@ def _add(ratios: dict[str, list[float]], name: str, value: float) -> None:
 
 def _seconds(command: list[str]) -> float:
     started = time.perf_counter()
-    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env=measure.environment())
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env=os.environ | ONE_THREAD)
     return time.perf_counter() - started

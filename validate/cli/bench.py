@@ -56,6 +56,7 @@ def run(arguments: argparse.Namespace) -> int:
     from validate.bench import page
     from validate.bench.parts import PARTS
     from validate.bench.parts import run as measure
+    from validate.report.summary import as_json, write_document
 
     earlier = _earlier(arguments.earlier)
     wanted = [*arguments.parts, *(["start-up"] if arguments.start_up else [])] or PARTS
@@ -64,7 +65,7 @@ def run(arguments: argparse.Namespace) -> int:
     with Progress() as progress:
         found = measure(wanted, rounds, arguments.quick, progress, earlier)
     if arguments.json:
-        _write_json(Path(arguments.json), found)
+        write_document(Path(arguments.json), as_json(found))
     if arguments.markdown:
         file = Path(arguments.markdown)
         drawn = _draw(found, file.parent / "figures")
@@ -114,18 +115,3 @@ def _draw(found: dict[str, Any], folder: Path) -> dict[str, Path]:
         folder.mkdir(parents=True, exist_ok=True)
         plots.draw(part, found[part], path)
     return drawn
-
-
-def _write_json(file: Path, found: dict[str, Any]) -> None:
-    import json
-
-    file.write_text(json.dumps(_finite(found), indent=1, allow_nan=False) + "\n", encoding="utf-8")
-
-
-def _finite(value: Any) -> Any:
-    """With ``null`` for what is no number."""
-    if isinstance(value, dict):
-        return {key: _finite(each) for key, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(each) for each in value]
-    return None if isinstance(value, float) and value - value != 0 else value

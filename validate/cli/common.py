@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Sequence
+import json
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,31 +17,44 @@ if TYPE_CHECKING:
     from scenes.plan import Request, Step
     from scenes.uncertain import Uncertain
 
+PLAN = ("--explain", "--dry-run")
 STATUS = "exit status: 0 every check came out as the scene declares, 1 one did not, 2 bad input, 3 the numerics failed"
 
 
+_SHARED: dict[str, dict[str, Any]] = {
+    "--set": {"action": "append", "default": [], "metavar": "KEY=VALUE", "dest": "settings"},
+    "--accuracy": {"metavar": "A"},
+    "--out": {"metavar": "DIR", "help": "the results folder; a run that is there is replaced"},
+    "--steady": {"action": "store_true", "help": "the steady state only, no transient"},
+    "--no-figures": {"action": "store_false", "dest": "figures", "help": "no figures"},
+    "--explain": {"help": "print first what will be solved and what is skipped, and why; then run"},
+    "--dry-run": {"help": "print that plan alone: nothing is solved or written"},
+    "--strict": {"help": "exit with 1 for any check not as declared (undeclared: expected to agree), or unresolved"},
+    "--jobs": {"metavar": "N", "help": "processes at once (default: one a processor)"},
+    "--markdown": {"metavar": "FILE", "help": "write the table as a page of the documentation too"},
+    "--quiet": {"help": "print one line only"},
+    "--json": {"help": "print summary.json in place of the tables"},
+}
+"""The options that several commands have, each declared once."""
+OF_A_TABLE = {
+    "--jobs": "", "--markdown": "", "--quiet": "print the outcome only, one line", "--json": "print the table as JSON",
+}  # fmt: skip
+
+
+def shared(parser: argparse.ArgumentParser, options: Mapping[str, str]) -> None:
+    """Adds some of these by name, each with a help of the command's own where that is not empty."""
+    for name, said in options.items():
+        given = _SHARED[name] | ({"help": said} if said else {})
+        parser.add_argument(name, **given if "metavar" in given else {"action": "store_true"} | given)
+
+
 def options(parser: argparse.ArgumentParser, scene: str, example: str, accuracy: str) -> None:
-    """Adds them to a parser: the default ``scene``, an ``example`` of an override, what ``--accuracy`` means."""
-    add = parser.add_argument
-    add("scene", nargs="?", default=scene, metavar="SCENE.toml",
-        help=f'a scene file (default: the built-in "{scene}")')  # fmt: skip
-    add("--set", action="append", default=[], metavar="KEY=VALUE", dest="settings",
-        help=f"override a key of the scene, as often as needed: {example}")  # fmt: skip
-    add("--accuracy", metavar="A", help=accuracy)
-    add("--out", metavar="DIR", help="the results folder; a run that is there is replaced")
-    add("--no-figures", action="store_false", dest="figures", help="no figures")
-    explain_options(add)
-    add("--strict", action="store_true",
-        help="exit with 1 for any check not as declared (undeclared: expected to agree), or unresolved")  # fmt: skip
-    add("--quiet", action="store_true", help="print the answer and the verdict only, in one line")
-    add("--json", action="store_true", help="print summary.json in place of the tables")
-
-
-def explain_options(add: Callable[..., Any]) -> None:
-    """Adds those that print the plan."""
-    add("--explain", action="store_true",
-        help="print first what will be solved and what is skipped, and why; then run")  # fmt: skip
-    add("--dry-run", action="store_true", help="print that plan alone: nothing is solved or written")
+    """Adds those of a run: the default ``scene``, an ``example`` of an override, what ``--accuracy`` means."""
+    parser.add_argument("scene", nargs="?", default=scene, metavar="SCENE.toml",
+                        help=f'a scene file (default: the built-in "{scene}")')  # fmt: skip
+    given = {"--set": f"override a key of the scene, as often as needed: {example}", "--accuracy": accuracy}
+    quiet = {"--quiet": "print the answer and the verdict only, in one line"}
+    shared(parser, given | dict.fromkeys(("--out", "--no-figures", *PLAN, "--strict"), "") | quiet | {"--json": ""})
 
 
 def uncertain_options(add: Callable[..., Any], example: str, pair: str) -> None:
@@ -103,15 +117,15 @@ def run(
         more = None if then is None else partial(then, say=progress)
         outcome = run(scene, request, folder, progress, data, more)
     from compare.verdict import contrary
-    from validate.report import table
+    from validate.report import text
 
     against = contrary(outcome.checks, scene, getattr(arguments, "strict", False))
     if arguments.json:
         show((outcome.folder / "summary.json").read_text(encoding="utf-8").rstrip("\n"))
     elif arguments.quiet:
-        show(" ".join(table.headline(outcome, against, style()).split()))
+        show(" ".join(text.headline(outcome, against, style()).split()))
     else:
-        show(table.outcome_text(outcome, against, style(), planned))
+        show(text.outcome_text(outcome, against, style(), planned))
     return DIFFERS if against else FINE
 
 
@@ -133,16 +147,16 @@ def _explained(
     if not arguments.explain and not arguments.dry_run:
         return None
     from compare.pipeline import plan
-    from validate.report import table
+    from validate.report import text
 
     planned = plan(scene, request, data)
-    show(table.plan_text(planned, style()) + ("\n" if arguments.explain else ""))
+    show(text.plan_text(planned, style()) + ("\n" if arguments.explain else ""))
     return planned
 
 
 def jobs(given: str | None) -> int:
     """How many processes to use; SceneError for what is no positive number."""
-    from validate.verify.cases import processors
+    from validate.processes import processors
 
     return processors() if given is None else whole("--jobs", given, 1, 256)
 
@@ -154,9 +168,21 @@ def whole(option: str, given: str, least: int, most: int) -> int:
     return int(given)
 
 
-def write_page(path: str, page: str) -> None:
-    """Writes a page of markdown; SceneError where that can't be done."""
-    try:
-        Path(path).write_text(page.rstrip("\n") + "\n", encoding="utf-8")
-    except OSError as error:
-        raise SceneError(f"--markdown {quoted(path)} can't be written: {reason(error)}") from None
+def show_rows(
+    arguments: argparse.Namespace, report: Any, rows: Sequence[Any], seconds: float, page: Callable[..., str]
+) -> None:
+    """Prints the rows of a table in the form that was asked for, of those that ``report`` has, and writes their
+    ``page``; SceneError where that can't be done."""
+    from validate.report.summary import provenance
+
+    if arguments.markdown is not None:
+        try:
+            Path(arguments.markdown).write_text(page(rows, provenance()).rstrip("\n") + "\n", encoding="utf-8")
+        except OSError as error:
+            raise SceneError(f"--markdown {quoted(arguments.markdown)} can't be written: {reason(error)}") from None
+    if arguments.json:
+        show(json.dumps(report.document(rows, provenance(), seconds), indent=1, allow_nan=False))
+    elif arguments.quiet:
+        show(report.headline(rows))
+    else:
+        show(f"{report.text(rows, style())}\n\n{seconds:.0f} s")

@@ -50,7 +50,7 @@ def describe(parser: argparse.ArgumentParser) -> None:
         help='the standard uncertainty of the data: 0.5K, 1%%, peak=0.5K or peak="a column"')  # fmt: skip
     add("--calibrate", action="append", default=[], metavar="KEY",
         help="fit a key to that data in 3D, as often as needed, and go on with what is fitted")  # fmt: skip
-    add("--steady", action="store_true", help="the steady state only, no transient")
+    common.shared(parser, {"--steady": ""})
     add("--only", choices=("3d", "1d"), help="one model only")
     first, *between, last = REDUCTIONS
     add("--reduction", metavar="R",
@@ -156,7 +156,7 @@ def _request(arguments: argparse.Namespace, end_time: float) -> Request:
 
     from reduced1d.ladder import canonical, few_states_of
     from scenes.errors import SceneError, printable
-    from scenes.plan import Request
+    from scenes.plan import Export, Request
 
     if arguments.why and arguments.only:
         raise SceneError(f"--why compares both models: leave out --only {arguments.only}")
@@ -186,7 +186,7 @@ def _request(arguments: argparse.Namespace, end_time: float) -> Request:
         why=arguments.why,
         sensitivities=arguments.sensitivities,
         air=arguments.air,
-        export=Path(arguments.export) if arguments.export else None,
+        export=Export(Path(arguments.export)) if arguments.export else None,
         command=arguments.command_line,
     )
 

@@ -3,9 +3,16 @@
 from __future__ import annotations
 
 import argparse
+from typing import TYPE_CHECKING
 
-from scenes.errors import SceneError
+from scenes.errors import SceneError, printable
 from validate.cli import common
+
+if TYPE_CHECKING:
+    from scenes.plan import Export
+
+MOST_STATES = 400
+"""That can be asked for; a model has no more than its structure needs."""
 
 
 def describe(parser: argparse.ArgumentParser) -> None:
@@ -19,28 +26,34 @@ def describe(parser: argparse.ArgumentParser) -> None:
         "  validate scene bridge > mine.toml; validate solve mine.toml\n"
         '  validate solve bridge --set "boundary.left electrode.voltage=3V" --accuracy 1e-4\n'
         "  validate solve hotplate --end-time 2ms --explain\n"
-        "  validate solve bridge --sensitivities\n\n"
+        "  validate solve bridge --sensitivities\n"
+        "  validate solve hotplate --export my-model --model-accuracy 1e-2\n\n"
         "results: summary.json, traces.csv (a column per probe) and figures in\n"
         "results/<scene>-<what distinguishes it>/\n"
         "exit status: 0 solved, 2 bad input, 3 the numerics failed"
     )
     add = parser.add_argument
     add("scene", metavar="SCENE.toml", help="a scene file, or an example: bridge, plate, hotplate")
-    add("--set", action="append", default=[], metavar="KEY=VALUE", dest="settings",
-        help="override a key, as often as needed: run.accuracy=1e-4, boundary.NAME.voltage=2")  # fmt: skip
-    add("--accuracy", metavar="A", help="relative accuracy of every probe (default 1e-3 or the scene's)")
-    add("--steady", action="store_true", help="the steady state, whatever the scene says of time")
+    common.shared(parser, {
+        "--set": "override a key, as often as needed: run.accuracy=1e-4, boundary.NAME.voltage=2",
+        "--accuracy": "relative accuracy of every probe (default 1e-3 or the scene's)",
+        "--steady": "the steady state, whatever the scene says of time",
+    })  # fmt: skip
     add("--end-time", metavar="T", help="over time from the start to T, such as 2ms, whatever the scene says of it")
-    add("--out", metavar="DIR", help="the results folder; a run that is there is replaced")
-    add("--no-figures", action="store_false", dest="figures", help="no figures")
+    common.shared(parser, {"--out": "", "--no-figures": ""})
     add("--fields", action="store_true", help="write the 3D temperature fields (fem3d.pvd with .vtu files)")
     add("--sensitivities", action="store_true",
         help="how every probe follows each number of the scene: d ln probe / d ln key")  # fmt: skip
     common.uncertain_options(add, "box.beam.upper.z=0.1um, boundary.drive.voltage=1%%",
                              "box.beam.lower.x,box.beam.upper.x=-1")  # fmt: skip
-    common.explain_options(add)
-    add("--quiet", action="store_true", help="print one line only")
-    add("--json", action="store_true", help="print summary.json in place of the tables")
+    add(
+        "--export",
+        metavar="DIR",
+        help="write a compact model of a few states to DIR: JSON, Python, SPICE, FMU; with its error",
+    )
+    add("--states", metavar="N", help="with --export, how many states (default: as few as --model-accuracy takes)")
+    add("--model-accuracy", metavar="A", help="with --export, the model's relative accuracy (default: the scene's)")
+    common.shared(parser, dict.fromkeys((*common.PLAN, "--quiet", "--json"), ""))
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -57,5 +70,30 @@ def run(arguments: argparse.Namespace) -> int:
     request = Request(
         figures=arguments.figures, fields=arguments.fields, sensitivities=arguments.sensitivities,
         uncertain=common.uncertain(arguments, scene), command=arguments.command_line,
+        export=_export(arguments, scene.accuracy),
     )  # fmt: skip
-    return common.run(arguments, reported(scene, request), request, settings)
+    scene = reported(scene, request)
+    return common.run(arguments, scene, request, settings)
+
+
+def _export(arguments: argparse.Namespace, accuracy: float) -> Export | None:
+    """The compact model that is asked for; SceneError for one that can't be."""
+    from pathlib import Path
+
+    from scenes.keys import ACCURACY
+    from scenes.plan import Export
+
+    states, given = arguments.states, arguments.model_accuracy
+    if arguments.export is None:
+        if states is not None or given is not None:
+            option = f"--states {states}" if states is not None else f"--model-accuracy {given}"
+            raise SceneError(f"{printable(option)} is of the model that --export DIR writes: give that, too")
+        return None
+    if not arguments.export.strip():
+        raise SceneError('--export "" names no folder: give one, such as my-model')
+    if states is not None and given is not None:
+        raise SceneError("--states says how many states, --model-accuracy takes as many as it needs: give one of them")
+    if given is not None:
+        accuracy = float(ACCURACY.read("--model-accuracy", given) or accuracy)
+    count = None if states is None else common.whole("--states", states, 1, MOST_STATES)
+    return Export(Path(arguments.export), count, accuracy)

@@ -41,20 +41,15 @@ def describe(parser: argparse.ArgumentParser) -> None:
     add("--sample", metavar="N", help="N points of a Sobol' sequence in ranges KEY=FROM:TO[:log], in place of a grid")
     add("--seed", metavar="S", help="of the sample (default 0)")
     add("--check", metavar="ID", help="the check, or probe, that figures and sentence are of (default fig4)")
-    add("--steady", action="store_true", help="the steady state only, no transient")
+    common.shared(parser, {"--steady": ""})
 
 
 _VALUES = {
     "voltage": ("V", "the voltage at every point; for --set drive.voltage=V"),
     "reduction": ("R,R...", "the 1D models: paper (default), anchored, fin ...; blame is of the first"),
-    "accuracy": (
-        "A",
-        f"relative, of each 3D solution (default {ACCURACY}); open verdicts are solved again more accurately",
-    ),
     "workers": ("N", "processes (default: one a processor)"),
     "scheduler": ("ADDRESS", "a Dask cluster that is there, such as tcp://127.0.0.1:8786"),
     "point-timeout": ("T", "stop a point after so long, 30s; it becomes a row that says so"),
-    "out": ("DIR", "the results folder; one with the same sweep goes on"),
 }
 
 
@@ -63,16 +58,16 @@ def options(parser: argparse.ArgumentParser, vary: str) -> None:
     add = parser.add_argument
     add("scene", metavar="SCENE", help="sink, a scene file, or an example: bridge, plate, hotplate")
     add("--vary", action="append", default=[], metavar="KEY=...", help=vary)
-    add(
-        "--set", action="append", default=[], metavar="KEY=VALUE", dest="settings", help="override a key at every point"
-    )
+    accuracy = f"relative, of each 3D solution (default {ACCURACY}); open verdicts are solved again more accurately"
+    common.shared(parser, {"--set": "override a key at every point", "--accuracy": accuracy})
     for name, (metavar, said) in _VALUES.items():
         add(f"--{name}", metavar=metavar, help=said)
     add("--no-blame", action="store_false", dest="blame", help="don't split differences by assumption: a third quicker")
     add("--fresh", action="store_true", help="start over in the folder")
-    add("--no-figures", action="store_false", dest="figures", help="no figures")
-    add("--quiet", action="store_true", help="print one line only")
-    add("--json", action="store_true", help="print sweep.json in place of text")
+    folder = "the results folder; one with the same sweep goes on"
+    common.shared(parser, {
+        "--out": folder, "--no-figures": "", "--quiet": "", "--json": "print sweep.json in place of text",
+    })  # fmt: skip
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -121,7 +116,7 @@ def execute(arguments: argparse.Namespace, base: Base, design: Design, solves: i
 
     base.at(())
     _refuse_set_and_varied(base, design)
-    check = checked(base, arguments.check, steady)
+    check = checked(base, arguments.check, steady, design.keys)
     reductions = _reductions(arguments.reduction or PAPER)
     job = Job(base, design, Scope(reductions, steady, check, arguments.blame, solves is None), solves)
     means = _means(arguments)
@@ -172,7 +167,8 @@ def _refuse_set_and_varied(base: Base, design: Design) -> None:
 def _means(arguments: argparse.Namespace) -> Means:
     from scenes.dimensions import TIME
     from scenes.kinds import Quantity
-    from validate.sweep.job import Means, processors
+    from validate.processes import processors
+    from validate.sweep.job import Means
 
     if arguments.scheduler is not None and arguments.workers is not None:
         raise SceneError("--workers are those of this machine, and a --scheduler has its own: give one of the two")

@@ -1,7 +1,7 @@
 """What a run leaves: texts, tables, figures, the page, summary, traces, fields, the folder.
 
 How a run of each kind is told and kept is one module for each, found by the kind of its scene. It has ``title``,
-``headline`` and ``tables`` (paragraphs) for the terminal and the page, ``entries`` of summary.json, ``columns`` of
+``headline`` and ``sections`` for the terminal and the page, ``entries`` of summary.json, ``columns`` of
 traces.csv, ``FIGURES`` by their names in the plan, and ``draws_field``; where a field is drawn ``field`` and
 ``field_figure``, where field files are written ``stored``, and ``more_columns`` where there are other files of columns.
 """
@@ -9,11 +9,35 @@ traces.csv, ``FIGURES`` by their names in the plan, and ``draws_field``; where a
 from __future__ import annotations
 
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from compare.pipeline import kind
+
+if TYPE_CHECKING:
+    from compare.outcome import Outcome
+    from validate.report.table import Section, Style
+
+_ASKED_FOR = {
+    "propagated": "inputs.uncertain",
+    "fit": "inputs.calibration",
+    "validation": "inputs.validation",
+    "air": "air.section",
+    "sensitivities": "inputs.sensitivities",
+    "why": "budget.section",
+}
+"""What tells of each field of an Outcome that is there only where it was asked for."""
 
 
 def of(scene: Any) -> Any:
     """The module that tells of a scene's kind of run."""
     return import_module(f"validate.report.{kind(scene)}")
+
+
+def asked_for(outcome: Outcome[Any], style: Style) -> list[Section]:
+    """The sections on what was found because it was asked for, whatever the kind of run."""
+    found = []
+    for name, place in _ASKED_FOR.items():
+        if getattr(outcome, name) is not None:
+            module, _, function = place.partition(".")
+            found.append(getattr(import_module(f"validate.report.{module}"), function)(outcome, style))
+    return found

@@ -1,30 +1,40 @@
-"""The budget of a difference in words: as a table of at most 80 columns, and for summary.json."""
+"""The budget of a difference in words: as tables, and for summary.json."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
+from compare.budget import of_current
 from scenes.formats import difference_text, percent, quantity
-from validate.report.table import Style, wrapped
+from validate.report.table import Row, Section, Style, Table
 
 if TYPE_CHECKING:
     from compare.budget import Budget, Part, Split
+    from compare.outcome import Outcome
+    from scenes.sink import Sink
 
 
-def budget_text(budget: Budget, style: Style) -> str:
-    """Its parts in percent of the final rise or of the current's change, then the sentence."""
-    lines = [style.paint(f"Why {named(budget.start)} differs from 3D", "heading")]
-    lines.append("  in % of the final rise, or of the current's change")
-    lines += _table("steady state", budget.steady, style)
+def section(outcome: Outcome[Sink], style: Style) -> Section:
+    """Its parts in percent of the final rise or of the current or its change, then the sentence."""
+    budget = outcome.why
+    assert budget is not None
+    parts: list[Table | str] = [
+        f"in % of the final rise, or of the {of_current(outcome.scene)}",
+        _parts("steady state", budget.steady, style),
+    ]
     if budget.transient:
         if _same(budget.steady, budget.transient):
             when = ", ".join(dict.fromkeys(quantity(split.time or 0.0, "s", 3) for split in budget.transient))
-            lines.append(f"  over time the whole is largest at {when}: as in the steady state")
+            parts.append(f"over time the whole is largest at {when}: as in the steady state")
         else:
-            lines += _table("when it is largest", budget.transient, style)
-        lines += _largest(budget.transient, style)
-    return "\n".join([*lines, wrapped(f"{budget.sentence[0].upper()}{budget.sentence[1:]}.", "  ", "  ")])
+            parts.append(_parts("when it is largest", budget.transient, style))
+        cells = [[_at_its_time(part, split.scale) for part in split.parts] for split in budget.transient]
+        rows = _grouped(budget.transient, cells, lambda part: part.largest or 0.0, style)
+        heads = [split.quantity for split in budget.transient]
+        parts += ["each at its largest from 10 us on (they do not add up)", Table(("", *heads), rows)]
+    said = f"{budget.sentence[0].upper()}{budget.sentence[1:]}."
+    return Section(f"Why {named(budget.start)} differs from 3D", [*parts, said])
 
 
 def named(reduction: str) -> str:
@@ -56,54 +66,32 @@ def document(found: Budget) -> dict[str, Any]:
     }
 
 
-def _table(title: str, splits: Sequence[Split], style: Style) -> list[str]:
+def _parts(title: str, splits: Sequence[Split], style: Style) -> Table:
+    """What each part adds, and the whole."""
     heads = [
         split.quantity if split.time is None else f"{split.quantity} at {quantity(split.time, 's', 3)}"
         for split in splits
     ]
-
-    def cells(n: int) -> list[str]:
-        return [_cell(split.parts[n].value, split.parts[n].error, split.scale, style) for split in splits]
-
-    rows = _grouped(splits, cells, lambda part: part.value, style)
+    cells = [[_cell(part.value, part.error, split.scale, style) for part in split.parts] for split in splits]
     totals = [_cell(split.total, split.error, split.scale, style) for split in splits]
-    return [style.paint(_row(title, heads), "heading"), *rows, _row("in all", totals)]
-
-
-def _largest(splits: Sequence[Split], style: Style) -> list[str]:
-    """What each part does at the time of its own."""
-
-    def cells(n: int) -> list[str]:
-        return [_at_its_time(split.parts[n], split.scale) for split in splits]
-
-    head = style.paint("  each at its largest from 10 us on (they do not add up)", "heading")
-    return [head, *_grouped(splits, cells, lambda part: part.largest or 0.0, style)]
+    return Table((title, *heads), [*_grouped(splits, cells, lambda part: part.value, style), ["in all", *totals]])
 
 
 def _grouped(
-    splits: Sequence[Split], cells: Callable[[int], list[str]], value: Callable[[Part], float], style: Style
-) -> list[str]:
+    splits: Sequence[Split], cells: Sequence[Sequence[str]], value: Callable[[Part], float], style: Style
+) -> list[Row]:
     """A row for each part; those that are nothing but their numerical error in one, with their names below."""
-    parts = range(len(splits[0].parts))
-    nothing = [n for n in parts if all(abs(value(s.parts[n])) <= s.parts[n].error for s in splits)]
+    names = [part.blame for part in splits[0].parts]
+    nothing = [n for n in range(len(names)) if all(abs(value(s.parts[n])) <= s.parts[n].error for s in splits)]
     if len(nothing) < 2:
         nothing = []
-    rows = [_row(splits[0].parts[n].blame, cells(n)) for n in parts if n not in nothing]
+    rows = [Row([name, *(column[n] for column in cells)]) for n, name in enumerate(names) if n not in nothing]
     if nothing:
         most = [max(split.parts[n].error for n in nothing) for split in splits]
-        zeros = [_cell(0.0, error, split.scale, style) for error, split in zip(most, splits, strict=True)]
-        rows.append(_row(others(len(nothing)), [zero.replace("+", "", 1) for zero in zeros]))
-        rows.append(f"    {', '.join(splits[0].parts[n].blame for n in nothing)}")
+        zeros = (_cell(0.0, error, split.scale, style) for error, split in zip(most, splits, strict=True))
+        zeros = (zero.replace("+", "", 1) for zero in zeros)
+        rows.append(Row([f"{len(nothing)} others, each", *zeros], below=", ".join(names[n] for n in nothing)))
     return rows
-
-
-def others(count: int) -> str:
-    """The name of a row for several parts, none of which is more than its numerical error."""
-    return f"{count} others, each"
-
-
-def _row(name: str, cells: Sequence[str]) -> str:
-    return f"  {name:<20}" + "".join(f"{cell:>19}" for cell in cells)
 
 
 def _at_its_time(part: Part, scale: float) -> str:

@@ -17,8 +17,9 @@ from scenes.formats import kelvin, milliseconds, percent, quantity
 from scenes.loop.result import QUANTITIES
 from scenes.loop.runs import BAND, Run
 from scenes.loop.settling import settling
-from validate.report.claims import NAMES, amount, claimed, in_full, off_by, sides
-from validate.report.table import Style, columns_text, listed, wrapped
+from validate.report import asked_for, checks
+from validate.report.checks import NAMES, amount, claimed, in_full, off_by, sides
+from validate.report.table import Row, Section, Style, Table, sentences, wrapped
 
 if TYPE_CHECKING:
     from compare.outcome import Outcome
@@ -38,13 +39,8 @@ def title(outcome: Outcome[Device]) -> str:
 
 
 def headline(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) -> str:
-    """The answer, with the paper's claims that differ."""
-    return style.paint(wrapped(_answer(outcome, contrary, named=True)), "heading")
-
-
-def on_page(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) -> str:
-    """The answer for the page, which lists the claims below."""
-    return _answer(outcome, contrary, named=False)
+    """The answer, with the paper's claims that differ; on the page, which lists them below, their number alone."""
+    return style.paint(wrapped(_answer(outcome, contrary, named=not style.page)), "heading")
 
 
 def _answer(outcome: Outcome[Device], contrary: Sequence[Check], named: bool) -> str:
@@ -98,10 +94,9 @@ def _outside(run: Run) -> float:
 
 def _claims(outcome: Outcome[Device], contrary: Sequence[Check], named: bool) -> str:
     """How many of the paper's claims fail, and whether the scene knows."""
-    checks = [check for check in outcome.checks if sides(check) == ("paper", "1D")]
-    if outcome.device_3d is not None:
-        return f"{_three(outcome)} {_of_paper(outcome, checks, contrary, named)}"
-    return _of_paper(outcome, checks, contrary, named)
+    of_paper = [check for check in outcome.checks if sides(check) == ("paper", "1D")]
+    said = _of_paper(outcome, of_paper, contrary, named)
+    return said if outcome.device_3d is None else f"{_three(outcome)} {said}"
 
 
 def _three(outcome: Outcome[Device]) -> str:
@@ -132,41 +127,36 @@ def _of_paper(outcome: Outcome[Device], checks: Sequence[Check], contrary: Seque
     return said + (f"; open: {', '.join(names['unresolved'])}." if names["unresolved"] else ".")
 
 
-def tables(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) -> list[str]:
+def sections(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) -> list[Section]:
     """The findings, the quantities, the claims with their reasons, the designer's answers."""
-    parts = [
-        listed("Findings", outcome.runs.base.result.findings, style),
-        _quantities(outcome.runs.base, "in 1D", style),
-    ]
+    found = [Section("Findings", [sentences(outcome.runs.base.result.findings)])]
+    runs = {"in 1D": outcome.runs.base}
     if outcome.device_3d is not None:
-        parts.append(_quantities(outcome.device_3d.runs.base, "in 3D", style))
-    if outcome.checks:
-        parts += [_checks(outcome.checks, style), _reasons(outcome.checks, contrary, style)]
-    if outcome.sensitivities is not None:
-        from validate.report.sensitivities import followed, sensitivities_text
-
-        parts.append(sensitivities_text(outcome.sensitivities, outcome.checks, style, followed(outcome)))
+        runs["in 3D"] = outcome.device_3d.runs.base
+    found += [_quantities(run, model) for model, run in runs.items()]
+    if outcome.checks and style.page:
+        found.append(checks.on_page(outcome.checks, contrary))
+    elif outcome.checks:
+        found += [_checks(list(group)) for _, group in groupby(outcome.checks, sides)]
+        found.append(Section("Why", [_reasons(outcome.checks, contrary, style)]))
+    found += asked_for(outcome, style)
     if outcome.design is not None:
-        parts.append(_design(outcome.design, outcome, style))
-    return parts
+        found.append(_design(outcome.design, outcome, style))
+    return found + [_settling(run, model) for model, run in runs.items() if style.page]
 
 
-def _quantities(run: Run, model: str, style: Style) -> str:
+def _quantities(run: Run, model: str) -> Section:
     """Of every quantity the steady values before and after the step, the peak, and the settling times."""
     highest, events = _peaks(run), 0
-    rows = [[f"  {model}", "before", "after", "peak", "at", "from cold", "from step"]]
-    never = True
+    rows, never = [], True
     for key, (name, unit) in NAMES.items():
         times = [s.time for s in settling(run.device, run.result, key, BAND)]
         events, top = len(times), highest[key]
         never = never and bool(times) and times[-1] == math.inf
         shown = [f"{time * 1e3:.1f} ms" if time < math.inf else "never" for time in times]
-        rows.append(
-            [
-                f"  {name}", *(quantity(getattr(state, key), unit, 5) for state in (run.before, run.after)),
-                quantity(top["value"], unit, 4), f"{top['time_s'] * 1e3:.4g} ms", *shown, *[""] * (2 - len(shown)),
-            ]
-        )  # fmt: skip
+        states = (quantity(getattr(state, key), unit, 5) for state in (run.before, run.after))
+        peak = quantity(top["value"], unit, 4), f"{top['time_s'] * 1e3:.4g} ms"
+        rows.append([name, *states, *peak, *shown, *[""] * (2 - len(shown))])
     errors = run.result.errors
     said = "Before, after: the steady states that the controllers are bound for, before and after the outer step. "
     if never:
@@ -177,56 +167,57 @@ def _quantities(run: Run, model: str, style: Style) -> str:
             "left that band. "
         )
     said += f"Estimated error of the temperatures at most {max(errors['sink_K'], errors['sensor_K']):.1e} K."
-    return "\n".join([*columns_text(rows, 1, style), wrapped(said, "  ", "  ")])
+    heads = (model, "before", "after", "peak", "at", "from cold", "from step")
+    return Section(f"Over the run, {model}", [Table(heads, rows), said], headed=False)
 
 
-def _checks(checks: Sequence[Check], style: Style) -> str:
+def _settling(run: Run, model: str) -> Section:
+    """A row for each quantity and event, a column for each band."""
+    heads = ["after the start, or the outer step", "at", *(f"within {percent(f, 1)}" for f in FRACTIONS)]
+    rows = []
+    for key, (name, _) in NAMES.items():
+        for events in zip(*(settling(run.device, run.result, key, f) for f in FRACTIONS), strict=True):
+            rows.append([name, milliseconds(events[0].start), *(milliseconds(event.time) for event in events)])
+    return Section(f"Settling, {model}", [Table(heads, rows)])
+
+
+def _checks(found: Sequence[Check]) -> Section:
     """A line for every claim of the paper, with what 1D finds; for every result of 1D, with what 3D finds; and for the
     claim that the device is built on, with what 3D finds."""
-    return "\n\n".join(_table(list(group), heads, style) for heads, group in groupby(checks, sides))
+    rows = []
+    for c in found:
+        values = claimed(c), amount(c.measured, c.unit), off_by(c)
+        rows.append(Row([c.id, c.title, *values, c.verdict], c.verdict))
+    return Section("Checks", [Table(("check", "", *sides(found[0]), "off by", ""), rows, "<<>>><")], headed=False)
 
 
-def _table(checks: Sequence[Check], heads: tuple[str, str], style: Style) -> str:
-    rows, room = [["  check", "", *heads, "off by", ""]], max(len(check.verdict) for check in checks)
-    for check in checks:
-        values = claimed(check), amount(check.measured, check.unit), off_by(check)
-        rows.append([f"{style.mark(check.verdict)} {check.id}", check.title, *values, f"{check.verdict:<{room}}"])
-    head, *lines = columns_text(rows, 2, style)
-    painted = [
-        line.removesuffix(check.verdict) + style.paint(check.verdict, check.verdict)
-        for line, check in zip(lines, checks, strict=True)
-    ]
-    return "\n".join([head, *painted])
-
-
-def _reasons(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -> str:
+def _reasons(found: Sequence[Check], contrary: Sequence[Check], style: Style) -> list[str]:
     """Of every check what the paper says and what comes out, the difference with its error, and the tolerance."""
-    found = []
-    for check in checks:
-        declared = f"the scene declares that it {check.expected} (checks.expect_differs); "
-        said = declared if check in contrary and check.expected not in (None, check.verdict) else ""
-        found.append(f"{check.id}: {said}{check.because}; {in_full(check, style.plus_minus)}")
-    return listed("Why", found, style)
+    said = []
+    for check in found:
+        against = f"{text}; " if check in contrary and (text := checks.declared(check)) else ""
+        said.append(f"{check.id}: {against}{check.because}; {in_full(check, style.plus_minus)}")
+    return sentences(said)
 
 
-def _design(design: Design, outcome: Outcome[Device], style: Style) -> str:
+def _design(design: Design, outcome: Outcome[Device], style: Style) -> Section:
     control = outcome.scene.control
-    rows = [["  largest stable gain", "sink", "sensor", "slowest mode", "eigenvalue"]]
+    rows = []
     for limit in design.limits:
         mode = f"{'decays' if limit.decay_per_s >= 0 else 'grows'} at {abs(limit.decay_per_s):.3g} 1/s"
         gains = _gain(limit.sink_gain_V), _gain(limit.sensor_gain_V)
-        name, size = f"    sampled every {limit.sample_time_s * 1e3:g} ms", f"{limit.largest_eigenvalue:.4g}"
+        name, size = f"  sampled every {limit.sample_time_s * 1e3:g} ms", f"{limit.largest_eigenvalue:.4g}"
         rows.append([name, *gains, mode, size])
-    rows.append(["  largest for a smooth start", *(_gain(g) for g in design.smooth_start_gains_V), "", ""])
+    rows.append(["largest for a smooth start", *(_gain(g) for g in design.smooth_start_gains_V), "", ""])
     said = (
         f"The scene has {control.sink_gain:g} V and {control.sensor_gain:g} V at {control.sample_time * 1e3:g} ms; "
         "each limit with the other gain as it is. Eigenvalue: the largest in size per sample, stable below 1. Smooth: "
         "from cold without the limit V >= 0 acting."
     )
     found = [_range(design, outcome), *(f"{name}: {text}" for name, text in design.meters.items())]
-    lines = [wrapped(f"{text}.", "  ", "    ") for text in found]
-    head = style.paint("For the designer", "heading")
-    return "\n".join([head, *columns_text(rows, 1, style), wrapped(said, "  ", "  "), *lines])
+    found += [f"Source of {name}: {text}" for name, text in design.sources.items()] if style.page else []
+    table = Table(("largest stable gain", "sink", "sensor", "slowest mode", "eigenvalue"), rows)
+    return Section("For the designer", [table, said, sentences(found)])
 
 
 def _gain(gain: float) -> str:
@@ -321,11 +312,11 @@ def draws_field(device: Device, request: Request) -> bool:
 
 
 FIGURES = {
-    "figure9": "response_figures.power",
-    "figure10": "response_figures.flow",
-    "figure11": "response_figures.slow",
-    "figure12": "step_figures.responses",
-    "figure13": "step_figures.characteristic",
-    "sensitivity": "sensitivity_figure.draw",
+    "figure9": "figures.response_figures.power",
+    "figure10": "figures.response_figures.flow",
+    "figure11": "figures.response_figures.slow",
+    "figure12": "figures.step_figures.responses",
+    "figure13": "figures.step_figures.characteristic",
+    "sensitivity": "figures.sensitivity_figure.draw",
 }
-"""What draws each figure of the plan, in ``validate.report.figures``."""
+"""What draws each figure of the plan, in ``validate.report``."""

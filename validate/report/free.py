@@ -13,7 +13,8 @@ from scenes.dimensions import TIME
 from scenes.formats import Column, cut, quantity, with_error
 from scenes.model import UNITS
 from scenes.plan import Step
-from validate.report.table import Style, wrapped
+from validate.report import asked_for
+from validate.report.table import Section, Style, Table, wrapped
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -51,18 +52,9 @@ def headline(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style
     return f"{style.paint(said, 'heading')}\n{wrapped(how)}"
 
 
-def tables(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style) -> list[str]:
+def sections(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style) -> list[Section]:
     """The probes, and those of a transient at the times asked for."""
-    parts = [_probes(outcome, style), *_at_times(outcome, style)]
-    if outcome.propagated is not None:
-        from validate.report.inputs import inputs_text
-
-        parts.append(inputs_text(outcome, outcome.propagated, style))
-    if outcome.sensitivities is not None:
-        from validate.report.sensitivities import followed, sensitivities_text
-
-        parts.append(sensitivities_text(outcome.sensitivities, (), style, followed(outcome)))
-    return parts
+    return [_probes(outcome, style), *_at_times(outcome, style), *asked_for(outcome, style)]
 
 
 def value_text(probe: Probe | GroupProbe, result: Result, style: Style) -> str:
@@ -88,37 +80,32 @@ def _answer(probe: Probe | GroupProbe, result: Result, style: Style) -> str:
     return f"{said} (at most {quantity(float(values[i]), unit)}, at {quantity(float(result.traces.time[i]), 's', 3)})"
 
 
-def _probes(outcome: Outcome[AnyScene], style: Style) -> str:
+def _probes(outcome: Outcome[AnyScene], style: Style) -> Section:
     """Of every probe the steady value, or the last one with the range that the transient passes through."""
-    scene, result = outcome.scene, outcome.solved
-    heads = f"  {'probe':<{_NAME}}{'steady state' if scene.steady else 'at the end':>26}"
-    if result.traces is not None:
-        heads += f"{'least':>11}{'largest':>11}"
-    lines = [style.paint(heads, "heading")]
-    lines += [_line(probe, result, style) for probe in scene.probes]
+    result = outcome.solved
+    rows = [_row(probe, result, style) for probe in outcome.scene.probes]
+    heads = ("probe", "steady state") if result.traces is None else ("probe", "at the end", "least", "largest")
+    said = []
     start = result.details.get("accurate_from_s")
     if result.traces is not None and start:
         again = ", and that long after each jump of a given temperature" if result.details.get("jumps") else ""
-        text = f"The errors hold from {quantity(start, 's', 3)} on{again}; before that they may be larger."
-        lines.append(wrapped(text, "  "))
+        said.append(f"The errors hold from {quantity(start, 's', 3)} on{again}; before that they may be larger.")
     off = result.details.get("field_error")
     if off:
-        text = f"The field is known to {off:.2g} of its largest rise, at its worst place."
-        lines.append(wrapped(text, "  "))
-    return "\n".join(lines)
+        said.append(f"The field is known to {off:.2g} of its largest rise, at its worst place.")
+    title = "Steady state" if result.traces is None else "Over time"
+    return Section(title, [Table(heads, rows), *said], headed=False)
 
 
-def _line(probe: Probe | GroupProbe, result: Result, style: Style) -> str:
-    unit, name = UNITS[probe.quantity], cut(probe.name, _NAME - 1)
+def _row(probe: Probe | GroupProbe, result: Result, style: Style) -> list[str]:
+    name = cut(probe.name, _NAME)
     if result.traces is None:
-        found = result.steady[probe.name]
-        value, error, shown, _, _ = with_error(found.value, found.error, unit)
-        return f"  {name:<{_NAME}}{f'{value} {style.plus_minus} {error} {shown}':>26}"
+        return [name, value_text(probe, result, style)]
     values, column = result.traces.values[probe.name], _column(probe, result.traces)
     value, error = column.show(float(values[-1])), column.show_error(result.traces.errors[probe.name])
     few = replace(column, places=min(column.places, 3))
-    ends = "".join(f"{few.show(float(v))} {few.unit}".rjust(11) for v in (values.min(), values.max()))
-    return f"  {name:<{_NAME}}{f'{value} {style.plus_minus} {error} {column.unit}':>26}{ends}"
+    ends = (f"{few.show(float(v))} {few.unit}" for v in (values.min(), values.max()))
+    return [name, f"{value} {style.plus_minus} {error} {column.unit}", *ends]
 
 
 def _column(probe: Probe | GroupProbe, traces: Traces) -> Column:
@@ -126,25 +113,26 @@ def _column(probe: Probe | GroupProbe, traces: Traces) -> Column:
     return Column.of(largest, traces.errors[probe.name], UNITS[probe.quantity])
 
 
-def _at_times(outcome: Outcome[AnyScene], style: Style) -> list[str]:
-    """The probes at the times that were asked for, a few columns at a time."""
+def _at_times(outcome: Outcome[AnyScene], style: Style) -> list[Section]:
+    """The probes at the times that were asked for, in a terminal a few columns at a time."""
     scene, traces = outcome.scene, outcome.solved.traces
     times = scene.output_times
     if traces is None or not times:
         return []
     if len(times) > _MOST_TIMES:
-        return [wrapped(f"The {len(times)} output times are in summary.json and traces.csv.")]
-    blocks = []
-    for first in range(0, len(scene.probes), _PER_BLOCK):
-        probes: Sequence[Probe | GroupProbe] = scene.probes[first : first + _PER_BLOCK]
-        heads = "".join(f"{cut(probe.name, 15):>16}" for probe in probes)
-        lines = [style.paint(f"  {'time':<12}{heads}", "heading")]
+        said = f"The {len(times)} output times are in summary.json and traces.csv."
+        return [Section("At the output times", [said], headed=False)]
+    found, most = [], len(scene.probes) if style.page else _PER_BLOCK
+    for first in range(0, len(scene.probes), most):
+        probes: Sequence[Probe | GroupProbe] = scene.probes[first : first + most]
         columns = [(_column(probe, traces), at(traces, probe.name, np.array(times))) for probe in probes]
-        for i, time in enumerate(times):
-            row = "".join(f"{c.show(float(values[i]))} {c.unit}".rjust(16) for c, values in columns)
-            lines.append(f"  {TIME.show(time):<12}{row}")
-        blocks.append("\n".join(lines))
-    return blocks
+        rows = [
+            [TIME.show(time), *(f"{c.show(float(values[i]))} {c.unit}" for c, values in columns)]
+            for i, time in enumerate(times)
+        ]
+        table = Table(("time", *(cut(probe.name, _NAME if style.page else 15) for probe in probes)), rows)
+        found.append(Section("At the output times", [table], headed=False))
+    return found
 
 
 def entries(outcome: Outcome[AnyScene]) -> dict[str, Any]:
@@ -222,8 +210,8 @@ def stored(outcome: Outcome[AnyScene]) -> tuple[np.ndarray, float, None]:
     return times[:0] if scene.steady else times, scene.initial_temperature, None
 
 
-FIGURES = {"figure traces": "trace_figure.draw", "sensitivity": "sensitivity_figure.draw"}
-"""What draws each figure of the plan but that of the field, in ``validate.report.figures``."""
+FIGURES = {"figure traces": "figures.trace_figure.draw", "sensitivity": "figures.sensitivity_figure.draw"}
+"""What draws each figure of the plan but that of the field, in ``validate.report``."""
 FIELD_FIGURE = "figure field"
 
 

@@ -1,87 +1,171 @@
-"""What uncertain inputs make of a run: in the terminal, and in the summary."""
+"""How well the inputs are known, and what that makes of a run: sensitivities, uncertainties, fits, validation."""
 
 from __future__ import annotations
 
 from dataclasses import asdict
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
-from compare.inputs.sensitivities import QUANTITIES
-from scenes.formats import cut, percent, quantity
+import numpy as np
+
+from compare import against
+from compare.inputs.sensitivities import PREFIX, QUANTITIES
+from compare.inputs.validation import COVERS
+from scenes.device import Device
+from scenes.formats import cut, percent, quantity, signed
+from scenes.keys import type_of
 from scenes.model import UNITS
-from validate.report.sensitivities import short
-from validate.report.table import Style, columns_text, wrapped
+from scenes.sink import Sink
+from validate.report.table import Row, Section, Style, Table
 
 if TYPE_CHECKING:
     from compare.inputs.propagation import Propagated
     from compare.inputs.sampling import Sampled
+    from compare.inputs.sensitivities import Slope
     from compare.outcome import Outcome
 
+SHOWN = ("peak_rise_K", "end_rise_K", "current_A", "sink_power_W", "sensor_power_W", "sensor_V")
+"""Quantities of which a terminal and a figure have room; the page and the summary have all."""
+MOST = 3
+"""Of a free scene's probes so many are shown there."""
 _CALLED = {"heat_out_W": "heat out"}
 _UNITS = {"K_per_W": "K/W", "K": "K", "A": "A", "W": "W"}
+_LEAST = 5e-5
+"""Of a slope: less is shown as nothing."""
+_NOTHING = 1e-6
+"""Of u_val: an uncertainty that nobody could see beside it."""
+_V20 = (
+    "As ASME V&V 20 has it: the comparison error E = S - D, simulation less data, is known to u_val, of the numerics, "
+    "the inputs and the data. The error of the model itself lies within E - 2 u_val and E + 2 u_val (95 %); where |E| "
+    "is below u_val, no more can be said than that it is about as small."
+)
 
 
-def inputs_text(outcome: Outcome[Any], found: Propagated, style: Style) -> str:
+def short(key: str) -> str:
+    """A key without its section, where it is as clear: "silicon.density"."""
+    for section in ("materials.", "environment.", "material.", "boundary.", "box."):
+        key = key.removeprefix(section)
+    return key
+
+
+def followed(outcome: Outcome[Any], full: bool = False) -> dict[str, str]:
+    """The quantities whose sensitivities are shown, with what they are called."""
+    if isinstance(outcome.scene, Device):
+        from reduced1d.device.slopes import QUANTITIES as OF_DEVICE
+
+        return {name: called for name, called in OF_DEVICE.items() if full or name in SHOWN}
+    if not isinstance(outcome.scene, Sink):
+        found = outcome.sensitivities
+        names = [p.name for p in outcome.scene.probes if found is None or p.name in found.values]
+        return {name: name for name in (names if full else names[:MOST])}
+    return {name: called for name, called in QUANTITIES.items() if full or name in SHOWN}
+
+
+def sensitivities(outcome: Outcome[Any], style: Style) -> Section:
+    """A line for each key that any of the quantities follows, that first which one follows most: 3D, then 1D."""
+    found, names = outcome.sensitivities, followed(outcome, style.page)
+    assert found is not None
+    judged = {check.id.removeprefix(PREFIX): check for check in outcome.checks if check.id.startswith(PREFIX)}
+    rows, both = [], any(s.reduced1d is not None for of in found.steady.values() for s in of.values())
+    for key in found.sorted(names):
+        cells = [short(key), *(_pair(found.steady[key].get(name), style, both) for name in names)]
+        rows.append(Row(cells, judged[key].verdict if key in judged else ""))
+    heads = [f"{called}\n{'3D':>6}{'1D':>8}" if both else cut(called, 15) for called in names.values()]
+    said = []
+    if found.zeros:
+        said.append(f"0, of which there is no percent: {', '.join(found.zeros)}.")
+    if len(found.values) > len(names):
+        said.append(f"Those of {len(found.values) - len(names)} more probes are in summary.json and on the page.")
+    if judged:
+        differ = sum(check.verdict == "differs" for check in judged.values())
+        tolerance = percent(next(iter(judged.values())).tolerance, 1)
+        said.append(
+            f"1D follows {len(judged) - differ} of {len(judged)} keys as 3D does, within {tolerance} of the largest"
+        )
+    still = [short(key) for key, of in found.steady.items() if max((s.size for s in of.values()), default=0.0) < _LEAST]
+    if style.page:
+        what = "what each quantity is at most" if found.course and found.values else "the steady state"
+        said.insert(0, f"Logarithmic derivatives of {what}, d ln(quantity) / d ln(key).")
+        said += [f"Nothing of it follows {', '.join(still)}."] if still else []
+    return Section("Sensitivities", [Table(("% for each percent of", *heads), rows), *said], headed=False)
+
+
+def _pair(slope: Slope | None, style: Style, both: bool) -> str:
+    if slope is None:
+        return ""
+    known = f" {style.plus_minus} {slope.fem3d.error:.4f}" if slope.fem3d is not None and style.page else ""
+    left = "" if slope.fem3d is None else f"{_signed(slope.fem3d.value)}{known}"
+    right = "" if slope.reduced1d is None else _signed(slope.reduced1d)
+    return f"{left:>6} {right:>6}" if both else left
+
+
+def _signed(value: float) -> str:
+    """Three places; nothing has no sign."""
+    return f"{value:+.3f}" if abs(value) >= 5e-4 else "0.000"
+
+
+def uncertain(outcome: Outcome[Any], style: Style) -> Section:
     """The standard uncertainties that were given, and a line for each quantity: u_input of both models and of their
     difference, and the key that adds most; then those of the checks, and what samples say."""
+    found = outcome.propagated
+    assert found is not None
     given = ", ".join(f"{short(key)} {percent(u)}" for key, u in found.uncertain.relative.items())
     correlated = "".join(f"; {short(a)} and {short(b)} {r:+g}" for (a, b), r in found.uncertain.correlations.items())
-    rows = [["u_input of", "3D", "1D", "1D/3D - 1", "most by"]]
-    for name, called, unit in _quantities(outcome):
-        rows.append([
+    rows = [
+        [
             called,
             quantity(found.fem3d[name], unit, 2) if name in found.fem3d else "",
             quantity(found.reduced1d[name], unit, 2) if name in found.reduced1d else "",
             percent(found.difference[name]) if name in found.difference else "",
             short(found.most.get(name, "")),
-        ])  # fmt: skip
-    said = f"Inputs known to (standard uncertainty): {given}{correlated}."
-    filled = [any(row[i] for row in rows[1:]) for i in range(len(rows[0]))]
-    rows = [[cell for cell, full in zip(row, filled, strict=True) if full] for row in rows]
-    lines = [wrapped(said), *columns_text(rows, 1, style)]
+        ]
+        for name, called, unit in _quantities(outcome)
+    ]
+    heads = ["u_input of", "3D", "1D", "1D/3D - 1", "most by"]
+    if not found.reduced1d:
+        heads, rows = [*heads[:2], heads[4]], [[*row[:2], row[4]] for row in rows]
     known = [f"{check.id} {percent(check.u_input)}" for check in outcome.checks if check.u_input is not None]
-    lines += [wrapped(f"of the differences: {', '.join(known)}")] if known else []
-    if outcome.sampled is not None:
-        lines += _samples_text(outcome.sampled, style)
-    return "\n".join(lines)
+    return Section(
+        "Uncertain inputs",
+        [
+            f"Inputs known to (standard uncertainty): {given}{correlated}.",
+            Table(heads, rows),
+            f"of the differences: {', '.join(known)}" if known else "",
+            *([] if outcome.sampled is None else [_samples(outcome.sampled)]),
+        ],
+        headed=False,
+    )
 
 
 def _quantities(outcome: Outcome[Any]) -> list[tuple[str, str, str]]:
     """The quantities of a run, with what they are called and their units."""
-    from compare.pipeline import kind
-
-    if kind(outcome.scene) == "sink":
-        return _of_sink()
+    if isinstance(outcome.scene, Sink):
+        return [(name, _CALLED.get(name, called), _unit(name)) for name, called in QUANTITIES.items()]
     return [(p.name, cut(p.name, 30), UNITS[p.quantity]) for p in outcome.scene.probes]
 
 
-def _of_sink() -> list[tuple[str, str, str]]:
-    return [
-        (name, _CALLED.get(name, called), next(u for end, u in _UNITS.items() if name.endswith(end)))
-        for name, called in QUANTITIES.items()
-    ]
-
-
-def _samples_text(found: Sampled, style: Style) -> list[str]:
+def _samples(found: Sampled) -> Table:
     """What the samples spread by, beside what linear propagation makes of it."""
-    rows = [[f"of {found.count - found.failed} samples", "3D", "linear", "1D", "linear"]]
-    for name, called, unit in _of_sink():
-        row = [called]
+    rows = []
+    for name, called in QUANTITIES.items():
+        row = [_CALLED.get(name, called)]
         for own in (found.fem3d, found.reduced1d):
             spread = own.get(name)
-            row += [quantity(spread.deviation, unit, 3), quantity(spread.linear, unit, 3)] if spread else ["", ""]
+            both = () if spread is None else (spread.deviation, spread.linear)
+            row += [quantity(value, _unit(name), 3) for value in both] or ["", ""]
         rows.append(row)
-    return columns_text(rows, 1, style)
+    return Table((f"of {found.count - found.failed} samples", "3D", "linear", "1D", "linear"), rows)
+
+
+def _unit(name: str) -> str:
+    return next(unit for end, unit in _UNITS.items() if name.endswith(end))
 
 
 def entered(entries: dict[str, Any], found: Propagated, sampled: Sampled | None) -> None:
-    """Puts u_input beside the error of every steady quantity of a summary, of a free transient with its errors, and
-    the inputs themselves."""
+    """Puts u_input beside the error of every steady quantity of a summary, and the inputs themselves."""
     for model, own in (("fem3d", found.fem3d), ("reduced1d", found.reduced1d)):
         for name, u in own.items():
-            if name in entries[model]["steady"]:
-                entries[model]["steady"][name]["u_input"] = u
-            else:
-                entries[model]["transient"].setdefault("u_input", {})[name] = u
+            entries[model]["steady"][name]["u_input"] = u
     entries["uncertain"] = {
         "relative": found.uncertain.relative,
         "correlations": [{"keys": list(keys), "value": r} for keys, r in found.uncertain.correlations.items()],
@@ -89,3 +173,66 @@ def entered(entries: dict[str, Any], found: Propagated, sampled: Sampled | None)
     }
     if sampled is not None:
         entries["monte_carlo"] = asdict(sampled)
+
+
+def calibration(outcome: Outcome[Any], style: Style) -> Section:
+    """A line for each key that was fitted, from where to where it went and how well it is known, and the scene that
+    results."""
+    found = outcome.fit
+    assert found is not None
+    paths = type_of(found.scene).schema.paths
+    rows = []
+    for key, value in found.fitted.items():
+        ends = (f"{v:.4g}" for v in found.interval(key))
+        rows.append([short(key), f"{found.start[key]:.4g}", f"{value:.4g}", percent(found.u[key]), *ends])
+    scene = []
+    for section in dict.fromkeys(key.rpartition(".")[0] for key in found.fitted):
+        scene.append(f"[{section}]")
+        for key in (key for key in found.fitted if key.rpartition(".")[0] == section):
+            scene.append(f"{key.rpartition('.')[2]} = {attrgetter(paths[key].attribute)(found.scene)!r}")
+    said = "A model that is fitted to data is not validated by them: what follows says how well it fits"
+    return Section(
+        "Calibration",
+        [
+            Table(("fitted", "from", "to", "u", "95 % between", "and"), rows),
+            f"Misfit {found.misfit:.3g} of {found.points} points; values in SI units. The scene that results:",
+            scene,
+            f"{said}, other data whether it is right.",
+        ],
+        headed=False,
+    )
+
+
+def validation(outcome: Outcome[Any], style: Style) -> Section:
+    """A line for each model and quantity where it is worst and at the end: E, its parts, and the model's error."""
+    found, called = outcome.validation, {key: name for name, key in against.QUANTITIES.items()}
+    assert found is not None
+    rows = []
+    for s in found.statements:
+        unit = s.quantity.rpartition("_")[2]
+        parts = [_known(u, s.u_val, unit) for u in (s.u_num, s.u_input, s.u_data, s.u_val)]
+        rows.append([
+            f"{called[s.quantity]} {s.model}", quantity(s.time, "s", 2), signed(s.E, unit, 2), *parts,
+            s.said() if s.seen else "unseen: |E| < u_val",
+        ])  # fmt: skip
+    points = [
+        f"{called[c.quantity]} {c.model} {int((np.abs(c.error) <= COVERS * c.u_val).sum())} of {len(c.times)}"
+        for c in found.courses
+    ]
+    exact = " and ".join(["the inputs"] * (not found.inputs) + ["the data"] * (not found.data))
+    return Section(
+        "Validation",
+        [
+            _V20 if style.page else "",
+            Table(("S - D", "at", "E", "u_num", "u_input", "u_D", "u_val", "error of the model"), rows),
+            f"Points of the data within 2 u_val: {', '.join(points)}.",
+            f"Taken as exact: {exact}." if exact else "",
+        ],
+        headed=False,
+    )
+
+
+def _known(u: float, u_val: float, unit: str) -> str:
+    if not np.isfinite(u):
+        return "?"
+    return quantity(u, unit, 2) if u > _NOTHING * u_val else "0"

@@ -93,8 +93,8 @@ def _draw(
     with style():
         for name, draw in kind.FIGURES.items():
             if name in planned:
-                module, _, function = draw.partition(".")
-                figure = getattr(import_module(f"validate.report.figures.{module}"), function)(outcome)
+                module, _, function = draw.rpartition(".")
+                figure = getattr(import_module(f"validate.report.{module}"), function)(outcome)
                 files += save(figure, folder, name.replace(" ", "_"))
         if field is not None:
             # Last, because the picture comes from a process of its own.

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 from compare import plan
 from compare.verdict import PAPERS, Check, relative
-from scenes.checks import OF_THE_PAPER, OF_THE_REDUCTION
-from scenes.formats import difference_text, percent, quantity, sink_text, with_error
-from validate.report.table import Style, declared, listed, wrapped
+from scenes.checks import OF_THE_REDUCTION
+from scenes.formats import percent, quantity, sink_text, with_error
+from scenes.quantities import OF_A_SINK
+from validate.report import asked_for, checks
+from validate.report.table import Section, Style, Table, wrapped
 
 if TYPE_CHECKING:
     import numpy as np
@@ -22,18 +24,7 @@ if TYPE_CHECKING:
     from scenes.sink import Sink
     from validate.report.figures.render import Field
 
-NAME_WIDTH = 40  # columns of a check's id and title in the table of a terminal of 80
-ID_WIDTH = 20  # up to which ids set a column of their own
-
-QUANTITIES = {
-    "peak_rise_K": ("peak rise", "K"),
-    "end_rise_K": ("end rise", "K"),
-    "mean_rise_K": ("mean rise", "K"),
-    "current_A": ("current", "A"),
-    "power_W": ("power", "W"),
-    "heat_out_W": ("heat to the substrate", "W"),
-    "anchor_resistance_K_per_W": ("anchor resistance", "K/W"),
-}
+QUANTITIES = {asked.steady: (asked.called, asked.unit) for asked in OF_A_SINK.values()}
 
 
 def title(outcome: Outcome[Sink]) -> str:
@@ -57,40 +48,13 @@ def headline(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) ->
     return "\n".join(said)
 
 
-def tables(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) -> list[str]:
+def sections(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) -> list[Section]:
     """The quantities, the checks with their reasons and, where asked for, the parts of the differences."""
-    parts = [quantities_text(outcome, style)]
+    found = [quantities(outcome, style)]
     if outcome.against is not None:
-        parts.append(wrapped(outcome.against.said()))
-    shown = without_slopes(outcome.checks)
-    if shown:
-        parts.append(checks_text(shown, style))
-    parts.append(_reasons([check for check in shown if check.own], contrary, style))
-    if outcome.propagated is not None:
-        from validate.report.inputs import inputs_text
-
-        parts.append(inputs_text(outcome, outcome.propagated, style))
-    if outcome.fit is not None:
-        from validate.report.calibration import fit_text
-
-        parts.append(fit_text(outcome.fit, style))
-    if outcome.validation is not None:
-        from validate.report.validation import validation_text
-
-        parts.append(validation_text(outcome.validation, style))
-    if outcome.air is not None:
-        from validate.report.air import air_text
-
-        parts.append(air_text(outcome.air, style))
-    if outcome.sensitivities is not None:
-        from validate.report.sensitivities import followed, sensitivities_text
-
-        parts.append(sensitivities_text(outcome.sensitivities, outcome.checks, style, followed(outcome)))
-    if outcome.why is not None:
-        from validate.report.budget import budget_text
-
-        parts.append(budget_text(outcome.why, style))
-    return parts
+        found.append(Section("Your data", [outcome.against.said()], headed=False))
+    found += checks.sections(without_slopes(outcome.checks), contrary, style)
+    return found + asked_for(outcome, style)
 
 
 def without_slopes(checks: Sequence[Check]) -> list[Check]:
@@ -125,85 +89,24 @@ def _verdicts(
     return style.paint(wrapped(said), "heading")
 
 
-def quantities_text(outcome: Outcome[Sink], style: Style) -> str:
+def quantities(outcome: Outcome[Sink], style: Style) -> Section:
     """Steady quantities: 3D with its error, 1D, and how far 1D is off."""
-    name = outcome.reduced1d.model if _against(outcome) and outcome.reduced1d else "1D"
-    heads = ("steady state", "3D" if outcome.fem3d else "", name if outcome.reduced1d else "")
-    both = outcome.fem3d is not None and outcome.reduced1d is not None
-    lines = [
-        style.paint(
-            f"  {heads[0]:<23}{heads[1]:>26}{heads[2]:>15}{'1D/3D - 1' if both else '':>13}".rstrip(), "heading"
-        )
-    ]
+    three, one = outcome.fem3d, outcome.reduced1d
+    heads = ["steady state", *(["3D"] if three else []), *([one.model if _against(outcome) else "1D"] if one else [])]
+    rows = []
     for key, (name, unit) in QUANTITIES.items():
-        lines.append(_quantity_line(key, name, unit, outcome.fem3d, outcome.reduced1d, style))
-    return "\n".join(lines)
-
-
-def _quantity_line(
-    key: str, name: str, unit: str, fem3d: Result | None, reduced1d: Result | None, style: Style
-) -> str:  # fmt: skip
-    left, right, off = "", "", ""
-    if fem3d is not None:
-        found = fem3d.steady[key]
-        value, error, shown, places, factor = with_error(found.value, found.error, unit)
-        left = f"{value} {style.plus_minus} {error} {shown}"
-        if reduced1d is not None:
-            other = reduced1d.steady[key].value
-            right = f"{other * factor:.{min(places, 4)}f} {shown}"
-            off = percent(relative(other, found.value), sign=True)
-    elif reduced1d is not None:
-        right = quantity(reduced1d.steady[key].value, unit, 6)
-    return f"  {name:<23}{left:>26}{right:>15}{off:>13}".rstrip()
-
-
-def checks_text(checks: Sequence[Check], style: Style) -> str:
-    """A line for every check, under what is compared in it; a second for a title that doesn't fit beside its id."""
-    lines = [style.paint(f"  {'check':<40}{'difference':>17}{'tolerance':>10}", "heading")]
-    room = max((len(check.id) + 1 for check in checks if len(check.id) < ID_WIDTH), default=0)
-    for kind, found in by_kind(checks).items():
-        lines += [f"  {kind}"] if kind else []
-        for check in found:
-            difference = difference_text(check.difference, check.u_num, style.plus_minus)
-            word = style.paint(check.verdict, check.verdict)
-            mark = style.paint(style.mark(check.verdict), check.verdict)
-            name = f"{check.id:<{max(room, 14)}}{check.title}"
-            below = [] if len(name) < NAME_WIDTH else [f"    {check.title}"]
-            beside = check.id if below else name
-            lines.append(f"{mark} {beside:<{NAME_WIDTH}}{difference:>18}{percent(check.tolerance, 1):>8}  {word}")
-            lines += below
-    return "\n".join(lines)
-
-
-def by_kind(checks: Sequence[Check]) -> dict[str, list[Check]]:
-    """Checks by what is compared in them, in words: one model with the other first."""
-    found: dict[str, list[Check]] = {}
-    for check in sorted(checks, key=lambda check: check.id not in OF_THE_REDUCTION):
-        found.setdefault(kind_of(check.id, check.own), []).append(check)
-    return found
-
-
-def kind_of(check: str, own: bool) -> str:
-    """What is compared in a check, by its id, and whether it is of the model that was chosen."""
-    if check in OF_THE_REDUCTION:
-        return "one model against the other: 1D less 3D"
-    if check in OF_THE_PAPER:
-        whose = "the paper's equations" if own else "the paper's equations (not this model's)"
-        return f"{whose}: 3D numbers in, relative to 3D's own"
-    if check.startswith("slope_"):
-        return "how the models follow a key: 1D less 3D"
-    if check.startswith("air_"):
-        return "the air left out: 3D without it less 3D with it"
-    if check == "islands_equivalent":
-        return "3D alone"
-    return {"energy": "3D alone"}.get(check, "your data less 3D" if check.startswith("against_") else "")
-
-
-def _reasons(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -> str:
-    """Why, for every check that gives a reason, and for those that contradict the scene what it declares."""
-    against = {check.id: declared(check) for check in contrary}
-    found = [(check.id, [text for text in (against.get(check.id, ""), check.because) if text]) for check in checks]
-    return listed("Why", [f"{name}: {'; '.join(said)}" for name, said in found if said], style)
+        cells = [name]
+        if three is not None:
+            value, error, shown, places, factor = with_error(three.steady[key].value, three.steady[key].error, unit)
+            cells.append(f"{value} {style.plus_minus} {error} {shown}")
+        if one is not None and three is not None:
+            other = one.steady[key].value
+            cells.append(f"{other * factor:.{min(places, 4)}f} {shown}")
+            cells.append(percent(relative(other, three.steady[key].value), sign=True))
+        elif one is not None:
+            cells.append(quantity(one.steady[key].value, unit, 6))
+        rows.append(cells)
+    return Section("Steady state", [Table(heads + ["1D/3D - 1"] * (len(heads) > 2), rows)], headed=False)
 
 
 def entries(outcome: Outcome[Sink]) -> dict[str, Any]:
@@ -226,16 +129,12 @@ def entries(outcome: Outcome[Sink]) -> dict[str, Any]:
         from validate.report.inputs import entered
 
         entered(found, outcome.propagated, outcome.sampled)
-    if outcome.fit is not None:
-        found["calibration"] = outcome.fit.document()
-    if outcome.validation is not None:
-        found["validation"] = outcome.validation.document()
-    if outcome.air is not None:
-        found["air"] = outcome.air.document()
-    if outcome.sensitivities is not None:
-        found["sensitivities"] = outcome.sensitivities.document()
-    if outcome.against is not None:
-        found["against"] = outcome.against.document()
+    for entry, part in (
+        ("calibration", outcome.fit), ("validation", outcome.validation), ("air", outcome.air),
+        ("sensitivities", outcome.sensitivities), ("against", outcome.against),
+    ):  # fmt: skip
+        if part is not None:
+            found[entry] = part.document()
     return found
 
 
@@ -295,17 +194,17 @@ def stored(outcome: Outcome[Sink]) -> tuple[np.ndarray, float, Reduction | None]
 
 
 FIGURES = {
-    "figure5": "profile_figure.draw",
-    "figure6": "time_figures.rises",
-    "figure7": "time_figures.current",
-    "islands": "row_figures.profile",
-    "air": "air_figure.draw",
-    "islands_runs": "row_figures.runs",
-    "why": "why_figure.draw",
-    "sensitivity": "sensitivity_figure.draw",
-    "validation": "validation_figure.draw",
+    "figure5": "figures.profile_figure.draw",
+    "figure6": "figures.time_figures.rises",
+    "figure7": "figures.time_figures.current",
+    "islands": "figures.row_figures.profile",
+    "air": "air.figure",
+    "islands_runs": "figures.row_figures.runs",
+    "why": "figures.why_figure.draw",
+    "sensitivity": "figures.sensitivity_figure.draw",
+    "validation": "figures.validation_figure.draw",
 }
-"""What draws each figure of the plan but that of the field, in ``validate.report.figures``."""
+"""What draws each figure of the plan but that of the field, in ``validate.report``."""
 FIELD_FIGURE = "figure4"
 
 
@@ -315,10 +214,10 @@ def draws_field(sink: Sink, request: Request) -> bool:
 
 
 def field(outcome: Outcome[Sink]) -> Field:
-    """The steady field."""
+    """The steady field; of a row of spans, which would be a thread, those that were solved."""
     from validate.report.figures.render import Field
 
-    fields = outcome.solved.details["fields"]
+    fields = outcome.solved.details["fields"].distinct
     return Field(fields.points, fields.hexes, fields.steady - outcome.scene.room_temperature)
 
 
@@ -333,10 +232,13 @@ def field_figure(outcome: Outcome[Sink], shown: Field, image: np.ndarray | None)
         note = Step(FIELD_FIGURE, "done", said)
     thick = "true proportions" if shown.factor <= 1 else f"thickness drawn x{shown.factor:g}"
     size = " x ".join(f"{side * 1e6:.4g}" for side in (sink.length, sink.width, sink.thickness))
+    solved = outcome.solved.details["spans_solved"]
     text = (
-        f"Figure 4: steady 3D temperature, {sink_text(sink)} (beam {size} µm, "
+        f"Figure 4: steady 3D temperature, {sink_text(sink)} ({'beam' if sink.spans == 1 else 'spans of'} {size} µm, "
         f"{'seen from above' if image is None else thick})"
     )
-    checks = [check for check in outcome.checks if check.id == "fig4"]
+    under: list[Check | str] = [check for check in outcome.checks if check.id == "fig4"]
+    if solved < sink.spans:
+        under.insert(0, f"{solved} of {sink.spans} spans, those that were solved: the others are as the middle one")
     label = f"rise above {sink.room_temperature:g} K (K)"
-    return field_figure.draw(shown, image, 0.0, text, label, checks), note
+    return field_figure.draw(shown, image, 0.0, text, label, under), note

@@ -1,4 +1,4 @@
-"""What runs of every kind say in the terminal, at most 80 columns wide: the style, the plan, tables, remarks, files."""
+"""The one form of every table and text: on a terminal at most 80 columns wide, on a page, and in Markdown."""
 
 from __future__ import annotations
 
@@ -6,36 +6,31 @@ import re
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
-from validate.report import of
-
-if TYPE_CHECKING:
-    from compare.outcome import Outcome
-    from compare.verdict import Check
-    from scenes.plan import Step
+from scenes.formats import cut
 
 WIDTH = 80
-_STAGES = {"fem3d": "3D", "device": "runs", "design": "designer's questions", "files": "files", "figures": "figures"}
 _COLOURS = {"agrees": "32", "differs": "31", "unresolved": "33", "heading": "1"}
-_MARKS = {"agrees": ("\N{CHECK MARK}", "+"), "differs": ("\N{BALLOT X}", "x"), "unresolved": ("?", "?")}
+MARKS = {"agrees": ("\N{CHECK MARK}", "+"), "differs": ("\N{BALLOT X}", "x"), "unresolved": ("?", "?")}
+Cells = Sequence[str]
 
 
 @dataclass(frozen=True)
 class Style:
-    """Whether to colour, and whether to keep to ASCII; every verdict is a word as well."""
+    """Whether to colour, and whether to keep to ASCII; every verdict is a word as well. ``page`` is for report.html,
+    which has room for all there is."""
 
     colour: bool = False
     ascii_only: bool = False
+    page: bool = False
 
     def paint(self, text: str, kind: str) -> str:
         """The text in a verdict's colour, or bold for a "heading"."""
         return f"\x1b[{_COLOURS[kind]}m{text}\x1b[0m" if self.colour else text
 
     def mark(self, verdict: str) -> str:
-        """One sign for a verdict."""
-        return _MARKS[verdict][self.ascii_only]
+        """One sign for a verdict, in its colour."""
+        return self.paint(MARKS[verdict][self.ascii_only], verdict) if verdict else " "
 
     @property
     def plus_minus(self) -> str:
@@ -43,93 +38,97 @@ class Style:
         return "+-" if self.ascii_only else "\N{PLUS-MINUS SIGN}"
 
 
-def headline(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> str:
-    """The answer of a run, and how many checks differ; ``contrary`` are those that contradict the scene."""
-    said: str = of(outcome.scene).headline(outcome, contrary, style)
-    return said
+@dataclass(frozen=True)
+class Row:
+    """Cells, a ``verdict`` that marks them, and a sentence ``below`` them. A single cell heads the rows that follow."""
+
+    cells: Cells
+    verdict: str = ""
+    below: str = ""
 
 
-def found_text(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> str:
-    """Everything that a run found, its answer first, the warnings last."""
-    parts = [headline(outcome, contrary, style), *of(outcome.scene).tables(outcome, contrary, style)]
-    return "\n\n".join(part for part in [*parts, *warnings_text(outcome)] if part)
+@dataclass(frozen=True)
+class Table:
+    """Rows under their heads, which may have several lines; ``sides`` has "<" for a column that stands to the left and
+    ">" for the others, by default all but the first."""
+
+    heads: Cells
+    rows: Sequence[Row | Cells]
+    sides: str = ""
+
+    @property
+    def aligned(self) -> str:
+        """The sides of all columns."""
+        return self.sides or "<" + ">" * (len(self.heads) - 1)
+
+    @property
+    def marked(self) -> list[Row]:
+        """The rows as such."""
+        return [row if isinstance(row, Row) else Row(row) for row in self.rows]
+
+    def text(self, style: Style) -> str:
+        """For a terminal: no two columns ever touch, and they move together where a line would be too long; then the
+        first is cut short. A verdict's mark stands in front, and its word in its colour at the end."""
+        stacks = [head.split("\n") for head in self.heads]
+        depth = max(map(len, stacks))
+        tops = [[stack[i - depth] if i >= depth - len(stack) else "" for stack in stacks] for i in range(depth)]
+        full = [*tops, *(row.cells for row in self.marked if len(row.cells) == len(stacks))]
+        widths = [max(map(len, column)) for column in zip(*full, strict=True)]
+        gaps, room = max(len(widths) - 1, 1), WIDTH - 2
+        gap = " " * max(min((room - sum(widths)) // gaps, 3), 1)
+        widths[0] = min(widths[0], max(room - sum(widths[1:]) - gaps, 12))
+
+        def line(cells: Cells) -> str:
+            cells = [cut(cells[0], widths[0]), *cells[1:]]
+            return gap.join(f"{c:{side}{w}}" for c, side, w in zip(cells, self.aligned, widths, strict=True)).rstrip()
+
+        lines = [style.paint(f"  {line(cells)}".rstrip(), "heading") for cells in tops]
+        for row in self.marked:
+            said = line(row.cells) if len(row.cells) == len(widths) else cut(row.cells[0], room)
+            if row.verdict and said.endswith(row.verdict):
+                said = said.removesuffix(row.verdict) + style.paint(row.verdict, row.verdict)
+            lines.append(f"{style.mark(row.verdict)} {said}")
+            lines += [wrapped(row.below, "    ", "    ")] if row.below else []
+        return "\n".join(lines)
+
+    def markdown(self) -> list[str]:
+        """The lines, and an empty one after them; what is said below a single cell stands beside it."""
+        sides = ["---" if side == "<" else "--:" for side in self.aligned]
+        lines = [list(self.heads), sides]
+        for row in self.marked:
+            cells = [*row.cells, *([row.below] if len(row.cells) == 1 else [])]
+            lines.append([cell.replace("|", "\\|") for cell in cells] + [""] * (len(sides) - len(cells)))
+        return [*(f"| {' | '.join(cells)} |" for cells in lines), ""]
 
 
-def warnings_text(outcome: Outcome[Any]) -> list[str]:
-    """The remarks on a run, each a paragraph."""
-    return [wrapped(f"Warning: {text.rstrip('.')}.") for text in outcome.warnings]
+@dataclass(frozen=True)
+class Section:
+    """A part of a report, with a title that a terminal prints only of those that are ``headed``: tables, paragraphs,
+    and lists of sentences."""
+
+    title: str
+    parts: Sequence[Table | str | Sequence[str]]
+    headed: bool = True
+
+    def text(self, style: Style) -> str:
+        """For a terminal; nothing where there is nothing in it."""
+        lines = [style.paint(self.title, "heading")] if self.headed else []
+        for part in self.filled:
+            if isinstance(part, Table):
+                lines.append(part.text(style))
+            else:
+                lines += [wrapped(part, "  ")] if isinstance(part, str) else [wrapped(s, "  ", "    ") for s in part]
+        return "\n".join(lines) if self.filled else ""
+
+    @property
+    def filled(self) -> list[Table | str | Sequence[str]]:
+        """The parts that are not empty."""
+        return [part for part in self.parts if part]
 
 
-def outcome_text(
-    outcome: Outcome[Any], contrary: Sequence[Check], style: Style, planned: tuple[Step, ...] | None = None
-) -> str:
-    """The same, and where it is kept; of a plan that has been printed (``planned``) what turned out otherwise."""
-    changed = [step for step in outcome.plan if planned is not None and step not in planned]
-    parts = [found_text(outcome, contrary, style)]
-    if changed:
-        parts.append(plan_text(changed, style).replace("Plan", "As it turned out", 1))
-    if outcome.exported is not None:
-        from reduced1d.ladder import few_states_of
-
-        parts.append(f"Exported {few_states_of(outcome.request.reduction)} to {_shown(outcome.exported)}/")
-    return "\n\n".join([*parts, where_text(outcome)])
-
-
-def plan_text(steps: Sequence[Step], style: Style) -> str:
-    """The plan: what is done and what is skipped, each with its reason."""
-    lines = [style.paint("Plan", "heading")]
-    for step in steps:
-        text = f"{'-' if step.state == 'skipped' else '+'} {step.state:<8}{step.step}: {step.reason}"
-        lines.append(textwrap.fill(text, WIDTH, initial_indent="  ", subsequent_indent=" " * 12))
-    return "\n".join(lines)
-
-
-def listed(head: str, sentences: Sequence[str], style: Style) -> str:
-    """Sentences under a heading; nothing where there are none."""
-    lines = [wrapped(f"{text.rstrip('.')}.", "  ", "    ") for text in sentences]
-    return "\n".join([style.paint(head, "heading"), *lines]) if lines else ""
-
-
-def declared(check: Check) -> str:
-    """What the scene declares of a check that came out otherwise."""
-    if check.expected is not None and check.verdict != check.expected:
-        return f"the scene declares that it {check.expected} (checks.expect_differs)"
-    return ""
-
-
-def columns_text(rows: Sequence[Sequence[str]], left: int, style: Style) -> list[str]:
-    """Lines of a table, the first its heading: ``left`` columns stand to the left, the rest to the right. No two
-    columns ever touch; they move together where the line would be too long."""
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    gaps = len(widths) - 1
-    gap = " " * max(min((WIDTH - sum(widths)) // gaps, 3), 1)
-    sides = ["<" if i < left else ">" for i in range(len(widths))]
-    lines = [
-        gap.join(f"{cell:{side}{width}}" for cell, side, width in zip(row, sides, widths, strict=True)).rstrip()
-        for row in rows
-    ]
-    return [style.paint(lines[0], "heading"), *lines[1:]]
-
-
-def where_text(outcome: Outcome[Any]) -> str:
-    """Where a run's results are, what is there, how long it took, and which earlier run they replace."""
-    files, timing = outcome.files, outcome.timing
-    kinds = (["report.html"] if "report.html" in files else []) + ["summary.json"]
-    kinds += ["traces.csv"] if "traces.csv" in files else []
-    figures = {Path(file).stem for file in files if file.endswith(".svg")}
-    kinds += [f"{len(figures)} figure{'s' * (len(figures) > 1)}"] if figures else []
-    kinds += ["fem3d.pvd"] if "fem3d.pvd" in files else []
-    parts = [f"{name} {timing[key]:.1f} s" for key, name in _STAGES.items() if key in timing]
-    spent = f"Took {timing['total']:.1f} s" + (f" ({', '.join(parts)})" if parts else "")
-    # A path is not broken over lines, so that it can be copied.
-    said = f"{', '.join(kinds)}. {spent}." + (f" Replaces {outcome.replaced}." if outcome.replaced else "")
-    return f"Results in {_shown(outcome.folder)}/\n" + wrapped(said, "  ", "  ")
-
-
-def _shown(folder: Path) -> Path:
-    """Relative to where the user is, where it is below that."""
-    here = Path.cwd()
-    return folder.relative_to(here) if folder.is_relative_to(here) else folder
+def sentences(found: Sequence[str]) -> list[str]:
+    """Each ended with a full stop."""
+    return [f"{text.rstrip('.')}." for text in found]
 
 
 def wrapped(text: str, first: str = "", then: str = "  ") -> str:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import groupby
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from validate.report.table import Style, Table, wrapped
 from validate.stress.rows import Row
-
-if TYPE_CHECKING:
-    from validate.report.table import Style
 
 ABOUT = """\
 The table of one run of `validate stress`, which is what wrote this page. A row says what was run, over which extremes,
@@ -35,15 +33,13 @@ def headline(rows: Sequence[Row]) -> str:
 
 def text(rows: Sequence[Row], style: Style) -> str:
     """The table for a terminal, 80 columns wide."""
-    from validate.report.table import wrapped
-
     lines = [style.paint(headline(rows), "heading")]
     for group, of_group in groupby(rows, lambda row: row.group):
         lines += ["", style.paint(group.capitalize(), "heading")]
         for row in of_group:
             kind = _MARKS[row.verdict]
             about = f"{row.what}: {row.extremes}" if row.extremes else row.what
-            lines.append(f"  {style.paint(style.mark(kind), kind)} {wrapped(about, '', '    ')}")
+            lines.append(f"  {style.mark(kind)} {wrapped(about, '', '    ')}")
             numbers = f"{row.measure} {row.found:.3g} (at most {row.bound:.3g}), {row.verdict}"
             lines.append(wrapped("; ".join(filter(None, (numbers, row.said))), "      ", "      "))
     return "\n".join(lines)
@@ -54,12 +50,12 @@ def markdown(rows: Sequence[Row], versions: dict[str, str], seed: int) -> str:
     lines = ["# Numerical stability and robustness", "", ABOUT, f"**{headline(rows)}** Seed {seed}.", ""]
     lines += [", ".join(f"{name} {value}" for name, value in versions.items()) + ".", ""]
     for group, of_group in groupby(rows, lambda row: row.group):
-        lines += [f"## {group.capitalize()}", "", "| what | extremes | measure | found | bound | verdict | |"]
-        lines.append("|---|---|---|--:|--:|---|---|")
-        for row in of_group:
-            cells = (row.what, row.extremes, row.measure, f"{row.found:.3g}", f"{row.bound:.3g}", row.verdict, row.said)
-            lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
-        lines.append("")
+        heads = ("what", "extremes", "measure", "found", "bound", "verdict", "")
+        cells = [
+            (row.what, row.extremes, row.measure, f"{row.found:.3g}", f"{row.bound:.3g}", row.verdict, row.said)
+            for row in of_group
+        ]
+        lines += [f"## {group.capitalize()}", "", *Table(heads, cells, "<<<>><<").markdown()]
     return "\n".join(lines)
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
+from validate.processes import single_threaded
 from validate.stress import coupling, drives, extremes, steps, sweep
 from validate.stress.rows import Row, failed
-from validate.verify.cases import single_threaded
 
 QUICK_SCENES = 24
 

@@ -95,6 +95,8 @@ def ranged(base: Base, key: str, ends: Sequence[object], log: bool) -> Axis:
     shown = f"{name} from {_text(ends[0])} to {_text(ends[1])}"
     if isinstance(low, str) or isinstance(high, str):
         raise SceneError(f"{shown} is no range of numbers: give them one by one, as {name}=a,b,c")
+    if base.counts(name):
+        raise SceneError(f"{name} takes whole numbers, and {shown} has others: give them one by one, as {name}=1,2,3")
     if not low < high:
         raise SceneError(f"{shown} is an empty range: give the smaller end first")
     if log and low <= 0:

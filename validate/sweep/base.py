@@ -12,7 +12,7 @@ from scenes.any import type_of_file
 from scenes.errors import SceneError, quoted
 from scenes.free.loading import schema_of
 from scenes.keys import DEVICE, SINK, TYPES
-from scenes.kinds import Quantity
+from scenes.kinds import Count, Quantity
 from scenes.loading import as_dict, builtin_text, check, file_name, file_text, toml
 from scenes.model import AnyScene
 from scenes.overrides import locate, override
@@ -65,6 +65,11 @@ class Base:
             return key, parse_quantity(text)[0]
         except UnitError:
             return key, text
+
+    def counts(self, key: str) -> bool:
+        """Whether a key takes whole numbers only."""
+        path = key.partition("+")[0]
+        return path in self.schema.paths and isinstance(self.schema.paths[path].kind, Count)
 
     def unit(self, key: str) -> str:
         """The SI unit of a key's numbers, "" where that isn't known."""

@@ -97,13 +97,6 @@ class Cluster:
             self._compare_versions()
 
     @property
-    def dashboard(self) -> str:
-        """Where Dask shows what its workers do, "" where it doesn't."""
-        if self._local is not None and not _draws():
-            return ""
-        return str(self._client.dashboard_link or "")
-
-    @property
     def threads(self) -> int:
         """How many tasks run at once."""
         return sum(self._client.nthreads().values()) if self._local is None else self._workers

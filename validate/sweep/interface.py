@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 from scenes.errors import SceneError
 from scenes.sink import Sink
+from validate.processes import processors
 from validate.sweep import axes
 from validate.sweep.axes import Axis
 from validate.sweep.base import Base, base
 from validate.sweep.design import Design
-from validate.sweep.job import Job, Means, checked, processors
+from validate.sweep.job import Job, Means, checked
 from validate.sweep.output import Outcome, write
 from validate.sweep.point import Scope
 from validate.sweep.run import run
@@ -67,7 +68,7 @@ def sweep(
     found = base(scene, [f"run.accuracy={accuracy!r}"])
     design = Design(tuple(_axis(found, k, v, sample is not None) for k, v in (vary or {}).items()), sample, seed)
     names = [reduction] if isinstance(reduction, str) else reduction
-    scope = Scope(tuple(map(canonical, names)), steady, checked(found, check, steady), blame)
+    scope = Scope(tuple(map(canonical, names)), steady, checked(found, check, steady, design.keys), blame)
     job, say = Job(found, design, scope), progress or (lambda _: None)
     started = time.monotonic()
     with ExitStack() as stack:

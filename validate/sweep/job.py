@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -60,14 +59,10 @@ class Means:
     seconds: float | None = None
 
 
-def processors() -> int:
-    """How many processors this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def checked(base: Base, given: str | None, steady: bool) -> str:
-    """The check that was asked for; SceneError for one that there isn't, or that the sweep doesn't make."""
-    from compare.plan import skipped_checks
+def checked(base: Base, given: str | None, steady: bool, varied: Collection[str] = ()) -> str:
+    """The check that was asked for; SceneError for one that there isn't, or that no design of the sweep has, whose
+    ``varied`` keys are these."""
+    from compare.plan import checks_of, skipped_checks
     from scenes.checks import DEFAULT_TOLERANCES, ISLAND_TOLERANCES
     from scenes.plan import Request
 
@@ -83,6 +78,9 @@ def checked(base: Base, given: str | None, steady: bool) -> str:
     known = (*DEFAULT_TOLERANCES, *ISLAND_TOLERANCES)
     if check not in known:
         raise SceneError(f"{quoted(check)} is no check: give {', '.join(known)}{did_you_mean(check, known)}")
+    if check not in checks_of(scene) and "sink.spans" not in varied:
+        own = "several spans, as sink.spans=3" if scene.spans == 1 else "a single span"
+        raise SceneError(f"there is no check {quoted(check)} here: it is one of {own}, and sink.spans = {scene.spans}")
     skipped = skipped_checks(scene, Request(transient=not steady))
     if check in skipped:
         raise SceneError(f"there is no check {quoted(check)} here: {skipped[check]}")

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from validate.report import html as report
-from validate.report.html.page import figures
+from validate.report.html.page import figures, whole
 from validate.report.html.parts import section, table, text, values
 from validate.sweep.table import COLOURS, Table
 
@@ -27,7 +26,6 @@ MOST = 40_000
 def page(folder: Path, found: Table, document: Mapping[str, Any]) -> str:
     """The page as text, with nothing outside of it; figures are read from ``folder``."""
     job = found.job
-    style = (Path(report.__file__).parent / "style.css").read_text(encoding="utf-8")
     script = Path(__file__).with_name("hover.js").read_text(encoding="utf-8")
     data = json.dumps(_data(found), separators=(",", ":")).replace("</", "<\\/")
     counts, sentence = document["counts"], document["sentence"]
@@ -57,15 +55,8 @@ def page(folder: Path, found: Table, document: Mapping[str, Any]) -> str:
             "Versions and counts", f'<div class="columns">{values({"counts": counts, **document["provenance"]})}</div>'
         ),
     ]
-    return (
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n<link rel="icon" href="data:,">\n'
-        f"<title>{text(job.base.name)}</title>\n<style>\n{style}{_STYLE}</style>\n</head>\n<body>\n<header>\n"
-        f'<h1>{text(job.base.name)}</h1>\n<p class="verdict">{text(said)}</p>\n</header>\n<main>\n'
-        + "\n".join(parts)
-        + f'\n</main>\n<script type="application/json" id="rows">{data}</script>\n'
-        f"<script>\n{script}</script>\n</body>\n</html>\n"
-    )
+    scripts = f'<script type="application/json" id="rows">{data}</script>\n<script>\n{script}</script>'
+    return whole(job.base.name, f'<p class="verdict">{text(said)}</p>', parts, scripts, _STYLE)
 
 
 _STYLE = """

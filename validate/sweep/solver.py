@@ -16,15 +16,14 @@ from dataclasses import replace
 from threading import Lock, Thread, Timer
 from typing import TYPE_CHECKING, Any
 
+from validate.processes import ONE_THREAD
+
 if TYPE_CHECKING:
     from validate.sweep.point import Row, Work
 
 IDLE = 60.0
 ATTEMPTS = 3
 """How often a task is begun whose process dies, before it is said to be the task's fault."""
-
-# Before numpy loads, so that no worker competes with itself; a cluster's own setting is for its own processes.
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 
 class DiedError(Exception):
@@ -41,7 +40,7 @@ class Solver:
     def __init__(self) -> None:
         self._process = subprocess.Popen(
             [sys.executable, "-m", __name__], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-            env=os.environ | dict.fromkeys(THREADS, "1"),
+            env=os.environ | ONE_THREAD,
         )  # fmt: skip
 
     def send(self, work: Work) -> None:

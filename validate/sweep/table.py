@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenes.checks import DEFAULT_TOLERANCES
+from scenes.checks import DEFAULT_TOLERANCES, ISLAND_TOLERANCES
 from scenes.formats import percent, quantity
 from validate.sweep.base import VOLTAGE
 from validate.sweep.job import Job
@@ -69,11 +69,12 @@ class Table:
 
     def series(self, reduction: str = "") -> dict[str, Series]:
         """The differences of a reduction (the first, if none is given) by check, or the probes; first the one that the
-        sweep is of."""
+        sweep is of. Checks that a single one of several designs has are left out: the others are of another kind."""
         scope = self.job.scope
         if self.relative:
             own = "" if reduction in ("", scope.reductions[0]) else f"{reduction}_"
-            names = {check: (f"{own}{check}_difference", f"{own}{check}_u_num") for check in DEFAULT_TOLERANCES}
+            checks = (*DEFAULT_TOLERANCES, *ISLAND_TOLERANCES)
+            names = {check: (f"{own}{check}_difference", f"{own}{check}_u_num") for check in checks}
         else:
             probes = (name.removesuffix("_error") for name in self.columns if name.endswith("_error"))
             names = {probe.removeprefix("fem3d_"): (probe, f"{probe}_error") for probe in probes}
@@ -81,15 +82,21 @@ class Table:
         return {
             name: (self.columns[names[name][0]], self.columns[names[name][1]])
             for name in order
-            if names[name][0] in self.columns
+            if name == scope.check or self._known(names[name][0]) > min(1, len(self) - 1)
         }
+
+    def _known(self, column: str) -> int:
+        """How many designs have a number there."""
+        return int(np.isfinite(self.columns[column].astype(float)).sum()) if column in self.columns else 0
 
     def at(self, number: int) -> str:
         """A point in words."""
 
         def shown(key: str) -> str:
             value = self.keys[key][number]
-            return str(value) if isinstance(value, str) else quantity(float(value), self.units[key], 3)
+            if isinstance(value, str):
+                return value
+            return quantity(float(value), self.units[key], 3) if self.units[key] else f"{float(value):g}"
 
         return ", ".join(f"{key} {shown(key)}" for key in self.keys)
 

@@ -41,6 +41,11 @@ class Row:
     skipped: bool = False
 
     @property
+    def named(self) -> str:
+        """The quantity with its unit."""
+        return f"{self.quantity} ({self.unit})" if self.unit not in ("", "order") else self.quantity
+
+    @property
     def difference(self) -> float:
         """Found less expected, in the row's unit."""
         return self.found - self.expected

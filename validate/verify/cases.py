@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
-import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
+from validate.processes import single_threaded
 from validate.verify import exact_bodies, exact_walls, integrators, iso10211, manufactured, orders, published
 from validate.verify.answers import Row
 from validate.verify.second_code import sink_steady
@@ -130,22 +129,3 @@ def _side_by_side(chosen: list[int], jobs: int, found: dict[int, list[Row]], say
         for future in as_completed(futures):
             found[futures[future]] = future.result()
             say()
-
-
-@contextlib.contextmanager
-def single_threaded() -> Iterator[None]:
-    """Processes started inside use one thread each for linear algebra: more would only compete."""
-    before = os.environ.get("OMP_NUM_THREADS")
-    os.environ["OMP_NUM_THREADS"] = "1"
-    try:
-        yield
-    finally:
-        if before is None:
-            del os.environ["OMP_NUM_THREADS"]
-        else:
-            os.environ["OMP_NUM_THREADS"] = before
-
-
-def processors() -> int:
-    """How many processors this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

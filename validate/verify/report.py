@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import groupby
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from validate.report.table import Row as Line
+from validate.report.table import Section, Style, Table
 from validate.verify.answers import Row
-
-if TYPE_CHECKING:
-    from validate.report.table import Style
 
 TITLES = {
     "order in space": "Observed orders of convergence in space (they agree with theory within 0.1)",
@@ -47,61 +46,50 @@ def headline(rows: Sequence[Row]) -> str:
 
 
 def text(rows: Sequence[Row], style: Style) -> str:
-    """The table for a terminal, 80 columns wide; the notes of rows that do not agree follow."""
-    lines = [style.paint(headline(rows), "heading")]
+    """The tables for a terminal, with the notes of rows that do not agree."""
+    parts = [style.paint(headline(rows), "heading")]
+    heads = ("", "expected", "found", "difference", "error")
     for family, of_family in groupby(rows, lambda row: row.family):
-        lines += ["", style.paint(TITLES.get(family, family), "heading")]
-        heads = ("expected", "found", "difference", "error")
-        lines.append(f"  {'':30}{heads[0]:>14}{heads[1]:>14}{heads[2]:>11}{heads[3]:>9}")
+        lines: list[Line] = []
         for case, of_case in groupby(of_family, lambda row: row.case):
-            lines.append(f"  {case}")
-            for row in of_case:
-                lines += _line(row, style)
-    return "\n".join(lines)
+            lines += [Line([case]), *map(_line, of_case)]
+        parts.append(Section(TITLES.get(family, family), [Table(heads, lines)]).text(style))
+    return "\n\n".join(parts)
 
 
-def _line(row: Row, style: Style) -> list[str]:
-    from validate.report.table import wrapped
-
+def _line(row: Row) -> Line:
     if row.skipped:
-        return [f"    skipped: {row.note}"]
-    mark = style.paint(style.mark(row.verdict), row.verdict)
-    name = f"{row.quantity} ({row.unit})" if row.unit not in ("", "order") else row.quantity
-    if row.unit == "order":
-        numbers = f"{row.expected:>14g}{row.found:>14.3f}{row.difference:>+11.3f}{row.error:>9g}"
-    else:
-        numbers = f"{row.expected:>14.7g}{row.found:>14.7g}{row.difference:>+11.1e}{row.error:>9.0e}"
-    lines = [f"  {mark} {name}"] if len(name) > 28 else []
-    lines.append(f"  {mark if not lines else ' '} {name if not lines else '':<28}{numbers}")
+        return Line([f"  skipped: {row.note}"])
+    said = ""
     if row.verdict != "agrees":
         why = "" if row.limit is None or row.verdict == "differs" else f"the error exceeds {row.limit:.1e}"
-        lines.append(wrapped(f"    {row.verdict}: {'; '.join(filter(None, (why, row.note)))}"))
-    return lines
+        said = f"{row.verdict}: {'; '.join(filter(None, (why, row.note)))}"
+    return Line([row.named, *_numbers(row, 0)], row.verdict, said)
+
+
+def _numbers(row: Row, digits: int) -> list[str]:
+    """Expected, found, difference and error."""
+    if row.unit == "order":
+        return [f"{row.expected:g}", f"{row.found:.3f}", f"{row.difference:+.3f}", f"{row.error:g}"]
+    return [f"{row.expected:.7g}", f"{row.found:.7g}", f"{row.difference:+.1e}", f"{row.error:.{digits}e}"]
 
 
 def markdown(rows: Sequence[Row], versions: dict[str, str]) -> str:
     """The page of the documentation."""
     lines = ["# Code verification", "", ABOUT, f"**{headline(rows)}**", ""]
     lines += [", ".join(f"{name} {value}" for name, value in versions.items()) + ".", ""]
+    heads = ("case", "quantity", "expected", "found", "difference", "error", "verdict", "source")
     for family, of_family in groupby(rows, lambda row: row.family):
-        lines += [f"## {TITLES.get(family, family)}", ""]
-        heads = ("case", "quantity", "expected", "found", "difference", "error", "verdict", "source")
-        lines += ["| " + " | ".join(heads) + " |", "|---|---|--:|--:|--:|--:|---|---|"]
-        lines += ["| " + " | ".join(_cells(row)) + " |" for row in of_family]
-        lines.append("")
+        table = Table(heads, [_cells(row) for row in of_family], "<<>>>><<")
+        lines += [f"## {TITLES.get(family, family)}", "", *table.markdown()]
     return "\n".join(lines)
 
 
 def _cells(row: Row) -> list[str]:
     if row.skipped:
         return [row.case, "", "", "", "", "", "skipped", row.note]
-    if row.unit == "order":
-        return [row.case, row.quantity, f"{row.expected:g}", f"{row.found:.3f}", f"{row.difference:+.3f}",
-                f"{row.error:g}", row.verdict, row.note]  # fmt: skip
-    unit = f" ({row.unit})" if row.unit else ""
     many = f", worst of {row.count}" if row.count > 1 else ""
-    return [row.case, row.quantity + unit + many, f"{row.expected:.7g}", f"{row.found:.7g}", f"{row.difference:+.1e}",
-            f"{row.error:.1e}", row.verdict, row.note]  # fmt: skip
+    return [row.case, f"{row.named}{many}", *_numbers(row, 1), row.verdict, row.note]
 
 
 def document(rows: Sequence[Row], versions: dict[str, str], seconds: float) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from scenes.keys import DEVICE
 from scenes.loading import load
 from scenes.loop.runs import Run, Runs, sampled_slowly
 from scenes.plan import Request
-from validate.report.claims import claimed, off_by
+from validate.report.checks import claimed, off_by
 
 SLOPE = 0.15 * 1e-3 * 100e-6 / 100e-6
 METERS = ("meter_resistance", "meter_power", "meter_rate")

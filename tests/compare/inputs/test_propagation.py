@@ -126,7 +126,8 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert 0.003 < checks["eq14"]["u_input"] < 0.01
 
 
-def test_samples_by_the_command(tmp_path: Path) -> None:
+def test_samples_by_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("validate.monte_carlo.processors", lambda: 1)  # a second worker would take longer to start
     arguments = ["sink", "--uncertain", "oxide_thickness=5%", "--monte-carlo", "10", "--steady", "--accuracy", "1e-2",
                  "--no-figures", "--quiet", "--out", str(tmp_path / "run")]  # fmt: skip
     assert main(arguments) == 0

@@ -106,7 +106,7 @@ def simulate(device, samples, cuts=1, steps=6):
 
     def solve(h):
         if h not in solves:
-            solves[h] = splu(M + GAMMA / 2 * h * K)
+            solves[h] = splu(M + GAMMA / 2 * h * K, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
         return solves[h].solve
 
     def heat(T, voltage):

@@ -163,6 +163,27 @@ REFUSED: dict[str, tuple[Change, tuple[str, ...]]] = {
         lambda d: d["boundary"].append({"name": "flux", "group": "base", "heat_flux": 4}),
         ('"flux".heat_flux lies where other boundaries fix the temperature',),
     ),
+    "source on a surface": (
+        lambda d: d.update(source=[{"group": "base", "heat_source": 1}]),
+        ('"base" is a surface group, not a volume group',),
+    ),
+    "resistivity below zero": (
+        put("material", 0, temperature_coefficient=-0.1, reference_temperature=280),
+        ("temperature_coefficient = -0.1 1/K makes the resistivity -1 times its reference value",),
+    ),
+    "face inside the solid": (
+        put("boundary", 1, group="joint"),
+        ('boundary "air".convection has solid on both sides everywhere',),
+    ),
+    "potential at a place in an insulator": (
+        put("probe", 0, quantity="potential", at=[1e-6, 2e-6, 1e-6]),
+        ('probe "tip" asks for the potential where nothing conducts: give a place in a conductor',),
+    ),
+    "half of a boundary": (put("probe", 3, group="half"), ('probe "to base" covers boundary "base" in part',)),
+    "a boundary and a face inside": (
+        put("probe", 3, group="both"),
+        ('probe "to base" lies partly inside the solid', 'partly on boundary "base"'),
+    ),
 }
 
 
@@ -175,7 +196,12 @@ def read_and_check(document: dict[str, Any], folder: Path) -> None:
 @pytest.mark.parametrize("name", REFUSED)
 def test_what_does_not_fit_is_refused_in_one_sentence(name: str, tmp_path: Path) -> None:
     change, said = REFUSED[name]
-    boxes.write(boxes.grouped(scene_of(bridge()), "hexahedron", 1), tmp_path / "chip.msh")
+    mesh = boxes.grouped(scene_of(bridge()), "hexahedron", 1)
+    middles = mesh.points[mesh.cells[mesh.volumes["foot"]][:, boxes.FACETS["hexahedron"]]].mean(axis=2)
+    joint = mesh.cells[mesh.volumes["foot"]][:, boxes.FACETS["hexahedron"]][middles[..., 2] == 2e-6]
+    base = mesh.surfaces["base"]
+    mesh.surfaces |= {"joint": joint, "half": base[:1], "both": np.concatenate([base, joint])}
+    boxes.write(mesh, tmp_path / "chip.msh")
     document = boxes.document(bridge(), "chip.msh")
     read_and_check(document, tmp_path)
     change(document)
@@ -240,11 +266,30 @@ def test_parts_that_only_lie_side_by_side_are_told(tmp_path: Path) -> None:
     mesh = boxes.grouped(scene_of(bridge()), "hexahedron", 1)
     boxes.write(mesh, tmp_path / "m.msh")
     assert remarks(read(tmp_path / "m.msh", 1.0)) == []
-    foot = mesh.volumes["foot"]
-    twins = np.unique(mesh.cells[foot])
-    touching = int(np.isin(twins, np.unique(mesh.cells[mesh.volumes["beam"]])).sum())
-    mesh.cells[foot] = len(mesh.points) + np.searchsorted(twins, mesh.cells[foot])
-    mesh.points = np.concatenate([mesh.points, mesh.points[twins]])
-    mesh.surfaces = {}
+    touching = take_off_the_foot(mesh)
     boxes.write(mesh, tmp_path / "m.msh")
     assert remarks(read(tmp_path / "m.msh", 1.0))[0].startswith(f"{touching} corners of the mesh")
+
+
+def take_off_the_foot(mesh: boxes.Built) -> int:
+    """Gives the foot corners of its own, and tells how many it had in common with the beam; its faces are in no group
+    any more."""
+    foot = mesh.volumes["foot"]
+    twins, others = np.unique(mesh.cells[foot]), np.unique(mesh.cells[mesh.volumes["beam"]])
+    mesh.cells[foot] = len(mesh.points) + np.searchsorted(twins, mesh.cells[foot])
+    mesh.points = np.concatenate([mesh.points, mesh.points[twins]])
+    mesh.surfaces = {name: rows for name, rows in mesh.surfaces.items() if np.isin(rows, others).all()}
+    return int(np.isin(twins, others).sum())
+
+
+def test_a_part_that_nothing_acts_on_is_refused(tmp_path: Path) -> None:
+    mesh = boxes.grouped(scene_of(bridge()), "hexahedron", 1)
+    document = boxes.document(bridge(), "chip.msh")
+    for table in ("boundary", "probe"):
+        document[table] = [item for item in document[table] if item["name"] not in ("base", "to base")]
+    boxes.write(mesh, tmp_path / "chip.msh")
+    read_and_check(document, tmp_path)
+    take_off_the_foot(mesh)
+    boxes.write(mesh, tmp_path / "chip.msh")
+    with pytest.raises(SceneError, match='of group "foot" is joined to nothing that a boundary or a heat source acts'):
+        read_and_check(document, tmp_path)

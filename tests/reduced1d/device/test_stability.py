@@ -23,7 +23,7 @@ def disturbed(device, samples):
     """Deviations from the set point after a step of 1 mK outside, settled before."""
     h = device.control.sample_time
     device = replace(device, external=External(273.0, 273.001, 2 * h), end_time=samples * h, accuracy=1e-4)
-    result = solve_accurate(device, start="settled")
+    result = solve_accurate(device, start="settled", with_findings=False)
     return np.abs(np.column_stack([result.sink_K, result.sensor_K]) - 310.5).max(axis=1)
 
 

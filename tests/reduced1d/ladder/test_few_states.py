@@ -12,7 +12,8 @@ from reduced1d.errors import RunawayError
 from reduced1d.ladder.anchor import Anchor
 from reduced1d.ladder.answer import over_time, steady
 from reduced1d.ladder.few_states import FewStates
-from reduced1d.ladder.fin import fin, lump
+from reduced1d.ladder.fin import fin
+from reduced1d.ladder.lumps import lumps
 from reduced1d.ladder.steady import runaway_voltage, steady_state
 from reduced1d.ladder.transient import trajectory
 from reduced1d.sink import anchor_series_resistance, solve
@@ -41,7 +42,7 @@ def bare(resistance: float) -> Anchor:
 @pytest.mark.parametrize("sink", SINKS.values(), ids=SINKS)
 def test_the_lump_on_eq_14s_resistance_is_the_papers_model(sink: Sink) -> None:
     R = anchor_series_resistance(sink)
-    exact, model = solve(sink, times=TIMES), lump(sink, R)
+    exact, model = solve(sink, times=TIMES), lumps(sink, R)
     found, traces = steady(model), over_time(model, TIMES)
     for key in ("peak_rise_K", "end_rise_K", "mean_rise_K", "current_A", "power_W", "heat_out_W"):
         assert found[key] == relative(exact.steady[key].value, 1e-10)
@@ -51,7 +52,7 @@ def test_the_lump_on_eq_14s_resistance_is_the_papers_model(sink: Sink) -> None:
         rise = exact.traces.values[key] - sink.room_temperature
         assert np.abs(traces[key] - rise).max() < 3e-5 * rise[-1]
     # The twin: another resistance is noticed.
-    other = over_time(lump(sink, 1.001 * R), TIMES)
+    other = over_time(lumps(sink, 1.001 * R), TIMES)
     rise = exact.traces.values["end_K"] - sink.room_temperature
     assert np.abs(other["end_K"] - rise).max() > 3e-4 * rise[-1]
 
@@ -93,7 +94,7 @@ def test_without_feedback_every_mode_is_an_exponential() -> None:
 @pytest.mark.parametrize("voltage", [2.0, 4.5])
 def test_with_feedback_the_steps_are_those_of_a_general_integrator(voltage: float) -> None:
     """4.5 V is above the limit of 4.32 V: on the way to runaway the sweeps settle in shorter steps only."""
-    model = lump(Sink(voltage=voltage, silicon=FALLING), 2663.0)
+    model = lumps(Sink(voltage=voltage, silicon=FALLING), 2663.0)
     end = 0.02 if voltage < 4.0 else 0.006
 
     def rate(_: float, a: np.ndarray) -> np.ndarray:
@@ -110,7 +111,7 @@ def test_with_feedback_the_steps_are_those_of_a_general_integrator(voltage: floa
 
 
 def test_runaway_over_time_is_said() -> None:
-    model = lump(Sink(voltage=20.0, silicon=FALLING), 2663.0)
+    model = lumps(Sink(voltage=20.0, silicon=FALLING), 2663.0)
     with pytest.raises(RunawayError, match="runs away after"):
         trajectory(model, np.linspace(0.0, 0.02, 5))
 

@@ -55,7 +55,7 @@ def test_more_states_are_nearer_to_the_plate(levels: Levels) -> None:
 
 def test_fields_that_are_there_already_are_not_added(levels: Levels) -> None:
     plate = levels.coarse.plate
-    fields = Fields(plate)
+    fields = Fields(plate.conductance)
     field = plate.inverse.solve(plate.mean)
     assert fields.add(field) is not None
     assert fields.add(-3 * field) is None

@@ -79,7 +79,7 @@ def test_a_long_name_does_not_make_a_table_wider_than_the_terminal():
     ]
     said = page.text({"skips": skips})
     assert max(map(len, said.splitlines())) <= 80
-    assert said.count("took too long") == 9
+    assert " ".join(said.split()).count("took too long") == 9
 
 
 def test_without_a_page_the_plots_go_to_the_results(tmp_path, monkeypatch, capsys):

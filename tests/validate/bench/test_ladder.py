@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from compare.budget import budget
+from compare.outcome import Outcome
 from fem3d.run import solve as solve_3d
 from reduced1d import ladder
 from reduced1d.errors import RunawayError
@@ -25,7 +26,7 @@ from scenes.plan import Request
 from scenes.result import Result
 from scenes.sink import Sink
 from validate.bench.ladder_table import errors, scene, slow_row, thin_row
-from validate.report.budget import budget_text, document
+from validate.report.budget import document, section
 
 SCENES = {
     "default": (),
@@ -54,8 +55,8 @@ class Case:
 
 @cache
 def solved(name: str) -> Case:
-    """3D to 1e-4: a current is judged by its change, which is a hundredth of it, and so a hundred times as strictly."""
-    sink = load("sink", [*SCENES[name], "run.accuracy=1e-4"])
+    """3D to 2e-4: a current is judged by its change, which is a hundredth of it, and so a hundred times as strictly."""
+    sink = load("sink", [*SCENES[name], "run.accuracy=2e-4"])
     return Case(sink, solve_3d(sink, Request()), Levels(sink))
 
 
@@ -164,7 +165,7 @@ def test_the_budget_in_words_and_numbers() -> None:
 
     case = solved("default")
     found = budget(case.sink, "paper", case.fem3d, case.levels)
-    text = budget_text(found, Style())
+    text = section(Outcome(case.sink, Request(), (), why=found), Style()).text(Style())
     assert max(map(len, text.splitlines())) <= 80
     made = document(found)
     assert set(made["steady"]) == set(made["transient"]) == {"peak", "end", "current"}
@@ -187,7 +188,6 @@ def test_a_model_of_the_ladder_that_runs_away_is_named() -> None:
 
 @pytest.mark.parametrize("transient", [True, False])
 def test_the_budget_is_drawn(transient: bool, tmp_path: Path) -> None:
-    from compare.outcome import Outcome
     from validate.report.figures.drawing import save, style
     from validate.report.figures.why_figure import draw
 

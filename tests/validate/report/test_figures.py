@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from compare.budget import Budget, Part, Split
+from compare.outcome import Outcome
 from fem3d.run import solve
 from scenes.loading import load
 from scenes.plan import Request
-from validate.report.budget import budget_text
+from validate.report.budget import section
 from validate.report.figures.offscreen import round_length
 from validate.report.figures.profile_figure import _smooth
 from validate.report.figures.why_figure import _seen
@@ -63,11 +64,15 @@ def test_the_legend_has_what_can_be_seen() -> None:
     assert _seen(budget(-1.0, 0.0, 0.0, over_time=np.array([[-1.0, -1.0], [0.0, 0.0], [0.1, 0.0]]))) == [0, 2]
 
 
+def budget_text(*values: float) -> str:
+    return section(Outcome(load("sink"), Request(), (), why=budget(*values)), Style()).text(Style())
+
+
 def test_rows_of_nothing_are_one_row() -> None:
-    text = budget_text(budget(-1.0, 0.3, 0.005, -0.002), Style())
+    text = budget_text(-1.0, 0.3, 0.005, -0.002)
     rows = [line for line in text.splitlines() if line.startswith("  part")]
     assert [row.split()[1] for row in rows] == ["0", "1"]
     assert "2 others, each" in text
     assert "    part 2, part 3" in text
     # A part that is more than its error keeps its row.
-    assert "others" not in budget_text(budget(-1.0, 0.3, 0.02, -0.002), Style())
+    assert "others" not in budget_text(-1.0, 0.3, 0.02, -0.002)

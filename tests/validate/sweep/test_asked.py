@@ -67,6 +67,8 @@ WIDTH = ["--vary", "sink.width=10um:200um:3"]
         (["sink", "--vary", "sink.widht=10um:200um:3"], 'did you mean "sink.width"?'),
         (["sink", "--vary", "sink.width=1V:2V:3"], "is a voltage, not a length"),
         (["sink", "--vary", "sink.width=20um:10um:3"], "from 20um to 10um is an empty range"),
+        (["sink", "--vary", "sink.spans=1:5:3"], "takes whole numbers"),
+        (["sink", "--vary", "sink.width=10um,20um", "--steady", "--check", "islands_mean"], "one of several spans"),
         (["sink", "--vary", "environment.convection_coefficient=0:10:3:log"], "has no logarithm"),
         (["sink", "--vary", "sink.width=10um:20um:0"], 'the count of sink.width, "0"'),
         (["sink", "--vary", "sink.width=10um:20um:1000001"], "from 1 to 1000000"),

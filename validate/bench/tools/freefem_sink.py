@@ -19,9 +19,10 @@ from typing import Any
 
 import numpy as np
 
+from reduced1d.equations import room_resistivity
 from scenes.loading import load
 from scenes.sink import Sink
-from validate.bench.problem import QUANTITIES, at_times, graded, quarter, step_times
+from validate.bench.problem import at_times, graded, numbers, quarter, step_times
 from validate.bench.tools import tetrahedra
 from validate.bench.tools.methods import METHODS
 
@@ -67,8 +68,8 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], Answer], Callable[[An
         found = rows[at_times(times)] if options["transient"] else rows[:1]
         peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
         return {
-            "values": dict(zip(QUANTITIES, found.T.tolist(), strict=True)), "unknowns": int(unknowns),
-            "steps": max(len(times) - 1, 0), "seconds": [inside], "start_up_s": whole - inside, "peak_MB": peak,
+            **numbers(options, int(unknowns), found), "seconds": [inside], "start_up_s": whole - inside,
+            "peak_MB": peak,
         }  # fmt: skip
 
     return solve, read
@@ -90,14 +91,13 @@ def _children_s() -> float:
 def _inputs(sink: Sink, times: np.ndarray, method: tuple[tuple[float, ...], ...]) -> list[float | int]:
     """What the script reads, in its order."""
     si, ox = sink.silicon, sink.oxide
-    assert si.resistivity is not None
-    room = 1 + si.temperature_coefficient * (sink.room_temperature - si.reference_temperature)
+    rho, coefficient = room_resistivity(si, sink.room_temperature)
     tableau = np.zeros((len(method), len(method)))
     for row, weights in zip(tableau, method, strict=True):
         row[: len(weights)] = weights
     centre = (0.0, sink.length / 2 * MICRO, sink.thickness / 2 * MICRO)
     return [
-        si.thermal_conductivity, ox.thermal_conductivity, si.heat_capacity, ox.heat_capacity, si.resistivity * room,
-        si.resistivity * si.temperature_coefficient, sink.voltage, sink.length, sink.cross_section, COPIES, TOLERANCE,
+        si.thermal_conductivity, ox.thermal_conductivity, si.heat_capacity, ox.heat_capacity, rho,
+        rho * coefficient, sink.voltage, sink.length, sink.cross_section, COPIES, TOLERANCE,
         *centre, len(method), *tableau.ravel().tolist(), len(times), *times.tolist(),
     ]  # fmt: skip

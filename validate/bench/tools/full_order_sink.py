@@ -12,10 +12,10 @@ from typing import Any
 from fem3d.study import Quantities
 from meshes import symmetry
 from scenes.loading import load
-from validate.bench.problem import QUANTITIES, at_times, graded, step_times
+from validate.bench.problem import QUANTITIES, at_times, graded, numbers, step_times
 from validate.verify import reference
 
-Answer = tuple[int, int, list[Quantities]]
+Answer = tuple[int, list[Quantities]]
 
 
 def prepare(options: dict[str, Any]) -> tuple[Callable[[], Answer], Callable[[Answer], dict[str, Any]]]:
@@ -28,15 +28,14 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], Answer], Callable[[An
         full = reference.assemble(part.scene, mesh)
         if not options["transient"]:
             rise = reference.steady(full)
-            return len(full.free), 0, [reference.quantities(sink, part, full, rise)]
+            return len(full.free), [reference.quantities(sink, part, full, rise)]
         times = step_times(options["steps"])
         marched = reference.transient(full, times)
         found = [reference.quantities(sink, part, full, *marched[i]) for i in at_times(times)]
-        return len(full.free), len(times) - 1, found
+        return len(full.free), found
 
     def read(answer: Answer) -> dict[str, Any]:
-        unknowns, steps, found = answer
-        values = {q: [float(f[q]) for f in found] for q in QUANTITIES}
-        return {"values": values, "unknowns": unknowns, "steps": steps}
+        unknowns, found = answer
+        return numbers(options, unknowns, [[float(f[q]) for q in QUANTITIES] for f in found])
 
     return solve, read

@@ -19,10 +19,11 @@ import ngsolve as ng
 import numpy as np
 from ngsolve import dx, grad
 
+from reduced1d.equations import room_resistivity
 from scenes.loading import load
 from scenes.model import Box
 from scenes.sink import Sink
-from validate.bench.problem import QUANTITIES, at_times, graded, quarter, step_times
+from validate.bench.problem import at_times, graded, numbers, quarter, step_times
 from validate.bench.tools import hexahedra
 from validate.bench.tools.methods import METHODS
 
@@ -47,9 +48,8 @@ class Problem:
         ).Assemble()
         self.stiffness = self.conduction.mat
         self.mass = ng.BilinearForm(c * u * v * dx, symmetric=True).Assemble().mat
-        silicon, area = sink.silicon, sink.cross_section
-        room = 1 + silicon.temperature_coefficient * (sink.room_temperature - silicon.reference_temperature)
-        self.rho = silicon.resistivity * room, silicon.resistivity * silicon.temperature_coefficient  # type: ignore
+        rho, coefficient = room_resistivity(sink.silicon, sink.room_temperature)
+        self.rho, area = (rho, rho * coefficient), sink.cross_section
         mean = ng.LinearForm(v * dx("beam")).Assemble().vec
         end = ng.LinearForm(v * ng.ds("end")).Assemble().vec
         peak = ng.LinearForm(self.space)
@@ -172,10 +172,4 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], Any], Callable[[Any],
         problem = Problem(sink, mesh, brick.boxes, options)
         return sum(problem.free), (transient if options["transient"] else steady)(problem)
 
-    def read(answer: tuple[int, list[Row]]) -> dict[str, Any]:
-        unknowns, found = answer
-        values = dict(zip(QUANTITIES, np.array(found).T.tolist(), strict=True))
-        steps = len(step_times(options["steps"])) - 1 if options["transient"] else 0
-        return {"values": values, "unknowns": unknowns, "steps": steps, "version": ng.__version__}
-
-    return solve, read
+    return solve, lambda answer: numbers(options, *answer)

@@ -17,10 +17,11 @@ from scipy.sparse.linalg import splu
 from skfem import Basis, ElementHex1, ElementHex2, FacetBasis, LinearForm, MeshHex
 
 from fem3d import forms
+from reduced1d.equations import room_resistivity
 from scenes.loading import load
 from scenes.model import Box
 from scenes.sink import Sink
-from validate.bench.problem import QUANTITIES, at_times, graded, quarter, step_times
+from validate.bench.problem import at_times, graded, numbers, quarter, step_times
 from validate.bench.tools.methods import METHODS
 from validate.verify import reference
 
@@ -73,10 +74,8 @@ class Problem:
         self.mean = _mean.assemble(beam)[free] / (sink.length * area / COPIES)
         peak = np.asarray(basis.probes(centre).todense())[0, free]
         self.rows = peak, _mean.assemble(end)[free] / (area / 2), self.mean
-        silicon = sink.silicon
-        assert silicon.resistivity is not None
-        room = 1 + silicon.temperature_coefficient * (sink.room_temperature - silicon.reference_temperature)
-        self.rho = silicon.resistivity * room, silicon.resistivity * silicon.temperature_coefficient
+        rho, coefficient = room_resistivity(sink.silicon, sink.room_temperature)
+        self.rho = rho, rho * coefficient
         self.sink, self.cold = sink, self.mean * sink.length / area / COPIES
 
     def current(self, rise: np.ndarray) -> float:
@@ -151,10 +150,4 @@ def prepare(
         method = METHODS[options["method"]]
         return len(problem.mean), _transient(problem, options["steps"], method, options["tolerance"])
 
-    def read(answer: tuple[int, list[Row]]) -> dict[str, Any]:
-        unknowns, found = answer
-        values = dict(zip(QUANTITIES, np.array(found).T.tolist(), strict=True))
-        steps = len(step_times(options["steps"])) - 1 if options["transient"] else 0
-        return {"values": values, "unknowns": unknowns, "steps": steps}
-
-    return solve, read
+    return solve, lambda answer: numbers(options, *answer)

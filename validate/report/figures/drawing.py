@@ -17,10 +17,12 @@ from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, NullLocator
 
 from compare.verdict import Check
 from scenes.formats import difference_text, percent
-from validate.report.figures.colours import INK
+from validate.report.checks import judged
+from validate.report.figures import INK
 
 DPI = 130
 _LINE = 0.215  # inches of a line of the title
@@ -52,7 +54,7 @@ def new_figure(
     figure = Figure(figsize=(width, height))
     room = int(width * 12.5)
     said = [check if isinstance(check, str) else verdict_line(check) for check in checks]
-    lines = [line for each in said for line in textwrap.wrap(_kept(each), room)]
+    lines = [line for each in said for line in textwrap.wrap(kept(each), room)]
     for i, line in enumerate([text, *lines]):
         y = 1 - (0.1 + i * _LINE) / height
         figure.text(
@@ -65,27 +67,42 @@ def new_figure(
 
 def verdict_line(check: Check) -> str:
     """A check in one sentence: "fig4 DIFFERS: the 1D steady peak rise is off by -6.56 ± 0.01 % (tolerance 5 %)"."""
-    mark = {"agrees": "\N{CHECK MARK}", "differs": "\N{MULTIPLICATION X}", "unresolved": "?"}[check.verdict]
-    word = check.verdict.upper() if check.verdict == "differs" else check.verdict
+    off = difference_text(check.difference, check.u_num, "±")
+    said = f"{check.title}: {off}"
     if check.id.startswith("against_"):
-        most = difference_text(check.difference, check.u_num, "±")
-        return (
-            f"{mark} {check.id} {word}: {check.title} is off by up to {most} (tolerance {percent(check.tolerance, 1)})"
-        )
-    if check.id not in _MEANS:
-        most = difference_text(check.difference, check.u_num, "±")
-        return f"{mark} {check.id} {word}: {check.title}: {most} (tolerance {percent(check.tolerance, 1)})"
-    said = _MEANS[check.id].format(difference_text(check.difference, check.u_num, "±"))
-    if check.id == "fig5":
-        said = said.replace("+", "")
+        said = f"{check.title} is off by up to {off}"
+    elif check.id in _MEANS:
+        said = _MEANS[check.id].format(off.replace("+", "") if check.id == "fig5" else off)
     if check.title.endswith("of itself"):
         said = said.replace("of its final change", "of itself")
-    return f"{mark} {check.id} {word}: {said} (tolerance {percent(check.tolerance, 1)})"
+    return f"{judged(check)}: {said} (tolerance {percent(check.tolerance, 1)})"
 
 
-def _kept(text: str) -> str:
+def kept(text: str) -> str:
     """With spaces that no line is broken at between a number and its unit."""
     return re.sub(r"(?<=\d) (?=[A-Za-z%])", "\N{NO-BREAK SPACE}", text)
+
+
+def logarithmic(ax: Any, *axes: str) -> None:
+    """Makes the "x" or "y" axis logarithmic, with plain numbers and without the dozens of small ticks between the
+    decades, which take longer to draw than all the rest."""
+    for name in axes:
+        ax.set(**{f"{name}scale": "log"})
+        axis = getattr(ax, f"{name}axis")
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_minor_locator(NullLocator())
+
+
+def band(ax: Any, x: np.ndarray, y: np.ndarray, half: np.ndarray | float, colour: str) -> None:
+    """What a curve is known to, to either side of it."""
+    ax.fill_between(x, y - half, y + half, color=colour, alpha=0.25, lw=0)
+
+
+def legend(figure: Figure, *axes: Any, columns: int = 0, **look: Any) -> None:
+    """One for all axes, below them; in one row unless ``columns`` says otherwise."""
+    found = [ax.get_legend_handles_labels() for ax in axes]
+    handles, labels = ([item for part in side for item in part] for side in zip(*found, strict=True))
+    figure.legend(handles, labels, loc="lower center", ncols=columns or len(labels), **look)
 
 
 def save(figure: Figure, folder: Path, name: str) -> list[str]:

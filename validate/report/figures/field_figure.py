@@ -10,7 +10,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 
-from validate.report.figures.colours import INK, table
+from validate.report.figures import INK, table
 from validate.report.figures.drawing import new_figure
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ _HEIGHT = 3.7
 
 
 def draw(
-    field: Field, image: np.ndarray | None, above: float, text: str, label: str, checks: Sequence[Check]
+    field: Field, image: np.ndarray | None, above: float, text: str, label: str, checks: Sequence[Check | str]
 ) -> Figure:  # fmt: skip
     """The rendered field, its colours those of the values ``above`` (K) which its rises start; where nothing could be
     rendered, a map of the top faces."""

@@ -11,8 +11,8 @@ from compare.figure_checks import profile
 from compare.verdict import PAPERS, Models
 from reduced1d.equations import parabola
 from scenes.formats import quantity, sink_text
-from validate.report.figures.colours import INK, LINES
-from validate.report.figures.drawing import new_figure
+from validate.report.figures import INK, LINES
+from validate.report.figures.drawing import band, new_figure
 
 if TYPE_CHECKING:
     from compare.outcome import Outcome
@@ -39,7 +39,7 @@ def draw(outcome: Outcome[Sink]) -> Figure:
     # The error of the profile, and that of the parabola through two of its points.
     error = 2 * max(outcome.fem3d.steady[key].error for key in ("peak_rise_K", "end_rise_K", "mean_rise_K"))
     off = _smooth(um, rise - fitted, error / 40)
-    below.fill_between(um, off - error, off + error, color=LINES["mean_K"], alpha=0.25, lw=0)
+    band(below, um, off, error, LINES["mean_K"])
     below.plot(um, off, color=LINES["mean_K"])
     if outcome.reduced1d is not None:
         steady = outcome.reduced1d.steady

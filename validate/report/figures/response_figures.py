@@ -15,9 +15,9 @@ from matplotlib.ticker import MaxNLocator
 from reduced1d.device.steady import steady
 from scenes.formats import scale
 from scenes.loop.runs import Run
-from validate.report.claims import drawn, with_mu
-from validate.report.figures.colours import INK, LAYERS
-from validate.report.figures.drawing import new_figure
+from validate.report.checks import drawn, with_mu
+from validate.report.figures import INK, LAYERS
+from validate.report.figures.drawing import legend, new_figure
 
 if TYPE_CHECKING:
     from compare.outcome import Outcome
@@ -118,7 +118,7 @@ def _draw(
     whole.set_ylim(low, high)
     if beside is not None:
         _beside(whole, beside, run)
-    figure.legend(*whole.get_legend_handles_labels(), loc="lower center", ncols=len(curves) + 2)
+    legend(figure, whole, columns=len(curves) + 2)
     return figure
 
 

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from compare.row_runs import CHECKS, Varied
+from compare.row_checks import FOLLOWED, Varied
 from compare.verdict import PAPERS
 from reduced1d.equations import parabola_between, unequal_ends
-from reduced1d.ladder.row_lumps import half_island
+from reduced1d.ladder.lumps import half_island
 from scenes.formats import sink_text
 from scenes.sink import start
-from validate.report.figures.colours import INK, LINES
+from validate.report.figures import INK, LINES
 from validate.report.figures.drawing import new_figure
 
 if TYPE_CHECKING:
@@ -23,13 +23,16 @@ if TYPE_CHECKING:
 
 _MANY = 8
 """Spans from which on a second panel shows the outer ones alone."""
+_TOO_MANY = 30
+"""Spans from which on the whole row would be a texture."""
 _SHOWN = 4
 """How many that are."""
 _COLOURS = ("#0b5394", "#b45f06", "#38761d", "#741b47", "#555555")
 
 
 def profile(outcome: Outcome[Sink]) -> Figure:
-    """The steady rise along the row in 3D and 1D, with the islands shaded; of a long row its outer spans below."""
+    """The steady rise along the row in 3D and 1D, with the islands shaded; of a long row its outer spans below, and of
+    one whose curves would run into each other the spans' tops alone above."""
     sink, three, one = outcome.scene, outcome.solved, outcome.reduced1d
     checks = [check for check in outcome.checks if check.id in ("islands_peak_inner", "islands_equivalent")]
     text = f"Steady rise along {sink.spans} spans, {sink_text(sink)}"
@@ -38,6 +41,9 @@ def profile(outcome: Outcome[Sink]) -> Figure:
     axes = np.atleast_1d(figure.subplots(panels, 1, gridspec_kw={"hspace": 0.3}))
     ends = (sink.row_length, start(sink, _SHOWN) + sink.length)
     for ax, end in zip(axes, ends, strict=False):
+        if end == sink.row_length and sink.spans > _TOO_MANY:
+            _tops(ax, sink, three, one)
+            continue
         _islands(ax, sink, end)
         y, rise = three.details["profile"]["y_m"], three.details["profile"]["rise_K"]
         seen = y <= end
@@ -48,8 +54,20 @@ def profile(outcome: Outcome[Sink]) -> Figure:
         ax.set_ylim(bottom=0.0)
         ax.set_ylabel("rise above room (K)")
     axes[-1].set_xlabel("place along the row y (µm); islands shaded")
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="lower center", ncols=2)
+    figure.legend(*axes[-1].get_legend_handles_labels(), loc="lower center", ncols=2)
     return figure
+
+
+def _tops(ax: Any, sink: Sink, three: Result, one: Result | None) -> None:
+    """The largest rise of each span, in its middle."""
+    numbers = range(1, sink.spans + 1)
+    middles = [(start(sink, n) + sink.length / 2) * 1e6 for n in numbers]
+    for model, colour, marker in ((three, INK, "o"), (one, LINES["end_K"], "x")):
+        if model is not None:
+            tops = [model.steady[f"span{min(n, sink.spans + 1 - n)}_peak_rise_K"].value for n in numbers]
+            ax.plot(middles, tops, color=colour, ls="none", marker=marker, ms=3)
+    ax.set_xlim(0.0, sink.row_length * 1e6)
+    ax.set_ylabel("top of each span (K)")
 
 
 def _islands(ax: Any, sink: Sink, end: float) -> None:
@@ -94,7 +112,7 @@ def runs(outcome: Outcome[Sink]) -> Figure:
     sink = outcome.scene
     figure = new_figure(9.5, 4.4, f"How the differences run, {sink_text(sink)}", [], bottom=1.0)
     axes = figure.subplots(1, 2, sharey=True, gridspec_kw={"wspace": 0.08})
-    labels = ("number of spans", "length of an island (µm)")
+    labels = ("number of spans; dotted: this sink", "length of an island (µm)")
     for ax, varied, label, factor in zip(axes, outcome.varied, labels, (1.0, 1e6), strict=True):
         _curves(ax, varied, factor)
         ax.set_xscale("log")
@@ -104,12 +122,12 @@ def runs(outcome: Outcome[Sink]) -> Figure:
         ax.axhline(0.0, color=INK, lw=0.8)
         ax.axvline(varied.own * factor, color="#999999", lw=0.8, ls=":")
     axes[0].set_ylabel("difference (%)")
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="lower center", ncols=len(CHECKS))
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="lower center", ncols=len(FOLLOWED))
     return figure
 
 
 def _curves(ax: Any, varied: Varied, factor: float) -> None:
-    for (check, name), colour in zip(CHECKS.items(), _COLOURS, strict=True):
+    for (check, name), colour in zip(FOLLOWED.items(), _COLOURS, strict=True):
         at = [
             (v * factor, 100 * d[check]) for v, d in zip(varied.values, varied.differences, strict=True) if check in d
         ]

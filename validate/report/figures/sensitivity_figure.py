@@ -8,11 +8,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from compare.inputs.sensitivities import PREFIX, sentence
-from compare.pipeline import kind
 from scenes.formats import cut, sink_text
-from validate.report.figures.colours import INK
+from scenes.sink import Sink
+from validate.report.figures import INK
 from validate.report.figures.drawing import new_figure
-from validate.report.sensitivities import followed, short
+from validate.report.inputs import followed, short
 
 if TYPE_CHECKING:
     from compare.outcome import Outcome
@@ -32,9 +32,9 @@ def draw(outcome: Outcome[Any]) -> Figure:
     models = _models(outcome)
     differ = {check.id.removeprefix(PREFIX) for check in outcome.checks if check.verdict == "differs"}
     height = 1.5 + _ROW * max(len(keys), 3)
-    whose = sink_text(outcome.scene) if kind(outcome.scene) == "sink" else outcome.scene.name
-    who = " and ".join(models.values()) if len(models) > 1 else next(iter(models.values()))
-    text = f"How {who} follow{'s' * (len(models) == 1)} each key, {whose}: % for each percent"
+    whose = sink_text(outcome.scene) if isinstance(outcome.scene, Sink) else outcome.scene.name
+    who = "the models follow" if len(models) > 1 else f"{next(iter(models.values()), '3D')} follows"
+    text = f"How {who} each key, {whose}: % for each percent"
     said = sentence(outcome.checks)
     figure = new_figure(11.0, height, text, [said] if said else [], bottom=0.75 if len(models) > 1 else 0.4, left=2.75)
     axes = figure.subplots(1, len(names), sharey=True, squeeze=False, gridspec_kw={"wspace": 0.08})[0]
@@ -44,13 +44,11 @@ def draw(outcome: Outcome[Any]) -> Figure:
         in_3d = [s.fem3d.value if s and s.fem3d else np.nan for s in slopes]
         errors = [s.fem3d.error if s and s.fem3d else np.nan for s in slopes]
         in_1d = [s.reduced1d if s and s.reduced1d is not None else np.nan for s in slopes]
-        wide = 2 * _BAR / len(models)
+        apart, wide = (_BAR / 2, _BAR) if len(models) > 1 else (0.0, 2 * _BAR)
         if "fem3d" in models:
-            at = places - _BAR / 2 * (len(models) > 1)
-            ax.barh(at, in_3d, wide, xerr=errors, color=_3D, ecolor=INK, label=models["fem3d"])
+            ax.barh(places - apart, in_3d, wide, xerr=errors, color=_3D, ecolor=INK, label=models["fem3d"])
         if "reduced1d" in models:
-            at = places + _BAR / 2 * (len(models) > 1)
-            ax.barh(at, in_1d, wide, color=_1D, label=models["reduced1d"])
+            ax.barh(places + apart, in_1d, wide, color=_1D, label=models["reduced1d"])
         ax.axvline(0.0, color=INK, lw=0.8)
         ax.set_title(cut(names[name], 34), fontsize=10)
         ax.grid(False, axis="y")
@@ -58,9 +56,8 @@ def draw(outcome: Outcome[Any]) -> Figure:
     for label, key in zip(axes[0].get_yticklabels(), keys, strict=True):
         label.set_color("#8b1a1a" if key in differ else INK)
     axes[0].set_ylim(len(keys) - 0.4, -0.6)
-    handles, labels = axes[0].get_legend_handles_labels()
     if len(models) > 1:
-        figure.legend(handles, labels, loc="lower center", ncols=2)
+        figure.legend(*axes[0].get_legend_handles_labels(), loc="lower center", ncols=2)
     return figure
 
 

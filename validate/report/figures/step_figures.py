@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, MaxNLocator, NullLocator
+from matplotlib.ticker import MaxNLocator
 
 from reduced1d.device.lumped import lump
 from scenes.formats import percent, quantity
 from scenes.loop.runs import BAND
-from validate.report.claims import drawn, with_mu
-from validate.report.figures.colours import INK, LAYERS
-from validate.report.figures.drawing import new_figure
+from validate.report.checks import drawn, with_mu
+from validate.report.figures import INK, LAYERS
+from validate.report.figures.drawing import legend, logarithmic, new_figure
 from validate.report.figures.response_figures import IN_3D
 
 if TYPE_CHECKING:
@@ -52,23 +52,17 @@ def responses(outcome: Outcome[Device]) -> Figure:
         if change:
             at &= time >= 0
             left = np.abs(final - values[at]) / change
-            rest.semilogy(time[at][left > 1e-4], left[left > 1e-4], **look)
+            rest.plot(time[at][left > 1e-4], left[left > 1e-4], **look)
     for ax in (power, rest):
         ax.set_xlabel("time after the step (ms)")
         ax.xaxis.set_major_locator(MaxNLocator(5))
     power.set_ylabel("power of the sensor (mW)")
     rest.set_ylabel("part of the change still to come")
     rest.set_ylim(8e-5, 1.5)
-    rest.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    rest.yaxis.set_minor_locator(NullLocator())
+    logarithmic(rest, "y")
     rest.axhline(BAND, color=INK, lw=1.0, ls=":", label=f"band of {percent(BAND, 1)}")
     rest.set_xlim(0.0, shown)
-    handles, labels = (
-        one + two for one, two in zip(*(ax.get_legend_handles_labels() for ax in (power, rest)), strict=True)
-    )
-    figure.legend(
-        handles, labels, loc="lower center", ncols=len(labels), handlelength=1.5, columnspacing=1.2, fontsize=9
-    )
+    legend(figure, power, rest, handlelength=1.5, columnspacing=1.2, fontsize=9)
     return figure
 
 

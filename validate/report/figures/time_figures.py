@@ -7,20 +7,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, MaxNLocator, NullLocator
+from matplotlib.ticker import MaxNLocator
 
 from compare.verdict import PAPERS
 from scenes.formats import quantity, scale, sink_text
+from scenes.quantities import OF_A_SINK
 from scenes.result import Result
-from validate.report.figures.colours import LINES
-from validate.report.figures.drawing import new_figure, smooth
+from validate.report.figures import LINES
+from validate.report.figures.drawing import band, legend, logarithmic, new_figure, smooth
 
 if TYPE_CHECKING:
     from compare.against import Data
     from compare.outcome import Outcome
     from scenes.sink import Sink
 
-_NAMES = {"peak_K": "peak", "mean_K": "mean", "end_K": "end", "current_A": "current"}
+_NAMES = {asked.trace: name for name, asked in OF_A_SINK.items()}
 _MARKS = 25
 """How many marks of a user's own trace are drawn."""
 _VISIBLE = 0.004
@@ -79,17 +80,13 @@ def _draw(outcome: Outcome[Sink], family: str, text: str, keys: tuple[str, ...],
                 _points(ax, outcome.against, key, times, axis)
         ax.set_xlabel("time (ms)")
     axes[0].set_ylabel(axis.label)
-    axes[0].set_xscale("log")
+    logarithmic(axes[0], "x")
     axes[0].set_xlim(first * 1e3, end * 1e3)
-    axes[0].xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    # Without the dozens of small ticks between the decades, which take longer to draw than all the rest.
-    axes[0].xaxis.set_minor_locator(NullLocator())
     axes[1].set_xlim(0.0, end * 1e3)
     axes[1].xaxis.set_major_locator(MaxNLocator(5))
     _limit(axes[0], axis)
     note = _bands(axes, outcome.fem3d, keys, dense, axis) if outcome.fem3d is not None else ""
-    handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="lower center", ncols=len(keys) if len(keys) > 1 else len(handles))
+    legend(figure, axes[0], columns=len(keys) if len(keys) > 1 else 0)
     figure.text(0.5, (0.62 + more) / 4.8, note, ha="center", va="center", fontsize=9.5)
     return figure
 
@@ -134,7 +131,6 @@ def _bands(axes: Any, result: Result, keys: tuple[str, ...], dense: tuple[np.nda
     for key in visible:
         half = errors[key] * axis.factor
         for ax, times in zip(axes, dense, strict=True):
-            middle = axis.show(result, key, times)
-            ax.fill_between(times * 1e3, middle - half, middle + half, color=LINES[key], alpha=0.25, lw=0)
+            band(ax, times * 1e3, axis.show(result, key, times), half, LINES[key])
     where = "shaded where wider than a line" if visible else "narrower than the lines"
     return f"estimated error of the 3D traces at most ±{quantity(max(errors.values()), axis.unit, 2)}, {where}"

@@ -11,7 +11,7 @@ from scenes import physics
 from scenes.formats import cut, scale
 from scenes.model import UNITS, AnyScene, GroupProbe, Probe, Schedule
 from scenes.result import Traces
-from validate.report.figures.drawing import new_figure, smooth
+from validate.report.figures.drawing import band, new_figure, smooth
 
 if TYPE_CHECKING:
     from compare.outcome import Outcome
@@ -74,4 +74,4 @@ def _curve(
 ) -> None:
     colour, dash = _COLOURS[number % len(_COLOURS)], _DASHES[number // len(_COLOURS) % len(_DASHES)]
     ax.plot(times, values, color=colour, ls=dash, label=cut(probe.name, 24))
-    ax.fill_between(times, values - error, values + error, color=colour, alpha=0.25, lw=0)
+    band(ax, times, values, error, colour)

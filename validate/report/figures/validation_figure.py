@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 
 from compare.inputs.validation import COVERS
 from scenes.formats import sink_text
-from validate.report.figures.colours import INK
-from validate.report.figures.drawing import new_figure
+from validate.report.figures import INK
+from validate.report.figures.drawing import band, legend, new_figure
 
 if TYPE_CHECKING:
     from compare.outcome import Outcome
@@ -41,10 +41,9 @@ def draw(outcome: Outcome[Sink]) -> Figure:
             value = course.simulated - room
             half = COVERS * np.hypot(course.u_num, np.nan_to_num(course.u_input))
             above.plot(ms, value, color=colour, label=course.model)
-            above.fill_between(ms, value - half, value + half, color=colour, alpha=0.25, lw=0)
+            band(above, ms, value, half, colour)
             below.plot(ms, course.error, color=colour)
-            wide = COVERS * np.nan_to_num(course.u_val)
-            below.fill_between(ms, course.error - wide, course.error + wide, color=colour, alpha=0.25, lw=0)
+            band(below, ms, course.error, COVERS * np.nan_to_num(course.u_val), colour)
         few = np.unique(np.linspace(0, len(ms) - 1, _MARKS).astype(int))
         above.errorbar(
             ms[few], course.measured[few] - room, COVERS * course.u_data[few], fmt="o", ms=3.5, mfc="white", color=INK,
@@ -55,6 +54,5 @@ def draw(outcome: Outcome[Sink]) -> Figure:
         above.set_ylabel(f"{key.rpartition('_')[0]}{' rise' if unit == 'K' else ''} ({unit})")
         below.set_ylabel(f"E = S - D ({unit})")
         below.set_xlabel("time (ms)")
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="lower center", ncols=3)
+    legend(figure, axes[0, 0])
     return figure

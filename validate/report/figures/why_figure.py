@@ -9,11 +9,11 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import FuncFormatter, NullLocator
 
+from compare.budget import of_current
 from scenes.formats import sink_text
-from validate.report.figures.colours import INK
-from validate.report.figures.drawing import new_figure
+from validate.report.figures import INK
+from validate.report.figures.drawing import kept, logarithmic, new_figure
 
 if TYPE_CHECKING:
     from compare.budget import Budget, Split
@@ -39,7 +39,7 @@ def draw(outcome: Outcome[Sink]) -> Figure:
         _WIDTH, _HEIGHT, f"Why {named(budget.start)} differs from 3D, {sink_text(sink)}", [],
         bottom=1.2, left=1.1,
     )  # fmt: skip
-    wrapped = textwrap.wrap(f"{budget.sentence[0].upper()}{budget.sentence[1:]}.", 150)
+    wrapped = textwrap.wrap(kept(f"{budget.sentence[0].upper()}{budget.sentence[1:]}."), 150)
     for i, line in enumerate(wrapped):
         figure.text(0.12 / _WIDTH, 1 - (0.32 + 0.19 * i) / _HEIGHT, line, ha="left", va="top", fontsize=9, color=INK)
     figure.subplots_adjust(top=1 - (0.62 + 0.19 * len(wrapped)) / _HEIGHT)
@@ -58,7 +58,7 @@ def draw(outcome: Outcome[Sink]) -> Figure:
         first = areas if over_time else bar
         first.set_title(f"{split.quantity}", fontsize=10)
         if i == 0:
-            first.set_ylabel("reduction less 3D (% of the final\nrise, or of the current's change)")
+            first.set_ylabel(f"reduction less 3D (% of the final\nrise, or of the {of_current(sink)})")
     seen = _seen(budget)
     names = [part.blame for part in budget.steady[0].parts]
     handles: list[Any] = [Patch(color=_COLOURS[n % len(_COLOURS)], label=names[n]) for n in seen]
@@ -110,8 +110,6 @@ def _areas(ax: Any, budget: Budget, split: Split) -> None:
         up, down = up + np.maximum(part, 0.0), down + np.minimum(part, 0.0)
     ax.plot(ms, parts.sum(axis=0), color=INK, lw=1.4)
     ax.axhline(0.0, color=INK, lw=0.8)
-    ax.set_xscale("log")
+    logarithmic(ax, "x")
     ax.set_xlim(ms[0], ms[-1])
     ax.set_xlabel("time (ms)")
-    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    ax.xaxis.set_minor_locator(NullLocator())

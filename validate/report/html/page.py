@@ -4,75 +4,66 @@ summary holds."""
 from __future__ import annotations
 
 import base64
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from compare.plan import DEVICE_FIGURES, ROW_FIGURES
 from compare.verdict import contrary
+from scenes.formats import percent, quantity, with_error
 from validate.report import of
-from validate.report.html import checks, numbers
-from validate.report.html import device as device_section
 from validate.report.html import field as field_section
-from validate.report.html import sensitivities as sensitivities_section
-from validate.report.html import validation as validation_section
 from validate.report.html.field import PICTURES
-from validate.report.html.parts import Document, anything, named, section, table, text, values
-from validate.report.table import Style
+from validate.report.html.parts import named, of_section, section, text, values
+from validate.report.table import Section, Style, Table
 
 if TYPE_CHECKING:
     from compare.outcome import Outcome
     from validate.report.figures.render import Field
 
 _HERE = Path(__file__).parent
+_STYLE = Style(page=True)
+Document = Mapping[str, Any]
 
 
-def write_report(path: Path, outcome: Outcome[Any], document: Mapping[str, Any], field: Field | None = None) -> None:
+def write_report(path: Path, outcome: Outcome[Any], document: Document, field: Field | None = None) -> None:
     """Writes the page about a run into its folder, where its figures are already; ``document`` is the summary,
     ``field`` what the scene that can be turned shows."""
     kind, against = of(outcome.scene), contrary(outcome.checks, outcome.scene)
-    said = getattr(kind, "on_page", kind.headline)(outcome, against, Style())
-    found = page(path.parent, kind.title(outcome), " ".join(said.split()), document, field)
+    said = kind.headline(outcome, against, _STYLE)
+    sections = kind.sections(outcome, against, _STYLE)
+    found = page(path.parent, kind.title(outcome), " ".join(said.split()), sections, document, field)
     path.write_text(found, encoding="utf-8")
 
 
-def page(folder: Path, title: str, headline: str, document: Mapping[str, Any], field: Field | None) -> str:
+def page(
+    folder: Path, title: str, headline: str, sections: Iterable[Section], document: Document, field: Field | None
+) -> str:  # fmt: skip
     """The page as text; figures are read from ``folder``."""
     shown, data = field_section.show(folder, field)
-    parts = [
-        checks.checks(document),
-        numbers.quantities(document),
-        device_section.device(document),
-        numbers.over_time(document),
-        shown,
-        figures(folder, document),
-        numbers.why(document),
-        validation_section.validation(document),
-        sensitivities_section.sensitivities(document),
-        others(document),
-        numbers.errors(document),
-        numbers.energy(document),
-        numbers.mesh(document),
-        plan(document),
-        scene(document),
-        provenance(document),
-    ]
+    told = [of_section(part) for part in (*sections, errors(document), energy(document), plan(document))]
+    parts = [shown, figures(folder, document), *told, mesh(document), scene(document), provenance(document)]
     parts = [part for part in parts if part]
     answer = str(document.get("answer") or headline)
     counted = headline.removeprefix(answer).strip()
     counted = f"<p>{text(counted)}</p>" if counted else ""
     script = f"{data}\n<script>\n{_read('scene.js')}</script>" if data else ""
     warnings = "\n".join(f'<p class="warning">{text(w)}.</p>' for w in document.get("warnings") or ())
+    head = f'<p class="verdict">{text(answer)}</p>\n{counted}\n{_tally(document)}\n{warnings}\n{headings(parts)}'
+    return whole(title, head, parts, script)
+
+
+def whole(title: str, head: str, parts: Sequence[str], script: str, style: str = "") -> str:
+    """A page of a title, what stands under it, parts and a script, with nothing outside of it; ``style`` is added."""
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         # An empty icon, so that no browser asks for one.
         '<link rel="icon" href="data:,">\n'
-        f"<title>{text(title)}</title>\n<style>\n{_read('style.css')}</style>\n</head>\n<body>\n<header>\n"
-        f'<h1>{text(title)}</h1>\n<p class="verdict">{text(answer)}</p>\n'
-        f"{counted}\n{_tally(document)}\n{warnings}\n"
-        f"{headings(parts)}\n</header>\n<main>\n" + "\n".join(parts) + f"\n</main>\n{script}\n</body>\n</html>\n"
-    )
+        f"<title>{text(title)}</title>\n<style>\n{_read('style.css')}{style}</style>\n</head>\n<body>\n<header>\n"
+        f"<h1>{text(title)}</h1>\n{head}\n</header>\n<main>\n" + "\n".join(parts)
+        + f"\n</main>\n{script}\n</body>\n</html>\n"
+    )  # fmt: skip
 
 
 def _tally(document: Mapping[str, Any]) -> str:
@@ -93,10 +84,6 @@ def _read(name: str) -> str:
 
 _FIGURES = ("figure", "why.", "sensitivity.", "validation.", "islands", "air.")
 """How the files of figures begin."""
-_TREATED = (
-    "schema", "command", "scene", "plan", "provenance", "fem3d", "reduced1d", "checks", "warnings", "files", "timing_s",
-    "why", "sensitivities", "validation", "findings", "design", "answer",
-)  # fmt: skip
 _CAPTIONS = {
     "figure5": "The steady rise along the beam in both models.",
     "figure6": "Rises against time in both models.",
@@ -131,22 +118,81 @@ def figures(folder: Path, document: Document, captions: Mapping[str, str] = _CAP
     return section("Figures", *found)
 
 
-def plan(document: Document) -> str:
+def plan(document: Document) -> Section:
     """What was done and what was skipped, each with its reason."""
+    rows = [[step["step"], step["state"], step["reason"]] for step in document.get("plan", ())]
+    return Section("Plan", [Table(("step", "state", "why"), rows, "<<<")] if rows else [])
+
+
+def errors(document: Document) -> Section:
+    """Where the numerical error stands against each tolerance, and what bounds it."""
+    fem3d, judged = document.get("fem3d") or {}, [c for c in document.get("checks", ()) if c["u_num"]]
+    over_time = fem3d.get("transient") or {}
+    tables = []
+    if fem3d:
+        rows = []
+        for key, item in fem3d["steady"].items():
+            (name, unit), error = _probe_or_quantity(document, key), item.get("error")
+            part = percent(error / abs(item["value"])) if error and item["value"] else ""
+            rows.append([name, _error(error, unit), part])
+        tables.append(Table(("steady", "estimated error", "of the value"), rows))
+    for head, found in (
+        (f"over time, {_since(over_time)}", over_time.get("errors")),
+        ("1D model, over time", (document.get("reduced1d") or {}).get("errors")),
+    ):
+        named_ones = [(*_probe_or_quantity(document, key), error) for key, error in (found or {}).items()]
+        tables.append(Table((head, "estimated error"), [[name, _error(e, unit)] for name, unit, e in named_ones]))
     rows = [
-        [text(step["step"]), f'<span class="word">{text(step["state"])}</span>', text(step["reason"])]
-        for step in document.get("plan", ())
+        [c["id"], *(percent(c[k], 1) for k in ("u_num", "tolerance")), percent(c["u_num"] / c["tolerance"], 1)]
+        for c in judged
     ]
-    return section("Plan", table(("step", "state", "why"), rows)) if rows else ""
+    tables.append(Table(("check", "error of the difference", "tolerance", "error / tolerance"), rows))
+    said = "Errors are estimated bounds of the numerical error alone; the model's own assumptions are not in them."
+    tables = [table for table in tables if table.rows]
+    return Section("Error budget", [said, *tables] if tables else [])
 
 
-def others(document: Document) -> str:
-    """What else a run's summary holds: findings, answers, attributions."""
-    found = [section("Findings", anything(document["findings"]))] if document.get("findings") else []
-    for key, item in document.items():
-        if key not in _TREATED and item:
-            found.append(section(named(key)[0].capitalize(), anything(item)))
-    return "\n".join(found)
+def _probe_or_quantity(document: Document, key: str) -> tuple[str, str]:
+    """Name and unit of a key of a model's values: a probe has its own, a quantity's are in the key."""
+    units = (document.get("fem3d") or {}).get("units") or {}
+    return (key, units[key]) if key in units else named(key)
+
+
+def _error(error: float | None, unit: str) -> str:
+    return "infinite" if error is None else quantity(error, unit, 2)
+
+
+def _since(over_time: Mapping[str, Any]) -> str:
+    """From when on errors over time hold; a sink's summary doesn't say, for it is always the same."""
+    start = over_time.get("accurate_from_s", 1e-5)
+    again = ", and that long after each jump of a given temperature" if over_time.get("jumps") else ""
+    return f"from {quantity(start, 's', 2)} on{again}" if start else "at every time"
+
+
+def energy(document: Document) -> Section:
+    """How well what enters is balanced by what leaves and is stored."""
+    fem3d, rows = document.get("fem3d") or {}, []
+    for key in ("power_W", "heat_out_W"):
+        if item := (fem3d.get("steady") or {}).get(key):
+            value, error, unit, _, _ = with_error(item["value"], item["error"], named(key)[1])
+            rows.append([named(key)[0], f"{value} {_STYLE.plus_minus} {error} {unit}"])
+    over_time = (fem3d.get("transient") or {}).get("imbalance")
+    for name, imbalance in (
+        ("imbalance of the steady state, of the power", fem3d.get("energy_imbalance")),
+        ("largest imbalance over time, of the heat supplied until then", over_time),
+    ):
+        rows += [] if imbalance is None else [[name, f"{imbalance:.1e}"]]
+    return Section("Energy balance", [Table(("heat", ""), rows)] if rows else [])
+
+
+def mesh(document: Document) -> str:
+    """Statistics of the mesh that the 3D answer is from."""
+    fem3d = document.get("fem3d") or {}
+    found = {"part solved": fem3d.get("symmetry"), "unknowns": fem3d.get("dofs"), "time steps": fem3d.get("steps")}
+    if fem3d.get("field_error"):
+        found["error of the steady field at its worst place, of its largest rise"] = f"{fem3d['field_error']:.2g}"
+    found = {key: value for key, value in found.items() if value is not None} | (fem3d.get("mesh") or {})
+    return section("Mesh", values(found) if found else "")
 
 
 def scene(document: Document) -> str:

@@ -1,5 +1,5 @@
-"""What sections are built of: escaped texts with names and units for what a summary calls by a key, values with their
-errors, tables that become cards on a phone, lists of keys and values."""
+"""What the page is built of: escaped texts, with names and units for what a summary calls by a key; sections, tables
+that become cards on a phone, lists of keys and values."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import Any
 
-from scenes.formats import quantity, with_error
-from validate.report.claims import NAMES as DEVICE
+from scenes.formats import quantity
+from validate.report.checks import NAMES as DEVICE
 from validate.report.sink import QUANTITIES as SINK
+from validate.report.table import MARKS, Section, Table
 
 _NAMED = SINK | DEVICE
 _UNITS = {
@@ -51,43 +52,6 @@ def shown(value: Any, unit: str = "") -> str:
     return text(value)
 
 
-Document = Mapping[str, Any]
-PLUS_MINUS = "\N{PLUS-MINUS SIGN}"
-
-
-def steady_of(document: Document, model: str) -> Mapping[str, Any]:
-    found = (document.get(model) or {}).get("steady") or {}
-    return found if isinstance(found, Mapping) else {}
-
-
-def value_of(item: Mapping[str, Any] | None) -> float | None:
-    return None if item is None else item.get("value")
-
-
-def number(value: Any) -> float:
-    """A summary has null where a number is not finite."""
-    return float("inf") if value is None else float(value)
-
-
-def value_with_error(item: Mapping[str, Any] | None, unit: str) -> str:
-    if item is None or item.get("value") is None:
-        return ""
-    if item.get("error") is None:
-        return text(quantity(item["value"], unit, 6))
-    value, error, shown_unit, _, _ = with_error(item["value"], item["error"], unit)
-    return text(f"{value} {PLUS_MINUS} {error} {shown_unit}")
-
-
-def error_text(error: float, unit: str) -> str:
-    return text(quantity(error, unit, 2))
-
-
-def probe_or_quantity(document: Document, key: str) -> tuple[str, str]:
-    """Name and unit of a key of a model's values: a probe has its own, a quantity's are in the key."""
-    units = (document.get("fem3d") or {}).get("units") or {}
-    return (key, units[key]) if key in units else named(key)
-
-
 def section(title: str, *content: str) -> str:
     """A section under a heading, or nothing where it has no content."""
     filled = "\n".join(part for part in content if part)
@@ -95,10 +59,46 @@ def section(title: str, *content: str) -> str:
     return f'<section id="{anchor}"><h2>{text(title)}</h2>\n{filled}\n</section>' if filled else ""
 
 
+def of_section(given: Section) -> str:
+    """A section of a report: its tables, paragraphs and lists."""
+    parts = []
+    for part in given.filled:
+        if isinstance(part, Table):
+            parts.append(of_table(part))
+        elif isinstance(part, str):
+            parts.append(f"<p>{text(part)}</p>")
+        else:
+            parts.append(f"<ul>{''.join(f'<li>{text(item)}</li>' for item in part)}</ul>")
+    return section(given.title, *parts)
+
+
+def of_table(given: Table) -> str:
+    """A table of texts, a verdict with its sign and in its colour."""
+    heads = [" ".join(head.split()) for head in given.heads]
+    numbers, rows = [i for i, side in enumerate(given.aligned) if side == ">"], []
+    for given_row in given.marked:
+        if len(given_row.cells) == 1:
+            rows.append(f'<tr class="kind"><th colspan="{len(heads)}">{text(given_row.cells[0])}</th></tr>')
+            continue
+        cells, verdict = [text(cell) for cell in given_row.cells], given_row.verdict
+        if verdict:
+            cells[0] = f"<code>{cells[0]}</code>"
+            at = -1 if cells[-1] == verdict else 0
+            cells[at] = f'<span class="word {verdict}">{MARKS[verdict][0]} {cells[at]}</span>'
+        rows.append(row(heads, cells, numbers, "judged" if given_row.below else ""))
+        if given_row.below:
+            rows.append(f'<tr class="because"><td colspan="{len(heads)}">{text(given_row.below)}</td></tr>')
+    return f'<div class="wide">{_framed(heads, rows, numbers)}</div>'
+
+
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[int] = ()) -> str:
     """A table of cells that are HTML; columns in ``numbers`` stand to the right."""
+    return _framed(heads, (row(heads, cells, numbers) for cells in rows), numbers)
+
+
+def _framed(heads: Sequence[str], rows: Iterable[str], numbers: Sequence[int]) -> str:
     top = "".join(f"<th{_right(i, numbers)}>{text(head)}</th>" for i, head in enumerate(heads))
-    body = "\n".join(row(heads, cells, numbers) for cells in rows)
+    body = "\n".join(rows)
     return f'<table class="cards"><thead><tr>{top}</tr></thead>\n<tbody>\n{body}\n</tbody></table>'
 
 

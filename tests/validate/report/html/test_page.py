@@ -11,12 +11,16 @@ from pathlib import Path
 
 import pytest
 
+from compare.budget import Budget, Part, Split
+from compare.outcome import Outcome
 from scenes.loading import load
 from scenes.plan import Request
 from tests import browser
 from tests.browser import WITHOUT_WEBGL, Browser
 from validate.report import output
+from validate.report.budget import section
 from validate.report.html.page import page
+from validate.report.table import Row, Section, Style, Table
 
 VOID = {"meta", "link", "img", "input", "br"}
 
@@ -68,7 +72,7 @@ def test_the_page_is_whole_and_needs_no_other_file(run: Path) -> None:
     assert not re.search(r"https?://", text.replace("http://www.w3.org", ""))
     said = " ".join(found.text)
     assert said.index("The paper's 1D model is 6.6") < said.index("checks differ") < said.index("eq12")
-    assert {"1D", "3D", "relative to"} <= set(found.text)
+    assert '<th>of</th><th class="n">1D</th><th class="n">3D</th><th class="n">difference</th><th>relative to' in text
     assert not {"predicted", "measured"} & set(found.text)
     for check in summary["checks"]:
         assert check["id"] in said
@@ -93,15 +97,15 @@ def test_without_figures_it_is_small_and_without_a_script(
 def test_a_name_or_text_is_not_taken_for_markup(tmp_path: Path) -> None:
     document = {
         "checks": [], "warnings": ["5 < 6 & <b>bold</b>"], "scene": {"name": "<script>alert(1)</script>"},
-        "more": {"end rise": {"constriction": 0.3, "note": "a < b"}, "parts": [{"name": "x", "share_K": 1.0}]},
     }  # fmt: skip
-    text = page(tmp_path, "<i>", "a & b", document, None)
+    told = Section("More", [Table(("<b>", "share"), [Row(["<b>", "1 K"], "agrees", "a < b")]), ["<b>"], "<b>"])
+    text = page(tmp_path, "<i>", "a & b", [told], document, None)
     assert "<script" not in text
     assert "<b>" not in text
     said = " ".join(read(text).text)
     assert "5 < 6 & <b>bold</b>" in said
-    assert "constriction" in said
-    assert "1.0000 K" in said.replace("\xa0", " ")
+    assert said.count("<b>") == 5
+    assert "1 K" in said.replace("\xa0", " ")
 
 
 def test_an_undeclared_difference_is_said(tmp_path: Path, no_solver: None, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -114,16 +118,17 @@ def test_an_undeclared_difference_is_said(tmp_path: Path, no_solver: None, monke
 
 
 def test_the_assumptions_to_blame_add_up_in_one_table(tmp_path: Path) -> None:
-    def budget(*parts: float) -> dict[str, object]:
-        listed = [{"assumption": f"part {k}", "value": v, "error": 1e-3} for k, v in enumerate(parts)]
-        return {"unit": "K", "difference": {"value": sum(parts), "error": 2e-3}, "parts": listed}
+    def split(name: str, *values: float) -> Split:
+        parts = tuple(Part(f"part {k}", v, 1e-3) for k, v in enumerate(values))
+        return Split(name, "K", 10.0, sum(values), 2e-3, parts)
 
-    document = {"why": {"sentence": "the anchor", "steady": {"peak": budget(-1.0, 0.25), "end": budget(-1.5, 0.125)}}}
-    text = page(tmp_path, "a", "b", document, None)
+    why = Budget("paper", (split("peak", -1.0, 0.25), split("end", -1.5, 0.125)), (), None, {}, "the anchor")
+    found = section(Outcome(load("sink"), Request(), (), why=why), Style(page=True))
+    text = page(tmp_path, "a", "b", [found], {}, None)
     read(text)
-    assert "<h2>Why</h2>" in text
+    assert "<h2>Why the paper&#x27;s model differs from 3D</h2>" in text
     assert text.count("part 0") == 1
-    assert "-0.7500 \N{PLUS-MINUS SIGN} 0.0020" in text.replace("&nbsp;", " ")
+    assert "-7.50 \N{PLUS-MINUS SIGN} 0.02" in text.replace("&nbsp;", " ")
 
 
 needs_browser = pytest.mark.skipif(browser.find() is None, reason="no Chromium here")

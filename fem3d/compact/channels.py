@@ -1,0 +1,96 @@
+"""The inputs of a scene, each as a channel of its own: voltages, given and ambient temperatures, fluxes, sources."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from scenes.model import AnyScene, MeshScene, Schedule, Value, is_zero, values
+
+UNITS = {"voltage": "V", "temperature": "K", "ambient": "K", "heat_flux": "W/m2", "heat_source": "W/m3"}
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One input: the ``kind`` of value of a boundary, box or source (``item``), what the scene gives it (``own``), its
+    value at ``rest``, and the size of the ``step`` by which it is tried alone."""
+
+    item: str
+    kind: str
+    own: Value
+    rest: float
+    step: float
+
+    @property
+    def name(self) -> str:
+        """As the scene's keys: "left electrode.voltage"."""
+        return f"{self.item}.{self.kind}"
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """What it was tried between: a voltage of either sign, any other from rest to a step away, and what the scene
+        gives it."""
+        tried = (self.rest - self.step if self.kind == "voltage" else self.rest, self.rest + self.step)
+        return min(*tried, *values(self.own)), max(*tried, *values(self.own))
+
+
+def channels(scene: AnyScene) -> tuple[Channel, ...]:
+    """The inputs of a scene. A step is as large as the largest input of its kind, or 1 K."""
+    start = scene.initial_temperature
+    found = []
+    for b in scene.boundaries:
+        if b.kind == "convection":
+            if not is_zero(b.value):
+                found.append(Channel(b.name, "ambient", b.ambient, start, 0.0))
+        else:
+            found.append(Channel(b.name, b.kind, b.value, start if b.kind == "temperature" else 0.0, 0.0))
+    found += [Channel(s.name, "heat_source", s.heat_source, 0.0, 0.0) for s in _sources(scene)]
+    return tuple(replace(c, step=_largest([d for d in found if UNITS[d.kind] == UNITS[c.kind]])) for c in found)
+
+
+def _sources(scene: AnyScene) -> list[Any]:
+    given: tuple[Any, ...] = scene.sources if isinstance(scene, MeshScene) else scene.boxes
+    return [s for s in given if not is_zero(s.heat_source)]
+
+
+def _largest(alike: list[Channel]) -> float:
+    return max(abs(v - c.rest) for c in alike for v in values(c.own)) or 1.0
+
+
+def driven(scene: Any, given: Mapping[str, Value]) -> Any:
+    """The scene (or its symmetric part) with other values of channels, by their names."""
+
+    def boundary(b: Any) -> Any:
+        if b.kind == "convection":
+            return replace(b, ambient=given.get(f"{b.name}.ambient", b.ambient))
+        return replace(b, value=given.get(f"{b.name}.{b.kind}", b.value))
+
+    def source(s: Any) -> Any:
+        return replace(s, heat_source=given.get(f"{s.name}.heat_source", s.heat_source))
+
+    key = "sources" if isinstance(scene, MeshScene) else "boxes"
+    return replace(
+        scene, boundaries=tuple(map(boundary, scene.boundaries)), **{key: tuple(map(source, getattr(scene, key)))}
+    )
+
+
+def apart(scene: AnyScene, found: tuple[Channel, ...]) -> AnyScene:
+    """The scene with a schedule of its own for every channel, told apart by a first time before the start; a channel
+    of the heat problem is one of these."""
+    return driven(scene, {c.name: schedule(c, k) for k, c in enumerate(found)})
+
+
+def schedule(channel: Channel, number: int) -> Schedule:
+    """A channel's own values over time, unlike those of any other."""
+    own = channel.own
+    times, given = (own.times, own.values) if isinstance(own, Schedule) else ((), (own,))
+    first = min(-1.0, *times, 0.0) - 1.0 - number
+    return Schedule((first, *times), given if not times else (given[0], *given))
+
+
+def scenarios(scene: AnyScene, found: tuple[Channel, ...]) -> dict[str, AnyScene]:
+    """What a model is held against, by name: the scene as it is, and a step of each channel alone from rest."""
+    rest = {c.name: c.rest for c in found}
+    steps = {f"step of {c.name}": driven(scene, rest | {c.name: c.rest + c.step}) for c in found}
+    return {"the scene": scene, **steps}

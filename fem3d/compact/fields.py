@@ -1,0 +1,103 @@
+"""The fields of a compact model: rational Krylov fields of all loads, and the few sums of them that the outputs need.
+
+A field (M + g K)^-1 F for every load F, at g = infinity (the steady response) and at shifts g between the earliest time
+and the slowest response, which are added where the equations' residual says that they are missing. Source: Ruhe, Linear
+Algebra Appl. 58, 1984; Antoulas, Approximation of Large-Scale Dynamical Systems, 2005, chapter 11.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from fem3d.conductor import Conductor
+from fem3d.heat import HeatProblem
+from fem3d.reduced import orthonormal
+from fem3d.transient import Base
+
+FIRST, MOST = 4, 16  # shifts to begin with, and at most
+SOONER = 3.0  # the first shift is that much below the earliest time
+
+
+def slowest(heat: HeatProblem) -> float:
+    """A time (s) in which a structure that is uniformly heated comes to rest."""
+    n = heat.free
+    load = (heat.mass @ heat.unit)[:n]
+    return float(heat.unit[:n] @ (heat.inner_mass @ heat.solve_steady(load)) / max(heat.unit[:n] @ load, 1e-300))
+
+
+def loads_of(base: Base, steps: np.ndarray) -> list[np.ndarray]:
+    """The loads (W, all nodes) of a model, each as large as the inputs' steps (channels,) make it: every channel's own,
+    the Joule heat of every pair of current fields, and what temperature adds to that."""
+    heat, conductor = base.heat, base.conductor
+    found = [s * v for s, v in zip(steps[1:], heat.loads[1:], strict=True) if v.any()]
+    for s, lift in zip(steps[1:], heat.lifts[1:], strict=True):
+        if lift.any():
+            found.append(s * (heat.mass @ lift))
+            if not heat.anchored:
+                found.append(s * (heat.stiffness @ lift))
+    if conductor is not None:
+        found += _joule(heat, conductor, base, steps)
+    return found
+
+
+def _joule(heat: HeatProblem, conductor: Conductor, base: Base, steps: np.ndarray) -> list[np.ndarray]:
+    n, none = heat.free, np.zeros(heat.size)
+    driven = [c for c, v in enumerate(conductor.voltages) if c and v.any()]
+    size = max((float(steps[c]) for c in driven), default=0.0) ** 2
+    lifts = [s * lift for s, lift in zip(steps[1:], heat.lifts[1:], strict=True) if lift.any()]
+    found = []
+    for i, a in enumerate(base.patterns):
+        for b in base.patterns[: i + 1]:
+            cold = size * conductor.joule_load(a.density, none, b.density)
+            found.append(cold)
+            if conductor.warms:
+                warmed = [heat.whole(heat.solve_steady(cold[:n])), *lifts]
+                found += [size * conductor.joule_load(a.density, u, b.density) - cold for u in warmed]
+    return [load for load in found if load.any()]
+
+
+def rational(heat: HeatProblem, loads: list[np.ndarray], times: tuple[float, float] | None, enough: float) -> Any:
+    """(free nodes, fields): those of some loads for times (s) from the earliest to the slowest, or of the steady state
+    alone, until the residual at any shift between is below ``enough`` of its load."""
+    n = heat.free
+    each = [load[:n] for load in loads]
+    fields = [heat.solve_steady(load) for load in each]
+    if times is None or not each:
+        return np.column_stack(fields) if fields else np.empty((n, 0))
+    shifts = np.geomspace(times[0] / SOONER, max(times), FIRST).tolist()
+    missing = shifts
+    while True:
+        for shift in missing:
+            solve = heat.solve_shifted(shift)
+            fields += [solve(load) for load in each]
+        basis = orthonormal(heat, np.column_stack(fields))
+        between = [float(np.sqrt(a * b)) for a, b in pairwise(shifts)]
+        missing = [g for g in between if _residual(heat, basis, each, g) > enough]
+        if not missing or len(shifts) >= MOST:
+            return basis
+        shifts = sorted([*shifts, *missing])
+
+
+def _residual(heat: HeatProblem, basis: np.ndarray, loads: list[np.ndarray], shift: float) -> float:
+    """The largest residual of (M + g K) u = F in the fields over F, both weighed by the diagonal."""
+    mass, stiffness = heat.inner_mass, heat.inner_stiffness
+    product = mass @ basis + shift * (stiffness @ basis)
+    weight = 1 / (mass.diagonal() + shift * stiffness.diagonal())
+    F = np.column_stack(loads)
+    left = F - product @ np.linalg.solve(basis.T @ product, basis.T @ F)
+    return float(np.sqrt(((weight[:, None] * left**2).sum(axis=0) / (weight[:, None] * F**2).sum(axis=0)).max()))
+
+
+def leading(states: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """(n, n): sums of states, orthonormal and those first that matter most to some responses (n, any) in their own
+    size and in what ``rows`` (outputs, n) read, each relative to its largest."""
+    size = np.abs(rows @ states).max(axis=1, initial=0.0)
+    read = rows[size > 0] / size[size > 0, None]
+    whole = float(np.linalg.norm(states, axis=0).max(initial=1e-300))
+    weighed = np.linalg.cholesky(np.eye(len(states)) / whole**2 + read.T @ read)
+    first = np.linalg.svd(weighed.T @ states, full_matrices=True)[0]
+    found: np.ndarray = np.linalg.qr(np.linalg.solve(weighed.T, first))[0]
+    return found

@@ -1,0 +1,62 @@
+"""The problem that a compact model is projected from, on a mesh for the responses to all inputs at once."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from fem3d import adapt, level, probe_quantities, solve_mesh, solve_scene
+from fem3d.compact.channels import Channel, apart, driven
+from fem3d.conductor import Conductor
+from fem3d.domain import boxes
+from fem3d.fields import grid_of
+from fem3d.heat import HeatProblem
+from meshes import symmetry
+from meshes.symmetry import Symmetry
+from scenes.model import AnyScene, MeshScene, Value
+
+LESS = 0.8  # of one given temperature's step the next one's, of the other sign: equal ones would cancel out
+FARTHEST = 0.2  # by which a step of a temperature changes a resistivity, at most
+
+
+def problem(
+    scene: AnyScene, channels: tuple[Channel, ...], accuracy: float, rise: float
+) -> tuple[HeatProblem, Conductor | None, Symmetry]:
+    """The heat problem and the conductor with a channel for each input, where they hold ``accuracy`` for inputs that
+    together make rises of the size ``rise`` (K); and the part that they are of. On a mesh file they are those of its
+    finest space."""
+    named = apart(scene, channels)
+    if isinstance(named, MeshScene):
+        *_, space = solve_mesh.spaces(solve_mesh.place(named))
+        names = [m.name for m in space.problems.domain.materials]
+        return space.heat, space.problems.conductors[space.degree - 1], symmetry.uncut(named, names)  # type: ignore[arg-type]
+    part = symmetry.reduce(solve_scene.clipped(named))
+    mixed = _mixed(scene, channels, rise)
+    there = replace(driven(scene, mixed), accuracy=accuracy)
+    part_there = replace(part, scene=replace(driven(part.scene, mixed), accuracy=accuracy))
+    study = replace(probe_quantities.study(there, part_there), field=None)
+    heat = adapt.solve(study, False).fine.state.heat if scene.steady else adapt.solve_course(study).base.heat
+    given = level.problems(boxes(replace(part.scene, accuracy=accuracy), grid_of(heat)), accuracy)
+    return given.heat, given.conductor, part
+
+
+def _mixed(scene: AnyScene, channels: tuple[Channel, ...], rise: float) -> dict[str, Value]:
+    """A value for each input: voltages, sources and fluxes as they are in the scene, temperatures apart."""
+    steepest = max((abs(m.temperature_coefficient) for m in _conductors(scene)), default=0.0)
+    size = min(max(rise, 1.0), FARTHEST / max(steepest, 1e-300))
+    found: dict[str, Value] = {}
+    for c in channels:
+        if c.kind in ("temperature", "ambient"):
+            found[c.name] = c.rest + size
+            size *= -LESS
+        else:
+            given = np.array([*getattr(c.own, "values", (c.own,))])
+            found[c.name] = float(given[np.abs(given).argmax()])
+    return found
+
+
+def _conductors(scene: AnyScene):  # type: ignore[no-untyped-def]
+    from scenes.physics import materials
+
+    return [m for m in materials(scene) if m.resistivity is not None]

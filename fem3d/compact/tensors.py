@@ -1,0 +1,205 @@
+"""A reduced problem as the matrices of `scenes.compact.runtime`: affine maps of z = (1, inputs, states).
+
+With given temperatures the reduced states a obey da/dt = -K a + ... - I dg/dt, I being the inertia of their lifts; the
+states here are b = a + I g, so that no input is differentiated, but in the heat flow of a boundary while its
+temperature is on the move.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fem3d.compact.channels import Channel
+from fem3d.heat import HeatProblem
+from fem3d.probes import reading
+from fem3d.reduced import Reduced
+from fem3d.transient import Base
+from meshes.symmetry import Symmetry
+
+
+@dataclass(frozen=True, eq=False)
+class Structure:
+    """What a model is made of: the problem of the part that is solved, with its current fields, the scene's inputs,
+    whether it has capacities, and for each probe of an extreme where it may be, as rows (places, all nodes)."""
+
+    base: Base
+    part: Symmetry
+    channels: tuple[Channel, ...]
+    steady: bool
+    places: dict[str, np.ndarray]
+
+    @property
+    def heat(self) -> HeatProblem:
+        """The heat problem."""
+        return self.base.heat
+
+
+class Port(NamedTuple):
+    """What goes with an input: the ``row`` and ``unit`` of the current or heat that enters there or, where heat is what
+    is given, of the mean temperature that it meets; and how many watts (else 1) one of the input's units is."""
+
+    row: int
+    unit: str
+    size: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Tensors:
+    """The matrices of the runtime's docstring by name, for each output its rows and how they are taken together, and
+    the port of each input; ``basis`` (free nodes, n) are the states' fields, of which ``offset`` (inputs + 1, n) z is
+    taken off.
+    """
+
+    matrices: dict[str, np.ndarray]
+    outputs: dict[str, tuple[list[int], str]]
+    ports: list[Port]
+    basis: np.ndarray
+    offset: np.ndarray
+
+    def rise(self, heat: HeatProblem, g: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """(all nodes,): the rise at inputs and states."""
+        given = np.concatenate([[1.0], g])
+        found: np.ndarray = heat.whole(self.basis @ (b - given @ self.offset)) + given @ heat.lifts
+        return found
+
+
+def tensors(structure: Structure, reduced: Reduced) -> Tensors:
+    """The matrices of a reduced problem, in its modes, each in units of what it adds to the outputs at most."""
+    return _Maker(structure, reduced).made()
+
+
+class _Maker:
+    def __init__(self, structure: Structure, reduced: Reduced) -> None:
+        self.structure, self.heat = structure, structure.heat
+        rates, modes = np.linalg.eigh((reduced.stiffness + reduced.stiffness.T) / 2)
+        self.modal = reduced.changed(modes)
+        self.rates = np.maximum(rates, 0.0)
+        self.count = 1 + (self.heat.inputs.count - 1)
+        self.n, self.m = reduced.states, reduced.supply.shape[1]
+        self.inertia = np.zeros_like(self.modal.inertia) if structure.steady else self.modal.inertia
+        self.i, self.j = np.triu_indices(self.m)
+        self.rows: list[tuple[np.ndarray, ...]] = []
+        self.F = np.concatenate([self.modal.source.T + (self.inertia * self.rates).T, -np.diag(self.rates)], axis=1)
+        self.Q = self._tested(self.modal.cold_load, self.modal.warm_load)
+
+    def _tested(self, cold: np.ndarray, warm: np.ndarray) -> np.ndarray:
+        """(pairs, ..., z): a Joule heat of pairs of current fields, cold (channels, m, m, ...), warm (m, m, ..., n)."""
+        own = warm[self.i, self.j]
+        given = np.moveaxis(cold[:, self.i, self.j], 0, -1) - own @ self.inertia.T
+        return np.concatenate([given, own], axis=-1)
+
+    def along(self, row: np.ndarray, rates: bool = False) -> tuple[np.ndarray, np.ndarray]:
+        """(z,) and (inputs + 1,): how a row (all nodes) of the rise follows z, and inputs' rates; or of its rate."""
+        own = row[: self.heat.free] @ self.modal.basis
+        lifted = self.heat.lifts @ row - self.inertia @ own
+        if rates:
+            return own @ self.F, lifted
+        return np.concatenate([lifted, own]), np.zeros_like(lifted)
+
+    def made(self) -> Tensors:
+        heat, modal = self.heat, self.modal
+        outputs = {}
+        for probe in heat.domain.scene.probes:
+            first = len(self.rows)
+            how = "mean"
+            factor, _ = self.structure.part.probes[probe.name]
+            rows = self._probe(probe)
+            if probe.name in self.structure.places:
+                how = probe.reduce
+            self.rows += [tuple(factor * part for part in row) for row in rows]
+            outputs[probe.name] = (list(range(first, len(self.rows))), how)
+        ports = [self._port(number, channel) for number, channel in enumerate(self.structure.channels, 1)]
+        Y, W, U, P = (np.array([row[k] for row in self.rows]) for k in range(4))
+        for probe in heat.domain.scene.probes:
+            if probe.quantity == "temperature":
+                Y[outputs[probe.name][0], 0] += heat.domain.scene.initial_temperature
+        Y[[port.row for port in ports if port.unit == "K"], 0] += heat.domain.scene.initial_temperature
+        A = np.concatenate([np.moveaxis(modal.cold, 0, -1) - modal.warm @ self.inertia.T, modal.warm], axis=-1)
+        S = np.concatenate([modal.supply.T, np.zeros((self.m, self.n))], axis=1)
+        matrices = {"A": A, "S": S, "F": self.F, "Q": self.Q, "Y": Y, "W": W[:, 1:],
+                    "U": np.moveaxis(U, 0, 1), "P": np.moveaxis(P, 0, 1)}  # fmt: skip
+        return self._scaled(Tensors(matrices, outputs, ports, modal.basis, self.inertia))
+
+    def _scaled(self, found: Tensors) -> Tensors:
+        """With states in units of what each adds to the temperatures that are read, or to all of the part."""
+        own = slice(self.count, None)
+        thermal = [r for p in self.heat.domain.scene.probes if p.quantity == "temperature"
+                   for r in found.outputs[p.name][0]]  # fmt: skip
+        size = np.abs(found.matrices["Y"][thermal, own]).max(axis=0, initial=0.0)
+        everywhere = 1 / np.sqrt(self.heat.unit @ (self.heat.mass @ self.heat.unit))
+        unit = np.maximum(size, 0.1 * everywhere)
+        m = {name: matrix.copy() for name, matrix in found.matrices.items()}
+        for name in "ASFQYUP":
+            m[name][..., own] /= unit
+        m["F"] *= unit[:, None]
+        m["Q"] *= unit[:, None]
+        return Tensors(m, found.outputs, found.ports, found.basis / unit, found.offset * unit)
+
+    def _probe(self, probe: Any) -> list[tuple[np.ndarray, ...]]:
+        """What each row of a probe has in Y, W, U and P."""
+        nothing = np.zeros((self.m, self.count + self.n))
+        no_pairs, no_rates = np.zeros((len(self.i), self.count + self.n)), np.zeros(self.count)
+        if probe.name in self.structure.places:
+            return [(*self.along(row), nothing, no_pairs) for row in self.structure.places[probe.name]]
+        if probe.quantity == "potential":
+            shares, cold, warm = self.modal.potentials[probe.name]
+            taken = np.concatenate([cold.T - warm @ self.inertia.T, warm], axis=1)
+            return [(np.concatenate([shares, np.zeros(self.n)]), no_rates, -taken, no_pairs)]
+        how = reading(self.heat, probe)
+        if probe.quantity == "current":
+            names = how.boundaries or (f"through:{probe.name}",)
+            each = nothing.copy()
+            each[:, 0] = [how.sign * sum(p.currents.get(name, 0.0) for name in names)
+                          for p in self.structure.base.patterns]  # fmt: skip
+            return [(np.zeros(self.count + self.n), no_rates, each, no_pairs)]
+        value, moving = self.along(how.row)
+        value[: self.count] += how.entering
+        pairs = no_pairs
+        for name in how.boundaries:
+            flow, rate, joule = self._held(name)
+            value, moving, pairs = value + flow, moving + rate, pairs + joule
+        return [(value, moving, nothing, pairs)]
+
+    def _port(self, number: int, channel: Channel) -> Port:
+        """The port of an input, whose row is added to the others."""
+        heat, part, first = self.heat, self.structure.part, len(self.rows)
+        nothing = np.zeros((self.m, self.count + self.n)), np.zeros((len(self.i), self.count + self.n))
+        if channel.kind in ("heat_flux", "heat_source"):
+            load = heat.loads[number]
+            power = float(load @ heat.unit)
+            self.rows.append((*self.along(load / power), *nothing))
+            source = channel.kind == "heat_source"
+            times = part.box_copies.get(channel.item, 1.0) if source else part.flows[channel.item].heat
+            return Port(first, "K", times * power)
+        flow = part.flows[channel.item]
+        if channel.kind == "voltage":
+            each = nothing[0].copy()
+            each[:, 0] = [flow.current * p.currents.get(flow.boundary, 0.0) for p in self.structure.base.patterns]
+            self.rows.append((np.zeros(self.count + self.n), np.zeros(self.count), each, nothing[1]))
+            return Port(first, "A")
+        if channel.kind == "temperature":
+            value, moving, pairs = self._held(flow.boundary)
+        else:
+            film = heat.films[flow.boundary]
+            (value, moving), pairs = self.along(film.per_kelvin), nothing[1]
+            value[: self.count] += film.entering
+        self.rows.append((flow.heat * value, flow.heat * moving, nothing[0], flow.heat * pairs))
+        return Port(first, "W")
+
+    def _held(self, name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The heat that enters at a boundary of given temperature: per z, per rate of the inputs, per pair."""
+        heat = self.heat
+        per_rise, per_rate = heat.held_rows[name]
+        value, moving = self.along(per_rise)
+        pairs = np.zeros((len(self.i), self.count + self.n))
+        value[: self.count] -= heat.loads @ heat.held_fields[name]
+        if not self.structure.steady:
+            follows, moving = self.along(per_rate, rates=True)
+            value = value + follows
+            pairs += np.tensordot(self.Q, per_rate[: heat.free] @ self.modal.basis, ((1,), (0,)))
+        if name in self.modal.at_held:
+            pairs -= self._tested(*self.modal.at_held[name])
+        return value, moving, pairs

@@ -1,0 +1,256 @@
+"""Integrals over cells and facets of any mesh: by quadrature, with functions and slopes from the reference cell."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.sparse import coo_array, csc_array
+
+NONE = 1e-12  # a function that is smaller all over a facet vanishes there; functions are of size one
+
+
+class Rule(NamedTuple):
+    """``points`` (3, points) of the reference cell with ``weights`` (points,); which functions of the cell are
+    ``there``, their ``values`` (points, functions) and ``slopes`` (3, points, functions)."""
+
+    points: np.ndarray
+    weights: np.ndarray
+    there: np.ndarray
+    values: np.ndarray
+    slopes: np.ndarray
+
+
+Side = tuple[Rule, np.ndarray]
+"""The rule of a side of the reference cell, with exact zeros of what vanishes there, and its outward normal, as long as
+the parallelogram that two of its edges span."""
+
+Values = Callable[..., np.ndarray]
+"""(points, functions): those of a cell at reference points (3, points), or their slopes along an axis."""
+
+
+def rule(points: np.ndarray, weights: np.ndarray, of: Values, there: np.ndarray | slice = slice(None)) -> Rule:
+    """A rule for those of a cell's functions that are ``there``."""
+    values, *slopes = (of(points, along)[:, there] for along in (None, 0, 1, 2))
+    return Rule(points, weights, np.arange(of(points[:, :1]).shape[1])[there], values, np.array(slopes))
+
+
+def side(reference: Any, number: int, plane: tuple[np.ndarray, np.ndarray], of: Values) -> Side:
+    """A side of scikit-fem's ``reference`` cell, with the points (2, points) and weights (points,) of a rule of the
+    plane."""
+    corners = reference.p[:, reference.facets[number]]
+    along = np.stack([corners[:, 1] - corners[:, 0], corners[:, -1] - corners[:, 0]], axis=1)
+    normal = np.cross(along[:, 0], along[:, 1])
+    normal = normal * np.sign(normal @ (corners[:, 0] - reference.p.mean(axis=1)))
+    found = rule(corners[:, :1] + along @ plane[0], plane[1], of)
+    return found._replace(values=np.where(np.abs(found.values).max(axis=0) > NONE, found.values, 0.0)), normal
+
+
+class Space(ABC):
+    """Functions on the cells of scikit-fem's ``mesh``.
+
+    A function is a vector of coefficients (functions,); a field is known at the points of a quadrature, as (cells,
+    points), or (3, cells, points) for a vector. ``dofs`` (functions of a cell, cells) and ``size`` are scikit-fem's
+    numbering, ``p`` the highest degree; ``entity`` (functions,) numbers the vertex, edge, facet or cell that each
+    function belongs to, and ``places`` (entities, 3) says where these are.
+    """
+
+    mesh: Any
+    p: int
+    dofs: np.ndarray
+    size: int
+    entity: np.ndarray
+    places: np.ndarray
+
+    @property
+    @abstractmethod
+    def nested(self) -> tuple[np.ndarray, ...]:
+        """Which functions (functions,) are in each lower space that this one holds, the lowest first, and in itself."""
+
+    @property
+    @abstractmethod
+    def unit(self) -> np.ndarray:
+        """(functions,): the coefficients of the constant 1."""
+
+    @abstractmethod
+    def matrices(self, k: np.ndarray, c: np.ndarray) -> tuple[csc_array, csc_array]:
+        """The integrals of k grad u . grad v and of c u v, for k and c (cells,)."""
+
+    @abstractmethod
+    def stiffness(self, k: np.ndarray, cells: np.ndarray) -> csc_array:
+        """The integral of k grad u . grad v over some cells, for k (of them,)."""
+
+    @abstractmethod
+    def at(self, X: np.ndarray) -> np.ndarray:
+        """(points, functions of a cell): their values at reference points (3, points)."""
+
+    @abstractmethod
+    def rule(self, cells: np.ndarray, more: int) -> Rule:
+        """The quadrature of some cells, with ``more`` points along each axis than is their due."""
+
+    @abstractmethod
+    def side(self, number: int) -> Side:
+        """A side of the reference cell."""
+
+    @abstractmethod
+    def jacobian(self, cells: np.ndarray, X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The inverse of the map's derivative, (3, 3, cells, points) or, where it is diagonal, (3, cells, 1); and the
+        size of its determinant (cells, points or 1)."""
+
+    def on(self, cells: np.ndarray, more: int = 0) -> Cells:
+        """Integrals over some cells; ``more`` as of `rule`."""
+        return Cells(self, cells, self.rule(cells, more))
+
+    def faces(self, facets: np.ndarray, cells: np.ndarray) -> Faces:
+        """Integrals over some facets of the mesh, each seen from one of its cells."""
+        return Faces(self, facets, cells)
+
+
+class Cells:
+    """Some cells of a space with the points of a quadrature and their ``weights`` (cells, points)."""
+
+    def __init__(self, space: Space, cells: np.ndarray, rule: Rule) -> None:
+        self._space, self._cells, self._rule = space, cells, rule
+        self._dofs = space.dofs[np.ix_(rule.there, cells)].T
+        self._inverse, sizes = space.jacobian(cells, rule.points)
+        self.weights = sizes * rule.weights
+
+    @property
+    def points(self) -> np.ndarray:
+        """(3, cells, points): where the points are (m)."""
+        return self._space.mesh.mapping().F(self._rule.points, tind=self._cells)
+
+    def value(self, u: np.ndarray) -> np.ndarray:
+        """(cells, points): a function (functions,)."""
+        return u[self._dofs] @ self._rule.values.T
+
+    def gradient(self, u: np.ndarray) -> np.ndarray:
+        """(3, cells, points): its gradient."""
+        own = u[self._dofs]
+        return self.covariant(np.array([own @ s.T for s in self._rule.slopes]))
+
+    def covariant(self, field: np.ndarray) -> np.ndarray:
+        """(3, cells, points): a gradient (3, cells or 1, points or 1) of the reference cell on the cells themselves."""
+        if self._inverse.ndim == 3:
+            return self._inverse * field
+        return np.einsum("ijcp,icp->jcp", self._inverse, np.broadcast_to(field, self._inverse.shape[1:]))
+
+    def load(self, density: np.ndarray, power: int = 1) -> np.ndarray:
+        """(functions,): the integral of a density (cells, 1 or points) times each function to a power."""
+        return self._scattered((density * self.weights) @ self._rule.values**power)
+
+    def flow(self, field: np.ndarray) -> np.ndarray:
+        """(functions,): the integral of a field (3, cells, points) times the gradient of each function."""
+        within = self._inverse * field if self._inverse.ndim == 3 else np.einsum("ijcp,jcp->icp", self._inverse, field)
+        return self._scattered(sum((f * self.weights) @ s for f, s in zip(within, self._rule.slopes, strict=True)))
+
+    def mass(self) -> csc_array:
+        """The integral of u v."""
+        there = self._rule.values.any(axis=0)
+        values, dofs, size = self._rule.values[:, there], self._dofs[:, there], self._space.size
+        blocks = np.matmul(values.T * self.weights[:, None], values)
+        found = np.abs(blocks) > 1e-14 * np.abs(blocks).max(axis=(1, 2), keepdims=True)
+        rows, columns = (np.broadcast_to(d, blocks.shape)[found] for d in (dofs[:, :, None], dofs[:, None]))
+        return csc_array(coo_array((blocks[found], (rows, columns)), shape=(size, size)))
+
+    def _scattered(self, own: np.ndarray) -> np.ndarray:
+        return np.bincount(self._dofs.ravel(), own.ravel(), self._space.size)
+
+    @cached_property
+    def functions(self) -> np.ndarray:
+        """(functions,): which do not vanish at the points."""
+        found = np.zeros(self._space.size, bool)
+        found[self._dofs[:, self._rule.values.any(axis=0)]] = True
+        return found
+
+
+class Faces:
+    """Some facets of a space, each seen from one of its cells.
+
+    Each side of a cell has cells of its own, with points on that side and the weights of the facet: no point is looked
+    for in a curved cell as by scikit-fem's FacetBasis, whose search ends at an absolute 1e-12.
+    """
+
+    def __init__(self, space: Space, facets: np.ndarray, cells: np.ndarray) -> None:
+        self._space, self._cells = space, cells
+        self._local = (space.mesh.t2f[:, cells] == facets).argmax(axis=0)
+
+    @cached_property
+    def _sides(self) -> list[tuple[np.ndarray, Cells, np.ndarray]]:
+        """The facets of each side, their cells with points there, and outward normals (3, facets, points)."""
+        found = []
+        for number in np.unique(self._local):
+            at, (rule, normal) = np.flatnonzero(self._local == number), self._space.side(int(number))
+            own = Cells(self._space, self._cells[at], rule)
+            outwards = own.covariant(normal[:, None, None]) * own.weights
+            own.weights = np.linalg.norm(outwards, axis=0)
+            found.append((at, own, outwards / own.weights))
+        return found
+
+    def _filled(self, of: Callable[[Cells], np.ndarray], shape: tuple[int, ...] = ()) -> np.ndarray:
+        """(..., facets, points): what is known of the facets of each side."""
+        count = max((own.weights.shape[1] for _, own, _ in self._sides), default=0)
+        found = np.empty((*shape, len(self._cells), count))
+        for at, own, _ in self._sides:
+            found[..., at, :] = of(own)
+        return found
+
+    @cached_property
+    def areas(self) -> np.ndarray:
+        """(facets, points): the weights of the quadrature (m2)."""
+        return self._filled(lambda own: own.weights)
+
+    @property
+    def points(self) -> np.ndarray:
+        """(3, facets, points): where the points are (m)."""
+        return self._filled(lambda own: own.points, (3,))
+
+    @cached_property
+    def functions(self) -> np.ndarray:
+        """(functions,): which do not vanish on the facets."""
+        return np.any([np.zeros(self._space.size, bool), *(own.functions for _, own, _ in self._sides)], axis=0)
+
+    def value(self, u: np.ndarray) -> np.ndarray:
+        """(facets, points): a function (functions,)."""
+        return self._filled(lambda own: own.value(u))
+
+    def slope(self, u: np.ndarray) -> np.ndarray:
+        """(facets, points): its derivative along the outward normal."""
+        found = np.empty(self.areas.shape)
+        for at, own, normal in self._sides:
+            found[at] = (own.gradient(u) * normal).sum(axis=0)
+        return found
+
+    def load(self, density: np.ndarray | float = 1.0) -> np.ndarray:
+        """(functions,): the integral of a density (facets, 1 or points) times each function."""
+        full = np.broadcast_to(density, self.areas.shape)
+        return sum((own.load(full[at]) for at, own, _ in self._sides), np.zeros(self._space.size))
+
+    def flux(self, conductivity: np.ndarray) -> np.ndarray:
+        """(functions,): the integral of -conductivity (facets, 1 or points) du/dn, outwards, for each function u."""
+        full, found = np.broadcast_to(conductivity, self.areas.shape), np.zeros(self._space.size)
+        for at, own, normal in self._sides:
+            found -= own.flow(full[at] * normal)
+        return found
+
+    def mass(self) -> csc_array:
+        """The integral of u v."""
+        return csc_array(sum((own.mass() for _, own, _ in self._sides), csc_array((self._space.size,) * 2)))
+
+    def normals(self) -> np.ndarray:
+        """(functions, 3): the integral of the outward normal times the square of each function."""
+        found = np.zeros((self._space.size, 3))
+        for _, own, normal in self._sides:
+            found += np.stack([own.load(n, power=2) for n in normal], axis=1)
+        return found
+
+    def along(self, stretch: np.ndarray) -> np.ndarray:
+        """(facets,): how the logarithm of the area of each, across an axis, changes with those of the cells' sides (3,
+        cells)."""
+        found = np.empty(len(self._cells))
+        for at, _, normal in self._sides:
+            found[at] = ((1 - normal[..., 0] ** 2) * stretch[:, self._cells[at]]).sum(axis=0)
+        return found

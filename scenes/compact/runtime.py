@@ -1,0 +1,236 @@
+"""A compact thermal model at work: a few states driven by its inputs, with nothing but numpy.
+
+With z = (1, inputs g, states b) the model is
+
+    (A z) c = S z,    db/dt = F z + sum_p c_i c_j Q_p z,    y = Y z + W dg/dt + sum_i c_i U_i z + sum_p c_i c_j P_p z
+
+for current fields c, whose pairs p = (i, j) have i <= j. F holds -rates on the diagonal of the states, which start at
+zero. A model of a steady state alone has db/dt = 0.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+Given = float | tuple[Sequence[float], Sequence[float]]
+"""A number, or (times, values): linear between the times (s), constant outside; two equal times make a jump."""
+
+
+class CompactModel:
+    """The model of a document (of model.json); inputs and outputs by their names, in SI units, temperatures in K."""
+
+    def __init__(self, document: Mapping[str, Any]) -> None:
+        self.document = document
+        self.inputs: dict[str, dict[str, Any]] = {entry["name"]: entry for entry in document["inputs"]}
+        self.outputs: dict[str, dict[str, Any]] = {entry["name"]: entry for entry in document["outputs"]}
+        self.A, self.S, self.F, self.Q, self.Y, self.W, self.U, self.P = (
+            np.array(document["matrices"][key]["values"]).reshape(document["matrices"][key]["shape"])
+            for key in "ASFQYWUP"
+        )
+        self.states = len(self.F)
+        self.first, self.second = np.triu_indices(len(self.S))
+        own = slice(1 + len(self.inputs), None)
+        self.decay = -np.diagonal(self.F[:, own]).copy()
+        self._own = own
+
+    def simulate(
+        self, times: Sequence[float], inputs: Mapping[str, Given] | None = None, tolerance: float = 1e-6
+    ) -> dict[str, np.ndarray]:
+        """(times,) of each output at ascending times (s) from rest at t = 0; inputs not given are the scene's own.
+
+        Steps of exponential Runge-Kutta of order 3 (Cox and Matthews, J. Comput. Phys. 176, 2002), whose error is
+        below ``tolerance`` of the largest state each. Raises ValueError for a model without capacities, KeyError for
+        an input that there isn't, ArithmeticError where the heating runs away.
+        """
+        tables = self._tables(inputs)
+        wanted = np.asarray(times, dtype=float)
+        drives = [_drive(tables, t) for t in wanted.tolist()]
+        states = self.march(wanted, inputs, tolerance)
+        rows = np.array([self.read(*drive, b) for drive, b in zip(drives, states, strict=True)])
+        return self._named(rows, np.array([g for g, _ in drives]))
+
+    def march(
+        self, times: Sequence[float] | np.ndarray, inputs: Mapping[str, Given] | None = None, tolerance: float = 1e-6
+    ) -> np.ndarray:
+        """(times, n): the states; arguments as of `simulate`."""
+        if self.document["steady_only"]:
+            raise ValueError("this is a model of the steady state: use steady()")
+        tables, wanted = self._tables(inputs), np.asarray(times, dtype=float)
+        t, b, largest = 0.0, np.zeros(self.states), 1e-30
+        stops = sorted({*wanted[wanted > 0].tolist(), *(x for k, _ in tables for x in k if 0 < x < wanted[-1])})
+        longest = stops[0] if stops else 0.0
+        found = {0.0: b}
+        for stop in stops:
+            start = t
+            g0, slope = _drive(tables, start)
+            while t < stop:
+                h = min(stop - t, longest)
+                last = h >= (stop - t) * (1 - 1e-12)
+                new, off = self._step(b, g0 + slope * (t - start), slope, h)
+                largest = max(largest, float(np.abs(new).max(initial=0.0)))
+                error = off / (tolerance * largest)
+                if error <= 1:
+                    b, t = new, stop if last else t + h
+                elif h < 1e-13 * stop:
+                    raise ArithmeticError(f"the heating runs away at {t:.3g} s")
+                grown = h * min(max(0.8 * (error + 1e-30) ** (-1 / 3), 0.2), 5.0)
+                longest = max(grown, longest) if last and error <= 1 else grown
+            found[stop] = b
+        return np.array([found[x] for x in wanted.tolist()])
+
+    def steady(self, inputs: Mapping[str, float] | None = None) -> dict[str, float]:
+        """Each output in the steady state that the model reaches from rest, by Newton's method; inputs not given are
+        the scene's own at the end. Raises ArithmeticError where there is none."""
+        g = _drive(self._tables(inputs), np.inf)[0]
+        found = self._named(self.read(g, np.zeros_like(g), self.rest(g))[None], g[None])
+        return {name: float(values[0]) for name, values in found.items()}
+
+    def rest(self, g: np.ndarray) -> np.ndarray:
+        """(n,): the states of the steady state at inputs g. Raises ArithmeticError where there is none."""
+        b, size = np.zeros(self.states), np.inf
+        for _ in range(60):
+            residual, jacobian = self._linearised(g, b)
+            change = np.linalg.solve(jacobian, -residual)
+            b, before, size = b + change, size, float(np.abs(change).max(initial=0.0))
+            largest = float(np.abs(b).max(initial=1e-300))
+            if size <= 1e-12 * largest or (size < 1e-6 * largest and size >= before):
+                if np.linalg.eigvals(self._linearised(g, b)[1]).real.max(initial=0.0) > 0:
+                    break
+                return b
+        raise ArithmeticError("the model has no steady state at these inputs")
+
+    def step(self, b: np.ndarray, g: np.ndarray, time: float, tolerance: float = 1e-6) -> np.ndarray:
+        """The states (n,) after a time (s) with constant inputs g."""
+        done, h = 0.0, time
+        while done < time:
+            h = min(h, time - done)
+            new, off = self._step(b, g, np.zeros_like(g), h)
+            error = off / (tolerance * max(float(np.abs(new).max(initial=0.0)), 1e-30))
+            if error <= 1:
+                b, done = new, done + h
+            h *= min(max(0.8 * (error + 1e-30) ** (-1 / 3), 0.2), 5.0)
+        return b
+
+    def rates(self, g: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """(n,): db/dt at inputs and states."""
+        return self._source(g, b) - self.decay * b
+
+    def read(self, g: np.ndarray, slope: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """(rows,): all that is read off the states, at inputs g, of these rates."""
+        z = np.concatenate([[1.0], g, b])
+        found: np.ndarray = self.Y @ z + self.W @ slope
+        if len(self.S):
+            c = self._currents(z)
+            found = found + np.tensordot(c, self.U @ z, 1) + np.tensordot(self._pairs(c), self.P @ z, 1)
+        return found
+
+    def named(self, row: np.ndarray) -> dict[str, float]:
+        """What is read by the outputs' names."""
+        reduce: dict[str, Any] = {"max": np.max, "min": np.min, "mean": np.mean}
+        return {name: float(reduce[o["reduce"]](row[o["rows"]])) for name, o in self.outputs.items()}
+
+    def _named(self, rows: np.ndarray, inputs: np.ndarray) -> dict[str, np.ndarray]:
+        each = [self.named(row) for row in rows]
+        found = {name: np.array([one[name] for one in each]) for name in self.outputs}
+        for values, entry in zip(inputs.T, self.inputs.values(), strict=True):
+            low, high = entry["range"]
+            small = 1e-9 * max(abs(low), abs(high))
+            for value in values[(values < low - small) | (values > high + small)][:1]:
+                told = f"{entry['name']} = {value:.6g} {entry['unit']} is past the model's range"
+                warnings.warn(f"{told}, {low:.6g} to {high:.6g} {entry['unit']}", stacklevel=3)
+        limit = self.document["range"]["highest_temperature_K"]
+        hottest = max((float(found[n].max()) for n, o in self.outputs.items() if o["unit"] == "K"), default=0.0)
+        if limit is not None and hottest > limit:
+            warnings.warn(f"{hottest:.6g} K is past the model's range, up to {limit:.6g} K", stacklevel=3)
+        return found
+
+    def inputs_at(self, inputs: Mapping[str, Given] | None, time: float) -> np.ndarray:
+        """(inputs,): their values at a time (s), after a jump there."""
+        return _drive(self._tables(inputs), time)[0]
+
+    def _tables(self, inputs: Mapping[str, Given] | None) -> list[tuple[np.ndarray, np.ndarray]]:
+        given = dict(inputs or {})
+        for name in given:
+            if name not in self.inputs:
+                raise KeyError(f"there is no input {name!r}: there are {', '.join(map(repr, self.inputs))}")
+        found = []
+        for name, entry in self.inputs.items():
+            value = given.get(name, entry["value"])
+            if isinstance(value, Mapping):
+                value = value["times"], value["values"]
+            times, values = ([0.0], [value]) if np.ndim(value) == 0 else value
+            found.append((np.array(times, dtype=float), np.array(values, dtype=float)))
+        return found
+
+    def _currents(self, z: np.ndarray) -> np.ndarray:
+        return np.linalg.solve(self.A @ z, self.S @ z)
+
+    def _pairs(self, c: np.ndarray) -> np.ndarray:
+        return np.where(self.first == self.second, 1.0, 2.0) * c[self.first] * c[self.second]
+
+    def _source(self, g: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """(n,): db/dt without the decay of the states."""
+        z = np.concatenate([[1.0], g, b])
+        found: np.ndarray = self.F @ z + self.decay * b
+        if len(self.S):
+            found = found + np.tensordot(self._pairs(self._currents(z)), self.Q @ z, 1)
+        return found
+
+    def _step(self, b: np.ndarray, g: np.ndarray, slope: np.ndarray, h: float) -> tuple[np.ndarray, float]:
+        """The states after a step (s), and how far a step of order 2 is from that."""
+        x = self.decay * h
+        p1, p2, p3 = _phi(x)
+        end = np.exp(-x) * b
+        n0 = self._source(g, b)
+        half = np.exp(-x / 2) * b + h / 2 * _phi(x / 2)[0] * n0
+        n1 = self._source(g + slope * (h / 2), half)
+        n2 = self._source(g + slope * h, end + h * p1 * (2 * n1 - n0))
+        new = end + h * ((p1 - 3 * p2 + 4 * p3) * n0 + (4 * p2 - 8 * p3) * n1 + (4 * p3 - p2) * n2)
+        lower = end + h * (p1 * n0 + 2 * p2 * (n1 - n0))
+        return new, float(np.abs(new - lower).max(initial=0.0))
+
+    def _linearised(self, g: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """db/dt (n,) and its derivative (n, n)."""
+        z, own = np.concatenate([[1.0], g, b]), self._own
+        rate, slope = self.F @ z, self.F[:, own].copy()
+        if len(self.S):
+            matrix = self.A @ z
+            c = np.linalg.solve(matrix, self.S @ z)
+            change = np.linalg.solve(matrix, self.S[:, own] - np.tensordot(self.A[:, :, own], c, (1, 0)))
+            pairs, heat = self._pairs(c), self.Q @ z
+            twice = np.where(self.first == self.second, 1.0, 2.0)[:, None]
+            i, j = self.first, self.second
+            rate = rate + np.tensordot(pairs, heat, 1)
+            slope += np.tensordot(pairs, self.Q[..., own], 1)
+            slope += heat.T @ (twice * (c[i, None] * change[j] + c[j, None] * change[i]))
+        return rate, slope
+
+
+def _drive(tables: list[tuple[np.ndarray, np.ndarray]], t: float) -> tuple[np.ndarray, np.ndarray]:
+    """(inputs,) twice: the inputs and their rates (1/s) at a time (s), after a jump or bend there."""
+    values, slopes = [], []
+    for x, y in tables:
+        after = int(np.searchsorted(x, t, side="right"))
+        inside = 0 < after < len(x)
+        slope = (y[after] - y[after - 1]) / (x[after] - x[after - 1]) if inside else 0.0
+        values.append(y[max(after - 1, 0)] + (slope * (t - x[after - 1]) if inside else 0.0))
+        slopes.append(slope)
+    return np.array(values), np.array(slopes)
+
+
+def _phi(x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(n,) thrice: the functions phi_1 to phi_3 of exponential integrators, at -x."""
+    series, term = np.zeros_like(x), np.full_like(x, 1 / 6)
+    small = np.minimum(x, 1.0)
+    for k in range(4, 22):
+        series, term = series + term, -term * small / k
+    large = np.maximum(x, 1.0)
+    p1 = -np.expm1(-large) / large
+    p2 = (1 - p1) / large
+    p3 = np.where(x < 1, series, (0.5 - p2) / large)
+    p2 = np.where(x < 1, 0.5 - x * p3, p2)
+    return np.where(x < 1, 1 - x * p2, p1), p2, p3

@@ -1,0 +1,54 @@
+"""The FMU, run by fmpy."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from scenes.compact import files, fmu
+from scenes.compact.runtime import CompactModel
+from tests.scenes.compact.test_runtime import document
+
+needs_fmu = pytest.mark.skipif(
+    not fmu.available() or importlib.util.find_spec("fmpy") is None,
+    reason="pythonfmu and fmpy are not installed (pip install '.[fmu]')",
+)
+
+
+def run(made: dict[str, Any], folder: Path, drive: dict[str, Any]) -> Any:
+    import fmpy
+
+    files.write(made, folder)
+    signals = np.array([(0.0, 1.5, 0.0), (0.5, 1.5, 0.0), (0.5, -1.0, 0.0), (1.0, -1.0, 0.0)],
+                       dtype=[("time", float), ("V", float), ("T", float)])  # fmt: skip
+    return fmpy.simulate_fmu(str(folder / "model.fmu"), stop_time=1.0, output_interval=0.1, input=signals, **drive)
+
+
+@needs_fmu
+def test_over_time(tmp_path: Path) -> None:
+    """A jump at a communication point; each file of a folder in its own."""
+    made = document()
+    expected = CompactModel(made).simulate([0.5, 1.0], {"V": ([0.5, 0.5], [1.5, -1.0]), "T": 0.0})["t"]
+    found = run(made, tmp_path / "a", {"output": ["t"]})
+    # Steps of a millionth each, and the sum of ten of them.
+    assert found["t"][-1] == pytest.approx(expected[-1], abs=1e-4 * np.abs(expected).max())
+    made["matrices"]["F"]["values"][3] *= 1.01
+    again = run(made, tmp_path / "b", {"output": ["t"]})
+    assert again["t"][-1] != pytest.approx(expected[-1], abs=1e-4 * np.abs(expected).max())
+
+
+@needs_fmu
+def test_a_steady_state(tmp_path: Path) -> None:
+    made = document(steady=True)
+    found = run(made, tmp_path, {"output": ["y"]})
+    assert found["y"][-1] == pytest.approx(CompactModel(made).steady({"V": -1.0, "T": 0.0})["y"], rel=1e-9)
+
+
+def test_without_pythonfmu_the_rest_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fmu, "available", lambda: False)
+    files.write(document(), tmp_path)
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["model.cir", "model.json", "model.py"]

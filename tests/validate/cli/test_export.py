@@ -1,0 +1,43 @@
+"""`validate solve --export`: what is written, and what is refused before anything is solved."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from validate.cli import main
+
+
+def test_a_model_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    command = ["solve", "bridge", "--no-figures", "--accuracy", "1e-2", "--out", str(tmp_path / "run")]
+    assert main([*command, "--export", str(tmp_path / "new" / "mine"), "--states", "2"]) == 0
+    assert "Exported a compact model (2 states, within" in " ".join(capsys.readouterr().out.split())
+    found = json.loads((tmp_path / "new" / "mine" / "model.json").read_text())
+    assert found["states"] == 2
+    assert (tmp_path / "new" / "mine" / "model.py").read_text().startswith('"""Compact model of "bridge": 2 states')
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (["--export", "{0}/m", "--states", "0"], "--states is"),
+        (["--export", "{0}/m", "--model-accuracy", "2"], "--model-accuracy = "),
+        (["--export", "{0}/m", "--model-accuracy", "1e-3", "--states", "3"], "give one of them"),
+        (["--states", "3"], "--states 3 is of the model that --export DIR writes"),
+        (["--export", " "], "names no folder"),
+        (["--export", "{0}/file/m"], "cannot be written"),
+        (["--export", "{0}/m", "--set", "probe.quarter.reduce=max"], "an extreme potential"),
+    ],
+)
+def test_what_is_refused(
+    given: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "file").write_text("")
+    assert main(["solve", "bridge", "--out", "run", *(word.format(tmp_path) for word in given)]) == 2
+    told = capsys.readouterr().err
+    assert said in " ".join(told.split())
+    assert "Traceback" not in told
+    assert [entry.name for entry in tmp_path.iterdir()] == ["file"]

@@ -1,0 +1,165 @@
+"""Checks as a person reads them: in tables for a terminal and the page, and under a figure's title; what is claimed,
+what comes out, how far off that is."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from itertools import groupby
+
+from compare.verdict import Check
+from scenes.checks import DEVICE_TOLERANCES, OF_THE_PAPER, OF_THE_REDUCTION
+from scenes.formats import difference_text, percent, quantity
+from validate.report.table import Row, Section, Style, Table, sentences
+
+NAMES = {
+    "sink_K": ("sink temperature", "K"),
+    "sensor_K": ("sensor temperature", "K"),
+    "sink_V": ("sink voltage", "V"),
+    "sensor_V": ("sensor voltage", "V"),
+    "sink_power_W": ("sink power", "W"),
+    "sensor_power_W": ("sensor power", "W"),
+    "polymer_flux_W": ("heat into polymer", "W"),
+}
+"""What a reader calls the quantities of the device, and their units."""
+_SIDES = {"equal": "", "at least": ">=", "at most": "<="}
+_LONG = 20
+"""Characters of an id from which on the titles stand below."""
+_NOTE = (
+    "A check differs or agrees only where that holds for every value that the difference may have given its numerical "
+    "error; else it is unresolved."
+)
+
+
+def sections(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -> list[Section]:
+    """The sink's checks by what is compared, and why those differ that do."""
+    if style.page or not checks:
+        return [on_page(checks, contrary)] if checks else []
+    below, rows = any(len(check.id) >= _LONG for check in checks), []
+    for kind, group in groupby(_sorted(checks), kind_of):
+        rows += [Row([kind])] if kind else []
+        for c in group:
+            difference = difference_text(c.difference, c.u_num, style.plus_minus)
+            cells = [c.id, "" if below else c.title, difference, percent(c.tolerance, 1), c.verdict]
+            rows.append(Row(cells, c.verdict, c.title if below else ""))
+    table = Table(("check", "", "difference", "tolerance", ""), rows, "<<>><")
+    against = {check.id: declared(check) for check in contrary}
+    told = [(c.id, [text for text in (against.get(c.id, ""), c.because) if text]) for c in checks if c.own]
+    reasons = [f"{name}: {'; '.join(said)}" for name, said in told if said]
+    return [Section("Checks", [table], headed=False), Section("Why", [sentences(reasons)])]
+
+
+def on_page(checks: Sequence[Check], contrary: Sequence[Check]) -> Section:
+    """Every check with its values, and below it the reason where one is given."""
+    rows = []
+    for kind, group in groupby(_sorted(checks), kind_of):
+        rows += [Row([kind])] if kind else []
+        for c in group:
+            said = [declared(c) if c in contrary else "", c.because]
+            sense = "" if c.sense == "equal" or not math.isfinite(c.predicted) else f"{c.sense} "
+            rows.append(Row(
+                [c.id, c.title, sense + amount(c.predicted, c.unit, 5), amount(c.measured, c.unit, 5), _difference(c),
+                 c.relative_to, percent(c.tolerance, 1), c.verdict],
+                c.verdict, " ".join(sentences(["; ".join(filter(None, said))])) if any(said) else "",
+            ))  # fmt: skip
+    heads = ("check", "of", *_heads(checks), "difference", "relative to", "tolerance", "verdict")
+    return Section("Checks", [_NOTE, Table(heads, rows, "<<>>><><")])
+
+
+def _heads(checks: Sequence[Check]) -> tuple[str, str]:
+    """Whose the two values are."""
+    found = {sides(check) for check in checks}
+    return found.pop() if len(found) == 1 else ("claimed", "found")
+
+
+def _sorted(checks: Sequence[Check]) -> list[Check]:
+    """One model with the other first."""
+    return sorted(checks, key=lambda check: check.id not in OF_THE_REDUCTION)
+
+
+def kind_of(check: Check) -> str:
+    """What is compared in a check, in words."""
+    if check.id in OF_THE_REDUCTION:
+        return "one model against the other: 1D less 3D"
+    if check.id in OF_THE_PAPER:
+        whose = "the paper's equations" if check.own else "the paper's equations (not this model's)"
+        return f"{whose}: 3D numbers in, relative to 3D's own"
+    kinds = {
+        "slope": "how the models follow a key: 1D less 3D", "air": "the air left out: 3D without it less 3D with it",
+        "energy": "3D alone", "islands": "3D alone", "against": "your data less 3D",
+    }  # fmt: skip
+    return kinds.get(check.id.partition("_")[0], "")
+
+
+def declared(check: Check) -> str:
+    """What the scene declares of a check that came out otherwise."""
+    if check.expected is not None and check.verdict != check.expected:
+        return f"the scene declares that it {check.expected} (checks.expect_differs)"
+    return ""
+
+
+def _difference(check: Check) -> str:
+    word = off_by(check)
+    return word if word.isalpha() else difference_text(check.difference, check.u_num, "\N{PLUS-MINUS SIGN}")
+
+
+def sides(check: Check) -> tuple[str, str]:
+    """Whose the predicted and the measured value are."""
+    if check.id.startswith("dev3d_claim"):
+        return "paper", "3D"
+    return ("paper", "1D") if check.id in DEVICE_TOLERANCES else ("1D", "3D")
+
+
+def claimed(check: Check) -> str:
+    """What the paper says a check's value is: "100.0 ms", or ">=50.70 ms" where it claims one side only."""
+    side = _SIDES[check.sense] if math.isfinite(check.predicted) else ""
+    return side + amount(check.predicted, check.unit)
+
+
+def amount(value: float, unit: str, digits: int = 4) -> str:
+    """A check's value: "50.70 ms", "never" for a time that does not come, and "none" for anything else."""
+    if math.isfinite(value):
+        return quantity(value, "" if unit == "1" else unit, digits)
+    return "never" if unit == "s" else "none"
+
+
+def off_by(check: Check) -> str:
+    """How far the model is from the claim, briefly: "+97 %", "<1e-08 %" where that is all that is known."""
+    if not check.u_num < 1:
+        return "open"
+    if check.sense != "equal" and not check.difference:
+        return "holds"
+    if not math.isfinite(check.difference):
+        return "fails"
+    if abs(check.difference) <= check.u_num:
+        return f"<{percent(check.u_num, 1)}"
+    return percent(check.difference, sign=True)
+
+
+def in_full(check: Check, plus_minus: str) -> str:
+    """The difference with its error, and what is tolerated: "paper/1D - 1 = +97.255 ± 0.006 %, tolerance 25 %"."""
+    tolerance = f"tolerance {percent(check.tolerance, 2)}"
+    if off_by(check).isalpha():
+        return tolerance
+    off = difference_text(check.difference, check.u_num, plus_minus) if check.u_num else percent(check.difference, 4)
+    return f"{'/'.join(sides(check))} - 1 = {off}, {tolerance}"
+
+
+def with_mu(text: str) -> str:
+    """With the letter mu for the prefix that a terminal has as a "u"."""
+    return re.sub(r"(?<=[\d(] )u(?=[A-Zmos])|(?<=\()u(?=[A-Zmos])", "\N{MICRO SIGN}", text)
+
+
+def judged(check: Check) -> str:
+    """A check's id with its verdict, as a figure's title has it."""
+    mark = {"agrees": "\N{CHECK MARK}", "differs": "\N{MULTIPLICATION X}", "unresolved": "?"}[check.verdict]
+    return f"{mark} {check.id} {check.verdict.upper() if check.verdict == 'differs' else check.verdict}"
+
+
+def drawn(check: Check) -> str:
+    """A check as a line under a figure's title; its sentence is in the report and in the terminal."""
+    found = amount(check.measured, check.unit)
+    off = off_by(check) if off_by(check).isalpha() else f"off by {off_by(check)}"
+    one, other = sides(check)
+    return with_mu(f"{judged(check)}: {check.title}, {one} {claimed(check)}, {other} {found} ({off})")
