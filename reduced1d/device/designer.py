@@ -89,7 +89,9 @@ def limiter_acts(device: Device, element: int, duration: float | None = None) ->
     control = replace(device.control, allow_negative_voltage=False)
     start = replace(device, external=quiet, control=control, end_time=duration)
     lumped = lump(start)
-    run = march(lumped, law(start, lumped.resistance, lumped.coefficient), timetable(start), (QUICK,), 1e-5)
+    run = march(
+        lumped, law(start, lumped.resistance, lumped.coefficient), timetable(start), (QUICK,), 1e-5, watched=element
+    )
     return bool(run.run.limited[:, element].any()) or run.run.stopped
 
 

@@ -120,5 +120,4 @@ def smooth(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
     falling only where the points do; constant beyond the ends."""
     from scipy.interpolate import PchipInterpolator
 
-    found: np.ndarray = PchipInterpolator(x, y)(np.clip(at, x[0], x[-1]))
-    return found
+    return PchipInterpolator(x, y)(np.clip(at, x[0], x[-1]))

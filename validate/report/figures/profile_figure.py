@@ -67,5 +67,4 @@ def _smooth(place: np.ndarray, values: np.ndarray, within: float) -> np.ndarray:
 
     if within < 1e-4 * float(np.ptp(values)):
         return values
-    found: np.ndarray = UnivariateSpline(place, values, k=5, s=len(place) * within**2)(place)
-    return found
+    return UnivariateSpline(place, values, k=5, s=len(place) * within**2)(place)
