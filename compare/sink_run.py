@@ -180,7 +180,7 @@ def _compared(
 
         with clock.stage("checks"):
             if sink.spans > 1:
-                single = solve_3d(replace(sink, spans=1), replace(request, transient=False), say)
+                single = solve_3d(replace(sink, spans=1), request, say)
             checks = evaluate(sink, request, fem3d, reduced1d, single)
     if request.why and fem3d is not None and levels is not None:
         from compare.budget import budget

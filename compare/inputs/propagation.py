@@ -15,6 +15,7 @@ import numpy as np
 from compare.checks import DEFINITIONS
 from compare.inputs.sensitivities import QUANTITIES, Sensitivities
 from compare.verdict import Check, Comparison, Models
+from scenes.checks import OF_THE_SPANS
 from scenes.formats import percent
 from scenes.result import Estimate, Result
 from scenes.sink import Sink
@@ -23,7 +24,7 @@ from scenes.varied import varied
 
 STEP = 1e-4  # of a key: differences of formulas are off by its square
 BENT, SHARE = 0.1, 0.3  # of the first-order change; of u_input
-UNKNOWN = ("fig5", "islands_equivalent")
+UNKNOWN = ("fig5", *OF_THE_SPANS)
 """The checks of the profile and of another sink, whose derivatives are not there."""
 BALANCE = "energy"
 """The check of a balance, which holds whatever the inputs are: they don't move it."""
