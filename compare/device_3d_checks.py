@@ -15,6 +15,7 @@ from compare.verdict import Check, Comparison, judged, relative
 from fem3d.device.runs import Solved
 from reduced1d.device.lumped import lump
 from reduced1d.device.stability import stability
+from reduced1d.sink import air_conductance
 from scenes.device import Device
 from scenes.formats import milliseconds, percent, quantity
 from scenes.loop.runs import BAND, Run, Runs
@@ -67,10 +68,17 @@ def _steady(both: Both, quantity_: str, title: str, unit: str) -> Comparison:
 def _why_steady(both: Both, quantity_: str) -> str:
     if quantity_.startswith("sensor"):
         return "sink and sensor have one mean temperature, so that what the sensor takes leaves through the polymer"
-    return (
+    said = (
         "heat goes along the layers too, mostly in the gold, and leaves at the beam's ends, where the film of one "
         "temperature of 1D has no ends; and eq 14 leaves out the constriction in pad and oxide"
     )
+    lost = air_conductance(both.device.sink) * both.device.set_rise
+    if lost:
+        said += (
+            f"; 1D loses {quantity(lost, 'W', 3)} to the air from the beam's top as in eq 20, which the layers cover "
+            "in 3D, where the air cools the tops of the pads"
+        )
+    return said
 
 
 def _peak(both: Both, film: str) -> Comparison:
@@ -122,10 +130,12 @@ def _settling(both: Both) -> Comparison:
 
 def _slope(both: Both) -> Comparison:
     """The slope of Figure 13, of the steady powers in 3D, against k A/t of the polymer."""
-    runs = [r for r in both.three.runs.steps if r.device.external.final_temperature < r.device.control.set_temperature]
-    outer = np.array([r.device.external.final_temperature for r in runs])
-    power = np.array([r.after.sensor_power_W for r in runs])
-    errors = [both.three.model.steady_errors(r.device)["sensor_power_W"] for r in runs]
+    tried = [run.device for run in both.one.steps]
+    devices = [d for d in tried if d.external.final_temperature < d.control.set_temperature]
+    outer = np.array([d.external.final_temperature for d in devices])
+    model = both.three.model
+    power = np.array([model.steady(d).sensor_power_W for d in devices])
+    errors = [model.steady_errors(d)["sensor_power_W"] for d in devices]
     slope, level = np.polyfit(outer, power, 1)
     bend = float(np.abs(power - level - slope * outer).max())
     one = -lump(both.device).polymer.conductance

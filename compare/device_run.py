@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from compare.outcome import Clock, Outcome
-from compare.plan import design_reason, needs, of_device
+from compare.plan import design_reason, drawn_figures, needs, of_device
 from scenes.plan import Request, Step
 
 if TYPE_CHECKING:
@@ -82,7 +82,8 @@ def solved_in_3d(device: Device, request: Request, say: Callable[[str], None] = 
 
     meter = METERS[request.meter] if request.meter else None
     rounded = in_the_loop(device, meter, device.external.initial_temperature) if meter else (0.0, 0.0)
-    slow, steps = needs(device, request, "figure11"), needs(device, request, "figure12", "figure13")
+    drawn = drawn_figures(request)
+    slow, steps = "figure11" in drawn, "figure12" in drawn or "figure13" in drawn
     return make(device, rounded, slow, steps, say)
 
 

@@ -26,8 +26,7 @@ def kind(scene: Any) -> str:
 
 def plan(scene: Any, request: Request, data: Data | None = None) -> tuple[Step, ...]:
     """What `answer` will do, before it does it, and what is written then."""
-    steps: tuple[Step, ...] = _run(scene).plan(scene, request, data)
-    return steps
+    return _run(scene).plan(scene, request, data)
 
 
 def answer(

@@ -185,6 +185,12 @@ def of_device(device: Device, request: Request) -> tuple[Step, ...]:
         found.append(Step("1D device, slow", "done", "sampled every 5 ms with gains of 0.5 and 0.05 V"))
     if needs(device, request, "figure12", "figure13"):
         found.append(Step("1D device, steps", "done", "from the steady state, for outer steps from -80 to +20 K"))
+    if request.in_3d:
+        drawn = {"figure11", "figure12", "figure13"} & set(drawn_figures(request))
+        idle = "" if drawn else "only figures 11 to 13 show them, and none is drawn"
+        found.append(
+            step("3D runs of other steps", "the slow one and the outer steps, as far as figures show them", idle)
+        )
     made = made_device_checks(device, request)
     if made:
         found.append(Step("checks", "done", ", ".join(made)))

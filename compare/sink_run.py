@@ -155,7 +155,7 @@ def _compared(
         with clock.stage("imports"):
             from fem3d.errors import NumericsError, RunawayError
             from fem3d.run import solve as solve_3d
-            from scenes.extremes import cause
+            from scenes.validity import cause
         say("solving in 3D")
         with clock.stage("fem3d"):
             try:

@@ -28,6 +28,12 @@ class Place(NamedTuple):
     cell: int
     point: np.ndarray
 
+    def row(self, space: Space) -> np.ndarray:
+        """(functions,): what reads a function there."""
+        found = np.zeros(space.size)
+        found[space.dofs[:, self.cell]] = space.at(self.point[:, None])[0]
+        return found
+
 
 class Extreme:
     """The largest value (``sign`` 1) or the smallest one (-1) over some parts of cells."""

@@ -270,10 +270,7 @@ def goal_row(heat: HeatProblem, probe: object, rise: np.ndarray) -> np.ndarray |
     if how.extreme is None:
         # Tested with the dual solution minus its values at fixed nodes, whose heat is the reaction itself.
         return how.whole_row(heat)
-    place = how.extreme.where(heat.field(rise))
-    found = np.zeros(heat.domain.space.size)
-    found[heat.domain.space.dofs[:, place.cell]] = heat.domain.space.at(place.point[:, None])[0]
-    return heat.take(found)
+    return heat.take(how.extreme.where(heat.field(rise)).row(heat.domain.space))
 
 
 def electric_parts(given: Problems) -> Parts:

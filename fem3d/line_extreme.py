@@ -53,13 +53,6 @@ class LineExtreme:
             tops.append((float(values.max()), Place(int(cells[cell]), corner + (self._at[point] + beside) * sides[0])))
         return max(tops, key=lambda top: top[0])[1]
 
-    def row(self, function: np.ndarray) -> np.ndarray:
-        """(functions,): what reads a function where that of a function (functions,) is."""
-        cell, point = self.where(function)
-        found = np.zeros(self._space.size)
-        found[self._space.dofs[:, cell]] = self._space.at(point[:, None])[0]
-        return found
-
     def rows(self) -> np.ndarray:
         """(points, functions): what reads a function at the points of the lattice."""
         found = []

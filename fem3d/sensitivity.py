@@ -19,7 +19,6 @@ import numpy as np
 from fem3d import steady
 from fem3d.adjoint import Goal, Linearized
 from fem3d.estimate import left
-from fem3d.line_extreme import LineExtreme
 from fem3d.motion import Given, Motion, motion
 from fem3d.outputs import of_steady
 from fem3d.probes import reading
@@ -108,9 +107,10 @@ class Tangent:
             return replace(none, row=self.domain.mean(probe), probes={name: 1.0})
         conductor, sums = self.state.conductor, none
         how = None if probe.quantity == "potential" else reading(heat, probe)
-        if how is not None and isinstance(how.extreme, LineExtreme):
-            # At a top the rise is level along the line: where it goes adds nothing.
-            return replace(none, row=how.extreme.row(self.linearized.rise))
+        if how is not None and how.extreme is not None:
+            # At a top the rise is level: where it goes adds nothing.
+            rise = self.linearized.rise
+            return replace(none, row=how.extreme.where(rise).row(self.domain.space))
         if how is not None and how.boundaries and not how.row.any():
             for boundary in how.boundaries:
                 if probe.quantity == "heat_flow":

@@ -101,7 +101,7 @@ class Widened:
             how = reading(heat, self.probes[probe])
             top = how.extreme if isinstance(how.extreme, LineExtreme) else None
             self.rows[probe] = heat.take(top.rows()) if top else how.row[None]
-            loads.append(heat.take(top.row(rise)) if top else how.row)
+            loads.append(heat.take(top.where(rise).row(self.domain.space)) if top else how.row)
         own = answer.reduced.basis
         if conductor is not None and conductor.warms:
             pattern = answer.base.patterns[0].density

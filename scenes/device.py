@@ -59,7 +59,7 @@ class Device:
     accuracy: float = 5e-6
     accuracy_3d: float = 1e-3
     name: str = "device"
-    tolerances: dict[str, float] = field(default_factory=dict)
+    tolerances: dict[str, float] = field(default_factory=dict, hash=False)
     expected_to_differ: tuple[str, ...] | None = None
 
     @property

@@ -43,8 +43,7 @@ def load(source: str | Path, overrides: Sequence[str] = (), *, of: SceneType[Any
 def overridden(scene: T, overrides: Sequence[str]) -> T:
     """A scene with "KEY=VALUE" overrides put over it as ``load`` puts them, checked; raises SceneError."""
     of = type_of(scene)
-    made: T = _built(of.schema.write(scene), overrides, of)
-    return made
+    return _built(of.schema.write(scene), overrides, of)
 
 
 def _built(flat: Mapping[str, Any], overrides: Sequence[str], of: SceneType[Any]) -> Any:

@@ -65,9 +65,9 @@ class Sink:
     end_time: float = 0.02
     accuracy: float = 1e-3
     name: str = "sink"
-    tolerances: dict[str, float] = field(default_factory=dict)
+    tolerances: dict[str, float] = field(default_factory=dict, hash=False)
     expected_to_differ: tuple[str, ...] | None = None
-    uncertainties: dict[str, float] = field(default_factory=lambda: dict(UNCERTAINTIES))
+    uncertainties: dict[str, float] = field(default_factory=lambda: dict(UNCERTAINTIES), hash=False)
 
     @property
     def anchor_distance(self) -> float:

@@ -1,7 +1,9 @@
-"""Whether a scene can be solved: every value within its bounds, and the sizes fitting together."""
+"""Whether a scene can be solved: every value within its bounds, and the sizes fitting together; and which key is likely
+why its numerics failed."""
 
 from __future__ import annotations
 
+import math
 from operator import attrgetter
 from typing import TypeVar
 
@@ -9,6 +11,7 @@ from scenes.device import Device
 from scenes.dimensions import LENGTH, TIME
 from scenes.errors import SceneError, quoted
 from scenes.keys import type_of
+from scenes.kinds import Quantity
 from scenes.model import Material
 from scenes.physics import check_resistivity
 from scenes.sink import Sink
@@ -16,6 +19,9 @@ from scenes.sink import Sink
 T = TypeVar("T")
 _ROUNDING = 1e-9
 _MOST_SAMPLES = 1_000_000
+FAR = 30.0
+"""Times the built-in scene's value: what is nearer is no extreme."""
+_ROOM = {"environment.convection_coefficient": 1e3}  # W/(m2 K): the built-in scene has none
 
 
 def check(scene: T) -> T:
@@ -96,3 +102,27 @@ def _shown(length: float) -> str:
 
 def _check_film(film: Material, where: str, temperature: float) -> None:
     check_resistivity(film, f"materials.{film.name}", f"{where} = {temperature} K", temperature)
+
+
+def cause(scene: object, instead: str = "") -> str:
+    """What to append to the sentence of a numerical failure, with ``instead`` after it: which key is likely why, the
+    one that is farthest from the built-in scene's, how far it is out and what to do. Nothing where none is far out."""
+    kind = type_of(scene)
+    found = []
+    for path, key in kind.schema.paths.items():
+        if not isinstance(key.kind, Quantity) or not key.physical:
+            continue
+        value, usual = (attrgetter(key.attribute)(s) for s in (scene, kind.default))
+        usual = _ROOM.get(path, usual)
+        if value and usual:
+            found.append((abs(math.log(abs(value / usual))), path, key.kind, value, usual))
+    far, path, quantity, value, usual = max(found, key=lambda each: each[0])
+    if far < math.log(FAR):
+        return ""
+    ratio = abs(value / usual)
+    times, way = (ratio, "more") if ratio > 1 else (1 / ratio, "less")
+    shown = f"{times:,.0f}" if times < 1e6 else f"{times:.0e}".replace("e+0", "e").replace("e+", "e")
+    return (
+        f"; {path} = {quantity.show(value)} is {shown} times {way} than in the built-in {kind.name}, and so is likely "
+        f"beyond what double precision resolves beside the rest: give a value nearer to {quantity.show(usual)}{instead}"
+    )

@@ -160,8 +160,7 @@ def _with(sink: Sink, keys: Sequence[str], x: np.ndarray) -> Sink:
 
 
 def _late(sink: Sink, data: Data) -> np.ndarray:
-    found: np.ndarray = (data.time >= FIRST_TIME) & (data.time <= sink.end_time * (1 + 1e-9))
-    return found
+    return (data.time >= FIRST_TIME) & (data.time <= sink.end_time * (1 + 1e-9))
 
 
 def _bounds(sink: Sink, key: str) -> tuple[float, float]:

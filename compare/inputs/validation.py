@@ -92,8 +92,7 @@ class Course:
     @property
     def u_val(self) -> np.ndarray:
         """The validation uncertainty."""
-        found: np.ndarray = np.sqrt(self.u_num**2 + self.u_input**2 + self.u_data**2)
-        return found
+        return np.sqrt(self.u_num**2 + self.u_input**2 + self.u_data**2)
 
     def at(self, i: int, where: str) -> Statement:
         """What follows at one of the times."""
@@ -173,8 +172,7 @@ def trace_u_input(
     slopes = [(values - start) * over_time(propagated.sensitivities, k, key, times, model) for k in keys]
     # A temperature also is above the room's, by whatever that is.
     own = np.array([s + start * (k == "environment.room_temperature") for s, k in zip(slopes, keys, strict=True)])
-    found: np.ndarray = np.sqrt(np.maximum(np.einsum("it,ij,jt->t", own, covariance, own), 0.0))
-    return found
+    return np.sqrt(np.maximum(np.einsum("it,ij,jt->t", own, covariance, own), 0.0))
 
 
 def data_uncertainty(sink: Sink, data: Data, given: Sequence[str]) -> dict[str, np.ndarray]:

@@ -17,12 +17,11 @@ from fem3d.level import problems
 from meshes import grading, symmetry
 from scenes.device import Device, External
 from scenes.loop import steady as states
-from scenes.loop.controller import law
+from scenes.loop.controller import law, timetable
 from scenes.loop.march import March, Resolution, Start, march
 from scenes.loop.modal import Modal
 from scenes.loop.result import QUANTITIES, TOP, DeviceResult, Steady, device_result
 from scenes.loop.stability import Plant, Stability, linearised
-from scenes.loop.timetable import timetable
 
 COARSEST = 1e-2
 LATEST, LONGEST = 0.2, 20.0

@@ -13,10 +13,9 @@ from reduced1d.device.lumped import lump
 from reduced1d.device.march import March, Resolution, march
 from reduced1d.device.steady import around, steady
 from scenes.device import Device
-from scenes.loop.controller import law
+from scenes.loop.controller import law, timetable
 from scenes.loop.march import Start
 from scenes.loop.result import QUANTITIES, DeviceResult, device_result
-from scenes.loop.timetable import timetable
 
 FIRST = Resolution(12, 6)
 RESOLUTIONS = 3

@@ -13,9 +13,8 @@ from reduced1d.device.meters import Meter, reading
 from reduced1d.device.stability import plant
 from reduced1d.device.steady import steady
 from scenes.device import Device, External
-from scenes.loop.controller import law
+from scenes.loop.controller import law, timetable
 from scenes.loop.stability import gain_limit
-from scenes.loop.timetable import timetable
 
 QUICK = Resolution(9, 4)
 START_TIME, START_SAMPLES = 0.05, 100
@@ -90,7 +89,9 @@ def limiter_acts(device: Device, element: int, duration: float | None = None) ->
     control = replace(device.control, allow_negative_voltage=False)
     start = replace(device, external=quiet, control=control, end_time=duration)
     lumped = lump(start)
-    run = march(lumped, law(start, lumped.resistance, lumped.coefficient), timetable(start), (QUICK,), 1e-5)
+    run = march(
+        lumped, law(start, lumped.resistance, lumped.coefficient), timetable(start), (QUICK,), 1e-5, watched=element
+    )
     return bool(run.run.limited[:, element].any()) or run.run.stopped
 
 

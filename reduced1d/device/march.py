@@ -10,9 +10,8 @@ import numpy as np
 from reduced1d.device.lumped import Lumped
 from reduced1d.device.modes import Modes, modes
 from scenes.loop import march as sampled
-from scenes.loop.controller import Law
+from scenes.loop.controller import Law, Timetable
 from scenes.loop.march import Start
-from scenes.loop.timetable import Timetable
 
 INSULATOR_GRID = np.array([0.0, 1.0])
 POLYMER_GRID = np.array([0.0, 0.1, 0.5, 1.0])
@@ -39,10 +38,10 @@ class March:
 
 def march(
     lumped: Lumped, law: Law, table: Timetable, resolutions: Sequence[Resolution], tolerance: float,
-    start: Start | None = None,
+    start: Start | None = None, watched: int | None = None,
 ) -> March:  # fmt: skip
     """Run the closed loop of a device, as `scenes.loop.march.march` does."""
     spectra = [modes(lumped, r.degree, GRIDS) for r in resolutions]
     models = [sampled.Resolution(m.modal, r.nodes) for m, r in zip(spectra, resolutions, strict=True)]
-    run = sampled.march(models, law, table, tolerance, start)
+    run = sampled.march(models, law, table, tolerance, start, watched)
     return March(np.concatenate([run.rises, run.voltages, run.powers, run.flows], axis=2), spectra[0], run)

@@ -17,10 +17,9 @@ from reduced1d.device.crank_nicolson import layer_step
 from reduced1d.device.lumped import Lumped, Slab, lump
 from reduced1d.device.steady import around
 from scenes.device import Device
-from scenes.loop.controller import Law, law
+from scenes.loop.controller import Law, law, timetable
 from scenes.loop.march import CEILING
 from scenes.loop.result import QUANTITIES, DeviceResult, device_result
-from scenes.loop.timetable import timetable
 
 
 class UnstableStepError(ValueError):

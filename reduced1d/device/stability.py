@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from reduced1d.device.lumped import lump
 from reduced1d.device.march import GRIDS
 from reduced1d.device.modes import modes
 from reduced1d.device.steady import steady
-from scenes.device import Device
+from scenes.device import Device, External
 from scenes.loop.stability import Plant, Stability, linearised
 from scenes.loop.steady import State
 
@@ -29,7 +30,14 @@ def plant(device: Device, external: float | None = None) -> Plant:
 
 def stability(device: Device, external: float | None = None) -> Stability:
     """Stability of a device's controllers about the steady state at an outer temperature (K)."""
-    return Stability.of(plant(device, external), _gains(device))
+    outer = device.external.final_temperature if external is None else external
+    # Neither what is outside at other times nor for how long matters, so that many runs share one answer.
+    return _about(replace(device, external=External(outer, outer), end_time=1.0))
+
+
+@lru_cache(maxsize=64)
+def _about(device: Device) -> Stability:
+    return Stability.of(plant(device), _gains(device))
 
 
 def largest_eigenvalue(device: Device, external: float | None = None) -> complex:

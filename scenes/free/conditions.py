@@ -54,8 +54,7 @@ def acting(scene: Scene, sheet: Sheet, kind: str) -> np.ndarray:
     """The faces of a boundary at which its condition acts."""
     is_solid = solid(scene)
     if kind in ("heat_flux", "convection"):
-        exposed: np.ndarray = is_solid[sheet.below] ^ is_solid[sheet.above]
-        return exposed
+        return is_solid[sheet.below] ^ is_solid[sheet.above]
     return sheet.beside(conducting(scene) if kind == "voltage" else is_solid)
 
 

@@ -1,9 +1,12 @@
-"""The sampled controllers: the incremental law of eq 21, its limit at zero volts and the meter in its loop."""
+"""The sampled controllers: the incremental law of eq 21, its limit at zero volts and the meter in its loop; and when
+they sample and the outer temperature steps."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -56,3 +59,82 @@ def law(
         np.array([control.sink_gain, control.sensor_gain]), device.set_rise,
         -np.inf if control.allow_negative_voltage else 0.0, resistance, coefficient, np.array(resolution, dtype=float),
     )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Timetable:
+    """Sample time in s, number of samples (the first at 0, the last at or before the end), and the outer steps.
+
+    ``steps`` maps a sample's number to the steps in its interval: (seconds after the sample, new outer rise in K).
+    """
+
+    sample_time: float
+    samples: int
+    steps: dict[int, tuple[tuple[float, float], ...]]
+
+    @property
+    def times(self) -> np.ndarray:
+        """Times of the samples in s."""
+        return self.sample_time * np.arange(self.samples)
+
+    def pieces(self) -> Iterator[Piece]:
+        """The run cut at every sample and outer step, in order; the last sample has a piece of length 0."""
+        for k in range(self.samples):
+            if k not in self.steps and k < self.samples - 1:
+                yield Piece(k, True, None, self.sample_time)
+                continue
+            steps = self.steps.get(k, ())
+            now = [outer for after, outer in steps if after == 0.0]
+            later = [(after, outer) for after, outer in steps if after > 0.0]
+            if k == self.samples - 1:
+                yield Piece(k, True, now[-1] if now else None, 0.0)
+                return
+            starts = [0.0, *(after for after, _ in later)]
+            ends = [*starts[1:], self.sample_time]
+            outers = [now[-1] if now else None, *(outer for _, outer in later)]
+            for i, (start, end, outer) in enumerate(zip(starts, ends, outers, strict=True)):
+                yield Piece(k, i == 0, outer, end - start)
+
+
+class Piece(NamedTuple):
+    """A stretch of constant voltages: its sample, whether that is at its start, the new outer rise (K) or None for no
+    step at its start, and its length in s."""
+
+    sample: int
+    measure: bool
+    outer: float | None
+    length: float
+
+
+def timetable(device: Device) -> Timetable:
+    """The timetable of a device: its outer face goes from room to the initial temperature at 0, later to the final.
+
+    A step within a billionth of a sample time from a sample is at that sample. Raises ValueError for times that are
+    not positive, for negative gains, for a set temperature not above room temperature, and where the outer temperature
+    is so low that a film's resistance by eq 7 would not be positive.
+    """
+    control, external, room = device.control, device.external, device.sink.room_temperature
+    if not (control.sample_time > 0 and device.end_time > 0):
+        raise ValueError("control.sample_time and run.end_time must be positive")
+    for key in ("sink_gain", "sensor_gain"):
+        if not 0 <= getattr(control, key) < np.inf:
+            raise ValueError(f"control.{key} is {getattr(control, key):g} V: it must be 0 or more")
+    if not device.set_rise > 0:
+        raise ValueError(
+            f"control.set_temperature is {control.set_temperature:g} K: it must be above room temperature, {room:g} K"
+        )
+    for key in ("initial_temperature", "final_temperature"):
+        for film in (device.sink.silicon, device.gold):
+            value = getattr(external, key)
+            if 1 + film.temperature_coefficient * (value - film.reference_temperature) <= 0:
+                raise ValueError(f"external.{key} is {value:g} K: there the resistance of {film.name} is not positive")
+    h = control.sample_time
+    samples = int(np.floor(device.end_time / h + 1e-9)) + 1
+    steps: dict[int, tuple[tuple[float, float], ...]] = {}
+    if external.initial_temperature != room and external.step_time > 0:
+        steps[0] = ((0.0, external.initial_temperature - room),)
+    k = int(np.floor(max(external.step_time, 0.0) / h + 1e-9))
+    after = max(external.step_time - k * h, 0.0)
+    after = after if after > 1e-9 * h else 0.0
+    steps[k] = (*steps.get(k, ()), (after, external.final_temperature - room))
+    return Timetable(h, samples, steps)

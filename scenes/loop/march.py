@@ -12,10 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import block_diag
 
-from scenes.loop.controller import Law
+from scenes.loop.controller import Law, Timetable
 from scenes.loop.interval import interval
 from scenes.loop.modal import Modal
-from scenes.loop.timetable import Timetable
 
 CEILING = 2000.0
 SMALL = 8000
@@ -132,9 +131,15 @@ class _Places:
 
 
 def march(
-    resolutions: Sequence[Resolution], law: Law, table: Timetable, tolerance: float, start: Start | None = None
+    resolutions: Sequence[Resolution],
+    law: Law,
+    table: Timetable,
+    tolerance: float,
+    start: Start | None = None,
+    watched: int | None = None,
 ) -> March:
     """Run the closed loop from a steady start, by default cold; ``tolerance`` (K) ends the iteration for the powers.
+    The run also ends where the limiter holds the voltage of a ``watched`` film (0 sink, 1 sensor).
 
     Raises ArithmeticError where that iteration fails.
     """
@@ -170,7 +175,8 @@ def march(
             voltages[k] = voltage = law.next_voltage(voltage, free[at.starts])
             heating = (voltage * voltage).ravel()[at.voltage] * at.conductance
             stopped = bool(free[0] > CEILING or free[1] > CEILING)
-            if stopped or not length:
+            held = watched is not None and voltage[0, watched] == law.lowest and law.gain[watched] > 0
+            if stopped or held or not length:
                 break
         if step is not None:
             # Just after the sample at its time.
@@ -199,6 +205,8 @@ def _slices(sizes: list[int]) -> list[slice]:
 
 def _apply(blocks: list[np.ndarray], vector: np.ndarray, columns: list[slice], rows: list[slice]) -> np.ndarray:
     """The product of a block diagonal matrix with a vector."""
+    if len(blocks) == 1:
+        return blocks[0] @ vector
     product = np.empty(rows[-1].stop)
     for block, column, row in zip(blocks, columns, rows, strict=True):
         np.dot(block, vector[column], out=product[row])

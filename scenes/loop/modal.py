@@ -45,13 +45,11 @@ class Modal:
 
     def power(self, voltage: np.ndarray, rise: np.ndarray) -> np.ndarray:
         """V^2/R(T) of (sink, sensor) in W; the last axis of both arguments is the films."""
-        found: np.ndarray = voltage**2 / (self.resistance * (1 + self.coefficient * rise))
-        return found
+        return voltage**2 / (self.resistance * (1 + self.coefficient * rise))
 
     def heat(self, power: np.ndarray, rise: np.ndarray) -> np.ndarray:
         """(m,): the heat u for powers (2,) at rises (m,) of the responses."""
         a, own = self.coefficient[self.film], self.film
         local = a * rise / (1 + a * rise[own])
         local[:2] = 1.0
-        found: np.ndarray = power[own] * local
-        return found
+        return power[own] * local

@@ -8,8 +8,8 @@ import pytest
 
 import compare
 from fem3d.errors import NumericsError
-from scenes.extremes import cause
 from scenes.loading import load
+from scenes.validity import cause
 from validate.cli import main
 
 

@@ -21,8 +21,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         from validate.cli.arguments import parse
 
         arguments = parse(sys.argv[1:] if argv is None else argv)
-        status: int = import_module(f"validate.cli.{arguments.command}").run(arguments)
-        return status
+        return import_module(f"validate.cli.{arguments.command}").run(arguments)
     except SystemExit as leaving:  # argparse, after --help or --version
         return int(leaving.code or 0)
     except KeyboardInterrupt:

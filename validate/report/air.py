@@ -81,7 +81,7 @@ def _time(until: float) -> str:
 
 def figure(outcome: Outcome[Sink]) -> Figure:
     """The differences, left out in full and lumped in broken lines, with still air marked; beside it until when."""
-    from validate.report.figures.colours import INK, LINES
+    from validate.report.figures import INK, LINES
     from validate.report.figures.drawing import legend, logarithmic, new_figure
 
     air = outcome.air

@@ -217,8 +217,15 @@ def field(outcome: Outcome[Sink]) -> Field:
     """The steady field; of a row of spans, which would be a thread, those that were solved."""
     from validate.report.figures.render import Field
 
-    fields = outcome.solved.details["fields"].distinct
-    return Field(fields.points, fields.hexes, fields.steady - outcome.scene.room_temperature)
+    sink, fields = outcome.scene, outcome.solved.details["fields"].distinct
+    rise, part = fields.steady - sink.room_temperature, _part(outcome)
+    return Field(fields.points, fields.hexes, rise, f"steady rise{part and f' of {part}'}")
+
+
+def _part(outcome: Outcome[Sink]) -> str:
+    """Which of a row's spans the field has, where it has not all."""
+    spans, solved = outcome.scene.spans, outcome.solved.details["spans_solved"]
+    return f"{solved} of {spans} spans" if solved < spans else ""
 
 
 def field_figure(outcome: Outcome[Sink], shown: Field, image: np.ndarray | None) -> tuple[Figure, Step | None]:
@@ -232,13 +239,12 @@ def field_figure(outcome: Outcome[Sink], shown: Field, image: np.ndarray | None)
         note = Step(FIELD_FIGURE, "done", said)
     thick = "true proportions" if shown.factor <= 1 else f"thickness drawn x{shown.factor:g}"
     size = " x ".join(f"{side * 1e6:.4g}" for side in (sink.length, sink.width, sink.thickness))
-    solved = outcome.solved.details["spans_solved"]
     text = (
         f"Figure 4: steady 3D temperature, {sink_text(sink)} ({'beam' if sink.spans == 1 else 'spans of'} {size} µm, "
         f"{'seen from above' if image is None else thick})"
     )
     under: list[Check | str] = [check for check in outcome.checks if check.id == "fig4"]
-    if solved < sink.spans:
-        under.insert(0, f"{solved} of {sink.spans} spans, those that were solved: the others are as the middle one")
+    if part := _part(outcome):
+        under.insert(0, f"{part}, those that were solved: the others are as the middle one")
     label = f"rise above {sink.room_temperature:g} K (K)"
     return field_figure.draw(shown, image, 0.0, text, label, under), note

@@ -20,8 +20,7 @@ _STAGES = {"fem3d": "3D", "device": "runs", "design": "designer's questions", "f
 
 def headline(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> str:
     """The answer of a run, and how many checks differ; ``contrary`` are those that contradict the scene."""
-    said: str = of(outcome.scene).headline(outcome, contrary, style)
-    return said
+    return of(outcome.scene).headline(outcome, contrary, style)
 
 
 def found_text(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> str:

@@ -14,7 +14,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator
 from matplotlib.tri import LinearTriInterpolator, Triangulation
 
 from scenes.formats import percent, scale
-from validate.report.figures.colours import INK
+from validate.report.figures import INK
 from validate.report.figures.drawing import new_figure
 from validate.sweep.table import COLOURS, TITLES, Table
 

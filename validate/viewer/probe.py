@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 
-from validate.report.figures.colours import LINES
+from validate.report.figures import LINES
 from validate.viewer.source import Source
 from validate.viewer.state import QUANTITIES, View
 

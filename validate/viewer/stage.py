@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 
-from validate.report.figures.colours import INK, table
+from validate.report.figures import INK, table
 from validate.viewer import probe
 from validate.viewer.source import Source
 from validate.viewer.state import QUANTITIES, View, keys_text, title

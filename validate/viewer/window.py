@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from scenes.errors import SceneError, quoted
-from validate.report.figures.colours import table
+from validate.report.figures import table
 from validate.viewer.source import find
 from validate.viewer.state import KEYS, QUANTITIES, View
 

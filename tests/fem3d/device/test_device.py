@@ -10,9 +10,8 @@ import pytest
 from fem3d.device.solve import model
 from reduced1d.device.accurate import solve_accurate
 from scenes.device import Device
-from scenes.loop.controller import law
+from scenes.loop.controller import law, timetable
 from scenes.loop.march import Resolution, march
-from scenes.loop.timetable import timetable
 from tests.fem3d.device.full_order import simulate
 
 ACCURACY = 1e-3

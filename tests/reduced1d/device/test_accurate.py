@@ -17,8 +17,7 @@ from reduced1d.device.march import Resolution, march
 from reduced1d.device.modes import modes
 from reduced1d.device.steady import steady
 from scenes.device import Control, Device, External
-from scenes.loop.controller import law
-from scenes.loop.timetable import timetable
+from scenes.loop.controller import law, timetable
 
 GOAL = 1e-4
 

@@ -1,1 +1,19 @@
-"""Figures of a run of the sink, and what all figures have in common."""
+"""Figures, and their colours, which stay apart in print, in greyscale and for colour-blind readers."""
+
+from __future__ import annotations
+
+import numpy as np
+
+INK = "#222222"
+LINES = {"peak_K": "#8b1a1a", "mean_K": "#f0a030", "end_K": "#3a86c8", "current_A": "#5e3c99"}
+LAYERS = {"sink": "#8b1a1a", "sensor": "#3a86c8", "polymer": "#f0a030"}
+FIELD = "inferno"
+_PART = (0.08, 0.93)
+
+
+def table() -> np.ndarray:
+    """(256, 3) uint8: matplotlib's inferno, whose lightness rises evenly, without its ends, which look like ink and
+    paper."""
+    from matplotlib import colormaps
+
+    return (colormaps[FIELD](np.linspace(*_PART, 256))[:, :3] * 255).round().astype(np.uint8)

@@ -22,7 +22,7 @@ from matplotlib.ticker import FuncFormatter, NullLocator
 from compare.verdict import Check
 from scenes.formats import difference_text, percent
 from validate.report.checks import judged
-from validate.report.figures.colours import INK
+from validate.report.figures import INK
 
 DPI = 130
 _LINE = 0.215  # inches of a line of the title
@@ -120,5 +120,4 @@ def smooth(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
     falling only where the points do; constant beyond the ends."""
     from scipy.interpolate import PchipInterpolator
 
-    found: np.ndarray = PchipInterpolator(x, y)(np.clip(at, x[0], x[-1]))
-    return found
+    return PchipInterpolator(x, y)(np.clip(at, x[0], x[-1]))

@@ -10,7 +10,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 
-from validate.report.figures.colours import INK, table
+from validate.report.figures import INK, table
 from validate.report.figures.drawing import new_figure
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ import numpy as np
 import pyvista as pv
 
 from scenes.dimensions import LENGTH
-from validate.report.figures.colours import table
+from validate.report.figures import table
 
 SIZE = [1400, 700]
 LIGHT = (0.45, -0.3, 0.84)

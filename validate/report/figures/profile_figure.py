@@ -11,7 +11,7 @@ from compare.figure_checks import profile
 from compare.verdict import PAPERS, Models
 from reduced1d.equations import parabola
 from scenes.formats import quantity, sink_text
-from validate.report.figures.colours import INK, LINES
+from validate.report.figures import INK, LINES
 from validate.report.figures.drawing import band, new_figure
 
 if TYPE_CHECKING:
@@ -67,5 +67,4 @@ def _smooth(place: np.ndarray, values: np.ndarray, within: float) -> np.ndarray:
 
     if within < 1e-4 * float(np.ptp(values)):
         return values
-    found: np.ndarray = UnivariateSpline(place, values, k=5, s=len(place) * within**2)(place)
-    return found
+    return UnivariateSpline(place, values, k=5, s=len(place) * within**2)(place)

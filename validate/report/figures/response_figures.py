@@ -16,7 +16,7 @@ from reduced1d.device.steady import steady
 from scenes.formats import scale
 from scenes.loop.runs import Run
 from validate.report.checks import drawn, with_mu
-from validate.report.figures.colours import INK, LAYERS
+from validate.report.figures import INK, LAYERS
 from validate.report.figures.drawing import legend, new_figure
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from reduced1d.equations import parabola_between, unequal_ends
 from reduced1d.ladder.lumps import half_island
 from scenes.formats import sink_text
 from scenes.sink import start
-from validate.report.figures.colours import INK, LINES
+from validate.report.figures import INK, LINES
 from validate.report.figures.drawing import new_figure
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from compare.inputs.sensitivities import PREFIX, sentence
 from scenes.formats import sink_text
-from validate.report.figures.colours import INK
+from validate.report.figures import INK
 from validate.report.figures.drawing import new_figure
 from validate.report.inputs import followed, short
 

@@ -12,7 +12,7 @@ from reduced1d.device.lumped import lump
 from scenes.formats import percent, quantity
 from scenes.loop.runs import BAND
 from validate.report.checks import drawn, with_mu
-from validate.report.figures.colours import INK, LAYERS
+from validate.report.figures import INK, LAYERS
 from validate.report.figures.drawing import legend, logarithmic, new_figure
 from validate.report.figures.response_figures import IN_3D
 

@@ -13,7 +13,7 @@ from compare.verdict import PAPERS
 from scenes.formats import quantity, scale, sink_text
 from scenes.quantities import OF_A_SINK
 from scenes.result import Result
-from validate.report.figures.colours import LINES
+from validate.report.figures import LINES
 from validate.report.figures.drawing import band, legend, logarithmic, new_figure, smooth
 
 if TYPE_CHECKING:

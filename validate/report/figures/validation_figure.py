@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from compare.inputs.validation import COVERS
 from scenes.formats import sink_text
-from validate.report.figures.colours import INK
+from validate.report.figures import INK
 from validate.report.figures.drawing import band, legend, new_figure
 
 if TYPE_CHECKING:

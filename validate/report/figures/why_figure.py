@@ -12,7 +12,7 @@ from matplotlib.patches import Patch
 
 from compare.budget import of_current
 from scenes.formats import sink_text
-from validate.report.figures.colours import INK
+from validate.report.figures import INK
 from validate.report.figures.drawing import kept, logarithmic, new_figure
 
 if TYPE_CHECKING:

@@ -25,7 +25,7 @@ def show(folder: Path, field: Field | None) -> tuple[str, str]:
 
     import numpy as np
 
-    from validate.report.figures.colours import table
+    from validate.report.figures import table
     from validate.report.html.surface import packed, surface
 
     data = packed(surface(field.points, field.hexes, field.rise), table(), field.factor)

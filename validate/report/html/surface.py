@@ -106,8 +106,7 @@ def _thin(places: np.ndarray, faces: np.ndarray, axis: int, count: int, steps: i
     flat = np.unique(corners[np.ptp(corners, axis=1) == 0])
     kept = np.unique(np.concatenate([flat, np.arange(0, count, steps), [count - 1, peak]]))
     middle = (kept[:-1] + kept[1:]) / 2
-    found: np.ndarray = kept[np.searchsorted(middle, places[:, axis])]
-    return found
+    return kept[np.searchsorted(middle, places[:, axis])]
 
 
 def _bends(places: np.ndarray, faces: np.ndarray) -> np.ndarray:
@@ -119,5 +118,4 @@ def _bends(places: np.ndarray, faces: np.ndarray) -> np.ndarray:
     edges = np.stack(np.divmod(keys, len(places)), axis=1)
     directions = np.zeros((len(edges), 3), dtype=bool)
     directions[which.ravel(), np.repeat(normal, 4)] = True
-    found: np.ndarray = edges[directions.sum(axis=1) > 1]
-    return found
+    return edges[directions.sum(axis=1) > 1]

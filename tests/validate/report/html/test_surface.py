@@ -8,7 +8,7 @@ import json
 import numpy as np
 import pytest
 
-from validate.report.figures.colours import table
+from validate.report.figures import table
 from validate.report.html.surface import packed, surface
 
 
