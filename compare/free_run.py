@@ -70,19 +70,19 @@ def solve(
             if result.traces is not None and "field" not in skipped_free_figures(scene, request):
                 shown = hottest.farthest(fields, times, scene.initial_temperature)
     steps = of_free(scene, request, tuple(result.details["plan"]))
-    exported = None
+    model = None
     if request.export is not None:
         with clock.stage("export"):
-            exported = _exported(scene, request.export, say)
-    return Outcome(scene, request, steps, result, warnings=warnings, shown=shown, exported=exported)
+            model = exported(scene, request.export, say)
+    return Outcome(scene, request, steps, result, warnings=warnings, shown=shown, exported=model)
 
 
-def _exported(scene: AnyScene, export: Export, say: Callable[[str], None]) -> tuple[str, Path]:
+def exported(scene: AnyScene, export: Export, say: Callable[[str], None]) -> tuple[str, Path]:
     """The compact model's own words, and the folder that it is written to."""
     from fem3d.compact.find import compact
     from scenes.compact import files, fmu
     from scenes.compact.words import validity
 
-    document = compact(scene, export.states, export.accuracy, say)
+    document = compact(scene, export.states, export.accuracy or scene.accuracy, say)
     without = "" if fmu.available() else f"; {fmu.MISSING}"
     return f"a compact model ({validity(document)}{without})", files.write(document, export.folder)

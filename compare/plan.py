@@ -163,7 +163,8 @@ def _where_asked_for(request: Request) -> list[Step]:
     if request.export is not None:
         from reduced1d.ladder import few_states_of
 
-        steps.append(Step("export", "done", f"{few_states_of(request.reduction)} as JSON, Python and SPICE"))
+        few = f"{few_states_of(request.reduction)} as JSON, Python and SPICE"
+        steps.append(Step("export", "done", _exported(request.export) if request.export.compact else few))
     return steps
 
 

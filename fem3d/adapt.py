@@ -18,7 +18,9 @@ from meshes import diffusion, grading
 from meshes.grading import Features
 from meshes.grid import Grid
 
-SURELY = 3.0  # times the change of the runaway voltage from grid to grid by which a voltage must exceed it
+# Times the change of the runaway voltage from grid to grid by which a voltage must exceed it: what all further changes
+# add up to if each is at most three quarters of the one before.
+SURELY = 3.0
 TARGET = 0.8  # of the accuracy, at which a refinement aims
 MOST_LEVELS = 40
 

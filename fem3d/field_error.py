@@ -13,7 +13,9 @@ from fem3d.level import Level
 from meshes import grading
 from meshes.grid import Grid
 
-CAUTION = 1.5  # the error over the difference of the two degrees, at most, once it is small
+# The error over the difference of the two degrees, at most, once it is small: `validate stress` divides by it in its
+# row "field away from the probes".
+CAUTION = 1.5
 CAUSES = 0.3  # of the largest difference: what is refined
 POINTS = 6  # of an interval, at which fields are compared
 MOST_LEVELS = 6  # more than the probes need

@@ -85,7 +85,7 @@ def solution(study: Study, given: Problems, level: int = 2, follow: bool | None 
 @dataclass(frozen=True, eq=False)
 class Level:
     """What is known of a mesh: its problems, the fine and the low solution, the quantities' scales and errors, and what
-    each interval misses, for each goal and for the worst of them, relative to the scales."""
+    each interval misses, for the power, for each goal with it, and for the worst of them, relative to the scales."""
 
     problems: Problems
     fine: Solution
@@ -117,7 +117,8 @@ def examined(study: Study, given: Problems, fine: Solution, marks: Features) -> 
     unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
     errors = _errors(study, fine, low, scales, goals, estimate.total(power), unsettled, tail(goals, parts, judge.most))
     missing = estimate.worst(goals.values(), power)
-    return Level(given, fine, low, scales, errors, goals, missing)
+    goals = {name: [a + b for a, b in zip(own, power, strict=True)] for name, own in goals.items()}
+    return Level(given, fine, low, scales, errors, {"power": power} | goals, missing)
 
 
 def tail(goals: Mapping[str, Spread], parts: Mapping[str, Parts], most: float) -> float:

@@ -12,16 +12,18 @@ from meshes.grid import Grid
 from scenes.model import Scene
 
 MOST_ENTRIES = 40_000_000  # of the stiffness matrix: some 10 GB with its factors
-FIRST_LAYER = 1e-5  # of a length of the scene, that of the first grid at a singular edge at least
+FIRST_LAYER = 1e-2  # of a length of the scene, that of the first grid at a singular edge at least
 HARDLY = 0.25  # exponent of an edge below which its layers take more than there is
 FAR_BELOW = 0.1  # of the narrowest length of a scene: layers shorter than that see the edge alone
 CLEARLY = 2.0  # times the accuracy: errors above it that no layers take away are reason enough to give up
-COARSEST = 1e-2  # an accuracy as good as none
+COARSEST = 2e-2  # an accuracy as good as none
 
 
 def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
     """The grid to start with. Where an edge is so singular that the accuracy would take layers close to rounding, it is
     that of a larger accuracy: not every quantity sees the edge, and what does so is refined for."""
+    if marks.sharpest > HARDLY:
+        return grading.first_grid(scene, accuracy, marks)
     suits = FIRST_LAYER ** (2 * marks.sharpest) / grading.LAYERS  # the accuracy of a first layer that long
     return grading.first_grid(scene, max(accuracy, min(suits, COARSEST)), marks)
 

@@ -24,6 +24,10 @@ SLIVER = 1e-3  # of the extent: closer planes set no length
 SHORTEST = 1e-9  # of the largest extent: intervals are not refined below it
 LONG = 4.0  # times the narrowest extent, from which on an interval between two features has two bends of its own
 LAYERS = 75.0  # times the accuracy: where the first grid expects singular edges to matter no more
+AT_ONCE = 3  # layers that an interval is cut in at most: a coarse grid's error isn't its edges' alone, whatever it says
+# Degrees by which a layer at an edge may have fewer than the next larger one, over the exponent: both take away alike,
+# RATIO^(2 s) a layer, and rho^-2 a degree beside a singular end, as in fem3d.estimate.
+FALL = -np.log(RATIO) / np.log((1 + np.sqrt(RATIO)) / (1 - np.sqrt(RATIO)))
 FAR = 300.0  # times its share that an interval may miss before it gets two degrees at once
 
 
@@ -130,28 +134,37 @@ def refined(grid: Grid, missing: Sequence[np.ndarray], target: float, marks: Fea
             if missing[d][i] > share and b - a > shortest:
                 excess = missing[d][i] / share
                 if ends.min() < np.inf:
-                    inner = _cut(a, b, ends, excess, shortest)
+                    if p < LEAST_AT_EDGE:  # what is missing need not be the edge's
+                        p, excess = p + 1, 1.0
+                    inner, own = _cut(a, b, p, ends, excess, shortest)
                 elif p < HIGHEST_DEGREE:
                     p = min(p + (2 if excess > FAR else 1), HIGHEST_DEGREE)
                 else:
-                    inner = [(a + b) / 2]
+                    inner, own = [(a + b) / 2], [p, p]
             found += [*inner, b]
-            of += _layered(len(inner) + 1, p, *np.isfinite(ends).tolist()) if inner else [p]
+            of += own if inner else [p]
         breaks.append(np.array(found))
         degrees.append(np.array(of))
     return grid.with_axes(breaks, degrees)
 
 
-def _cut(a: float, b: float, exponents: np.ndarray, excess: float, shortest: float) -> list[float]:
+def _cut(
+    a: float, b: float, p: int, exponents: np.ndarray, excess: float, shortest: float
+) -> tuple[list[float], list[int]]:
     """Breakpoints inside (a, b) towards its singular ends, as many as an error that falls with the length of the first
-    interval to the power of twice the exponent takes to fall by ``excess``."""
-    most = max(1, int(np.log((b - a) / shortest) / -np.log(RATIO)))
-    counts = [
-        min(max(1, int(np.ceil(np.log(excess) / (-2 * s * np.log(RATIO)) - 0.3))), most) if s < np.inf else 0
-        for s in exponents.tolist()
-    ]
-    left = [a + (b - a) * RATIO ** (k + 1) for k in reversed(range(counts[0]))]
-    return left + [b - (b - a) * RATIO ** (k + 1) for k in range(counts[1])]
+    interval to the power of twice the exponent takes to fall by ``excess``, as far as `AT_ONCE` goes; and the degrees
+    of all intervals, which fall towards the ends."""
+    most = min(max(1, int(np.log((b - a) / shortest) / -np.log(RATIO))), AT_ONCE)
+
+    def layers(s: float) -> list[int]:
+        if not np.isfinite(s):
+            return []
+        count = min(max(1, int(np.ceil(np.log(excess) / (-2 * s * np.log(RATIO)) - 0.3))), most)
+        return [*(max(2, int(p - FALL * s * k)) for k in range(1, count)), max(p - 1, min(p, LEAST_AT_EDGE))]
+
+    at_a, at_b = (layers(s) for s in exponents.tolist())
+    left = [a + (b - a) * RATIO ** (k + 1) for k in reversed(range(len(at_a)))]
+    return left + [b - (b - a) * RATIO ** (k + 1) for k in range(len(at_b))], [*at_a[::-1], p, *at_b]
 
 
 def raised(grid: Grid) -> Grid:

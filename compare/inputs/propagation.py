@@ -15,6 +15,7 @@ import numpy as np
 from compare.checks import DEFINITIONS
 from compare.inputs.sensitivities import QUANTITIES, Sensitivities
 from compare.verdict import Check, Models
+from scenes.checks import OF_THE_SPANS
 from scenes.formats import percent
 from scenes.result import Estimate, Result
 from scenes.sink import Sink
@@ -23,7 +24,7 @@ from scenes.varied import varied
 
 STEP = 1e-4  # of a key: differences of formulas are off by its square
 BENT, SHARE = 0.1, 0.3  # of the first-order change; of u_input
-UNMOVED = ("fig5", "energy", "islands_equivalent")
+UNMOVED = ("fig5", "energy", *OF_THE_SPANS)
 """Checks of the profile and of another sink, whose derivatives are not there, and of a residual, which is nobody's
 input."""
 

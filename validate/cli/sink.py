@@ -70,6 +70,7 @@ def describe(parser: argparse.ArgumentParser) -> None:
         help="with --uncertain, solve N samples of the inputs too: where is linear propagation off?")  # fmt: skip
     add("--export", metavar="DIR",
         help="write the few-state model to DIR: JSON, a Python function, a SPICE subcircuit")  # fmt: skip
+    common.of_model(add, "in place of the 1D few-state model", "in place of the 1D few-state model")
     add("--fields", action="store_true", help="write the 3D fields (fem3d.pvd with .vtu files, fem3d.vtkhdf)")
     add("--field-times", metavar="T,T...", help="with --fields, times to store beside the usual ones: 0.1ms,2ms")
 
@@ -165,11 +166,9 @@ def _data(arguments: argparse.Namespace, sink: Sink, request: Request) -> Data |
 
 
 def _request(arguments: argparse.Namespace, end_time: float) -> Request:
-    from pathlib import Path
-
     from reduced1d.ladder import canonical, few_states_of
     from scenes.errors import SceneError, printable
-    from scenes.plan import Export, Request
+    from scenes.plan import Request
 
     if arguments.why and arguments.only:
         raise SceneError(f"--why compares both models: leave out --only {arguments.only}")
@@ -185,8 +184,9 @@ def _request(arguments: argparse.Namespace, end_time: float) -> Request:
             f"--export writes a model of a few states, which --reduction {reduction} is not: give moments:4 or the "
             "like, or leave out --reduction"
         )
-    if arguments.export is not None and not arguments.export.strip():
-        raise SceneError('--export "" names no folder: give one, such as my-model')
+    export = common.export(arguments)
+    if export is not None and export.compact and arguments.reduction is not None:
+        raise SceneError("--states and --model-accuracy are of a compact model in 3D: leave them or --reduction out")
     models: dict[str | None, tuple[Literal["fem3d", "reduced1d"], ...]]
     models = {None: Request().models, "3d": ("fem3d",), "1d": ("reduced1d",)}
     return Request(
@@ -199,7 +199,7 @@ def _request(arguments: argparse.Namespace, end_time: float) -> Request:
         why=arguments.why,
         sensitivities=arguments.sensitivities,
         air=arguments.air,
-        export=Export(Path(arguments.export)) if arguments.export else None,
+        export=export,
         command=arguments.command_line,
     )
 
