@@ -8,7 +8,7 @@ from dataclasses import replace
 from compare import equation_checks, figure_checks, row_checks
 from compare.plan import made_checks
 from compare.verdict import PAPERS, Check, Comparison, Models, judged
-from scenes.checks import OF_THE_PAPER
+from scenes.checks import OF_THE_PAPER, OF_THE_SPANS
 from scenes.plan import Request
 from scenes.result import Result
 from scenes.sink import Sink
@@ -36,7 +36,7 @@ def evaluate(
     """The checks that the run allows (``compare.plan``), in its order.
 
     ``fem3d`` has the steady state, and the traces if the request is for the transient; ``reduced1d``, ``None`` where
-    it was not asked for, has its traces at the same times. ``single`` is the 3D steady state of one span alone, for a
+    it was not asked for, has its traces at the same times. ``single`` is the 3D result of one span alone, for a
     row of them; without it the check of that is left out.
     """
     models = Models(sink, fem3d, reduced1d, single)
@@ -44,7 +44,7 @@ def evaluate(
     found = [
         judged(name, DEFINITIONS[name](models), sink, name in row_checks.DEFINITIONS)
         for name in made_checks(sink, request)
-        if single is not None or name != "islands_equivalent"
+        if single is not None or name not in OF_THE_SPANS
     ]
     another = reduced1d is not None and reduced1d.model not in PAPERS
     return tuple(replace(check, own=not (another and check.id in OF_THE_PAPER)) for check in found)

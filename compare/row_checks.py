@@ -16,7 +16,7 @@ import numpy as np
 
 from compare import figure_checks
 from compare.figure_checks import SETTLED, Largest
-from compare.verdict import PAPERS, Comparison, Models, of_formula, relative, spread
+from compare.verdict import FIRST_TIME, PAPERS, Comparison, Models, of_formula, relative, spread
 from reduced1d.ladder.lumps import half_island
 from reduced1d.sink import anchor_series_resistance
 from scenes.formats import percent, quantity, signed
@@ -75,22 +75,65 @@ def equivalent(models: Models) -> Comparison:
                 worst = difference, f"the {what} of {a}", b, one, other, u_num
     assert worst is not None
     difference, first, second, one, other, u_num = worst
-    end, island = models.steady("anchor_resistance_K_per_W"), _island_end(models)
     return Comparison(
         "spans apart, or from one", one.value, other.value, "K", difference, u_num,
         lambda: (
-            f"{first} is {quantity(one.value, 'K')}, that of {second} {quantity(other.value, 'K')}: a span ends "
-            f"{quantity(models.steady('end_rise_K'), 'K')} above room at a pad, through {quantity(end, 'K/W')}, and "
-            f"{quantity(island, 'K', 3)} at an island, which the next one's heat enters too; and {_circuit(models)}"
+            f"{first} is {quantity(one.value, 'K')}, that of {second} {quantity(other.value, 'K')}: {_apart(models)}"
         ),
         relative_to=f"that of {second}",
     )  # fmt: skip
 
 
-def _island_end(models: Models) -> float:
-    """The 3D rise (K) on the axis where the first span ends at an island."""
-    found = models.fem3d.details["profile"]
-    return float(np.interp(models.sink.length, found["y_m"], found["rise_K"]))
+def equivalent_over_time(models: Models) -> Comparison:
+    """The same of their traces: the largest distance of two of them, over the final rise of the second."""
+    single = models.single
+    assert single is not None
+    assert single.traces is not None
+    three, room = models.fem3d.traces, models.sink.room_temperature
+    assert three is not None
+    late = np.concatenate([[FIRST_TIME], three.time[three.time > FIRST_TIME]])
+    worst: tuple[float, str, str, float, float, float, float] | None = None
+    for what in ("peak", "mean"):
+        curves = {"one sink alone": (single, f"{what}_K")}
+        for number in range(1, different(models.sink.spans) + 1):
+            curves[f"span {number}"] = models.fem3d, f"span{number}_{what}_K"
+        found = {name: _course(result, key, late) for name, (result, key) in curves.items()}
+        for (a, (x, x_error, _)), (b, (y, y_error, final)) in combinations(found.items(), 2):
+            i = int(np.abs(x - y).argmax())
+            inputs = {"distance": Estimate(float(x[i] - y[i]), x_error + y_error), "final": final}
+            difference = inputs["distance"].value / final.value
+            if worst is None or abs(difference) > abs(worst[0]):
+                u_num = spread(lambda distance, final: distance / final, inputs)
+                worst = difference, f"the {what} of {a}", b, float(x[i]), float(y[i]), u_num, float(late[i])
+    assert worst is not None
+    difference, first, second, one, other, u_num, time = worst
+    return Comparison(
+        "spans apart, or from one, trace", one - room, other - room, "K", difference, u_num,
+        lambda: (
+            f"{first} is {quantity(one - room, 'K')} at {quantity(time, 's', 3)}, that of {second} "
+            f"{quantity(other - room, 'K')}; when steady {_apart(models)}"
+        ),
+        time, relative_to=f"the final value of {second}",
+    )  # fmt: skip
+
+
+def _course(result: Result, key: str, late: np.ndarray) -> tuple[np.ndarray, float, Estimate]:
+    """A 3D trace at some times (s), its error, with that of straight lines between its rows, and the final rise."""
+    traces, final = result.traces, result.steady[key.replace("_K", "_rise_K")]
+    assert traces is not None
+    error = traces.errors[key] + result.details["sink"].accuracy * abs(final.value)
+    return np.interp(late, traces.time, traces.values[key]), error, final
+
+
+def _apart(models: Models) -> str:
+    """Why spans differ from each other, and from one sink alone."""
+    found, end = models.fem3d.details["profile"], quantity(models.steady("end_rise_K"), "K")
+    anchor = quantity(models.steady("anchor_resistance_K_per_W"), "K/W")
+    island = quantity(float(np.interp(models.sink.length, found["y_m"], found["rise_K"])), "K", 3)
+    return (
+        f"a span ends {end} above room at a pad, through {anchor}, and {island} at an island, which the next one's "
+        f"heat enters too; and {_circuit(models)}"
+    )
 
 
 def _circuit(models: Models) -> str:
@@ -162,6 +205,7 @@ DEFINITIONS: dict[str, Callable[[Models], Comparison]] = {
     "islands_peak_outer_over_time": partial(over_time, "outer"),
     "islands_mean_over_time": partial(over_time, "mean"),
     "islands_current_over_time": partial(over_time, "current"),
+    "islands_equivalent_over_time": equivalent_over_time,
 }
 
 FOLLOWED = {

@@ -16,12 +16,15 @@ from reduced1d.ladder import refuse
 from scenes.plan import Request, Step
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from compare.against import Data
     from compare.inputs.calibration import Fit
     from compare.inputs.sensitivities import Sensitivities
     from compare.row_checks import Varied
     from compare.verdict import Check
     from reduced1d.ladder.levels import Levels
+    from scenes.plan import Export
     from scenes.result import Result
     from scenes.sink import Sink
     from scenes.uncertain import Uncertain
@@ -70,9 +73,15 @@ def solve(
             outcome = _with_sensitivities(outcome)
     if data is None or outcome.fem3d is None:
         return outcome
-    from compare.against import evaluate
+    from compare.against import definitions, evaluate
 
-    checks = (*outcome.checks, *evaluate(sink, data, outcome.fem3d))
+    against = evaluate(sink, data, outcome.fem3d)
+    if request.uncertain is not None and outcome.propagated is not None:
+        from compare.inputs.propagation import judged
+
+        followed = outcome.propagated.sensitivities
+        against = judged(against, sink, outcome.fem3d, None, request.uncertain, followed, definitions(data))
+    checks = (*outcome.checks, *against)
     warnings = (*outcome.warnings, *(f"{data.name}: {text}" for text in data.warnings))
     warnings = (*warnings, *(() if found is None else found.warnings()))
     outcome = replace(outcome, checks=checks, warnings=warnings, against=data, fit=found)
@@ -102,8 +111,7 @@ def _with_sensitivities(outcome: Outcome[Sink]) -> Outcome[Sink]:
 
     sink, request = outcome.scene, outcome.request
     found = sensitivities.of_sink(sink, outcome.fem3d, outcome.reduced1d)
-    left_out = tuple(f"no sensitivity to {key}: {why}" for key, why in found.left_out.items())
-    outcome = replace(outcome, warnings=(*outcome.warnings, *left_out))
+    outcome = replace(outcome, warnings=(*outcome.warnings, *found.remarks()))
     if request.uncertain is not None:
         outcome = _with_uncertain(outcome, request.uncertain, found)
     if not request.sensitivities:
@@ -118,7 +126,7 @@ def _with_uncertain(outcome: Outcome[Sink], uncertain: Uncertain, found: Sensiti
     from compare.inputs import propagation
 
     sink, three, one = outcome.scene, outcome.fem3d, outcome.reduced1d
-    made = propagation.propagated(uncertain, found, three, one)
+    made = propagation.propagated(uncertain, found, three.steady if three else None, one.steady if one else None)
     checks = outcome.checks
     if three is not None:
         checks = propagation.judged(checks, sink, three, one, uncertain, found)
@@ -130,6 +138,28 @@ def compared(sink: Sink, request: Request, earlier: Result | None = None) -> Out
     """Both models and the checks alone: no answer in words, no warnings of what gets too hot. ``earlier`` is the 3D
     result of the same sink at another voltage, whose meshes and fields may serve again. Raises as `solve` does."""
     return _compared(sink, request, _levels(sink, request), lambda _: None, Clock(), earlier)
+
+
+def _exported(
+    sink: Sink, request: Request, asked: Export, levels: Levels, say: Callable[[str], None]
+) -> tuple[str, Path]:
+    """What has been written, and where: a compact model of the 3D problem with the current as an output too, or the
+    reduction's few states."""
+    if not asked.compact:
+        from reduced1d.export import export
+        from reduced1d.ladder import few_states_of
+
+        return few_states_of(request.reduction), export(levels, request.reduction, asked.folder)
+    from compare.free_run import exported
+    from scenes.errors import SceneError
+    from scenes.model import Probe
+
+    if sink.spans > 1:
+        raise SceneError(f"--states and --model-accuracy make a model of one span, and sink.spans = {sink.spans}")
+    scene = sink.scene()
+    inlet = next(b for b in scene.boundaries if b.kind == "voltage")
+    current = Probe("current", inlet.lower, inlet.upper, "current")
+    return exported(replace(scene, probes=(*scene.probes, current)), asked, say)
 
 
 def _compared(
@@ -144,11 +174,8 @@ def _compared(
     fem3d = reduced1d = single = why = exported = None
     runs: tuple[Varied, ...] = ()
     if request.export is not None and levels is not None:
-        from reduced1d.export import export
-        from reduced1d.ladder import few_states_of
-
         with clock.stage("export"):
-            exported = few_states_of(request.reduction), export(levels, request.reduction, request.export.folder)
+            exported = _exported(sink, request, request.export, levels, say)
     checks: tuple[Check, ...] = ()
     solver_steps: tuple[Step, ...] = (ONLY_1D,)
     if "fem3d" in request.models:
@@ -175,7 +202,7 @@ def _compared(
 
         with clock.stage("checks"):
             if sink.spans > 1:
-                single = solve_3d(replace(sink, spans=1), replace(request, transient=False), say)
+                single = solve_3d(replace(sink, spans=1), request, say)
             checks = evaluate(sink, request, fem3d, reduced1d, single)
     if request.why and fem3d is not None and levels is not None:
         from compare.budget import budget

@@ -13,12 +13,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Export:
-    """A compact model that is asked for: its folder, and how many states it has or, where that isn't said, the relative
-    accuracy that they hold."""
+    """A model that is asked for: its folder, and how many states it has or else the relative accuracy that they hold;
+    where neither is said, of a sink, the few states of its reduction."""
 
     folder: Path
     states: int | None = None
-    accuracy: float = 1e-3
+    accuracy: float | None = None
+
+    @property
+    def compact(self) -> bool:
+        """Whether it is a compact model of the 3D problem."""
+        return self.states is not None or self.accuracy is not None
 
 
 @dataclass(frozen=True)

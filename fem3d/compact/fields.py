@@ -28,16 +28,19 @@ def slowest(heat: HeatProblem) -> float:
     return float(heat.unit[:n] @ (heat.inner_mass @ heat.solve_steady(load)) / max(heat.unit[:n] @ load, 1e-300))
 
 
+def jumps_of(heat: HeatProblem, steps: np.ndarray) -> list[np.ndarray]:
+    """The heat (J, all nodes) that a given temperature's step takes at once, of each as large as ``steps`` (channels,)
+    say; as a state, what decays from then on."""
+    return [s * (heat.mass @ lift) for s, lift in zip(steps[1:], heat.lifts[1:], strict=True) if lift.any()]
+
+
 def loads_of(base: Base, steps: np.ndarray) -> list[np.ndarray]:
     """The loads (W, all nodes) of a model, each as large as the inputs' steps (channels,) make it: every channel's own,
     the Joule heat of every pair of current fields, and what temperature adds to that."""
     heat, conductor = base.heat, base.conductor
     found = [s * v for s, v in zip(steps[1:], heat.loads[1:], strict=True) if v.any()]
-    for s, lift in zip(steps[1:], heat.lifts[1:], strict=True):
-        if lift.any():
-            found.append(s * (heat.mass @ lift))
-            if not heat.anchored:
-                found.append(s * (heat.stiffness @ lift))
+    if not heat.anchored:
+        found += [s * (heat.stiffness @ v) for s, v in zip(steps[1:], heat.lifts[1:], strict=True) if v.any()]
     if conductor is not None:
         found += _joule(heat, conductor, base, steps)
     return found

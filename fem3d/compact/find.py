@@ -147,12 +147,12 @@ def _rich(
     earliest = slow if scene.steady else first_time(scene)
     base: Base = start.of(heat, conductor, transient.shift(min(slow, end), earliest), end, accuracy)
     steps = np.array([1.0, *(c.step for c in found)])
-    loads = [*fields.loads_of(base, steps), *base.loads]
+    loads, jumps = [*fields.loads_of(base, steps), *base.loads], fields.jumps_of(heat, steps)
     times = None if scene.steady else (earliest, min(slow, end))
-    reduced = base.project(fields.rational(heat, loads, times, SPACE * accuracy))
+    reduced = base.project(fields.rational(heat, [*loads, *jumps], times, SPACE * accuracy))
     structure = Structure(base, part, found, scene.steady, _guessed(heat, loads))
     made = tensors(structure, reduced)
-    states = _responses(reduced, loads, times, heat.free)
+    states = _responses(reduced, loads, jumps, times)
     rows = made.matrices["Y"][:, len(steps) :] @ np.linalg.pinv(made.basis) @ reduced.basis
     return structure, reduced.changed(fields.leading(states, rows))
 
@@ -165,14 +165,23 @@ def first_time(scene: AnyScene) -> float:
     return min(*instants, LATE * scene.end_time) if instants else EARLY * scene.end_time
 
 
-def _responses(reduced: Reduced, loads: list[np.ndarray], times: tuple[float, float] | None, n: int) -> np.ndarray:
-    """(states, any): the reduced responses to loads, at rest and over time."""
+def _responses(
+    reduced: Reduced, loads: list[np.ndarray], jumps: list[np.ndarray], times: tuple[float, float] | None
+) -> np.ndarray:
+    """(states, any): the reduced responses to loads, at rest and over time, and to jumps."""
+    n = len(reduced.basis)
     rates, modes = np.linalg.eigh((reduced.stiffness + reduced.stiffness.T) / 2)
     rates = np.maximum(rates, 1e-12 * rates[-1])
-    each = modes.T @ (reduced.basis.T @ np.column_stack([load[:n] for load in loads]))
-    found = [each / rates[:, None]]
+
+    def inner(of: list[np.ndarray]) -> np.ndarray:
+        kept = np.column_stack([v[:n] for v in of]) if of else np.empty((n, 0))
+        found: np.ndarray = modes.T @ (reduced.basis.T @ kept)
+        return found
+
+    heating, decaying = inner(loads), inner(jumps)
+    found = [heating / rates[:, None]]
     for g in [] if times is None else np.geomspace(times[0] / fields.SOONER, max(times), 12):
-        found.append(g * each / (1 + g * rates)[:, None])
+        found += [g * heating / (1 + g * rates)[:, None], decaying / (1 + g * rates)[:, None]]
     return np.asarray(modes @ np.column_stack(found))
 
 

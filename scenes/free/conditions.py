@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+
 import numpy as np
 
 from scenes.dimensions import extent
@@ -60,32 +62,32 @@ def acting(scene: Scene, sheet: Sheet, kind: str) -> np.ndarray:
 
 def _refuse_electrodes(scene: Scene, grid: Grid) -> None:
     """Electrodes of different voltage that overlap, or touch at an edge, where an infinite current would flow."""
-    taken: list[tuple[Boundary, set[int]]] = []
-    for boundary in (b for b in scene.boundaries if b.kind == "voltage"):
-        sheet = sheet_of(grid, boundary)
-        corners = sheet.corners(acting(scene, sheet, "voltage"))
-        for other, others in taken:
-            if other.value != boundary.value and corners & others:
-                raise SceneError(
-                    f"boundaries {quoted(other.name)} and {quoted(boundary.name)} touch on a conductor with different "
-                    f"voltages, {_shown(other.value)} and {_shown(boundary.value)}: leave a gap between them"
-                )
-        taken.append((boundary, corners))
+    for one, other in _contradicting(scene, grid, "voltage", Sheet.corners):
+        raise SceneError(
+            f"boundaries {quoted(one.name)} and {quoted(other.name)} touch on a conductor with different voltages, "
+            f"{_shown(one.value)} and {_shown(other.value)}: leave a gap between them"
+        )
 
 
 def _refuse_temperatures(scene: Scene, grid: Grid) -> None:
     """Different fixed temperatures over one another; side by side they may be."""
+    for one, other in _contradicting(scene, grid, "temperature", lambda sheet, at: set(sheet.faces[at].tolist())):
+        raise SceneError(
+            f"boundaries {quoted(one.name)} and {quoted(other.name)} overlap with different temperatures, "
+            f"{_shown(one.value, 'K')} and {_shown(other.value, 'K')}: give corners that do not overlap"
+        )
+
+
+def _contradicting(
+    scene: Scene, grid: Grid, kind: str, places: Callable[[Sheet, np.ndarray], set[int]]
+) -> Iterator[tuple[Boundary, Boundary]]:
+    """Boundaries of a kind with different values that act on some of the same ``places``, the earlier one first."""
     taken: list[tuple[Boundary, set[int]]] = []
-    for boundary in (b for b in scene.boundaries if b.kind == "temperature"):
+    for boundary in (b for b in scene.boundaries if b.kind == kind):
         sheet = sheet_of(grid, boundary)
-        faces = set(sheet.faces[acting(scene, sheet, "temperature")].tolist())
-        for other, others in taken:
-            if other.value != boundary.value and faces & others:
-                raise SceneError(
-                    f"boundaries {quoted(other.name)} and {quoted(boundary.name)} overlap with different temperatures, "
-                    f"{_shown(other.value, 'K')} and {_shown(boundary.value, 'K')}: give corners that do not overlap"
-                )
-        taken.append((boundary, faces))
+        own = places(sheet, acting(scene, sheet, kind))
+        yield from ((other, boundary) for other, its in taken if other.value != boundary.value and own & its)
+        taken.append((boundary, own))
 
 
 def _refuse_overridden(scene: Scene, grid: Grid) -> None:

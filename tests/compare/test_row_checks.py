@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from compare.checks import evaluate
 from compare.outcome import Outcome
 from compare.pipeline import answer
+from fem3d import run
 from scenes.checks import ISLAND_TOLERANCES
 from scenes.errors import SceneError
 from scenes.plan import Request
@@ -46,6 +48,24 @@ def test_one_sink_alone_is_compared_with_each_span(outcome: Outcome[Sink]) -> No
     one = replace(outcome.solved, steady={f"{w}_rise_K": alike[f"span1_{w}_rise_K"] for w in ("peak", "mean")})
     checks = evaluate(ROW, outcome.request, other, outcome.reduced1d, one)
     assert next(c for c in checks if c.id == "islands_equivalent").verdict == "agrees"
+
+
+def test_spans_are_apart_over_time_as_their_traces_are(outcome: Outcome[Sink]) -> None:
+    """At the time that is said, against the traces themselves; the twin: the row's own peak for the single one's."""
+    found = next(check for check in outcome.checks if check.id == "islands_equivalent_over_time")
+    single = run.solve(replace(ROW, spans=1), Request(models=("fem3d",)))
+    assert "one sink alone" in found.because
+    assert found.time is not None
+    assert found.measured is not None
+    at = []
+    for result, name in ((single, "mean_K"), (outcome.solved, "span2_mean_K")):
+        assert result.traces is not None
+        at.append(float(np.interp(found.time, result.traces.time, result.traces.values[name])))
+    apart = (at[0] - at[1]) / outcome.solved.steady["span2_mean_rise_K"].value
+    assert found.difference == pytest.approx(apart, rel=1e-9)
+    assert found.verdict == "differs"
+    own = evaluate(ROW, outcome.request, outcome.solved, outcome.reduced1d, outcome.solved)
+    assert abs(next(check for check in own if check.id == found.id).difference) < abs(found.difference) / 2
 
 
 def test_a_wrong_inner_peak_is_seen(outcome: Outcome[Sink]) -> None:

@@ -14,9 +14,11 @@ from validate.cli.terminal import DIFFERS, FINE, Progress, show, style
 
 if TYPE_CHECKING:
     from compare.against import Data
-    from scenes.plan import Request, Step
+    from scenes.plan import Export, Request, Step
+    from scenes.uncertain import Uncertain
 
 PLAN = ("--explain", "--dry-run")
+MOST_STATES = 400  # that can be asked for; a model has no more than its structure needs
 STATUS = "exit status: 0 every check came out as the scene declares, 1 one did not, 2 bad input, 3 the numerics failed"
 
 
@@ -54,6 +56,23 @@ def options(parser: argparse.ArgumentParser, scene: str, example: str, accuracy:
     given = {"--set": f"override a key of the scene, as often as needed: {example}", "--accuracy": accuracy}
     quiet = {"--quiet": "print the answer and the verdict only, in one line"}
     shared(parser, given | dict.fromkeys(("--out", "--no-figures", *PLAN, "--strict"), "") | quiet | {"--json": ""})
+
+
+def uncertain_options(add: Callable[..., Any], example: str, pair: str) -> None:
+    """Adds those that say how well keys are known, with an ``example`` of that, and a ``pair`` that goes together."""
+    add("--uncertain", action="append", default=[], metavar="KEY=U",
+        help=f"the standard uncertainty of a key, as often as needed: {example}")  # fmt: skip
+    add("--correlated", action="append", default=[], metavar="KEY,KEY=R",
+        help=f"the correlation of two uncertain keys, from -1 to 1: {pair}")  # fmt: skip
+
+
+def uncertain(arguments: argparse.Namespace, scene: object) -> Uncertain | None:
+    """How well the keys are known; None where nothing is said of it."""
+    if not arguments.uncertain and not arguments.correlated:
+        return None
+    from scenes.uncertain import read
+
+    return read(scene, arguments.uncertain, arguments.correlated)
 
 
 def settings(arguments: argparse.Namespace, *more: tuple[str, str | None], accuracy: str = "run.accuracy") -> list[str]:
@@ -168,3 +187,30 @@ def show_rows(
         show(report.headline(rows))
     else:
         show(f"{report.text(rows, style())}\n\n{seconds:.0f} s")
+
+
+def of_model(add: Callable[..., Any], states: str, accuracy: str) -> None:
+    """Adds the options of a compact model, with what holds where they are left out."""
+    add("--states", metavar="N", help=f"with --export, how many states a compact model has ({states})")
+    add("--model-accuracy", metavar="A", help=f"with --export, the relative accuracy of a compact model ({accuracy})")
+
+
+def export(arguments: argparse.Namespace, accuracy: float | None = None) -> Export | None:
+    """The model that is asked for, with an ``accuracy`` where none is given; SceneError for one that can't be."""
+    from scenes.keys import ACCURACY
+    from scenes.plan import Export
+
+    states, given = arguments.states, arguments.model_accuracy
+    if arguments.export is None:
+        if states is not None or given is not None:
+            option = f"--states {states}" if states is not None else f"--model-accuracy {given}"
+            raise SceneError(f"{printable(option)} is of the model that --export DIR writes: give that, too")
+        return None
+    if not arguments.export.strip():
+        raise SceneError('--export "" names no folder: give one, such as my-model')
+    if states is not None and given is not None:
+        raise SceneError("--states says how many states, --model-accuracy takes as many as it needs: give one of them")
+    if given is not None:
+        accuracy = ACCURACY.read("--model-accuracy", given)
+    count = None if states is None else whole("--states", states, 1, MOST_STATES)
+    return Export(Path(arguments.export), count, accuracy)

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from compare.outcome import Outcome
     from scenes.plan import Request
     from scenes.sink import Sink
-    from scenes.uncertain import Uncertain
 
 _ACCURACY = "1e-3"
 
@@ -61,15 +60,13 @@ def describe(parser: argparse.ArgumentParser) -> None:
         help="up to which coefficient losses to the air may be left out, and what a lumped term gives")  # fmt: skip
     add("--sensitivities", action="store_true",
         help="how both models follow each key: d ln quantity / d ln key, 1D against 3D")  # fmt: skip
-    add("--uncertain", action="append", default=[], metavar="KEY=U",
-        help="the standard uncertainty of a key, as often as needed: oxide_thickness=0.1um, voltage=1%%; or materials, "
-        "for the scene's table of them")  # fmt: skip
-    add("--correlated", action="append", default=[], metavar="KEY,KEY=R",
-        help="the correlation of two uncertain keys, from -1 to 1: pad_width,oxide_width=0.9")  # fmt: skip
+    common.uncertain_options(add, "oxide_thickness=0.1um, voltage=1%%; or materials, for the scene's table of them",
+                             "pad_width,oxide_width=0.9")  # fmt: skip
     add("--monte-carlo", metavar="N",
         help="with --uncertain, solve N samples of the inputs too: where is linear propagation off?")  # fmt: skip
     add("--export", metavar="DIR",
         help="write the few-state model to DIR: JSON, a Python function, a SPICE subcircuit")  # fmt: skip
+    common.of_model(add, "in place of the 1D few-state model", "in place of the 1D few-state model")
     add("--fields", action="store_true", help="write the 3D fields (fem3d.pvd with .vtu files, fem3d.vtkhdf)")
     add("--field-times", metavar="T,T...", help="with --fields, times to store beside the usual ones: 0.1ms,2ms")
 
@@ -81,7 +78,7 @@ def run(arguments: argparse.Namespace) -> int:
     from scenes.loading import load
 
     sink = load(arguments.scene, common.settings(arguments, ("drive.voltage", arguments.voltage)))
-    uncertain = _uncertain(arguments, sink)
+    uncertain = common.uncertain(arguments, sink)
     request = replace(
         _request(arguments, sink.end_time),
         uncertain=uncertain,
@@ -95,15 +92,6 @@ def run(arguments: argparse.Namespace) -> int:
     given = [arguments.against, *arguments.column] if arguments.against else []
     data = _data(arguments, sink, request)
     return common.run(arguments, sink, request, arguments.settings, given, data, _sampling(request))
-
-
-def _uncertain(arguments: argparse.Namespace, sink: Sink) -> Uncertain | None:
-    """How well the keys are known; None where nothing is said of it."""
-    if not arguments.uncertain and not arguments.correlated:
-        return None
-    from scenes.uncertain import read
-
-    return read(sink, arguments.uncertain, arguments.correlated)
 
 
 def _samples(arguments: argparse.Namespace) -> int:
@@ -165,11 +153,9 @@ def _data(arguments: argparse.Namespace, sink: Sink, request: Request) -> Data |
 
 
 def _request(arguments: argparse.Namespace, end_time: float) -> Request:
-    from pathlib import Path
-
     from reduced1d.ladder import canonical, few_states_of
     from scenes.errors import SceneError, printable
-    from scenes.plan import Export, Request
+    from scenes.plan import Request
 
     if arguments.why and arguments.only:
         raise SceneError(f"--why compares both models: leave out --only {arguments.only}")
@@ -185,8 +171,9 @@ def _request(arguments: argparse.Namespace, end_time: float) -> Request:
             f"--export writes a model of a few states, which --reduction {reduction} is not: give moments:4 or the "
             "like, or leave out --reduction"
         )
-    if arguments.export is not None and not arguments.export.strip():
-        raise SceneError('--export "" names no folder: give one, such as my-model')
+    export = common.export(arguments)
+    if export is not None and export.compact and arguments.reduction is not None:
+        raise SceneError("--states and --model-accuracy are of a compact model in 3D: leave them or --reduction out")
     models: dict[str | None, tuple[Literal["fem3d", "reduced1d"], ...]]
     models = {None: Request().models, "3d": ("fem3d",), "1d": ("reduced1d",)}
     return Request(
@@ -199,7 +186,7 @@ def _request(arguments: argparse.Namespace, end_time: float) -> Request:
         why=arguments.why,
         sensitivities=arguments.sensitivities,
         air=arguments.air,
-        export=Export(Path(arguments.export)) if arguments.export else None,
+        export=export,
         command=arguments.command_line,
     )
 

@@ -3,16 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING
 
-from scenes.errors import SceneError, printable
+from scenes.errors import SceneError
 from validate.cli import common
-
-if TYPE_CHECKING:
-    from scenes.plan import Export
-
-MOST_STATES = 400
-"""That can be asked for; a model has no more than its structure needs."""
 
 
 def describe(parser: argparse.ArgumentParser) -> None:
@@ -26,6 +19,7 @@ def describe(parser: argparse.ArgumentParser) -> None:
         "  validate scene bridge > mine.toml; validate solve mine.toml\n"
         '  validate solve bridge --set "boundary.left electrode.voltage=3V" --accuracy 1e-4\n'
         "  validate solve hotplate --end-time 2ms --explain\n"
+        "  validate solve bridge --sensitivities\n"
         "  validate solve hotplate --export my-model --model-accuracy 1e-2\n\n"
         "results: summary.json, traces.csv (a column per probe) and figures in\n"
         "results/<scene>-<what distinguishes it>/\n"
@@ -41,13 +35,16 @@ def describe(parser: argparse.ArgumentParser) -> None:
     add("--end-time", metavar="T", help="over time from the start to T, such as 2ms, whatever the scene says of it")
     common.shared(parser, {"--out": "", "--no-figures": ""})
     add("--fields", action="store_true", help="write the 3D temperature fields (fem3d.pvd with .vtu files)")
+    add("--sensitivities", action="store_true",
+        help="how every probe follows each number of the scene: d ln probe / d ln key")  # fmt: skip
+    common.uncertain_options(add, "box.beam.upper.z=0.1um, boundary.drive.voltage=1%%",
+                             "box.beam.lower.x,box.beam.upper.x=-1")  # fmt: skip
     add(
         "--export",
         metavar="DIR",
         help="write a compact model of a few states to DIR: JSON, Python, SPICE, FMU; with its error",
     )
-    add("--states", metavar="N", help="with --export, how many states (default: as few as --model-accuracy takes)")
-    add("--model-accuracy", metavar="A", help="with --export, the model's relative accuracy (default: the scene's)")
+    common.of_model(add, "default: as few as --model-accuracy takes", "default: the scene's")
     common.shared(parser, dict.fromkeys((*common.PLAN, "--quiet", "--json"), ""))
 
 
@@ -62,30 +59,10 @@ def run(arguments: argparse.Namespace) -> int:
     until = ("run.end_time", arguments.end_time)
     settings = common.settings(arguments, ("run.steady", "true" if arguments.steady else None), until)
     scene = load(arguments.scene, settings)
-    request = Request(figures=arguments.figures, fields=arguments.fields, command=arguments.command_line,
-                      export=_export(arguments, scene.accuracy))  # fmt: skip
+    request = Request(
+        figures=arguments.figures, fields=arguments.fields, sensitivities=arguments.sensitivities,
+        uncertain=common.uncertain(arguments, scene), command=arguments.command_line,
+        export=common.export(arguments, scene.accuracy),
+    )  # fmt: skip
     scene = reported(scene, request)
     return common.run(arguments, scene, request, settings)
-
-
-def _export(arguments: argparse.Namespace, accuracy: float) -> Export | None:
-    """The compact model that is asked for; SceneError for one that can't be."""
-    from pathlib import Path
-
-    from scenes.keys import ACCURACY
-    from scenes.plan import Export
-
-    states, given = arguments.states, arguments.model_accuracy
-    if arguments.export is None:
-        if states is not None or given is not None:
-            option = f"--states {states}" if states is not None else f"--model-accuracy {given}"
-            raise SceneError(f"{printable(option)} is of the model that --export DIR writes: give that, too")
-        return None
-    if not arguments.export.strip():
-        raise SceneError('--export "" names no folder: give one, such as my-model')
-    if states is not None and given is not None:
-        raise SceneError("--states says how many states, --model-accuracy takes as many as it needs: give one of them")
-    if given is not None:
-        accuracy = float(ACCURACY.read("--model-accuracy", given) or accuracy)
-    count = None if states is None else common.whole("--states", states, 1, MOST_STATES)
-    return Export(Path(arguments.export), count, accuracy)

@@ -52,19 +52,19 @@ def sections(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -
 
 def on_page(checks: Sequence[Check], contrary: Sequence[Check]) -> Section:
     """Every check with its values, and below it the reason where one is given."""
-    rows = []
+    rows, relative = [], any(check.relative_to for check in checks)
     for kind, group in groupby(_sorted(checks), kind_of):
         rows += [Row([kind])] if kind else []
         for c in group:
-            said = [declared(c) if c in contrary else "", c.because]
+            said = [text for text in (declared(c) if c in contrary else "", c.because) if text]
             sense = "" if c.sense == "equal" or not math.isfinite(c.predicted) else f"{c.sense} "
             rows.append(Row(
                 [c.id, c.title, sense + amount(c.predicted, c.unit, 5), amount(c.measured, c.unit, 5), _difference(c),
-                 c.relative_to, percent(c.tolerance, 1), c.verdict],
-                c.verdict, " ".join(sentences(["; ".join(filter(None, said))])) if any(said) else "",
+                 *[c.relative_to] * relative, percent(c.tolerance, 1), c.verdict],
+                c.verdict, f"{'; '.join(said)}." if said else "",
             ))  # fmt: skip
-    heads = ("check", "of", *_heads(checks), "difference", "relative to", "tolerance", "verdict")
-    return Section("Checks", [_NOTE, Table(heads, rows, "<<>>><><")])
+    heads = ("check", "of", *_heads(checks), "difference", *["relative to"] * relative, "tolerance", "verdict")
+    return Section("Checks", [_NOTE, Table(heads, rows, f"<<>>>{'<' * relative}><")])
 
 
 def _heads(checks: Sequence[Check]) -> tuple[str, str]:

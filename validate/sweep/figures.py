@@ -236,5 +236,7 @@ def _scale(ax: Axes, table: Table, key: str, side: str) -> None:
         own.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         own.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         own.set_minor_formatter(FuncFormatter(lambda value, _: ""))
+    elif table.job.base.counts(key):
+        own.set_major_locator(MaxNLocator(integer=True))
     elif not axis.numeric:
         own.set_ticks(range(len(axis.values)), [str(value) for value in axis.values])

@@ -29,6 +29,9 @@ def test_a_model_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
         (["--export", " "], "names no folder"),
         (["--export", "{0}/file/m"], "cannot be written"),
         (["--export", "{0}/m", "--set", "probe.quarter.reduce=max"], "an extreme potential"),
+        (["sink", "--export", "m", "--states", "3", "--reduction", "moments:4"], "leave them or --reduction out"),
+        (["sink", "--export", "m", "--states", "3", "--set", "sink.spans=2"], "make a model of one span"),
+        (["sink", "--states", "3"], "--states 3 is of the model that --export DIR writes"),
     ],
 )
 def test_what_is_refused(
@@ -36,7 +39,8 @@ def test_what_is_refused(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "file").write_text("")
-    assert main(["solve", "bridge", "--out", "run", *(word.format(tmp_path) for word in given)]) == 2
+    command = given if given[0] == "sink" else ["solve", "bridge", "--out", "run", *given]
+    assert main([word.format(tmp_path) for word in command]) == 2
     told = capsys.readouterr().err
     assert said in " ".join(told.split())
     assert "Traceback" not in told
