@@ -5,13 +5,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from compare.verdict import FIRST_TIME, Check, Comparison, judged
+from compare.verdict import FIRST_TIME, Check, Comparison, Models, judged
 from scenes.checks import AGAINST_TOLERANCES
 from scenes.errors import SceneError, quoted
 from scenes.formats import cut, quantity, signed
@@ -80,6 +80,15 @@ def evaluate(sink: Sink, data: Data, fem3d: Result) -> tuple[Check, ...]:
     """A check for every quantity of the data, in the order of the declared tolerances."""
     keys = [key for key in _NAMES if key in data.values and check_id(key) in AGAINST_TOLERANCES]
     return tuple(judged(check_id(key), compare(sink, data, fem3d, key), sink, always=True) for key in keys)
+
+
+def definitions(data: Data) -> dict[str, Callable[[Models], Comparison]]:
+    """What the checks of a file are made of, by their ids."""
+
+    def of(key: str) -> Callable[[Models], Comparison]:
+        return lambda models: compare(models.sink, data, models.fem3d, key)
+
+    return {check_id(key): of(key) for key in data.values}
 
 
 def compare(sink: Sink, data: Data, fem3d: Result, key: str) -> Comparison:

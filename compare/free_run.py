@@ -37,7 +37,13 @@ def reported(scene: AnyScene, request: Request) -> AnyScene:
 
 def plan(scene: AnyScene, request: Request, data: None = None) -> tuple[Step, ...]:
     """What `solve` will do, before it does it."""
-    return of_free(scene, request, solver(scene).plan(scene))
+    return of_free(scene, request, solver(scene).plan(scene, **_whole(scene, request)))
+
+
+def _whole(scene: AnyScene, request: Request) -> dict[str, bool]:
+    """What says that a scene of boxes is solved whole, where a number of one side changes that side alone."""
+    asked = request.sensitivities or request.uncertain is not None
+    return {"whole": True} if asked and not isinstance(scene, MeshScene) else {}
 
 
 def solver(scene: AnyScene) -> Any:
@@ -61,7 +67,7 @@ def solve(
         model = solver(scene)
     say("solving in 3D")
     with clock.stage("fem3d"):
-        result: Result = model.solve(scene, say)
+        result: Result = model.solve(scene, say, **_whole(scene, request))
     shown, warnings = None, tuple(result.details.get("warnings", ()))
     with clock.stage("checks"):
         if physics.heat(scene):
@@ -74,7 +80,27 @@ def solve(
     if request.export is not None:
         with clock.stage("export"):
             model = exported(scene, request.export, say)
-    return Outcome(scene, request, steps, result, warnings=warnings, shown=shown, exported=model)
+    outcome = Outcome(scene, request, steps, result, warnings=warnings, shown=shown, exported=model)
+    if not request.sensitivities and request.uncertain is None:
+        return outcome
+    say("sensitivities")
+    with clock.stage("sensitivities"):
+        return _with_sensitivities(outcome)
+
+
+def _with_sensitivities(outcome: Outcome[AnyScene]) -> Outcome[AnyScene]:
+    """With how the probes follow the numbers of the scene, and what uncertain ones make of them."""
+    from compare.inputs import sensitivities
+    from compare.inputs.propagation import propagated
+
+    uncertain = outcome.request.uncertain
+    found = sensitivities.of_free(outcome.scene, outcome.solved)
+    outcome = replace(outcome, warnings=(*outcome.warnings, *found.remarks()))
+    if outcome.request.sensitivities:
+        outcome = replace(outcome, sensitivities=found)
+    return (
+        outcome if uncertain is None else replace(outcome, propagated=propagated(uncertain, found, found.values, None))
+    )
 
 
 def exported(scene: AnyScene, export: Export, say: Callable[[str], None]) -> tuple[str, Path]:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from compare.against import Data
     from scenes.model import AnyScene
     from scenes.plan import Export
+    from scenes.uncertain import Uncertain
 
 SINK_FIGURES = {
     "figure4": "the steady 3D temperature field, rendered off screen",
@@ -153,8 +154,7 @@ def _where_asked_for(request: Request) -> list[Step]:
     elif request.models == Request().models:
         steps.append(Step(BLAME, "done", "by the ladder between the models, where the 1D model differs"))
     if request.uncertain is not None:
-        given = ", ".join(request.uncertain.given)
-        steps.append(Step("uncertain inputs", "done", f"{given}: u_input by the sensitivities, to first order"))
+        steps.append(_uncertain(request.uncertain))
     if request.air:
         steps.append(Step("air", "done", "3D at coefficients from 0 to 1e5 W/(m2 K), and where the limits are"))
     if request.sensitivities:
@@ -166,6 +166,11 @@ def _where_asked_for(request: Request) -> list[Step]:
         few = f"{few_states_of(request.reduction)} as JSON, Python and SPICE"
         steps.append(Step("export", "done", _exported(request.export) if request.export.compact else few))
     return steps
+
+
+def _uncertain(uncertain: Uncertain) -> Step:
+    given = ", ".join(uncertain.given)
+    return Step("uncertain inputs", "done", f"{given}: u_input by the sensitivities, to first order")
 
 
 def of_device(device: Device, request: Request) -> tuple[Step, ...]:
@@ -285,8 +290,15 @@ def of_free(scene: AnyScene, request: Request, solver: tuple[Step, ...]) -> tupl
     """The plan of a free scene around the lines of the 3D ``solver``."""
     skipped, when = skipped_free_figures(scene, request), "steady" if scene.steady else "hottest moment's"
     field = f"the {when} temperature field, rendered off screen"
+    steps = []
+    if request.uncertain is not None:
+        steps.append(_uncertain(request.uncertain))
+    if request.sensitivities:
+        how = "by dual solutions" if scene.steady else "in the reduced space, widened by dual fields"
+        steps.append(Step("sensitivity", "done", f"how the probes follow each number of the scene, {how}"))
     return (
         *solver,
+        *steps,
         step("figure field", field, skipped.get("field", "")),
         step("figure traces", "every probe against time", skipped.get("traces", "")),
         step("traces.csv", "a column for each probe", _no_traces(scene)),

@@ -73,9 +73,15 @@ def solve(
             outcome = _with_sensitivities(outcome)
     if data is None or outcome.fem3d is None:
         return outcome
-    from compare.against import evaluate
+    from compare.against import definitions, evaluate
 
-    checks = (*outcome.checks, *evaluate(sink, data, outcome.fem3d))
+    against = evaluate(sink, data, outcome.fem3d)
+    if request.uncertain is not None and outcome.propagated is not None:
+        from compare.inputs.propagation import judged
+
+        followed = outcome.propagated.sensitivities
+        against = judged(against, sink, outcome.fem3d, None, request.uncertain, followed, definitions(data))
+    checks = (*outcome.checks, *against)
     warnings = (*outcome.warnings, *(f"{data.name}: {text}" for text in data.warnings))
     warnings = (*warnings, *(() if found is None else found.warnings()))
     outcome = replace(outcome, checks=checks, warnings=warnings, against=data, fit=found)
@@ -105,8 +111,7 @@ def _with_sensitivities(outcome: Outcome[Sink]) -> Outcome[Sink]:
 
     sink, request = outcome.scene, outcome.request
     found = sensitivities.of_sink(sink, outcome.fem3d, outcome.reduced1d)
-    left_out = tuple(f"no sensitivity to {key}: {why}" for key, why in found.left_out.items())
-    outcome = replace(outcome, warnings=(*outcome.warnings, *left_out))
+    outcome = replace(outcome, warnings=(*outcome.warnings, *found.remarks()))
     if request.uncertain is not None:
         outcome = _with_uncertain(outcome, request.uncertain, found)
     if not request.sensitivities:
@@ -121,7 +126,7 @@ def _with_uncertain(outcome: Outcome[Sink], uncertain: Uncertain, found: Sensiti
     from compare.inputs import propagation
 
     sink, three, one = outcome.scene, outcome.fem3d, outcome.reduced1d
-    made = propagation.propagated(uncertain, found, three, one)
+    made = propagation.propagated(uncertain, found, three.steady if three else None, one.steady if one else None)
     checks = outcome.checks
     if three is not None:
         checks = propagation.judged(checks, sink, three, one, uncertain, found)

@@ -5,15 +5,16 @@ With rise u, potential phi and resistivity rho(u), the state solves, for all tes
     R_T(z) = int k grad u . grad z + films - int q z - int |grad phi|^2 / (n rho(u)) z = 0
     R_E(w) = int grad phi . grad w / rho(u) = 0
 
-and an output is J = row @ u + R_T(e) + R_E(d) + int_boxes |grad phi|^2 / (n rho(u)) + films: heat flows and currents
-are residuals of tests e, d that live at given nodes; of cells that stand for n in series rho counts all, the heat one.
- The dual solutions z and w make J - R_T(z) - R_E(w) stationary in u
-and phi, so that its change with anything else is that of J (Becker and Rannacher, Acta Numerica 10, 2001; Giles and
-Pierce, Flow, Turbulence and Combustion 65, 2000).
+and an output is J = row @ u + charges @ phi + R_T(e) + R_E(d) + int_boxes |grad phi|^2 / (n rho(u)) + films: heat
+flows and currents are residuals of tests e, d that live at given nodes; of cells that stand for n in series rho counts
+all, the heat one. The dual solutions z and w make J - R_T(z) - R_E(w) stationary in u and phi, so that its change with
+anything else is that of J (Becker and Rannacher, Acta Numerica 10, 2001; Giles and Pierce, Flow, Turbulence and
+Combustion 65, 2000).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -22,34 +23,40 @@ from scipy.sparse.linalg import LinearOperator, gmres
 
 from fem3d.conductor import Conductor
 from fem3d.errors import ConvergenceError
+from fem3d.motion import Motion
 from fem3d.steady import SteadyState
+from scenes import physics
 
 SOLVED = 1e-8  # relative residual of dual solutions; derivatives are asked for to some 1e-4
 MOST = 200  # steps; as many as a state next to runaway takes
 
 
+Own = Callable[[Motion], float]
+"""How a reading changes with a motion while rise and potential stay."""
+
+
 @dataclass(frozen=True, eq=False)
 class Goal:
-    """An output J as above: ``row`` (functions,), the tests ``heat`` (e) and ``charge`` (d) (functions,), the weight of
-    each live cell's Joule heat ``boxes`` (live cells, 1), and of each film's flow ``films``, by boundary;
-    ``probes``: those of the means that make up the row, by name."""
+    """An output J as above: ``row`` (functions,) and ``charges`` (functions,), the tests ``heat`` (e) and ``charge``
+    (d) (functions,), the weight of each live cell's Joule heat ``boxes`` (live cells, 1), and of the flow through each
+    facet of a film ``films`` (facets,), by boundary; ``own``: how the rows themselves follow a motion, with weights."""
 
     row: np.ndarray
+    charges: np.ndarray
     heat: np.ndarray
     charge: np.ndarray
     boxes: np.ndarray
-    films: dict[str, float] = field(default_factory=dict)
-    probes: dict[str, float] = field(default_factory=dict)
+    films: dict[str, np.ndarray] = field(default_factory=dict)
+    own: tuple[tuple[float, Own], ...] = ()
 
     def plus(self, weight: float, other: Goal) -> Goal:
         """self + weight * other."""
-
-        def added(a: dict[str, float], b: dict[str, float]) -> dict[str, float]:
-            return {name: a.get(name, 0.0) + weight * b.get(name, 0.0) for name in {**a, **b}}
-
+        films = {**self.films, **{name: weight * v for name, v in other.films.items()}}
+        films |= {name: v + films[name] for name, v in self.films.items() if name in other.films}
         return Goal(
-            self.row + weight * other.row, self.heat + weight * other.heat, self.charge + weight * other.charge,
-            self.boxes + weight * other.boxes, added(self.films, other.films), added(self.probes, other.probes),
+            self.row + weight * other.row, self.charges + weight * other.charges, self.heat + weight * other.heat,
+            self.charge + weight * other.charge, self.boxes + weight * other.boxes, films,
+            (*self.own, *((weight * w, own) for w, own in other.own)),
         )  # fmt: skip
 
 
@@ -84,7 +91,7 @@ class Linearized:
         """The goal that is always zero."""
         size, conductor = self.state.heat.domain.space.size, self.state.conductor
         live = 0 if conductor is None else len(conductor.cells)
-        return Goal(np.zeros(size), np.zeros(size), np.zeros(size), np.zeros((live, 1)))
+        return Goal(np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros((live, 1)))
 
     def tested(self, z: np.ndarray, boxes: np.ndarray | float) -> np.ndarray:
         """(live cells, points): (z + boxes) / n, what |grad phi|^2 / rho is multiplied by."""
@@ -102,11 +109,13 @@ class Linearized:
         the dual solutions. z and w (functions,) have the goal's tests in them, with a minus."""
         heat = self.state.heat
         found = heat.take(goal.row) - heat.stiffness @ heat.take(z)
-        for name, weight in goal.films.items():
-            found += weight * heat.films[name].per_kelvin
+        for boundary in heat.domain.scene.boundaries:
+            if boundary.kind == "convection" and boundary.name in goal.films:
+                per_kelvin = boundary.value * goal.films[boundary.name][:, None]
+                found -= heat.take(heat.domain.faces(boundary).load(per_kelvin))
         if self.state.conductor is None:
-            return found, np.zeros(len(w))
-        of_phi = self._charge(z, w, goal.boxes)
+            return found, goal.charges.copy()
+        of_phi = goal.charges + self._charge(z, w, goal.boxes)
         if self._conductor.warms:
             found -= heat.take(
                 self._conductor.on.load(self._conductor.warm / self.rho**2 * self.pressed(z, w, goal.boxes))
@@ -121,7 +130,9 @@ class Linearized:
     def solve(self, goal: Goal) -> tuple[np.ndarray, np.ndarray]:
         """(functions,) twice: z and w with the goal's tests in them, with a minus. Raises ConvergenceError."""
         heat, conductor = self.state.heat, self.state.conductor
-        n, charges = heat.free, np.empty(0, int) if conductor is None else conductor.free
+        # Where nothing thermal is asked for there is no equation of heat.
+        n = heat.free if physics.heat(heat.domain.scene) else 0
+        charges = np.empty(0, int) if conductor is None else conductor.free
         z, w = -goal.heat, -goal.charge
 
         def unknowns(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -140,7 +151,7 @@ class Linearized:
 
         def preconditioned(b: np.ndarray) -> np.ndarray:
             # Lower triangular: the heat as without a current, then the current that goes with it in the cold conductor.
-            at_rise = heat.solve_steady(b[:n])
+            at_rise = heat.solve_steady(b[:n]) if n else b[:0]
             if conductor is None:
                 return at_rise
             still = np.zeros(len(w))

@@ -182,6 +182,10 @@ class Boxes(Domain):
         extended = np.eye(3)[sides > 0]
         return [(cells[kind.ravel() == k], kinds[:, k], extended) for k in range(kinds.shape[1])]
 
+    def across(self, probe: Probe) -> int:
+        """The axis across a flat box."""
+        return self.space.grid.flat(probe.lower, probe.upper)
+
     def is_flat(self, probe: Probe) -> bool:
         """Whether a probe is a flat box."""
         return sum(a == b for a, b in zip(probe.lower, probe.upper, strict=True)) == 1

@@ -217,6 +217,13 @@ class Faces:
         """(facets, points): a function (functions,)."""
         return self._filled(lambda own: own.value(u))
 
+    def slope(self, u: np.ndarray) -> np.ndarray:
+        """(facets, points): its derivative along the outward normal."""
+        found = np.empty(self.areas.shape)
+        for at, own, normal in self._sides:
+            found[at] = (own.gradient(u) * normal).sum(axis=0)
+        return found
+
     def load(self, density: np.ndarray | float = 1.0) -> np.ndarray:
         """(functions,): the integral of a density (facets, 1 or points) times each function."""
         full = np.broadcast_to(density, self.areas.shape)

@@ -14,10 +14,11 @@ from typing import Any
 import numpy as np
 
 from fem3d.conductor import law
-from fem3d.domain import Boxes
+from fem3d.domain import Domain
 from meshes.symmetry import Symmetry
+from scenes import physics
 from scenes.errors import SceneError
-from scenes.model import Boundary, Material, Scene, Schedule
+from scenes.model import AnyScene, Material, MeshScene, Scene, Schedule, Value
 
 APART = 1e-9  # of a scene's extent: faces nearer to each other are in one plane
 
@@ -27,11 +28,11 @@ class Given:
     """Where the conditions of a domain act: for each one of its scene, by number, the functions that it fixes
     (functions,), none of a film."""
 
-    domain: Boxes
+    domain: Any
     fixed: dict[int, np.ndarray]
 
     @staticmethod
-    def of(domain: Boxes) -> Given:
+    def of(domain: Domain) -> Given:
         """The conditions of a domain."""
         kinds = ("temperature", "voltage")
         conditions = enumerate(domain.scene.boundaries)
@@ -44,7 +45,7 @@ class Motion:
     cells): of the logarithms of the cells' sides; ``conductivity``, ``capacity`` (cells,), ``cold`` and ``warm``
     (cells,): of the properties, the latter the two parts of the resistivity; ``rises`` and ``voltages`` (functions,):
     of what is given; ``sources``: of the heat sources, as the domain has them; ``films``: of flux, coefficient and the
-    air's rise, by boundary; ``probes``: of corners; ``added``: of what symmetry adds to a probe."""
+    air's rise, by boundary; ``probes``: of corners; ``electrodes``: their voltages, with how they change."""
 
     breaks: tuple[np.ndarray, ...]
     stretch: np.ndarray
@@ -57,7 +58,17 @@ class Motion:
     sources: tuple[float, ...]
     films: dict[str, tuple[float, float, float]]
     probes: dict[str, tuple[np.ndarray, np.ndarray]]
-    added: dict[str, float]
+    electrodes: tuple[tuple[float, float], ...]
+
+    @property
+    def moves(self) -> bool:
+        """Whether any plane does."""
+        return any(v.any() for v in self.breaks)
+
+    def of_voltage(self, voltage: Value) -> float:
+        """Of the voltage of electrodes that have this one."""
+        found = [change for value, change in self.electrodes if value == voltage]
+        return sum(found) / max(len(found), 1)
 
     @property
     def volume(self) -> np.ndarray:
@@ -68,28 +79,25 @@ class Motion:
 
 def motion(given: Given, part: Symmetry, other: Symmetry, step: float) -> Motion:
     """The motion between the part of a scene that is solved and that of another, whose key is larger by a relative
-    ``step``. Raises SceneError where the one can't move into the other."""
+    ``step``. On a mesh file nothing moves. Raises SceneError where the one can't move into the other."""
     domain, here, there = given.domain, part.scene, other.scene
     if [p[::2] for p in part.planes] != [p[::2] for p in other.planes] or _names(here) != _names(there):
         raise SceneError("the scene loses a mirror plane or a part when it changes")
     space = domain.space
-    breaks = tuple(
-        np.interp(at, *_planes(here, there, d, step)) for d, at in enumerate(space.grid.breaks)
-    )  # fmt: skip
-    sides = [np.diff(v)[i] / h for v, i, h in zip(breaks, space.ijk, space.h, strict=True)]
     start = here.initial_temperature, there.initial_temperature
     rises, voltages = np.zeros(space.size), np.zeros(space.size)
-    films = {}
+    films, electrodes = {}, []
     for number, (a, b) in enumerate(zip(here.boundaries, there.boundaries, strict=True)):
         if a.kind == "temperature":
             own = given.fixed[number]
             rises[own] = space.unit[own] * (_number(b.value) - start[1] - _number(a.value) + start[0]) / step
         elif a.kind == "voltage":
-            own = given.fixed[number]
-            voltages[own] = space.unit[own] * (_number(b.value) - _number(a.value)) / step
+            own, more = given.fixed[number], (_number(b.value) - _number(a.value)) / step
+            voltages[own] = space.unit[own] * more
+            electrodes.append((_number(a.value), more))
         else:
             films[a.name] = _difference(_film(a, start[0]), _film(b, start[1]), step)
-    owner = [(p.material, q.material) for p, q in zip(here.boxes, there.boxes, strict=True)]
+    owner = list(zip(physics.materials(here), physics.materials(there), strict=True))
     own = domain.body
 
     def change(of: str) -> np.ndarray:
@@ -97,23 +105,33 @@ def motion(given: Given, part: Symmetry, other: Symmetry, step: float) -> Motion
 
     laws = np.array([_difference(_law(p, start[0]), _law(q, start[1]), step) for p, q in owner])
     laws = (laws * domain.stands_for[:, None])[own]
-    return Motion(
-        breaks, np.array(sides), change("thermal_conductivity"), change("heat_capacity"), laws[:, 0], laws[:, 1],
-        rises, voltages,
-        tuple(
-            (_number(q.heat_source) - _number(p.heat_source)) / step
-            for p, q in zip(here.boxes, there.boxes, strict=True) if p.heat_source
-        ),
-        films,
-        {
+    breaks: tuple[np.ndarray, ...] = ()
+    stretch, probes = np.zeros((3, len(own))), dict[str, tuple[np.ndarray, np.ndarray]]()
+    if isinstance(here, Scene) and isinstance(there, Scene):
+        breaks = speeds(domain, here, there, step)
+        sides = (np.diff(v)[i] / h for v, i, h in zip(breaks, space.ijk, space.h, strict=True))
+        stretch = np.array(list(sides))
+        probes = {
             p.name: (np.subtract(q.lower, p.lower) / step, np.subtract(q.upper, p.upper) / step)
             for p, q in zip(here.probes, there.probes, strict=True)
-        },
-        {
-            name: sum(map(_number, other.probes[name][1])) / step - sum(map(_number, added)) / step
-            for name, (_, added) in part.probes.items()
-        },
+        }
+    return Motion(
+        breaks, stretch, change("thermal_conductivity"), change("heat_capacity"), laws[:, 0], laws[:, 1], rises,
+        voltages, _sources(here, there, step), films, probes, tuple(electrodes),
     )  # fmt: skip
+
+
+def speeds(domain: Any, here: Scene, there: Scene, step: float) -> tuple[np.ndarray, ...]:
+    """(breakpoints,) per axis: how the planes of the mesh move from a scene to another, over the ``step`` between.
+    Raises SceneError where planes of one place move apart."""
+    return tuple(np.interp(at, *_planes(here, there, d, step)) for d, at in enumerate(domain.space.grid.breaks))
+
+
+def _sources(here: AnyScene, there: AnyScene, step: float) -> tuple[float, ...]:
+    """How the sources change that a domain has."""
+    pairs = zip(physics.heat_sources(here), physics.heat_sources(there), strict=True)
+    every = isinstance(here, MeshScene)
+    return tuple((_number(q) - _number(p)) / step for (_, p), (_, q) in pairs if every or p)
 
 
 def _planes(here: Scene, there: Scene, axis: int, step: float) -> tuple[list[float], list[float]]:
@@ -148,8 +166,9 @@ def _moving(here: Scene, there: Scene, axis: int, step: float) -> Iterator[tuple
                 yield p, (q - p) / step
 
 
-def _names(scene: Scene) -> list[str]:
-    return [x.name for items in (scene.boxes, scene.boundaries, scene.probes) for x in items]  # type: ignore[attr-defined]
+def _names(scene: AnyScene) -> list[str]:
+    parts: tuple[Any, ...] = scene.boxes if isinstance(scene, Scene) else ()
+    return [x.name for items in (parts, scene.boundaries, scene.probes) for x in items]
 
 
 def _number(value: float | Schedule) -> float:
@@ -158,7 +177,7 @@ def _number(value: float | Schedule) -> float:
     return value
 
 
-def _film(boundary: Boundary, start: float) -> tuple[float, float, float]:
+def _film(boundary: Any, start: float) -> tuple[float, float, float]:
     """Flux (W/m2), coefficient (W/(m2 K)) and the air's rise (K)."""
     value = _number(boundary.value)
     if boundary.kind == "heat_flux":

@@ -61,7 +61,8 @@ def _reading(heat: HeatProblem, probe: Any) -> Reading:
     cut = any(b.kind == "temperature" and len(shared) < len(on) for b, on, shared in within)
     conditions = domain.conditions_first and within
     if not conditions and (cut or not domain.exposed(facets).any()):
-        return Reading(heat.take(_gradient(domain, probe)), still, gradient=True)
+        row = gradient(domain, probe, domain.per_cell("thermal_conductivity"))
+        return Reading(heat.take(row), still, gradient=True)
     row, entering = nothing, still
     for b, on, shared in within:
         if b.kind != "temperature":
@@ -81,10 +82,10 @@ def extreme(domain: Domain, probe: Any, inside: np.ndarray | None = None) -> Ext
     return LineExtreme(domain.space, patches, sign) if lines else Extreme(domain.space, patches, sign)
 
 
-def _gradient(domain: Domain, probe: Any) -> np.ndarray:
-    """(functions,): the heat (W) that passes a flat probe, per rise: on the surface into the solid, inside the mean of
-    what both sides say."""
-    conductivity = domain.per_cell("thermal_conductivity")[:, None]
+def gradient(domain: Domain, probe: Any, conductivity: np.ndarray) -> np.ndarray:
+    """(functions,): the heat (W) that passes a flat probe, per rise, for a conductivity (cells,): on the surface into
+    the solid, inside the mean of what both sides say."""
+    conductivity = conductivity[:, None]
     facets = domain.facets(probe)
     outer = facets[domain.exposed(facets)]
     found = np.zeros(domain.space.size)

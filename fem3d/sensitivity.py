@@ -8,9 +8,8 @@ degrees lower by one, as those of the quantities do.
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -19,18 +18,19 @@ import numpy as np
 from fem3d import steady
 from fem3d.adjoint import Goal, Linearized
 from fem3d.estimate import left
+from fem3d.goals import Goals
 from fem3d.motion import Given, Motion, motion
 from fem3d.outputs import of_steady
-from fem3d.probes import reading
 from fem3d.steady import SteadyState
 from fem3d.study import Study
 from meshes import grading
 from meshes.symmetry import Symmetry
+from scenes import physics
 from scenes.errors import SceneError
+from scenes.model import Scene
 from scenes.result import Estimate
 
 STEP = 2.0**-7  # of a key, between scenes that are affine in it: as large as keeps the scenes alike
-MOVED = 1e-4  # the same where a row is not affine in the coordinates: central differences are off by its square
 COMPLEX = 1e-30
 ROUNDING = 1e-8  # that of dual solutions
 
@@ -59,66 +59,25 @@ class Tangent:
         self.domain = state.heat.domain
         self.linearized = Linearized(state)
         self.out = of_steady(state, study.part)
-        self.values = study.steady(self.out)
+        self.without: dict[str, str] = {}
 
     def goals(self, names: Iterable[str]) -> dict[str, Goal]:
-        """The goals of quantities: sums of those of outputs, weighted by how each follows them."""
-        found = {name: self.linearized.nothing() for name in names}
+        """The goals of quantities: sums of those of outputs, weighted by how each follows them. Those without one are
+        in ``without``, with the reason."""
+        of, found = Goals(self.linearized, self.study.part), {name: self.linearized.nothing() for name in names}
         for output in self.out:
             beside = self.out | {output: self.out[output] + COMPLEX * 1j}
             weights = {n: float(np.imag(v)) / COMPLEX for n, v in self.study.steady(beside).items()}
             used = {n: w for n, w in weights.items() if w and n in found}
             if used:
-                one = self._goal(output)
+                try:
+                    one = of.of(output)
+                except SceneError as error:
+                    self.without |= dict.fromkeys(used, str(error))
+                    continue
                 for name, weight in used.items():
                     found[name] = found[name].plus(weight, one)
-        return found
-
-    def _goal(self, output: str) -> Goal:
-        part, conductor = self.study.part, self.state.conductor
-        kind, _, name = output.partition(":")
-        none = self.linearized.nothing()
-        if kind == "probe":
-            own = self._probe(name)
-            return none.plus(part.probes[name][0], own)
-        if kind == "flow":
-            flow = part.flows[name]
-            return none.plus(flow.heat, self._flow(flow.boundary))
-        if kind == "current" and conductor is not None:
-            flow = part.flows[name]
-            electrode = conductor.electrodes[flow.boundary]
-            return none.plus(flow.current, replace(none, charge=electrode))
-        if kind == "joule" and conductor is not None:
-            bodies = np.array(self.domain.names)[self.domain.body[conductor.cells]]
-            return none.plus(part.box_copies[name], replace(none, boxes=(bodies == name)[:, None].astype(float)))
-        if output in ("power", "dissipated"):
-            return replace(none, boxes=np.full(none.boxes.shape, float(part.copies)))
-        raise SceneError(f"there is no derivative of {output}")
-
-    def _flow(self, boundary: str) -> Goal:
-        heat, none = self.state.heat, self.linearized.nothing()
-        if boundary in heat.held_fields:
-            return replace(none, heat=heat.field(heat.held_fields[boundary]))
-        return replace(none, films={boundary: 1.0})
-
-    def _probe(self, name: str) -> Goal:
-        heat, none, probe = self.state.heat, self.linearized.nothing(), self._probes[name]
-        if probe.quantity == "temperature" and probe.reduce == "mean":
-            return replace(none, row=self.domain.mean(probe), probes={name: 1.0})
-        conductor, sums = self.state.conductor, none
-        how = None if probe.quantity == "potential" else reading(heat, probe)
-        if how is not None and how.extreme is not None:
-            # At a top the rise is level: where it goes adds nothing.
-            rise = self.linearized.rise
-            return replace(none, row=how.extreme.where(rise).row(self.domain.space))
-        if how is not None and how.boundaries and not how.row.any():
-            for boundary in how.boundaries:
-                if probe.quantity == "heat_flow":
-                    sums = sums.plus(1.0, self._flow(boundary))
-                elif conductor is not None:
-                    sums = sums.plus(how.sign, replace(none, charge=conductor.electrodes[boundary]))
-            return sums
-        raise SceneError(f"there is no derivative of what probe {name} reads")
+        return {name: goal for name, goal in found.items() if name not in self.without}
 
     def parts(self, goal: Goal) -> _Parts:
         """The integrals of a goal."""
@@ -143,10 +102,16 @@ class Tangent:
         films = {}
         for boundary in domain.scene.boundaries:
             if boundary.kind in ("convection", "heat_flux"):
-                faces = domain.faces(boundary)
-                tested = (faces.value(z) + goal.films.get(boundary.name, 0.0)) * faces.areas
+                faces = self._films[boundary.name]
+                tested = (faces.value(z) + _each(goal.films.get(boundary.name))) * faces.areas
                 films[boundary.name] = tested.sum(axis=-1), (tested * faces.value(lin.rise)).sum(axis=-1)
         return _Parts(conduction, heating, resisted, sources, films, whole, of_potential)
+
+    @cached_property
+    def _films(self) -> dict[str, Any]:
+        """The facets of each film."""
+        kinds = ("convection", "heat_flux")
+        return {b.name: self.domain.faces(b) for b in self.domain.scene.boundaries if b.kind in kinds}
 
     @cached_property
     def _everywhere(self) -> Any:
@@ -158,16 +123,16 @@ class Tangent:
         return found
 
     def table(self, names: Iterable[str], motions: Mapping[str, Motion]) -> dict[str, dict[str, float]]:
-        """d ln quantity / d ln key, by key and quantity."""
+        """d quantity / d ln key, by key and quantity."""
         found: dict[str, dict[str, float]] = {key: {} for key in motions}
         for name, goal in self.goals(names).items():
             parts = self.parts(goal)
             for key, by in motions.items():
-                found[key][name] = self.derivative(goal, parts, by) / float(self.values[name])
+                found[key][name] = self.derivative(goal, parts, by)
         return found
 
     def derivative(self, goal: Goal, parts: _Parts, by: Motion) -> float:
-        """dJ / d ln key without what symmetry adds."""
+        """dJ / d ln key."""
         domain, conductor = self.domain, self.state.conductor
         grown = by.volume - 2 * by.stretch
         k = domain.per_cell("thermal_conductivity")
@@ -182,38 +147,20 @@ class Tangent:
         for boundary in domain.scene.boundaries:
             if boundary.name in parts.films:
                 found += self._film(boundary, *parts.films[boundary.name], by)
-        return found + sum(weight * self._read(name, by) for name, weight in goal.probes.items())
+        return found + sum(weight * own(by) for weight, own in goal.own)
 
     def _film(self, boundary: Any, tested: np.ndarray, warmed: np.ndarray, by: Motion) -> float:
         flux, h, air = by.films[boundary.name]
-        faces: Any = self.domain.faces(boundary)
-        grown = faces.along(by.stretch)
+        grown = self._films[boundary.name].along(by.stretch) if by.moves else 0.0
         if boundary.kind == "heat_flux":
             return float((tested * (flux + boundary.value * grown)).sum())
         lost = warmed - (boundary.ambient - self.domain.scene.initial_temperature) * tested
         return float(boundary.value * air * tested.sum() - (lost * (h + boundary.value * grown)).sum())
 
-    def _read(self, name: str, by: Motion) -> float:
-        return float(moved_mean(self.domain, self._probes[name], by, self.linearized.rise))
 
-    @cached_property
-    def _probes(self) -> dict[str, Any]:
-        return {p.name: p for p in self.domain.scene.probes}
-
-
-def moved_mean(domain: Any, probe: Any, by: Motion, fields: np.ndarray) -> np.ndarray:
-    """(...,): what the motion of the mesh and of a probe does to the mean of fields (..., functions) over it."""
-    lower, upper = by.probes[probe.name]
-    if not any(v.any() for v in (*by.breaks, lower, upper)):
-        return np.zeros(fields.shape[:-1])
-    rows, space = [], domain.space
-    for step in (MOVED, -MOVED):
-        moved = copy.copy(space)
-        breaks = [b + step * v for b, v in zip(space.grid.breaks, by.breaks, strict=True)]
-        moved.grid = space.grid.with_axes(breaks, space.grid.degrees)
-        rows.append(moved.mean(tuple(probe.lower + step * lower), tuple(probe.upper + step * upper)))
-    found: np.ndarray = fields @ ((rows[0] - rows[1]) / (2 * MOVED))
-    return found
+def _each(weights: np.ndarray | None) -> np.ndarray | float:
+    """Weights of facets (facets,) at their points."""
+    return 0.0 if weights is None else weights[:, None]
 
 
 def motions(
@@ -229,26 +176,43 @@ def motions(
     return found, left_out
 
 
+@dataclass(frozen=True, eq=False)
+class Known:
+    """What sensitivities are told of quantities: their values with errors, by name, and how these values move with a
+    key beside what is read (the zero that a rise is above), by key and name."""
+
+    values: Mapping[str, Estimate]
+    zero: Mapping[str, Mapping[str, float]]
+
+
 def steady_table(
-    study: Study, state: SteadyState, known: Mapping[str, Estimate], given: Given, by: Mapping[str, Motion]
-) -> Table:
-    """d ln quantity / d ln key of the ``known`` quantities at the state of the last level.
+    study: Study, state: SteadyState, known: Known, given: Given, by: Mapping[str, Motion]
+) -> tuple[Table, dict[str, str]]:
+    """d ln quantity / d ln key of the ``known`` quantities at the state of the last level, and why there is none of
+    others.
 
     Their errors: what the last degree changed, times what all further ones would at the sharpest edge (`estimate.left`;
     the integrals converge like the energy); and as much as the quantity's own relative error, where that difference is
-    small by chance. Raises SceneError for a quantity that has no derivative, ConvergenceError
-    where a dual solution is not found.
+    small by chance. Raises ConvergenceError where a dual solution is not found.
     """
-    fine = Tangent(study, state, given).table(known, by)
-    level = len(state.heat.domain.space.nested) - 2
+    tangent = Tangent(study, state, given)
+    fine = tangent.table(known.values, by)
+    scene, level = study.part.scene, len(state.heat.domain.space.nested) - 2
     heat = state.heat.lower(level)
     conductor = state.conductor and state.conductor.lower(level, heat)
-    below = steady.coupled(heat, conductor, True, study.voltage, study.accuracy, state.follows_pattern)
-    low = Tangent(study, below, given).table(known, by)
-    sharpest = grading.features(study.part.scene).sharpest
-    rest = max(1.0, float(left(np.array([grading.LEAST_AT_EDGE]), np.array([4 * sharpest]))[0]))
-    least = {name: e.error / abs(e.value) + ROUNDING for name, e in known.items()}
-    return {
-        key: {n: Estimate(v, rest * abs(v - low[key][n]) + least[n]) for n, v in found.items()}
-        for key, found in fine.items()
-    }
+    thermal = physics.heat(scene)
+    below = steady.coupled(heat, conductor, thermal, study.voltage, study.accuracy, state.follows_pattern)
+    low = Tangent(study, below, given).table(known.values, by)
+    rest = 1.0
+    if isinstance(scene, Scene):
+        sharpest = grading.features(scene).sharpest
+        rest = max(1.0, float(left(np.array([grading.LEAST_AT_EDGE]), np.array([4 * sharpest]))[0]))
+    found: Table = {}
+    for key, of in fine.items():
+        found[key] = {}
+        for name, change in of.items():
+            value, off = known.values[name], rest * abs(change - low[key][name])
+            slope = (change - known.zero.get(key, {}).get(name, 0.0)) / value.value
+            least = value.error / abs(value.value) + ROUNDING
+            found[key][name] = Estimate(slope, off / abs(value.value) + least)
+    return found, tangent.without

@@ -19,11 +19,12 @@ from typing import Any
 
 import numpy as np
 
+from fem3d.goals import moved_mean
 from fem3d.line_extreme import LineExtreme
 from fem3d.motion import Motion
 from fem3d.probes import reading
 from fem3d.reduced import orthonormal
-from fem3d.sensitivity import COMPLEX, Table, moved_mean
+from fem3d.sensitivity import COMPLEX, Table
 from fem3d.study import Study
 from fem3d.transient import Base, Krylov, Transient, shift
 

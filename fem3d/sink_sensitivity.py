@@ -39,7 +39,7 @@ def of_sink(sink: Sink, result: Result, instants: Sequence[float] = (), keys: Se
     others = {key: partial(_part, varied(sink, key, 1 + sensitivity.STEP), count) for key in keys or numbers(sink)}
     by, left_out = sensitivity.motions(study, given, others)
     known = {name: e for name, e in result.steady.items() if name in answer.fine.quantities}
-    steady = sensitivity.steady_table(study, state, known, given, by)
+    steady, _ = sensitivity.steady_table(study, state, sensitivity.Known(known, {}), given, by)
     if sink.spans > 1 and VOLTAGE in steady:
         # The power of a row is the current's times the voltage, which is the key itself.
         current = steady[VOLTAGE]["current_A"]

@@ -170,6 +170,7 @@ def _steady(placed: Placed, study: Study, say: Callable[[str], None]) -> Result:
     fine: Solution = found.answer
     details = _details(placed, found, found.errors, study) | solve_scene.of_steady(fine.out)
     details["fields"] = MeshFields(placed, found.space.heat, fine.state, None)
+    details |= {"study": study, "solution": fine}
     return Result("fem3d", {n: Estimate(float(v), found.errors[n]) for n, v in fine.quantities.items()}, None, details)
 
 
@@ -196,6 +197,7 @@ def _transient(placed: Placed, study: Study, say: Callable[[str], None]) -> Resu
     made = time_response.with_rows(study, fine.answer, fine.reduced, found.errors, found.scales, fine.generations)
     details = _details(placed, found, made.errors, study) | solve_scene.over_time(study, made)
     details["fields"] = MeshFields(placed, found.space.heat, None, fine.answer)
+    details["transient"] = fine.answer
     return Result("fem3d", {}, Traces(made.times, made.traces, made.errors), details)
 
 

@@ -21,8 +21,9 @@ from scenes.plan import Step
 from scenes.result import Estimate, Result, Traces
 
 
-def solve(scene: Scene, progress: Callable[[str], None] | None = None) -> Result:
-    """The probes of a scene in 3D, steady or over time, every number with its estimated error.
+def solve(scene: Scene, progress: Callable[[str], None] | None = None, whole: bool = False) -> Result:
+    """The probes of a scene in 3D, steady or over time, every number with its estimated error; ``whole`` leaves no part
+    out that is a mirror image of another.
 
     Steady keys and trace names are the probes' names; temperatures in K, potentials in V, flows in W, currents in A.
     Raises fem3d.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
@@ -30,9 +31,14 @@ def solve(scene: Scene, progress: Callable[[str], None] | None = None) -> Result
     if not scene.steady and not physics.heat(scene):
         return currents.over_time(scene, lambda alone: solve(alone, progress), plan(scene))
     say = progress or (lambda _: None)
-    part = symmetry.reduce(clipped(scene))
-    study = probe_quantities.study(scene, part)
+    study = probe_quantities.study(scene, part_of(scene, whole))
     return _steady(study, scene, say) if scene.steady else _transient(study, scene, say)
+
+
+def part_of(scene: Scene, whole: bool) -> Symmetry:
+    """The part of a scene that is solved."""
+    inside = clipped(scene)
+    return symmetry.uncut(inside, [b.name for b in inside.boxes]) if whole else symmetry.reduce(inside)
 
 
 def clipped(scene: Scene) -> Scene:
@@ -55,7 +61,9 @@ def _steady(study: Study, scene: Scene, say: Callable[[str], None]) -> Result:
     found = {name: Estimate(float(v), answer.errors[name]) for name, v in answer.fine.quantities.items()}
     details = described(study, state.heat, state.conductor, answer.levels) | of_steady(answer.fine.out) | {
         "mesh": statistics(grid_of(state.heat)),
-        "plan": plan(scene),
+        "plan": plan(scene, not study.part.planes),
+        "study": study,
+        "solution": answer.fine,
         "fields": Fields(state.heat, state, study.part, None),
         "field_error": off,
         "scales": study.steady_scales(answer.fine.out),
@@ -74,7 +82,8 @@ def _transient(study: Study, scene: Scene, say: Callable[[str], None]) -> Result
     details = described(study, heat, course.base.conductor, course.levels) | over_time(study, response) | {
         "scales": response.scales,
         "mesh": statistics(grid_of(heat)),
-        "plan": plan(scene),
+        "plan": plan(scene, not study.part.planes),
+        "transient": response.transient,
         "fields": Fields(heat, None, study.part, response.transient),
     }  # fmt: skip
     return Result("fem3d", {}, Traces(response.times, response.traces, response.errors), details)
@@ -114,9 +123,9 @@ def imbalance(out: outputs.Outputs) -> float:
     return abs(sum(flows) + power + generated) / passing if passing else 0.0
 
 
-def plan(scene: Scene) -> tuple[Step, ...]:
+def plan(scene: Scene, whole: bool = False) -> tuple[Step, ...]:
     """What `solve` will do, before it does it."""
-    part: Symmetry = symmetry.reduce(clipped(scene))
+    part = symmetry.reduce(clipped(scene))
     warm = any(b.material.resistivity and b.material.temperature_coefficient for b in part.scene.boxes)
     if connected.live(part.scene).any():
         follows = ", whose resistance follows the temperature" if warm and physics.heat(scene) else ""
@@ -124,7 +133,10 @@ def plan(scene: Scene) -> tuple[Step, ...]:
     else:
         electric = Step("electric problem", "skipped", "no part touches electrodes of two voltages")
     reached = f"refined until every estimated error is below {scene.accuracy:g}"
-    return part.step, heat_step(scene), electric, *states(scene, reached)
+    line = part.step
+    if whole and part.planes:
+        line = Step("symmetry", "skipped", "the whole is solved, for a number of one side changes that side alone")
+    return line, heat_step(scene), electric, *states(scene, reached)
 
 
 def heat_step(scene: AnyScene) -> Step:

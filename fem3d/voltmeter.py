@@ -12,28 +12,33 @@ from fem3d.transient import Transient
 
 
 class Voltmeter:
-    """One probe on one mesh."""
+    """One probe on one mesh: what it reads is ``inside`` (cells,), where ``still`` functions have a voltage each."""
 
     def __init__(self, domain: Domain, probe: Any) -> None:
         self._domain = domain
-        inside = np.any([domain.live, *(own for own, _ in domain.still)], axis=0)
-        self._still = []
+        self.inside = inside = np.any([domain.live, *(own for own, _ in domain.still)], axis=0)
+        self.still = []
         for own, voltage in domain.still:
             functions = np.zeros(domain.space.size, bool)
             functions[domain.space.dofs[:, own]] = True
-            self._still.append((np.where(functions, domain.space.unit, 0.0), voltage))
+            self.still.append((np.where(functions, domain.space.unit, 0.0), voltage))
         self._row = domain.mean(probe, inside) if probe.reduce == "mean" else None
         self._extreme = None if probe.reduce == "mean" else probes.extreme(domain, probe, inside)
 
     def read(self, potential: np.ndarray | None, time: float) -> float:
         """The probe's value (V) for a potential (functions,) at a time (s)."""
-        field = np.zeros(self._domain.space.size) if potential is None else potential.copy()
-        for functions, voltage in self._still:
-            field = np.where(functions > 0, functions * inputs.value(voltage, np.array([time]))[0], field)
+        field = self.field(potential, time)
         if self._row is not None:
             return float(self._row @ field)
         assert self._extreme is not None
         return float(self._extreme(field[None], np.ones((1, 1)))[0][0])
+
+    def field(self, potential: np.ndarray | None, time: float) -> np.ndarray:
+        """(functions,): the potential in parts that carry current and in those that don't."""
+        field = np.zeros(self._domain.space.size) if potential is None else potential.copy()
+        for functions, voltage in self.still:
+            field = np.where(functions > 0, functions * inputs.value(voltage, np.array([time]))[0], field)
+        return field
 
 
 def over_time(transient: Transient, probe: Any, times: np.ndarray) -> np.ndarray:

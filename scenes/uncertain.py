@@ -13,7 +13,7 @@ from scenes.errors import SceneError, did_you_mean, printable, quoted
 from scenes.keys import type_of
 from scenes.overrides import locate
 from scenes.units import UnitError, parse_quantity
-from scenes.varied import numbers
+from scenes.varied import is_free, kind_of, numbers
 
 if TYPE_CHECKING:
     import numpy as np
@@ -87,6 +87,10 @@ def path_of(scene: object, key: str, known: Mapping[str, float], option: str) ->
     ends = [path for path in known if path == key or path.endswith(f".{key}")]
     if len(ends) == 1:
         return ends[0]
+    if is_free(scene):
+        raise SceneError(
+            f"{option} {printable(key)} is no key: give one of {', '.join(known)}{did_you_mean(key, known)}"
+        )
     path = ".".join(filter(None, locate(key, 0.0, type_of(scene).schema)))
     if path in known:
         return path
@@ -99,12 +103,12 @@ def path_of(scene: object, key: str, known: Mapping[str, float], option: str) ->
 
 
 def _relative(scene: object, path: str, text: str, value: float) -> float:
-    kind = type_of(scene).schema.paths[path].kind
+    kind = kind_of(scene, path)
     try:
         number, unit = parse_quantity(text)
     except UnitError as error:
         raise SceneError(f"--uncertain {path}={printable(text)}: {quoted(text)} {error}: {_FORM}") from None
-    powers = kind.dimension.powers  # type: ignore[attr-defined]
+    powers = kind.dimension.powers
     if text.endswith("%"):
         found = number
     elif unit is not None and unit.powers == powers:

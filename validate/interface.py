@@ -102,6 +102,18 @@ class _Found(Generic[S]):
 
         return Columns(of(self.scene).columns(self.outcome))
 
+    @property
+    def sensitivities(self) -> Sensitivities | None:
+        """How the models follow each key: ``steady["sink.width"]["end_rise_K"].fem3d.value``, of a free scene
+        ``steady["box.beam.upper.z"]["middle"]``; None unless asked for with ``sensitivities=True``."""
+        return self.outcome.sensitivities
+
+    @property
+    def uncertain(self) -> Propagated | None:
+        """The u_input of quantities, and of the differences of models; None unless asked for with
+        ``uncertain={...}``."""
+        return self.outcome.propagated
+
     def check(self, name: str) -> Check:
         """One check: its ``verdict``, ``difference`` (1D or equation against 3D, relative), ``u_num``, ``because``.
 
@@ -170,17 +182,6 @@ class Run(_Found[Sink]):
         """The difference in parts, one for each assumption; None unless asked for with ``why=True``."""
         return self.outcome.why
 
-    @property
-    def sensitivities(self) -> Sensitivities | None:
-        """How both models follow each key: ``steady["sink.width"]["end_rise_K"].fem3d.value``; None unless asked for
-        with ``sensitivities=True``."""
-        return self.outcome.sensitivities
-
-    @property
-    def uncertain(self) -> Propagated | None:
-        """The u_input of quantities and of their differences; None unless asked for with ``uncertain={...}``."""
-        return self.outcome.propagated
-
     def __repr__(self) -> str:
         from validate.report.sink import quantities
         from validate.report.table import Style
@@ -220,11 +221,6 @@ class Solution(_Found["AnyScene"]):
 class DeviceRun(_Found[Device]):
     """What a run of the device found; ``outcome.runs.base.result`` is the model's own answer, and ``traces`` have a row
     for each controller sample."""
-
-    @property
-    def sensitivities(self) -> Sensitivities | None:
-        """How the steady state in 1D follows each key; None unless asked for with ``sensitivities=True``."""
-        return self.outcome.sensitivities
 
 
 def run(
@@ -276,7 +272,7 @@ def run(
     return Run(_outcome(sink, request, out, data))
 
 
-def _uncertain(sink: Sink, given: Mapping[str, str] | None) -> Uncertain | None:
+def _uncertain(scene: object, given: Mapping[str, str] | None) -> Uncertain | None:
     """Standard uncertainties by key, {"sink.width": "1%"}, correlations by pairs, {"sink.width,sink.length": "0.9"};
     {"materials": ""} is the scene's own table."""
     if not given:
@@ -284,7 +280,7 @@ def _uncertain(sink: Sink, given: Mapping[str, str] | None) -> Uncertain | None:
     from scenes.uncertain import read
 
     own = [f"{key}={value}" if str(value) else key for key, value in given.items() if "," not in key]
-    return read(sink, own, [f"{key}={value}" for key, value in given.items() if "," in key])
+    return read(scene, own, [f"{key}={value}" for key, value in given.items() if "," in key])
 
 
 def solve(
@@ -292,14 +288,18 @@ def solve(
     *,
     accuracy: float | None = None,
     overrides: Overrides = (),
+    sensitivities: bool = False,
+    uncertain: Mapping[str, str] | None = None,
     out: str | Path | None = None,
     figures: bool = False,
     fields: bool = False,
 ) -> Solution:
     """Solve any scene of boxes, or on a mesh, in 3D: heat, current or both, steady or over time.
 
-    ``scene`` is what ``scenes.load`` returns, or takes; ``accuracy`` and ``overrides`` change it. Only into the folder
-    ``out`` is anything written. Raises SceneError for bad input, ArithmeticError where the numerics fail.
+    ``scene`` is what ``scenes.load`` returns, or takes; ``accuracy`` and ``overrides`` change it. ``sensitivities``
+    says how the probes follow each number of the scene, ``uncertain`` how well some are known:
+    {"box.beam.upper.z": "0.1um"}. Only into the folder ``out`` is anything written. Raises SceneError for bad input,
+    ArithmeticError where the numerics fail.
     """
     from compare.free_run import reported
 
@@ -307,7 +307,10 @@ def solve(
     _refuse_without(out, figures or fields)
     # Without a folder a scene without probes reports every part's mean temperature.
     scene = reported(found, Request(fields=fields or out is None))
-    return Solution(_outcome(scene, Request(figures=figures, fields=fields), out))
+    request = Request(
+        figures=figures, fields=fields, sensitivities=sensitivities, uncertain=_uncertain(found, uncertain)
+    )  # fmt: skip
+    return Solution(_outcome(scene, request, out))
 
 
 def device(

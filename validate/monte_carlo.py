@@ -47,6 +47,6 @@ def added(outcome: Outcome[Sink], count: int, say: Callable[[str], None]) -> Out
         raise SceneError(f"--monte-carlo {count}: only {len(rows)} samples have an answer: give smaller uncertainties")
     names = [n for n, v in rows[0].values.items() if isinstance(v, float)]
     columns = {n: np.array([row.values[n] for row in rows]) for n in names}
-    checks = {check.id: check.u_input for check in outcome.checks if check.u_input is not None}
+    checks = {check.id: check.u_input for check in outcome.checks if check.u_input}
     sampled = sampling.spreads(columns, found, checks, count - len(rows))
     return replace(outcome, sampled=sampled, warnings=(*outcome.warnings, *sampled.warnings()))

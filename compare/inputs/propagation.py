@@ -7,14 +7,14 @@ difference is that of the difference, with its own derivatives.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from compare.checks import DEFINITIONS
 from compare.inputs.sensitivities import QUANTITIES, Sensitivities
-from compare.verdict import Check, Models
+from compare.verdict import Check, Comparison, Models
 from scenes.checks import OF_THE_SPANS
 from scenes.formats import percent
 from scenes.result import Estimate, Result
@@ -24,9 +24,12 @@ from scenes.varied import varied
 
 STEP = 1e-4  # of a key: differences of formulas are off by its square
 BENT, SHARE = 0.1, 0.3  # of the first-order change; of u_input
-UNMOVED = ("fig5", "energy", *OF_THE_SPANS)
-"""Checks of the profile and of another sink, whose derivatives are not there, and of a residual, which is nobody's
-input."""
+UNKNOWN = ("fig5", *OF_THE_SPANS)
+"""The checks of the profile and of another sink, whose derivatives are not there."""
+BALANCE = "energy"
+"""The check of a balance, which holds whatever the inputs are: they don't move it."""
+
+Estimates = Mapping[str, Estimate]
 
 
 @dataclass(frozen=True)
@@ -43,23 +46,23 @@ class Propagated:
 
 
 def propagated(
-    uncertain: Uncertain, found: Sensitivities, fem3d: Result | None, reduced1d: Result | None
+    uncertain: Uncertain, found: Sensitivities, fem3d: Estimates | None, reduced1d: Estimates | None
 ) -> Propagated:
-    """The u_input of the steady quantities of both models and of their differences."""
+    """The u_input of the quantities of both models, by their values, and of their differences."""
     keys, covariance = list(uncertain.relative), uncertain.covariance()
     three: dict[str, np.ndarray] = {}
     one: dict[str, np.ndarray] = {}
     for model, result, into in (("fem3d", fem3d, three), ("reduced1d", reduced1d, one)):
-        for name in result.steady if result else ():
+        for name in result or ():
             slopes = [_slope(found, key, name, model) for key in keys]
             if all(s is not None for s in slopes):
                 into[name] = np.array(slopes, float)
-    u_3d = {n: abs(fem3d.steady[n].value) * combined(s, covariance) for n, s in three.items()} if fem3d else {}
-    u_1d = {n: abs(reduced1d.steady[n].value) * combined(s, covariance) for n, s in one.items()} if reduced1d else {}
+    u_3d = {n: abs(fem3d[n].value) * combined(s, covariance) for n, s in three.items()} if fem3d else {}
+    u_1d = {n: abs(reduced1d[n].value) * combined(s, covariance) for n, s in one.items()} if reduced1d else {}
     apart = {}
     if fem3d and reduced1d:
         for name in three.keys() & one.keys():
-            ratio = reduced1d.steady[name].value / fem3d.steady[name].value
+            ratio = reduced1d[name].value / fem3d[name].value
             apart[name] = abs(ratio) * combined(one[name] - three[name], covariance)
     most = {n: _most(keys, s, covariance) for n, s in (one | three).items()}
     return Propagated(uncertain, found, u_3d, u_1d, apart, most)
@@ -94,7 +97,7 @@ def combined(slopes: np.ndarray, covariance: np.ndarray) -> float:
 
 
 def _slope(found: Sensitivities, key: str, name: str, model: str) -> float | None:
-    slope = found.steady[key].get(name)
+    slope = found.steady.get(key, {}).get(name)
     if slope is None:
         return None
     if model != "fem3d":
@@ -114,20 +117,22 @@ def judged(
     reduced1d: Result | None,
     uncertain: Uncertain,
     found: Sensitivities,
+    definitions: Mapping[str, Callable[[Models], Comparison]] = DEFINITIONS,
 ) -> tuple[Check, ...]:
-    """The checks with their u_input, where both models' quantities in them have derivatives."""
+    """The checks with their u_input, where all that their ``definitions`` ask for has derivatives."""
     keys, covariance = list(uncertain.relative), uncertain.covariance()
-    made = [check for check in checks if check.id in DEFINITIONS and check.id not in UNMOVED]
+    made = [check for check in checks if check.id in definitions and check.id not in (*UNKNOWN, BALANCE)]
     slopes: dict[str, np.ndarray] = {check.id: np.zeros(len(keys)) for check in made}
     for n, key in enumerate(keys):
         beside = []
         for step in (STEP, -STEP):
             moved = _Moved(found, key, step)
             models = Models(varied(sink, key, 1 + step), moved(fem3d, sink), reduced1d and moved(reduced1d, sink))
-            beside.append({check.id: DEFINITIONS[check.id](models).difference for check in made})
+            beside.append({check.id: definitions[check.id](models).difference for check in made})
         for name, own in slopes.items():
             own[n] = (beside[0][name] - beside[1][name]) / (2 * STEP)
     known = {name: combined(own, covariance) for name, own in slopes.items() if np.isfinite(own).all()}
+    known[BALANCE] = 0.0
     return tuple(replace(check, u_input=known.get(check.id)) for check in checks)
 
 

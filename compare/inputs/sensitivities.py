@@ -1,4 +1,4 @@
-"""How both models of a sink follow each of its keys: d ln quantity / d ln key, side by side."""
+"""How the models of a scene follow each of its keys: d ln quantity / d ln key, of both models side by side."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ import numpy as np
 from compare.verdict import Check, judge
 from scenes.device import Device
 from scenes.formats import percent
+from scenes.model import AnyScene
 from scenes.result import Estimate, Result
 from scenes.sink import Sink
-from scenes.varied import numbers
+from scenes.varied import numbers, zeros
 
 QUANTITIES = {
     "peak_rise_K": "peak rise",
@@ -62,13 +63,23 @@ class Course:
 
 @dataclass(frozen=True)
 class Sensitivities:
-    """``keys`` with their values (SI units); ``steady`` by key and quantity; ``course`` where the run went over time;
-    ``left_out`` says why a key has none in 3D."""
+    """``keys`` with their values (SI units); ``steady`` by key and quantity (of a free scene over time of the largest
+    size of each); ``course`` where the run went over time; ``left_out`` says why a key, or a quantity, has none in 3D.
+    Of a free scene ``values`` are what the quantities come to, temperatures as rises, and ``zeros`` the keys that
+    have no logarithm."""
 
     keys: dict[str, float]
     steady: dict[str, dict[str, Slope]]
     course: Course | None = None
     left_out: dict[str, str] = field(default_factory=dict)
+    values: dict[str, Estimate] = field(default_factory=dict)
+    zeros: tuple[str, ...] = ()
+
+    def remarks(self) -> tuple[str, ...]:
+        """What is left out, in sentences."""
+        return tuple(
+            f"no sensitivity {'of' if n not in self.keys else 'to'} {n}: {why}" for n, why in self.left_out.items()
+        )
 
     def document(self) -> dict[str, Any]:
         """What summary.json says of it: {key: {quantity: {"fem3d": {"value", "error"}, "reduced1d": {"value"}}}}."""
@@ -133,9 +144,19 @@ def of_sink(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> Sensi
     return Sensitivities(keys, steady, course, left_out)
 
 
+def of_free(scene: AnyScene, result: Result) -> Sensitivities:
+    """The sensitivities of the probes of a free scene that was solved whole. Raises ConvergenceError."""
+    from fem3d import scene_sensitivity
+
+    found = scene_sensitivity.of_scene(scene, result)
+    steady = {key: {n: Slope(estimate, None) for n, estimate in of.items()} for key, of in found.table.items()}
+    course = None if found.times is None else Course(found.times, found.course, found.errors, {})
+    return Sensitivities(numbers(scene), steady, course, found.left_out, found.values, zeros(scene))
+
+
 def of_device(device: Device) -> Sensitivities:
     """The sensitivities of the device's steady state in 1D."""
-    from reduced1d.device import slopes
+    from reduced1d import slopes
 
     found = slopes.of_device(device)
     steady = {key: {name: Slope(None, value) for name, value in of.items()} for key, of in found.items()}

@@ -15,6 +15,7 @@ from validate.cli.terminal import DIFFERS, FINE, Progress, show, style
 if TYPE_CHECKING:
     from compare.against import Data
     from scenes.plan import Export, Request, Step
+    from scenes.uncertain import Uncertain
 
 PLAN = ("--explain", "--dry-run")
 MOST_STATES = 400  # that can be asked for; a model has no more than its structure needs
@@ -55,6 +56,23 @@ def options(parser: argparse.ArgumentParser, scene: str, example: str, accuracy:
     given = {"--set": f"override a key of the scene, as often as needed: {example}", "--accuracy": accuracy}
     quiet = {"--quiet": "print the answer and the verdict only, in one line"}
     shared(parser, given | dict.fromkeys(("--out", "--no-figures", *PLAN, "--strict"), "") | quiet | {"--json": ""})
+
+
+def uncertain_options(add: Callable[..., Any], example: str, pair: str) -> None:
+    """Adds those that say how well keys are known, with an ``example`` of that, and a ``pair`` that goes together."""
+    add("--uncertain", action="append", default=[], metavar="KEY=U",
+        help=f"the standard uncertainty of a key, as often as needed: {example}")  # fmt: skip
+    add("--correlated", action="append", default=[], metavar="KEY,KEY=R",
+        help=f"the correlation of two uncertain keys, from -1 to 1: {pair}")  # fmt: skip
+
+
+def uncertain(arguments: argparse.Namespace, scene: object) -> Uncertain | None:
+    """How well the keys are known; None where nothing is said of it."""
+    if not arguments.uncertain and not arguments.correlated:
+        return None
+    from scenes.uncertain import read
+
+    return read(scene, arguments.uncertain, arguments.correlated)
 
 
 def settings(arguments: argparse.Namespace, *more: tuple[str, str | None], accuracy: str = "run.accuracy") -> list[str]:

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from compare.outcome import Outcome
     from scenes.plan import Request
     from scenes.sink import Sink
-    from scenes.uncertain import Uncertain
 
 _ACCURACY = "1e-3"
 
@@ -61,11 +60,8 @@ def describe(parser: argparse.ArgumentParser) -> None:
         help="up to which coefficient losses to the air may be left out, and what a lumped term gives")  # fmt: skip
     add("--sensitivities", action="store_true",
         help="how both models follow each key: d ln quantity / d ln key, 1D against 3D")  # fmt: skip
-    add("--uncertain", action="append", default=[], metavar="KEY=U",
-        help="the standard uncertainty of a key, as often as needed: oxide_thickness=0.1um, voltage=1%%; or materials, "
-        "for the scene's table of them")  # fmt: skip
-    add("--correlated", action="append", default=[], metavar="KEY,KEY=R",
-        help="the correlation of two uncertain keys, from -1 to 1: pad_width,oxide_width=0.9")  # fmt: skip
+    common.uncertain_options(add, "oxide_thickness=0.1um, voltage=1%%; or materials, for the scene's table of them",
+                             "pad_width,oxide_width=0.9")  # fmt: skip
     add("--monte-carlo", metavar="N",
         help="with --uncertain, solve N samples of the inputs too: where is linear propagation off?")  # fmt: skip
     add("--export", metavar="DIR",
@@ -82,7 +78,7 @@ def run(arguments: argparse.Namespace) -> int:
     from scenes.loading import load
 
     sink = load(arguments.scene, common.settings(arguments, ("drive.voltage", arguments.voltage)))
-    uncertain = _uncertain(arguments, sink)
+    uncertain = common.uncertain(arguments, sink)
     request = replace(
         _request(arguments, sink.end_time),
         uncertain=uncertain,
@@ -96,15 +92,6 @@ def run(arguments: argparse.Namespace) -> int:
     given = [arguments.against, *arguments.column] if arguments.against else []
     data = _data(arguments, sink, request)
     return common.run(arguments, sink, request, arguments.settings, given, data, _sampling(request))
-
-
-def _uncertain(arguments: argparse.Namespace, sink: Sink) -> Uncertain | None:
-    """How well the keys are known; None where nothing is said of it."""
-    if not arguments.uncertain and not arguments.correlated:
-        return None
-    from scenes.uncertain import read
-
-    return read(sink, arguments.uncertain, arguments.correlated)
 
 
 def _samples(arguments: argparse.Namespace) -> int:

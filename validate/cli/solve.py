@@ -19,6 +19,7 @@ def describe(parser: argparse.ArgumentParser) -> None:
         "  validate scene bridge > mine.toml; validate solve mine.toml\n"
         '  validate solve bridge --set "boundary.left electrode.voltage=3V" --accuracy 1e-4\n'
         "  validate solve hotplate --end-time 2ms --explain\n"
+        "  validate solve bridge --sensitivities\n"
         "  validate solve hotplate --export my-model --model-accuracy 1e-2\n\n"
         "results: summary.json, traces.csv (a column per probe) and figures in\n"
         "results/<scene>-<what distinguishes it>/\n"
@@ -34,6 +35,10 @@ def describe(parser: argparse.ArgumentParser) -> None:
     add("--end-time", metavar="T", help="over time from the start to T, such as 2ms, whatever the scene says of it")
     common.shared(parser, {"--out": "", "--no-figures": ""})
     add("--fields", action="store_true", help="write the 3D temperature fields (fem3d.pvd with .vtu files)")
+    add("--sensitivities", action="store_true",
+        help="how every probe follows each number of the scene: d ln probe / d ln key")  # fmt: skip
+    common.uncertain_options(add, "box.beam.upper.z=0.1um, boundary.drive.voltage=1%%",
+                             "box.beam.lower.x,box.beam.upper.x=-1")  # fmt: skip
     add(
         "--export",
         metavar="DIR",
@@ -54,7 +59,10 @@ def run(arguments: argparse.Namespace) -> int:
     until = ("run.end_time", arguments.end_time)
     settings = common.settings(arguments, ("run.steady", "true" if arguments.steady else None), until)
     scene = load(arguments.scene, settings)
-    request = Request(figures=arguments.figures, fields=arguments.fields, command=arguments.command_line,
-                      export=common.export(arguments, scene.accuracy))  # fmt: skip
+    request = Request(
+        figures=arguments.figures, fields=arguments.fields, sensitivities=arguments.sensitivities,
+        uncertain=common.uncertain(arguments, scene), command=arguments.command_line,
+        export=common.export(arguments, scene.accuracy),
+    )  # fmt: skip
     scene = reported(scene, request)
     return common.run(arguments, scene, request, settings)

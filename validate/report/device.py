@@ -317,5 +317,6 @@ FIGURES = {
     "figure11": "figures.response_figures.slow",
     "figure12": "figures.step_figures.responses",
     "figure13": "figures.step_figures.characteristic",
+    "sensitivity": "figures.sensitivity_figure.draw",
 }
 """What draws each figure of the plan, in ``validate.report``."""

@@ -13,6 +13,7 @@ from scenes.dimensions import TIME
 from scenes.formats import Column, cut, quantity, with_error
 from scenes.model import UNITS
 from scenes.plan import Step
+from validate.report import asked_for
 from validate.report.table import Section, Style, Table, wrapped
 
 if TYPE_CHECKING:
@@ -53,7 +54,7 @@ def headline(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style
 
 def sections(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style) -> list[Section]:
     """The probes, and those of a transient at the times asked for."""
-    return [_probes(outcome, style), *_at_times(outcome, style)]
+    return [_probes(outcome, style), *_at_times(outcome, style), *asked_for(outcome, style)]
 
 
 def value_text(probe: Probe | GroupProbe, result: Result, style: Style) -> str:
@@ -164,13 +165,26 @@ def entries(outcome: Outcome[AnyScene]) -> dict[str, Any]:
                 for name, values in result.traces.values.items()
             },
         }
-    return {"fem3d": found}
+    entries: dict[str, Any] = {"fem3d": found}
+    if outcome.propagated is not None:
+        from validate.report.inputs import entered
+
+        entered(entries, outcome.propagated, None)
+    if outcome.sensitivities is not None:
+        entries["sensitivities"] = outcome.sensitivities.document()
+    return entries
 
 
 def columns(outcome: Outcome[AnyScene]) -> dict[str, np.ndarray]:
     """The columns of traces.csv: time_s, and one for each probe by its name (K, V, W or A); empty of a steady scene."""
     traces = outcome.solved.traces
     return {} if traces is None else {"time_s": traces.time, **traces.values}
+
+
+def more_columns(outcome: Outcome[AnyScene]) -> dict[str, dict[str, np.ndarray]]:
+    """The columns of other files, by their names."""
+    found = outcome.sensitivities
+    return {} if found is None or found.course is None else {"sensitivities.csv": found.course.columns()}
 
 
 def at(traces: Traces, name: str, times: np.ndarray) -> np.ndarray:
@@ -196,7 +210,7 @@ def stored(outcome: Outcome[AnyScene]) -> tuple[np.ndarray, float, None]:
     return times[:0] if scene.steady else times, scene.initial_temperature, None
 
 
-FIGURES = {"figure traces": "figures.trace_figure.draw"}
+FIGURES = {"figure traces": "figures.trace_figure.draw", "sensitivity": "figures.sensitivity_figure.draw"}
 """What draws each figure of the plan but that of the field, in ``validate.report``."""
 FIELD_FIGURE = "figure field"
 

@@ -12,8 +12,10 @@ from compare import against
 from compare.inputs.sensitivities import PREFIX, QUANTITIES
 from compare.inputs.validation import COVERS
 from scenes.device import Device
-from scenes.formats import percent, quantity, signed
+from scenes.formats import cut, percent, quantity, signed
 from scenes.keys import type_of
+from scenes.model import UNITS
+from scenes.sink import Sink
 from validate.report.table import Row, Section, Style, Table
 
 if TYPE_CHECKING:
@@ -24,6 +26,8 @@ if TYPE_CHECKING:
 
 SHOWN = ("peak_rise_K", "end_rise_K", "current_A", "sink_power_W", "sensor_power_W", "sensor_V")
 """Quantities of which a terminal and a figure have room; the page and the summary have all."""
+MOST = 3
+"""Of a free scene's probes so many are shown there."""
 _CALLED = {"heat_out_W": "heat out"}
 _UNITS = {"K_per_W": "K/W", "K": "K", "A": "A", "W": "W"}
 _LEAST = 5e-5
@@ -39,15 +43,21 @@ _V20 = (
 
 def short(key: str) -> str:
     """A key without its section, where it is as clear: "silicon.density"."""
-    return key.removeprefix("materials.").removeprefix("environment.")
+    for section in ("materials.", "environment.", "material.", "boundary.", "box."):
+        key = key.removeprefix(section)
+    return key
 
 
 def followed(outcome: Outcome[Any], full: bool = False) -> dict[str, str]:
     """The quantities whose sensitivities are shown, with what they are called."""
     if isinstance(outcome.scene, Device):
-        from reduced1d.device.slopes import QUANTITIES as OF_DEVICE
+        from reduced1d.slopes import OF_DEVICE
 
         return {name: called for name, called in OF_DEVICE.items() if full or name in SHOWN}
+    if not isinstance(outcome.scene, Sink):
+        found = outcome.sensitivities
+        names = [p.name for p in outcome.scene.probes if found is None or p.name in found.values]
+        return {name: name for name in (names if full else names[:MOST])}
     return {name: called for name, called in QUANTITIES.items() if full or name in SHOWN}
 
 
@@ -56,12 +66,16 @@ def sensitivities(outcome: Outcome[Any], style: Style) -> Section:
     found, names = outcome.sensitivities, followed(outcome, style.page)
     assert found is not None
     judged = {check.id.removeprefix(PREFIX): check for check in outcome.checks if check.id.startswith(PREFIX)}
-    rows = []
+    rows, both = [], any(s.reduced1d is not None for of in found.steady.values() for s in of.values())
     for key in found.sorted(names):
-        cells = [short(key), *(_pair(found.steady[key].get(name), style) for name in names)]
+        cells = [short(key), *(_pair(found.steady[key].get(name), style, both) for name in names)]
         rows.append(Row(cells, judged[key].verdict if key in judged else ""))
-    heads = [f"{called}\n{'3D':>6}{'1D':>8}" for called in names.values()]
+    heads = [f"{called}\n{'3D':>6}{'1D':>8}" if both else cut(called, 15) for called in names.values()]
     said = []
+    if found.zeros:
+        said.append(f"0, of which there is no percent: {', '.join(found.zeros)}.")
+    if len(found.values) > len(names):
+        said.append(f"Those of {len(found.values) - len(names)} more probes are in summary.json and on the page.")
     if judged:
         differ = sum(check.verdict == "differs" for check in judged.values())
         tolerance = percent(next(iter(judged.values())).tolerance, 1)
@@ -70,18 +84,24 @@ def sensitivities(outcome: Outcome[Any], style: Style) -> Section:
         )
     still = [short(key) for key, of in found.steady.items() if max((s.size for s in of.values()), default=0.0) < _LEAST]
     if style.page:
-        said.insert(0, "Logarithmic derivatives of the steady state, d ln(quantity) / d ln(key).")
-        said += [f"Nothing steady follows {', '.join(still)}."] if still else []
+        what = "what each quantity is at most" if found.course and found.values else "the steady state"
+        said.insert(0, f"Logarithmic derivatives of {what}, d ln(quantity) / d ln(key).")
+        said += [f"Nothing of it follows {', '.join(still)}."] if still else []
     return Section("Sensitivities", [Table(("% for each percent of", *heads), rows), *said], headed=False)
 
 
-def _pair(slope: Slope | None, style: Style) -> str:
+def _pair(slope: Slope | None, style: Style, both: bool) -> str:
     if slope is None:
         return ""
     known = f" {style.plus_minus} {slope.fem3d.error:.4f}" if slope.fem3d is not None and style.page else ""
-    left = "" if slope.fem3d is None else f"{slope.fem3d.value:+.3f}{known}"
-    right = "" if slope.reduced1d is None else f"{slope.reduced1d:+.3f}"
-    return f"{left:>6} {right:>6}"
+    left = "" if slope.fem3d is None else f"{_signed(slope.fem3d.value)}{known}"
+    right = "" if slope.reduced1d is None else _signed(slope.reduced1d)
+    return f"{left:>6} {right:>6}" if both else left
+
+
+def _signed(value: float) -> str:
+    """Three places; nothing has no sign."""
+    return f"{value:+.3f}" if abs(value) >= 5e-4 else "0.000"
 
 
 def uncertain(outcome: Outcome[Any], style: Style) -> Section:
@@ -93,25 +113,35 @@ def uncertain(outcome: Outcome[Any], style: Style) -> Section:
     correlated = "".join(f"; {short(a)} and {short(b)} {r:+g}" for (a, b), r in found.uncertain.correlations.items())
     rows = [
         [
-            _CALLED.get(name, called),
-            quantity(found.fem3d[name], _unit(name), 2) if name in found.fem3d else "",
-            quantity(found.reduced1d[name], _unit(name), 2) if name in found.reduced1d else "",
+            called,
+            quantity(found.fem3d[name], unit, 2) if name in found.fem3d else "",
+            quantity(found.reduced1d[name], unit, 2) if name in found.reduced1d else "",
             percent(found.difference[name]) if name in found.difference else "",
             short(found.most.get(name, "")),
         ]
-        for name, called in QUANTITIES.items()
+        for name, called, unit in _quantities(outcome)
     ]
+    heads = ["u_input of", "3D", "1D", "1D/3D - 1", "most by"]
+    if not found.reduced1d:
+        heads, rows = [*heads[:2], heads[4]], [[*row[:2], row[4]] for row in rows]
     known = [f"{check.id} {percent(check.u_input)}" for check in outcome.checks if check.u_input is not None]
     return Section(
         "Uncertain inputs",
         [
             f"Inputs known to (standard uncertainty): {given}{correlated}.",
-            Table(("u_input of", "3D", "1D", "1D/3D - 1", "most by"), rows),
+            Table(heads, rows),
             f"of the differences: {', '.join(known)}" if known else "",
             *([] if outcome.sampled is None else [_samples(outcome.sampled)]),
         ],
         headed=False,
     )
+
+
+def _quantities(outcome: Outcome[Any]) -> list[tuple[str, str, str]]:
+    """The quantities of a run, with what they are called and their units."""
+    if isinstance(outcome.scene, Sink):
+        return [(name, _CALLED.get(name, called), _unit(name)) for name, called in QUANTITIES.items()]
+    return [(p.name, cut(p.name, 30), UNITS[p.quantity]) for p in outcome.scene.probes]
 
 
 def _samples(found: Sampled) -> Table:

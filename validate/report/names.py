@@ -24,7 +24,7 @@ def of(scene: Any, request: Request, settings: Sequence[str] = (), data: Sequenc
     columns."""
     if kind(scene) == "free":
         # "results/bridge", or with an override "results/bridge-left-electrode.voltage2"
-        return _folder(scene.name, *_words(settings), *["fields"] * request.fields)
+        return _folder(scene.name, *_words(settings), *_asked(request), *["fields"] * request.fields)
     words = _of_sink(request, data) if kind(scene) == "sink" else _of_device(request)
     return _folder(scene.name, distinguishes(scene), *words, *_of_checks(settings))
 
@@ -38,8 +38,7 @@ def _of_sink(request: Request, data: Sequence[str]) -> list[str]:
         ["steady"] * (not request.transient)
         + ["why"] * request.why
         + ["air"] * request.air
-        + ["sensitivities"] * request.sensitivities
-        + ([] if request.uncertain is None else ["uncertain", *request.uncertain.given])
+        + _asked(request)
         + list(request.data_uncertainty)
         + (["calibrate", *request.calibrate] if request.calibrate else [])
         + [f"monte-carlo-{request.monte_carlo}"] * (request.monte_carlo > 0)
@@ -48,6 +47,12 @@ def _of_sink(request: Request, data: Sequence[str]) -> list[str]:
     words += [TIME.show(time).replace(" ", "") for time in request.field_times]
     words += ["against", data[0].replace("..", "up"), *data[1:]] if data else []
     return words
+
+
+def _asked(request: Request) -> list[str]:
+    """What is asked of the inputs."""
+    uncertain = [] if request.uncertain is None else ["uncertain", *request.uncertain.given]
+    return ["sensitivities"] * request.sensitivities + uncertain
 
 
 def _of_device(request: Request) -> list[str]:

@@ -65,7 +65,7 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, clock: Clock)
             from validate.report.fields import write_fields
 
             names += write_fields(folder, outcome.solved, outcome.scene.accuracy, *kind.stored(outcome))
-    if any(name.startswith("figure") for name in planned):
+    if outcome.request.figures and (field is not None or planned & kind.FIGURES.keys()):
         with clock.stage("figures"):
             files, notes = _draw(outcome, planned, folder, field, renderer)
         names += files

@@ -44,7 +44,7 @@ def statements(data: Data, known: dict[str, np.ndarray], given: list[str]) -> di
     found = None
     if given:
         uncertain = read(sink, given)
-        found = propagation.propagated(uncertain, sensitivities.of_sink(sink, None, one), None, one)
+        found = propagation.propagated(uncertain, sensitivities.of_sink(sink, None, one), None, one.steady)
     made = validate(sink, data, known, [("1D", one)], found)
     return {(s.quantity, s.where): s for s in made.statements}
 

@@ -90,7 +90,7 @@ _CAPTIONS = {
     "figure_traces": "Every probe against time.",
     "why": "What each assumption of the 1D model adds to its difference from 3D.",
     "validation": "The data with both models, and the comparison error E = S - D within 2 u_val.",
-    "sensitivity": "How rises and current follow the keys of the scene, in percent for each percent.",
+    "sensitivity": "How quantities follow the keys of the scene, in percent for each percent.",
     "figure7": "The current against time in both models.",
     **ROW_FIGURES,
     "air": "How far 3D without the air, and a lumped term for it, are off 3D with it, against the coefficient.",
