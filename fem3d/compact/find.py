@@ -38,6 +38,15 @@ def compact(
     Raises SceneError for a scene that has none, NumericsError where the accuracy isn't reached.
     """
     check(scene)
+    try:
+        return _compact(scene, states, accuracy, say)
+    except NumericsError:
+        raise
+    except (ArithmeticError, np.linalg.LinAlgError) as error:
+        raise NumericsError(f"no model of few states is found: {error}; leave out --export") from None
+
+
+def _compact(scene: AnyScene, states: int | None, accuracy: float, say: Callable[[str], None]) -> dict[str, Any]:
     found = channels(scene)
     truths = {name: _truth(other, found, accuracy, say) for name, other in scenarios(scene, found).items()}
     reached = np.inf

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -129,7 +130,7 @@ class Judge:
             }
         if truth.over_time is not None and truth.over_time.traces is not None:
             traces, scales = truth.over_time.traces, truth.over_time.details["scales"]
-            at = self._instants(traces.time)
+            at = self._instants(traces.time, truth.inputs)
             over = model.simulate(traces.time[at], inputs)
             found["over time"] = {
                 name: _both(
@@ -140,8 +141,13 @@ class Judge:
             }
         return found
 
-    def _instants(self, times: np.ndarray) -> np.ndarray:
-        late = np.flatnonzero(times >= first_time(self.scene) * (1 - 1e-12))
+    def _instants(self, times: np.ndarray, inputs: dict[str, Value]) -> np.ndarray:
+        """Which times of a run are compared: from the first on that its accuracy holds from, also after a jump."""
+        first = first_time(self.scene)
+        given = [v for v in inputs.values() if isinstance(v, Schedule)]
+        jumps = [t for v in given for t, then in pairwise(v.times) if t == then and t > 0]
+        waits = [(times >= jump) & (times < jump + first * (1 - 1e-12)) for jump in jumps]
+        late = np.flatnonzero((times >= first * (1 - 1e-12)) & ~np.any([np.zeros(len(times), bool), *waits], axis=0))
         return late[np.unique(np.linspace(0, len(late) - 1, INSTANTS).astype(int))]
 
     def worst(self, count: int) -> float:
