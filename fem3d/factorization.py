@@ -48,14 +48,21 @@ class Ordering:
 
     @staticmethod
     def _found(matrix: csc_array, places: np.ndarray, group: np.ndarray) -> np.ndarray:
+        """(places,): when each group is eliminated, in that of two orders which fills in less."""
         n = len(places)
         columns = np.repeat(group, np.diff(matrix.indptr))
         graph = csc_array((np.full(matrix.nnz, -1.0), (group[matrix.indices], columns)), shape=(n, n))
         # Made definite, for what is known of an ordering comes with factors of it.
         graph = csc_array(graph - graph.sum() * eye_array(n))
-        # Of groups of one function each its factors take as long as the matrix's: none are made to choose by.
-        single = MANY < n == len(group)
-        return np.argsort(dissection(places, graph)) if single else _better(graph, places)
+        if MANY < n == len(group):
+            # Of groups of one function each factors take as long as the matrix's: none are made to choose by.
+            return np.argsort(dissection(places, graph))
+        by_degree = splu(graph, permc_spec="MMD_AT_PLUS_A", **SYMMETRIC)
+        if n > MANY:
+            order = dissection(places, graph)
+            if splu(part(graph, order), permc_spec="NATURAL", **SYMMETRIC).L.nnz < by_degree.L.nnz:
+                return np.argsort(order)
+        return by_degree.perm_c
 
 
 class Factors:
@@ -81,16 +88,6 @@ def part(matrix: csc_array, kept: np.ndarray) -> csc_array:
     there = rows >= 0
     starts = np.concatenate([[0], np.cumsum(there)])[columns.indptr]
     return csc_array((columns.data[there], rows[there], starts), (len(kept),) * 2)
-
-
-def _better(graph: csc_array, places: np.ndarray) -> np.ndarray:
-    """(n,): when each node of a graph is eliminated, in that of two orders which fills in less."""
-    by_degree = splu(graph, permc_spec="MMD_AT_PLUS_A", **SYMMETRIC)
-    if len(places) > MANY:
-        order = dissection(places, graph)
-        if splu(part(graph, order), permc_spec="NATURAL", **SYMMETRIC).L.nnz < by_degree.L.nnz:
-            return np.argsort(order)
-    return by_degree.perm_c
 
 
 def dissection(places: np.ndarray, graph: csc_array) -> np.ndarray:

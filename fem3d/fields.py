@@ -11,6 +11,7 @@ import numpy as np
 
 from fem3d.conductor import Conductor
 from fem3d.heat import HeatProblem
+from fem3d.parabolas import CutAxis
 from fem3d.steady import SteadyState
 from fem3d.transient import State, Transient
 from fem3d.whole import CORNERS, Whole
@@ -131,18 +132,15 @@ class Fields(RunFields):
         self._space: Any = heat.domain.space
 
     @cached_property
-    def _axes(self) -> list[np.ndarray]:
-        """Coordinates (m) along each axis: every interval in as many equal parts as its degree."""
-        grid, found = self._space.grid, []
-        for breaks, degrees in zip(grid.breaks, grid.degrees, strict=True):
-            parts = [np.linspace(a, b, p + 1)[:-1] for a, b, p in zip(breaks[:-1], breaks[1:], degrees, strict=True)]
-            found.append(np.append(np.concatenate(parts), breaks[-1]))
-        return found
+    def _cuts(self) -> list[CutAxis]:
+        """Along each axis every interval in as many equal parts as its degree."""
+        grid = self._space.grid
+        return [CutAxis(breaks, degrees) for breaks, degrees in zip(grid.breaks, grid.degrees, strict=True)]
 
     @cached_property
     def _drawn(self) -> Whole:
-        intervals = [np.repeat(np.arange(len(d)), d) for d in self._space.grid.degrees]
-        return Whole(self._space.grid, self._symmetry, self._axes, intervals, CORNERS)
+        edges, intervals = [c.edges for c in self._cuts], [c.interval for c in self._cuts]
+        return Whole(self._space.grid, self._symmetry, edges, intervals, CORNERS)
 
     def quadratic(self, times: np.ndarray, accuracy: float) -> Quadratic:
         """Quadratic cells fine enough for the steady state, if there is one, and for some times (s), in this order;
@@ -156,4 +154,4 @@ class Fields(RunFields):
         return float(self._heat.domain.scene.initial_temperature + self._space.ceiling(self._heat.field(rises)))
 
     def _sampled(self, functions: np.ndarray) -> np.ndarray:
-        return self._drawn.at_points(self._space.sample(functions, *self._axes))
+        return self._drawn.at_points(self._space.sample(functions, *(c.edges for c in self._cuts)))

@@ -1,4 +1,4 @@
-"""Logarithmic derivatives of a reduction's quantities by the keys of its scene, by central differences.
+"""Logarithmic derivatives of what a 1D model of sink or device finds by the keys of its scene, by central differences.
 
 The reductions are solved to rounding, and a step of 2e-4 is off by its square: a few 1e-8 of a quantity that goes like
 a third power.
@@ -11,11 +11,21 @@ from collections.abc import Iterable
 import numpy as np
 
 from reduced1d import ladder
+from reduced1d.device.steady import steady as steady_state
+from scenes.device import Device
 from scenes.result import Result
 from scenes.sink import Sink
-from scenes.varied import varied
+from scenes.varied import numbers, varied
 
 STEP = 2e-4
+OF_DEVICE = {
+    "sink_power_W": "sink's power",
+    "sensor_power_W": "sensor's power",
+    "sensor_V": "sensor's voltage",
+    "sink_V": "sink's voltage",
+    "polymer_flux_W": "heat to the polymer",
+}
+"""Temperatures are what the controllers make them, and have no derivative worth the name."""
 
 Steady = dict[str, dict[str, float]]
 OverTime = dict[str, dict[str, np.ndarray]]
@@ -47,4 +57,15 @@ def _slope(more: float | np.ndarray, less: float | np.ndarray) -> np.ndarray:
     middle = (np.asarray(more) + less) / 2
     found = np.zeros_like(middle)
     np.divide(np.asarray(more) - less, 2 * STEP * middle, out=found, where=middle != 0)
+    return found
+
+
+def of_device(device: Device) -> dict[str, dict[str, float]]:
+    """d ln quantity / d ln key of the steady state after the outer step, by key and quantity; quantities that are zero
+    have none."""
+    found: dict[str, dict[str, float]] = {}
+    for key in numbers(device):
+        more, less = (steady_state(varied(device, key, 1 + step)) for step in (STEP, -STEP))
+        both = {name: (float(getattr(more, name)), float(getattr(less, name))) for name in OF_DEVICE}
+        found[key] = {name: (a - b) / (STEP * (a + b)) for name, (a, b) in both.items() if a * b > 0}
     return found

@@ -156,7 +156,7 @@ def of_free(scene: AnyScene, result: Result) -> Sensitivities:
 
 def of_device(device: Device) -> Sensitivities:
     """The sensitivities of the device's steady state in 1D."""
-    from reduced1d.device import slopes
+    from reduced1d import slopes
 
     found = slopes.of_device(device)
     steady = {key: {name: Slope(None, value) for name, value in of.items()} for key, of in found.items()}

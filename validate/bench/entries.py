@@ -19,7 +19,6 @@ ACCURACIES = (1e-2, 1e-3, 1e-4, 3e-5, 1e-5)
 KINDS = {
     "given_sink": (GIVEN, "degree ", ("degree", "layers", "grading", "accuracy", "generations", "electric")),
     "skfem_sink": (SCIKIT_FEM, "degree ", ("degree", "grading", "cuts", "steps", "method", "tolerance")),
-    "full_order_sink": (SCIKIT_FEM, "degree ", ("degree", "grading", "cuts", "steps", "method", "electric")),
     "ngsolve_sink": (
         NGSOLVE, "order ", ("order", "layers", "grading", "electric", "steps", "method", "tolerance"),
     ),
@@ -46,8 +45,6 @@ def sink_entries(transient: bool, quick: bool, installed: frozenset[str]) -> lis
         found += [_entry("given_sink", transient, *s, electric) for s in settings.GIVEN[transient][:two]]
     found += [_own(transient, name, REDUCTION, reduction=name) for name in REDUCTIONS]
     found += [_entry("skfem_sink", transient, *s) for s in settings.SCIKIT_FEM[transient][:two]]
-    if not quick:
-        found.append(_entry("full_order_sink", transient, *settings.FULL_ORDER[transient]))
     if NGSOLVE in installed:
         found += [_entry("ngsolve_sink", transient, *s) for s in settings.NGSOLVE[transient][:two]]
     if FREEFEM in installed:

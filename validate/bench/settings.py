@@ -50,11 +50,6 @@ SCIKIT_FEM: dict[bool, tuple[tuple[int, float, int, int, int, float], ...]] = {
         (2, 1e-4, 6, 0, 3, 1e-6),
     ),
 }
-# This toolkit's own second path, with the electric problem in full: degree, grading, cuts, steps, order in time
-FULL_ORDER: dict[bool, tuple[int, float, int, int, int, str]] = {
-    True: (2, 1e-2, 1, 1, 3, FULL),
-    False: (2, 1e-3, 2, 0, 3, FULL),
-}
 # order, that across thin layers, grading, electric problem, steps an octave, order in time, tolerance of the iterations
 NGSOLVE: dict[bool, tuple[tuple[int, int, float, str, int, int, float], ...]] = {
     True: (

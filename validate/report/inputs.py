@@ -51,7 +51,7 @@ def short(key: str) -> str:
 def followed(outcome: Outcome[Any], full: bool = False) -> dict[str, str]:
     """The quantities whose sensitivities are shown, with what they are called."""
     if isinstance(outcome.scene, Device):
-        from reduced1d.device.slopes import QUANTITIES as OF_DEVICE
+        from reduced1d.slopes import OF_DEVICE
 
         return {name: called for name, called in OF_DEVICE.items() if full or name in SHOWN}
     if not isinstance(outcome.scene, Sink):

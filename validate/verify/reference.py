@@ -27,12 +27,11 @@ from meshes.grid import Grid
 from meshes.symmetry import Symmetry
 from scenes.model import Boundary, Probe, Scene, Schedule, Value
 from scenes.sink import Sink
+from validate.verify.methods import METHODS
 
 CONVERGED, MOST_STEPS = 3e-12, 400
-# The middle root of x^3 - 3 x^2 + 3 x / 2 - 1 / 6, for which the method is L-stable.
-_GAMMA = float(np.sort(np.roots([1.0, -3.0, 1.5, -1 / 6]).real)[1])
-_B = -1.5 * _GAMMA**2 + 4 * _GAMMA - 0.25
-STAGES = ((_GAMMA,), ((1 - _GAMMA) / 2, _GAMMA), (_B, 1 - _B - _GAMMA, _GAMMA))
+STAGES = METHODS[3]
+GAMMA = STAGES[0][0]
 
 
 def hexahedra(grid: Grid) -> tuple[MeshHex, np.ndarray]:
@@ -176,19 +175,19 @@ def transient(full: FullOrder, times: np.ndarray) -> list[tuple[np.ndarray, np.n
     found, length, solve = [(rise, rate)], np.nan, None
     for step in np.diff(times):
         if solve is None or abs(step - length) > 1e-12 * step:
-            length, solve = step, splu(csc_matrix(mass + _GAMMA * step * stiffness)).solve
+            length, solve = step, splu(csc_matrix(mass + GAMMA * step * stiffness)).solve
         rates: list[np.ndarray] = []
         for weights in STAGES:
             start = rise + step * sum((w * r for w, r in zip(weights, rates, strict=False)), np.zeros(full.basis.N))
             new = rate
             for _ in range(MOST_STEPS):
                 old, new = new, np.zeros(full.basis.N)
-                load = full.load + full.heated(start + _GAMMA * step * old)[0]
+                load = full.load + full.heated(start + GAMMA * step * old)[0]
                 new[free] = solve((load - full.stiffness @ start)[free])
                 if step * np.abs(new - old).max() <= 1e-11 * np.abs(start + step * new).max():
                     break
             rates.append(new)
-        rise, rate = start + _GAMMA * step * new, new
+        rise, rate = start + GAMMA * step * new, new
         found.append((rise, rate))
     return found
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from reduced1d.device.slopes import of_device
+from reduced1d.slopes import of_device
 from scenes.device import Device
 from validate.cli import main
 

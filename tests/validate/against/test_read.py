@@ -150,16 +150,10 @@ def test_binary_that_is_no_raw_file(tmp_path: Path) -> None:
         read(tmp_path / "none.csv", SINK)
 
 
-def test_a_raw_file_cut_short(tmp_path: Path) -> None:
+@pytest.mark.parametrize("bytes_less", [8, 3])
+def test_a_raw_file_cut_short_or_within_a_number(bytes_less: int, tmp_path: Path) -> None:
     path = tmp_path / "a.raw"
-    path.write_bytes(raw("binary")[:-8])
-    with pytest.raises(SceneError, match="11 numbers"):
-        read(path, SINK)
-
-
-def test_a_raw_file_cut_within_a_number(tmp_path: Path) -> None:
-    path = tmp_path / "a.raw"
-    path.write_bytes(raw("binary")[:-3])
+    path.write_bytes(raw("binary")[:-bytes_less])
     with pytest.raises(SceneError, match="11 numbers"):
         read(path, SINK)
 

@@ -8,7 +8,7 @@ from meshes import connected
 from scenes.sink import Sink
 from validate.bench import growth, plots, problem, work, worker
 from validate.bench.entries import FREEFEM, GIVEN, NGSOLVE, OURS, REDUCTION, SCIKIT_FEM, WHOLE
-from validate.bench.tools.methods import METHODS
+from validate.verify.methods import METHODS
 
 
 def test_every_instant_of_the_comparison_is_a_step():

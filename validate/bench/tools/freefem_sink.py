@@ -24,7 +24,7 @@ from scenes.loading import load
 from scenes.sink import Sink
 from validate.bench.problem import at_times, graded, numbers, quarter, step_times
 from validate.bench.tools import tetrahedra
-from validate.bench.tools.methods import METHODS
+from validate.verify.methods import METHODS
 
 MICRO = 1e6
 COPIES = 4

@@ -25,7 +25,7 @@ from scenes.model import Box
 from scenes.sink import Sink
 from validate.bench.problem import at_times, graded, numbers, quarter, step_times
 from validate.bench.tools import hexahedra
-from validate.bench.tools.methods import METHODS
+from validate.verify.methods import METHODS
 
 MICRO = 1e-6
 COPIES = 4

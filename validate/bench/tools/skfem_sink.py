@@ -22,8 +22,8 @@ from scenes.loading import load
 from scenes.model import Box
 from scenes.sink import Sink
 from validate.bench.problem import at_times, graded, numbers, quarter, step_times
-from validate.bench.tools.methods import METHODS
 from validate.verify import reference
+from validate.verify.methods import METHODS
 
 COPIES = 4
 SMALL = 1e-9  # of the extent: closer coordinates are the same
