@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from compare.budget import of_current
 from scenes.formats import difference_text, percent, quantity
 from validate.report.table import Row, Section, Style, Table
 
@@ -17,6 +16,8 @@ if TYPE_CHECKING:
 
 def section(outcome: Outcome[Sink], style: Style) -> Section:
     """Its parts in percent of the final rise or of the current or its change, then the sentence."""
+    from compare.budget import of_current
+
     budget = outcome.why
     assert budget is not None
     parts: list[Table | str] = [
