@@ -111,7 +111,6 @@ def quantities(outcome: Outcome[Sink], style: Style) -> Section:
 
 def entries(outcome: Outcome[Sink]) -> dict[str, Any]:
     """What summary.json has of a sink."""
-    from validate.report.budget import document
     from validate.report.summary import check_document
 
     fem3d, reduced1d = outcome.fem3d, outcome.reduced1d
@@ -124,6 +123,8 @@ def entries(outcome: Outcome[Sink]) -> dict[str, Any]:
         "checks": [check_document(check) | model.get(check.id, {}) for check in outcome.checks],
     }
     if outcome.why is not None:
+        from validate.report.budget import document
+
         found["why"] = document(outcome.why)
     if outcome.propagated is not None:
         from validate.report.inputs import entered
