@@ -145,8 +145,8 @@ def _planes(here: Scene, there: Scene, axis: int, step: float) -> tuple[list[flo
             by.append(speed)
         elif abs(speed - by[-1]) > 1e-6 * (high - low):
             raise SceneError(
-                f"faces at {'xyz'[axis]} = {coordinate:.6g} m lie in one plane and move apart: neither the scene of a "
-                "smaller value nor that of a larger one is like this one, and there is no derivative"
+                f"faces at {'xyz'[axis]} = {coordinate:.6g} m lie in one plane and move apart, which no motion of "
+                "this mesh does"
             )
     return at, by
 

@@ -24,6 +24,7 @@ from scenes.model import AnyScene, MeshScene, values
 from scenes.result import Estimate, Result
 from scenes.varied import numbers, varied
 
+JUST = 1e-12  # of a time: before a jump there
 SAME = 1e-9  # K: given temperatures nearer to each other are one
 
 
@@ -78,7 +79,7 @@ def _over_time(scene: AnyScene, result: Result, others: Mapping[str, AnyScene]) 
     left_out, table = dict(none), Table()
     course: dict[str, dict[str, np.ndarray]] = {}
     errors: dict[str, dict[str, float]] = {}
-    moved = Moved(scene, result.details["transient"], times)
+    moved = Moved(scene, result.details["transient"], before_jumps(times))
     for key, found, apart in moved.derivatives(others):
         course[key], errors[key], table[key] = found, {}, {}
         for name, change in found.items():
@@ -89,6 +90,11 @@ def _over_time(scene: AnyScene, result: Result, others: Mapping[str, AnyScene]) 
                 table[key][name] = Estimate(float(change[top[name]]) / value, errors[key][name] / abs(value))
     left_out |= moved.left_out
     return Slopes(table, known, left_out, times, course, errors)
+
+
+def before_jumps(times: np.ndarray) -> np.ndarray:
+    """The times (s) of rows, where of two at one time, which a jump has, the first is just before it."""
+    return np.where(np.append(np.diff(times) == 0, False), times * (1 - JUST), times)
 
 
 def _known(found: Mapping[str, Estimate]) -> tuple[dict[str, Estimate], dict[str, str]]:

@@ -76,10 +76,10 @@ class Sensitivities:
     zeros: tuple[str, ...] = ()
 
     def remarks(self) -> tuple[str, ...]:
-        """What is left out, in sentences."""
-        return tuple(
-            f"no sensitivity {'of' if n not in self.keys else 'to'} {n}: {why}" for n, why in self.left_out.items()
-        )
+        """What is left out, in a sentence for each reason."""
+        reasons = dict.fromkeys(self.left_out.values())
+        together = {why: [name for name, other in self.left_out.items() if other == why] for why in reasons}
+        return tuple(f"no sensitivity to or of {', '.join(names)}: {why}" for why, names in together.items())
 
     def document(self) -> dict[str, Any]:
         """What summary.json says of it: {key: {quantity: {"fem3d": {"value", "error"}, "reduced1d": {"value"}}}}."""

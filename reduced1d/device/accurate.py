@@ -35,9 +35,9 @@ def solve_accurate(
     fewer between samples. The differences estimate the error in space and in time (of the coarser ones, so generously)
     and whatever exceeds the accuracy is refined, as long as that helps. ``meter`` is the resolution in ohm to which the
     resistances of (sink, sensor) are measured, 0 for an ideal meter. ``start`` "settled" begins in the steady state at
-    the initial outer temperature, "cold" at room temperature without voltage. ``with_findings`` costs as much again,
-    for the limits of stability. Raises ValueError for values that make no device, and ArithmeticError where the powers
-    between two samples cannot be found.
+    the initial outer temperature, "cold" at room temperature without voltage. Without
+    findings no limits of stability are sought, which of slowly sampled loops takes as long as the run. Raises
+    ValueError for values that make no device, and ArithmeticError where the powers between two samples cannot be found.
     """
     lumped, table = lump(device), timetable(device)
     control = law(device, lumped.resistance, lumped.coefficient, meter)

@@ -171,6 +171,13 @@ def test_over_time() -> None:
         assert of["most"].value == pytest.approx(of["top"].value, abs=of["most"].error + of["top"].error)
 
 
+def test_the_first_row_of_a_jump_is_before_it() -> None:
+    times = np.array([0.5, 1.0, 1.0, 2.0])
+    found = scene_sensitivity.before_jumps(times)
+    assert 1 - 1e-9 < found[1] < 1.0
+    assert found[[0, 2, 3]].tolist() == [0.5, 1.0, 2.0]
+
+
 WIRE: dict[str, Any] = {
     "mesh": {"file": "wire.msh", "unit": "um"},
     "run": {"steady": True, "accuracy": 1e-2},

@@ -23,7 +23,8 @@ from scenes.varied import numbers, varied
 # Everything that a derivative has a part for: films, pads in the circuit, current that crowds as it heats.
 HOT = Sink(electrodes="pad-edge", convection_coefficient=2e4, voltage=3.0, accuracy=1e-2)
 KEYS = (
-    "sink.width", "sink.thickness", "anchor.pad_width", "anchor.oxide_length", "materials.silicon.resistivity",
+    "sink.width", "sink.thickness", "anchor.pad_width", "anchor.oxide_length", "anchor.oxide_offset",
+    "materials.silicon.resistivity",
     "materials.silicon.temperature_coefficient", "materials.oxide.thermal_conductivity", "drive.voltage",
     "environment.room_temperature", "environment.convection_coefficient",
 )  # fmt: skip

@@ -83,3 +83,25 @@ def test_from_python_and_one_model_alone(tmp_path: Path) -> None:
     assert run.check("slope_sink.length").verdict == "agrees"
     assert main(["sink", "--only", "1d", "--sensitivities", "--no-figures", "--out", str(tmp_path / "one")]) == 0
     assert (tmp_path / "one" / "sensitivities.csv").exists()
+
+
+def test_a_free_scene(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "bridge"
+    arguments = ["solve", "bridge", "--sensitivities", "--uncertain", "box.beam.upper.z=0.1um", "--no-figures"]
+    assert main([*arguments, "--out", str(folder)]) == 0
+    said = capsys.readouterr().out
+    assert max(map(len, said.splitlines())) <= 80
+    assert "0, of which there is no percent: boundary.right electrode.voltage." in said
+    found = json.loads((folder / "summary.json").read_text())
+    slope = found["sensitivities"]["box.beam.upper.z"]["current"]["fem3d"]
+    # A beam of 2 um is wider across the current by a percent for each percent, nearly.
+    assert slope["value"] == pytest.approx(0.989, abs=1e-3)
+    current = found["fem3d"]["steady"]["current"]
+    assert current["u_input"] == pytest.approx(0.05 * slope["value"] * current["value"])
+    assert "Sensitivities" in (folder / "report.html").read_text()
+
+
+def test_what_no_number_of_a_free_scene_is(capsys: pytest.CaptureFixture[str]) -> None:
+    for key in ("box.beam.upper.w=1um", "boundary.right electrode.voltage=1%", "beam.upper.z=1V"):
+        assert main(["solve", "bridge", "--uncertain", key]) == 2
+        assert capsys.readouterr().err.count("\n") == 1

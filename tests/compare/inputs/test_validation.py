@@ -114,7 +114,12 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     said = capsys.readouterr().out
     assert "Points of the data within 2 u_val" in said
     assert max(map(len, said.splitlines())) <= 80
-    found = json.loads((tmp_path / "run" / "summary.json").read_text())["validation"]
+    summary = json.loads((tmp_path / "run" / "summary.json").read_text())
+    found, checks = summary["validation"], {check["id"]: check for check in summary["checks"]}
+    # The ends are worst late: of data / 3D - 1 it is 5 % by the sensitivity of 3D's end to the oxide's conductivity.
+    against = checks["against_end"]
+    assert against["u_input"] == pytest.approx(0.05 * 0.235 * (1 + against["difference"]), rel=0.1)
+    assert checks["energy"]["u_input"] == 0
     end = {(s["model"], s["quantity"], s["where"]): s for s in found["statements"]}["3D", "end_K", "end"]
     # The data are the paper's model's, whose ends 3D finds 1.3 K hotter.
     assert end["interval"][0] < 1.32 < end["interval"][1]
