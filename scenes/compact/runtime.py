@@ -97,7 +97,10 @@ class CompactModel:
             change = np.linalg.solve(jacobian, -residual)
             b, before, size = b + change, size, float(np.abs(change).max(initial=0.0))
             largest = float(np.abs(b).max(initial=1e-300))
-            if size <= 1e-12 * largest or (size < 1e-6 * largest and size >= before):
+            # Where all inputs cancel out, as at one temperature, the states are what rounding leaves.
+            terms = np.abs(self.F) @ np.abs(np.concatenate([[1.0], g, b]))
+            noise = 1e-15 * float((terms / np.where(self.decay > 0, self.decay, np.inf)).max(initial=0.0))
+            if size <= max(1e-12 * largest, noise) or (size < 1e-6 * largest and size >= before):
                 if np.linalg.eigvals(self._linearised(g, b)[1]).real.max(initial=0.0) > 0:
                     break
                 return b
