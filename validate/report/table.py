@@ -68,7 +68,8 @@ class Table:
 
     def text(self, style: Style) -> str:
         """For a terminal: no two columns ever touch, and they move together where a line would be too long; then the
-        first is cut short. A verdict's mark stands in front, and its word in its colour at the end."""
+        first is cut short, or the second if that is text as well, so that what is asked for by its name has all of it.
+        A verdict's mark stands in front, and its word in its colour at the end."""
         stacks = [head.split("\n") for head in self.heads]
         depth = max(map(len, stacks))
         tops = [[stack[i - depth] if i >= depth - len(stack) else "" for stack in stacks] for i in range(depth)]
@@ -76,10 +77,11 @@ class Table:
         widths = [max(map(len, column)) for column in zip(*full, strict=True)]
         gaps, room = max(len(widths) - 1, 1), WIDTH - 2
         gap = " " * max(min((room - sum(widths)) // gaps, 3), 1)
-        widths[0] = min(widths[0], max(room - sum(widths[1:]) - gaps, 12))
+        short = int(self.aligned.startswith("<<"))
+        widths[short] = min(widths[short], max(room - sum(widths) + widths[short] - gaps, 12))
 
         def line(cells: Cells) -> str:
-            cells = [cut(cells[0], widths[0]), *cells[1:]]
+            cells = [cut(c, widths[short]) if i == short else c for i, c in enumerate(cells)]
             return gap.join(f"{c:{side}{w}}" for c, side, w in zip(cells, self.aligned, widths, strict=True)).rstrip()
 
         lines = [style.paint(f"  {line(cells)}".rstrip(), "heading") for cells in tops]

@@ -15,7 +15,11 @@ if TYPE_CHECKING:
     from compare.verdict import Check
     from scenes.plan import Step
 
-_STAGES = {"fem3d": "3D", "device": "runs", "design": "designer's questions", "files": "files", "figures": "figures"}
+_STAGES = {
+    "fem3d": "3D", "device": "runs", "device in 3D": "runs in 3D", "design": "designer's questions", "why": "why",
+    "air": "air", "sensitivities": "sensitivities", "fit": "fit", "export": "export", "files": "files",
+    "figures": "figures",
+}  # fmt: skip
 
 
 def headline(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> str:
