@@ -18,10 +18,11 @@ def export(levels: Levels, reduction: str, folder: Path) -> Path:
     can't be written, RunawayError where the sink has no steady state.
     """
     from reduced1d.export.as_json import as_json
-    from reduced1d.export.as_python import as_python, write_module
+    from reduced1d.export.as_python import as_python
     from reduced1d.export.as_spice import as_spice
     from reduced1d.export.circuit import circuit_of
     from reduced1d.ladder import few_states_of
+    from scenes.compact.python import write_module
 
     circuit = circuit_of(levels, few_states_of(reduction))
     try:

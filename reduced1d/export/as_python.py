@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable
 from math import isfinite
-from pathlib import Path
 
 from reduced1d.export.circuit import Circuit
 
@@ -64,15 +62,6 @@ def as_python(circuit: Circuit) -> str:
         hottest=f'{circuit.valid_to:.12g}' if isfinite(circuit.valid_to) else 'float("inf")',
         rows=",\n        ".join(f'"{key}_K": {_list(row)}' for key, row in circuit.outputs.items()),
     )  # fmt: skip
-
-
-def write_module(path: Path, text: str) -> None:
-    """Writes a Python file that is newer than the one that it replaces by a second at least: Python tells whether its
-    compiled copy is stale by size and whole seconds alone. Raises OSError."""
-    before = int(path.stat().st_mtime) if path.exists() else 0
-    path.write_text(text, encoding="utf-8")
-    if int(path.stat().st_mtime) <= before:
-        os.utime(path, (before + 1, before + 1))
 
 
 def _list(numbers: Iterable[float]) -> str:

@@ -17,9 +17,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from reduced1d.export import export
-from reduced1d.export.as_python import write_module
 from reduced1d.ladder.answer import over_time
 from reduced1d.ladder.levels import Levels
+from scenes.compact.python import write_module
 from scenes.errors import SceneError
 
 TIMES = np.concatenate([np.geomspace(1e-5, 1e-3, 12), np.linspace(2e-3, 0.02, 10)])
