@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from compare import device_checks as checks
-from compare.device_run import simulated
+from compare.pipeline import simulated
 from compare.outcome import Outcome
 from compare.plan import DEVICE_FIGURES as FIGURES
 from reduced1d.device import QUANTITIES
