@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from scenes.dimensions import NUMBER
 from scenes.errors import SceneError, quoted
 from scenes.kinds import Kind, Numbers, Quantity, known_name
+from scenes.units import NUMBER
 
 EQUATIONS = ("eq12", "eq13", "eq14", "eq16", "eq18", "eq18_measured")
 FIGURES = ("fig4", "fig5", "fig6_peak", "fig6_end", "fig7_current")

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from scenes.dimensions import VOLTAGE
+from scenes.units import VOLTAGE
 
 if TYPE_CHECKING:
     from scenes.sink import Sink

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
 
-from scenes import dimensions as d
+from scenes import units as d
 from scenes.checks import DEVICE_CHECKS, Differing, tolerances
 from scenes.device import Device
 from scenes.kinds import NAME, Choice, Count, Insulator, Kind, Numbers, Quantity, Switch
@@ -28,15 +28,10 @@ CONVECTION = Quantity(d.CONVECTION_COEFFICIENT, 0.0, 1e6)
 CONDUCTOR = Quantity(d.RESISTIVITY, 1e-9, 1e6)
 # A resistivity that is given for the oxide (the paper's Table 1 has 10e12 ohm m) is accepted and then left out: no
 # current is modelled there, which is right only for an insulator.
-INSULATOR = Insulator(
-    Quantity(
-        replace(d.RESISTIVITY, example="1e13 ohm m"),
-        1e6,
-        1e30,
-        word="insulator",
-        note=", for no current is modelled in this material",
-    )
-)
+INSULATOR = Insulator(Quantity(
+    replace(d.RESISTIVITY, example="1e13 ohm m"), 1e6, 1e30, word="insulator",
+    note=", for no current is modelled in this material",
+))  # fmt: skip
 VOLTAGE = Quantity(d.VOLTAGE, 1e-4, 1e3, signed=True, note=" (at 0 V nothing heats and no relative error is defined)")
 
 

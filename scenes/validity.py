@@ -8,13 +8,13 @@ from operator import attrgetter
 from typing import TypeVar
 
 from scenes.device import Device
-from scenes.dimensions import LENGTH, TIME
 from scenes.errors import SceneError, quoted
 from scenes.keys import type_of
 from scenes.kinds import Quantity
 from scenes.model import Material
 from scenes.physics import check_resistivity
 from scenes.sink import Sink
+from scenes.units import LENGTH, TIME
 
 T = TypeVar("T")
 _ROUNDING = 1e-9

@@ -6,7 +6,7 @@ unit.
 
 from __future__ import annotations
 
-from scenes import dimensions as d
+from scenes import units as d
 from scenes.keys import ACCURACY, VALID_TO
 from scenes.kinds import (
     GROUP,

@@ -9,8 +9,8 @@ from dataclasses import replace
 import pytest
 
 from scenes.checks import DEFAULT_TOLERANCES
-from scenes.keys import SINK
-from scenes.loading import as_dict, builtin_names, builtin_text, from_dict, load
+from scenes.keys import SINK, TYPES
+from scenes.loading import as_dict, builtin_text, from_dict, load
 from scenes.model import Material
 from scenes.schema import nest
 from scenes.sink import Sink
@@ -74,7 +74,7 @@ def test_the_comments_of_the_built_in_file_are_true(tmp_path):
 
 
 def test_every_name_of_a_built_in_scene_has_its_text():
-    for name in builtin_names():
+    for name in TYPES:
         assert tomllib.loads(builtin_text(name))["scene"]["name"] == name
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from scenes.any import load as any_scene
+from scenes import load as any_scene
 from scenes.errors import SceneError
 from scenes.loading import builtin_text, check, from_dict, load
 from scenes.model import Material

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenes import dimensions as d
+from scenes import units as d
 from scenes.kinds import Quantity
 from scenes.units import UnitError, parse_quantity, parse_unit
 

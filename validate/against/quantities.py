@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from compare.against import QUANTITIES
-from scenes.dimensions import POWER, TEMPERATURE, TIME, VOLTAGE
 from scenes.errors import SceneError, quoted
 from scenes.sink import Sink
+from scenes.units import POWER, TEMPERATURE, TIME, VOLTAGE
 from validate.against.columns import Column, Table, in_si, unit_of
 from validate.against.meanings import Meaning
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scenes.dimensions import TIME
 from scenes.errors import SceneError, quoted
 from scenes.sink import Sink
+from scenes.units import TIME
 from validate.against import parameters, quantities
 from validate.against.columns import Column, Table, in_si, unit_of
 from validate.against.meanings import IGNORED, Meaning

@@ -9,7 +9,7 @@ from scenes.errors import SceneError
 from validate.cli import common
 
 if TYPE_CHECKING:
-    from scenes import dimensions
+    from scenes import units
     from scenes.plan import Request
 
 
@@ -63,7 +63,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _request(arguments: argparse.Namespace) -> Request:
     """What is asked for; SceneError where one thing leaves out another."""
     from compare.plan import DEVICE_FIGURES, LATE, design_reason
-    from scenes import dimensions
+    from scenes import units
     from scenes.plan import Request
 
     request = Request(
@@ -73,8 +73,8 @@ def _request(arguments: argparse.Namespace) -> Request:
         about=tuple(name for name in DEVICE_FIGURES if name.removeprefix("figure") in arguments.about),
         figures=arguments.figures,
         meter=arguments.meter,
-        largest_voltage=_most("--max-voltage", arguments.max_voltage, dimensions.VOLTAGE),
-        largest_power=_most("--max-power", arguments.max_power, dimensions.POWER),
+        largest_voltage=_most("--max-voltage", arguments.max_voltage, units.VOLTAGE),
+        largest_power=_most("--max-power", arguments.max_power, units.POWER),
         command=arguments.command_line,
     )
     for option, given in (("--max-voltage", arguments.max_voltage), ("--max-power", arguments.max_power)):
@@ -87,7 +87,7 @@ def _request(arguments: argparse.Namespace) -> Request:
     return request
 
 
-def _most(option: str, given: str | None, dimension: dimensions.Dimension) -> float:
+def _most(option: str, given: str | None, dimension: units.Dimension) -> float:
     from scenes.kinds import Quantity
 
     value = None if given is None else Quantity(dimension, 1e-12, 1e6).read(option, given)

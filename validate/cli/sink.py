@@ -195,9 +195,9 @@ def _field_times(arguments: argparse.Namespace, end_time: float) -> tuple[float,
     """The times (s) of --field-times; SceneError where they are none, beyond the end, or without fields to store."""
     if arguments.field_times is None:
         return ()
-    from scenes.dimensions import TIME
     from scenes.errors import SceneError
     from scenes.kinds import Quantity
+    from scenes.units import TIME
 
     if not arguments.fields or arguments.steady:
         raise SceneError("--field-times needs --fields, and the transient: leave out --steady")

@@ -165,8 +165,8 @@ def _refuse_set_and_varied(base: Base, design: Design) -> None:
 
 
 def _means(arguments: argparse.Namespace) -> Means:
-    from scenes.dimensions import TIME
     from scenes.kinds import Quantity
+    from scenes.units import TIME
     from validate.processes import processors
     from validate.sweep.job import Means
 

@@ -62,8 +62,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _asked(arguments: argparse.Namespace) -> dict[str, Any]:
     """The options as plain values; SceneError for those that are wrong."""
-    from scenes.dimensions import NUMBER, TIME
     from scenes.kinds import Quantity
+    from scenes.units import NUMBER, TIME
 
     written = [name for name in (arguments.screenshot, arguments.movie) if name]
     if arguments.off_screen and not written:
@@ -99,8 +99,8 @@ def _ending(option: str, given: str | None, allowed: tuple[str, ...]) -> None:
 def _clip(given: str | None) -> tuple[str, float] | None:
     if given is None:
         return None
-    from scenes.dimensions import NUMBER
     from scenes.kinds import Quantity
+    from scenes.units import NUMBER
 
     axis, _, part = given.partition("=")
     if axis not in ("x", "y", "z"):
