@@ -104,8 +104,9 @@ def execute(
     from scenes.kinds import Quantity
     from validate.report.names import of_sweep
     from validate.report.table import wrapped
-    from validate.sweep.job import Job, checked, run
+    from validate.sweep.job import Job, checked
     from validate.sweep.point import Scope
+    from validate.sweep.run import run
     from validate.sweep.store import Store
 
     base.at(())

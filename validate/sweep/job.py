@@ -1,22 +1,15 @@
-"""A sweep, or the map of a tolerance's line: what is asked for, and the way from there to a folder of results."""
+"""A sweep, or the map of a tolerance's line: what is asked for."""
 
 from __future__ import annotations
 
 import json
-import time
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from scenes.errors import SceneError, did_you_mean, quoted
-from scenes.formats import quantity
-from validate.processes import processors
 from validate.sweep.design import Base, Design
 from validate.sweep.point import Scope, Work
-from validate.sweep.store import Store
-
-if TYPE_CHECKING:
-    from validate.sweep.table import Table
 
 
 @dataclass(frozen=True)
@@ -77,41 +70,3 @@ def checked(base: Base, given: str | None, steady: bool, varied: Collection[str]
     if check in skipped:
         raise SceneError(f"there is no check {quoted(check)} here: {skipped[check]}")
     return check
-
-
-def run(
-    job: Job,
-    store: Store,
-    say: Callable[[str], None],
-    *,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    seconds: float | None = None,
-    figures: bool = False,
-) -> tuple[Table, dict[str, Any]]:
-    """Solves what is not stored yet, by ``workers`` processes here (one a processor, if not given) or those of a
-    ``scheduler``, with some ``seconds`` for each point; says how many points are stored, how many a second, and what is
-    left. Then writes all other files; their columns, and what sweep.json holds. Raises SceneError for a scheduler that
-    can't be used, LostError."""
-    from validate.sweep.cluster import Cluster
-    from validate.sweep.output import write
-
-    already, started, count = len(store), time.monotonic(), job.design.count
-
-    def gather(tasks: Iterable[Work], total: int, more: str = "") -> None:
-        for found in cluster.solve(tasks):
-            store.append(found)
-            rate = (len(store) - already) / (time.monotonic() - started)
-            left = quantity(max(total - len(store), 0) / rate, "s", 2)
-            say(f"{len(store)} of {total} points, {rate:.2g} a second, {left} left{more}")
-
-    cells = None
-    with Cluster(min(workers or processors(), max(count - already, 1)), scheduler, seconds, say) as cluster:
-        if job.solves is None:
-            gather((job.work(numbers) for numbers in job.design.tasks() if numbers[0] not in store), count)
-        else:
-            from validate.sweep.mapping import refine
-
-            cells = refine(job, store, gather)
-    say("writing the results")
-    return write(job, store, cells, figures, time.monotonic() - started)

@@ -1,21 +1,22 @@
-"""Everything that is made of the stored rows: points.csv, map.csv, figures, report.html, sweep.json."""
+"""A sweep, or the map of a tolerance's line, from what is asked to a folder: the rows, and all that is made of them."""
 
 from __future__ import annotations
 
 import csv
 import json
 import math
+import time
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from validate.report.html.page import figures as figures_section
-from validate.report.html.page import whole
-from validate.report.html.parts import section, table, text, values
+from scenes.formats import quantity
+from validate.processes import processors
 from validate.sweep.job import Job
+from validate.sweep.point import Work
 from validate.sweep.store import ASKED, Store
 from validate.sweep.table import COLOURS, Table, read, sentence
 
@@ -39,7 +40,44 @@ _STYLE = """
 """
 
 
-def write(
+def run(
+    job: Job,
+    store: Store,
+    say: Callable[[str], None],
+    *,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    seconds: float | None = None,
+    figures: bool = False,
+) -> tuple[Table, dict[str, Any]]:
+    """Solves what is not stored yet, by ``workers`` processes here (one a processor, if not given) or those of a
+    ``scheduler``, with some ``seconds`` for each point; says how many points are stored, how many a second, and what is
+    left. Then writes all other files; their columns, and what sweep.json holds. Raises SceneError for a scheduler that
+    can't be used, LostError."""
+    from validate.sweep.cluster import Cluster
+
+    already, started, count = len(store), time.monotonic(), job.design.count
+
+    def gather(tasks: Iterable[Work], total: int, more: str = "") -> None:
+        for found in cluster.solve(tasks):
+            store.append(found)
+            rate = (len(store) - already) / (time.monotonic() - started)
+            left = quantity(max(total - len(store), 0) / rate, "s", 2)
+            say(f"{len(store)} of {total} points, {rate:.2g} a second, {left} left{more}")
+
+    cells = None
+    with Cluster(min(workers or processors(), max(count - already, 1)), scheduler, seconds, say) as cluster:
+        if job.solves is None:
+            gather((job.work(numbers) for numbers in job.design.tasks() if numbers[0] not in store), count)
+        else:
+            from validate.sweep.mapping import refine
+
+            cells = refine(job, store, gather)
+    say("writing the results")
+    return _written(job, store, cells, figures, time.monotonic() - started)
+
+
+def _written(
     job: Job, store: Store, cells: Map | None, figures: bool, seconds: float
 ) -> tuple[Table, dict[str, Any]]:  # fmt: skip
     """Writes the files, made anew by another run of the same; the columns, and what sweep.json holds."""
@@ -103,6 +141,9 @@ def _provenance() -> dict[str, Any]:
 
 def _page(folder: Path, found: Table, document: Mapping[str, Any]) -> str:
     """report.html: the sentence, the points to hover over, the figures from ``folder``, and what was asked."""
+    from validate.report.html import page
+    from validate.report.html.parts import section, table, text, values
+
     name = found.job.base.name
     script = Path(__file__).with_name("hover.js").read_text(encoding="utf-8")
     data = json.dumps(_data(found), separators=(",", ":")).replace("</", "<\\/")
@@ -128,12 +169,12 @@ def _page(folder: Path, found: Table, document: Mapping[str, Any]) -> str:
             '<p class="said">Point at a place to read it.</p></div>',
         ),
         section("Checks", table(("check", *verdicts), rows, (1, 2, 3)) if rows else ""),
-        figures_section(folder, document, _CAPTIONS),
+        page.figures(folder, document, _CAPTIONS),
         section("Asked", listed({"scene": name, "varied": varied, **asked})),
         section("Versions and counts", listed({"counts": counts, **document["provenance"]})),
     ]
     scripts = f'<script type="application/json" id="rows">{data}</script>\n<script>\n{script}</script>'
-    return whole(name, f'<p class="verdict">{text(said[0].upper() + said[1:])}.</p>', parts, scripts, _STYLE)
+    return page.whole(name, f'<p class="verdict">{text(said[0].upper() + said[1:])}.</p>', parts, scripts, _STYLE)
 
 
 def _data(found: Table) -> dict[str, Any]:
