@@ -98,7 +98,7 @@ def _sink(
 ) -> tuple[dict[str, Any], dict[str, float] | None, Result]:  # fmt: skip
     """The columns of a sink, the parts of its difference, and its 3D result; solved again more accurately while a
     verdict is open."""
-    from compare.sink_run import compared
+    from compare.pipeline import compared
     from reduced1d.ladder.levels import Levels
 
     request = Request(transient=not scope.steady, figures=False, reduction=scope.reductions[0])
@@ -176,7 +176,7 @@ def blame(parts: dict[str, float] | None) -> dict[str, Any]:
 
 def _free(scene: AnyScene) -> dict[str, Any]:
     """The columns of a free scene: every probe, at the end where it is over time."""
-    from compare.free_run import reported, solver
+    from compare.pipeline import reported, solver
 
     scene = reported(scene, Request(figures=False))
     result = solver(scene).solve(scene)
