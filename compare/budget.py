@@ -103,7 +103,7 @@ def budget(
             traces = [result.traces for result in results if result.traces is not None]
             values = np.array([np.interp(times, t.time, t.values[asked.trace]) for t in traces])
             transient.append(_split(name, scale, found, values, [t.errors[asked.trace] for t in traces], times))
-            over_time[name] = -np.diff(values, axis=0)
+            over_time[name] = values[:-1] - values[1:]
     sentence = _sentence(found, (*steady, *transient), of_current(sink))
     return Budget(start, tuple(steady), tuple(transient), times, over_time, sentence)
 
@@ -132,7 +132,7 @@ def _split(
     """The parts of a quantity's ``values`` (models, times), each known to an error, when the difference is largest;
     without ``times`` those of the steady state."""
     i = int(np.argmax(np.abs(values[0] - values[-1])))
-    drops = -np.diff(values, axis=0)
+    drops = values[:-1] - values[1:]
     parts = [Part(rung.blame, float(drops[n, i]), errors[n] + errors[n + 1]) for n, rung in enumerate(found)]
     if times is not None:
         worst = np.argmax(np.abs(drops), axis=1)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 
 from scenes.loading import builtin_text, known_names
+from validate.cli import common
 from validate.cli.terminal import FINE, show
 
 
@@ -18,9 +19,7 @@ def describe(parser: argparse.ArgumentParser) -> None:
         "  validate scene sink --boxes > mine.toml         the sink as boxes, for validate solve"
     )
     parser.add_argument("name", metavar="NAME", help=f"the scene: {', '.join(known_names())}")
-    parser.add_argument(
-        "--boxes", action="store_true", help="the sink (or a file of one) as the boxes that are solved in 3D"
-    )
+    common.add(parser, {"--boxes": "the sink (or a file of one) as the boxes that are solved in 3D"})
 
 
 def run(arguments: argparse.Namespace) -> int:
