@@ -47,8 +47,7 @@ def assert_reduction_agrees(
     SceneError for a name that there isn't.
     """
     __tracebackhide__ = True
-    known = (*QUANTITIES, *DEFAULT_TOLERANCES)
-    _known(tolerances, known, "peak=0.05")
+    _known(tolerances, (*QUANTITIES, *DEFAULT_TOLERANCES))
     steady = not set(tolerances) & set(OVER_TIME)
     found = compare.run(scene, voltage=voltage, accuracy=accuracy, steady=steady, uncertain=uncertain)
     told = [
@@ -75,16 +74,16 @@ def assert_traces_agree(
     ``power`` to itself. Raises as ``assert_reduction_agrees``, and SceneError for a quantity that the file has not.
     """
     __tracebackhide__ = True
-    _known(tolerances, tuple(name.removeprefix("against_") for name in AGAINST_TOLERANCES), "peak=0.05")
+    _known(tolerances, tuple(name.removeprefix("against_") for name in AGAINST_TOLERANCES))
     found = compare.run(scene, voltage=voltage, accuracy=accuracy, against=file, columns=columns)
     told = [_check(found.check(f"against_{name}"), tolerance) for name, tolerance in tolerances.items()]
     _fail(f"{Path(file).name} for {sink_text(found.scene)}", told)
     return found
 
 
-def _known(tolerances: dict[str, float], known: tuple[str, ...], example: str) -> None:
+def _known(tolerances: dict[str, float], known: tuple[str, ...]) -> None:
     if not tolerances:
-        raise SceneError(f"nothing to assert: give at least one tolerance, such as {example}")
+        raise SceneError("nothing to assert: give at least one tolerance, such as peak=0.05")
     for name, tolerance in tolerances.items():
         if name not in known:
             raise SceneError(f"{quoted(name)} can't be asserted: give {', '.join(known)}{did_you_mean(name, known)}")
