@@ -14,9 +14,8 @@ import numpy as np
 from compare.verdict import FIRST_TIME, Check, Comparison, Models, judged
 from scenes.errors import SceneError, quoted
 from scenes.formats import cut, quantity, signed
-from scenes.quantities import OF_A_SINK
 from scenes.result import Result
-from scenes.sink import Sink
+from scenes.sink import OF_A_SINK, Sink
 
 QUANTITIES = {name: asked.trace for name, asked in OF_A_SINK.items() if asked.trace}
 """What a user calls the quantities of traces.csv."""

@@ -17,7 +17,7 @@ import numpy as np
 from compare.figure_checks import from_first
 from compare.verdict import FIRST_TIME
 from scenes.formats import percent, quantity, signed
-from scenes.quantities import OF_A_SINK
+from scenes.sink import OF_A_SINK
 
 if TYPE_CHECKING:
     from reduced1d.ladder.levels import Levels

@@ -17,8 +17,7 @@ from compare.verdict import Verdict, judge, relative, spread
 from scenes.checks import AGAINST_TOLERANCES, DEFAULT_TOLERANCES, OVER_TIME
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.formats import difference_text, percent, quantity, sink_text, with_error
-from scenes.quantities import OF_A_SINK
-from scenes.sink import Sink
+from scenes.sink import OF_A_SINK, Sink
 
 if TYPE_CHECKING:
     from compare import Run

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from scenes.checks import SINK_TOLERANCES, SLOPE_TOLERANCES
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene
@@ -202,3 +202,25 @@ def face(box: Box, axis: int, side: int) -> tuple[Point, Point]:
     lower, upper = list(box.lower), list(box.upper)
     lower[axis] = upper[axis] = (box.lower, box.upper)[side][axis]
     return (lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2])
+
+
+class Asked(NamedTuple):
+    """A quantity: the key of its ``steady`` value in summary.json, that of its ``trace`` in traces.csv (where it has
+    one), its SI unit, and what it is ``called``."""
+
+    steady: str
+    trace: str
+    unit: str
+    called: str
+
+
+OF_A_SINK = {
+    "peak": Asked("peak_rise_K", "peak_K", "K", "peak rise"),
+    "end": Asked("end_rise_K", "end_K", "K", "end rise"),
+    "mean": Asked("mean_rise_K", "mean_K", "K", "mean rise"),
+    "current": Asked("current_A", "current_A", "A", "current"),
+    "power": Asked("power_W", "power_W", "W", "power"),
+    "heat_out": Asked("heat_out_W", "", "W", "heat to the substrate"),
+    "anchor_resistance": Asked("anchor_resistance_K_per_W", "", "K/W", "anchor resistance"),
+}
+"""What is asked of a sink, by a user's word for it."""

@@ -12,9 +12,8 @@ from compare.verdict import Check, judge
 from scenes.device import Device
 from scenes.formats import percent
 from scenes.model import AnyScene
-from scenes.quantities import OF_A_SINK
 from scenes.result import Estimate, Result
-from scenes.sink import Sink
+from scenes.sink import OF_A_SINK, Sink
 from scenes.varied import numbers, zeros
 
 QUANTITIES = {asked.steady: asked.called for asked in OF_A_SINK.values()}

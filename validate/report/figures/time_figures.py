@@ -11,8 +11,8 @@ from matplotlib.ticker import MaxNLocator
 
 from compare.verdict import PAPERS
 from scenes.formats import quantity, scale, sink_text
-from scenes.quantities import OF_A_SINK
 from scenes.result import Result
+from scenes.sink import OF_A_SINK
 from validate.report.figures import LINES
 from validate.report.figures.drawing import band, legend, logarithmic, new_figure, smooth
 
