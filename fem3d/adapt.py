@@ -21,8 +21,8 @@ from meshes.grid import Grid
 # Times the change of the runaway voltage from grid to grid by which a voltage must exceed it: what all further changes
 # add up to if each is at most three quarters of the one before.
 SURELY = 3.0
-TARGET = 0.8  # of the accuracy, at which a refinement aims
 MOST_LEVELS = 40
+AIM = 0.5  # of what is enough, at which a refinement aims: what it takes away is foreseen to a factor of two or so
 
 Progress = Callable[[str], None]
 
@@ -78,11 +78,11 @@ def solve(study: Study, with_transient: bool, progress: Progress = lambda _: Non
             if response.accepted:
                 return Answer(fine, here.errors, response, number)
             missing = [np.maximum(a, b) for a, b in zip(response.missing, here.missing, strict=True)]
-            grid = refined(grid, missing, response.worst, accuracy, marks)
+            grid = _finer(grid, refined(grid, missing, response.worst, enough, marks), marks, accuracy)
             del response
         else:
-            reach.check_edges(here, accuracy, marks)
-            grid = refined(grid, here.missing, here.worst, accuracy, marks)
+            reach.check_edges(grid, here.goals.values(), enough, accuracy, marks)
+            grid = _finer(grid, refined(grid, here.missing, here.worst, enough, marks), marks, accuracy)
         # The next level's matrices take the place of these.
         del given, fine, here
     raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene")
@@ -136,7 +136,7 @@ def solve_course(study: Study, progress: Progress = lambda _: None) -> Course:
     accuracy, scene = study.accuracy, study.part.scene
     marks = grading.features(scene)
     grid = diffusion.graded(reach.first_grid(scene, accuracy, marks), scene, study.earliest)
-    slowest, generations = study.end, 0
+    slowest, generations, enough = study.end, 0, accuracy * (1 - ROW_SHARE)
     for number in range(1, MOST_LEVELS):
         given = problems(boxes(scene, grid), accuracy)
         reach.check_size(given, accuracy, marks)
@@ -148,16 +148,18 @@ def solve_course(study: Study, progress: Progress = lambda _: None) -> Course:
         if response.accepted:
             return Course(bases[0], response, number)
         slowest, generations = min(study.end, response.slowest), response.generations
-        grid = refined(grid, response.missing, response.worst, accuracy, marks)
+        reach.check_edges(grid, response.goals, enough, accuracy, marks)
+        finer = refined(grid, response.missing, response.worst, enough, marks)
+        grid = _finer(grid, finer, marks, accuracy)
         del given, pairs, bases, response
     raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene")
 
 
-def refined(grid: Grid, missing: list[np.ndarray], worst: float, accuracy: float, marks: Features) -> Grid:
-    """The grid refined for what is missing on its intervals, or for as much more as the worst error says."""
+def refined(grid: Grid, missing: list[np.ndarray], worst: float, enough: float, marks: Features) -> Grid:
+    """The grid refined for what is missing on its intervals, or for as much more as the worst error says, until that is
+    expected to be ``enough``."""
     known = max(sum(float(m.sum()) for m in missing), 1e-300)
-    finer = grading.refined(grid, [m * max(worst / known, 1.0) for m in missing], TARGET * accuracy, marks)
-    return _finer(grid, finer, marks, accuracy)
+    return grading.refined(grid, [m * max(worst / known, 1.0) for m in missing], AIM * enough, marks)
 
 
 def _finer(grid: Grid, finer: Grid, marks: Features, accuracy: float) -> Grid:

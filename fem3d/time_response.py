@@ -41,6 +41,7 @@ class Response:
     reduced: Reduced
     generations: int  # of fields
     missing: Spread = field(default_factory=list)
+    goals: list[Spread] = field(default_factory=list)  # what they miss for each trace
     worst: float = 0.0
     relative: dict[str, float] = field(default_factory=dict)  # errors without the rows' own, over their scales
     scales: dict[str, float] = field(default_factory=dict)  # what they are relative to
@@ -139,7 +140,8 @@ def respond(
     worst = max(errors[name] / scales[name] for name in errors)
     if worst > (1 - ROW_SHARE) * accuracy:
         missing = estimate.worst(goals.values(), of_power)
-        return Response(checked, there, errors, False, np.nan, answer, reduced, count, missing, worst)
+        each = [[a + b for a, b in zip(own, of_power, strict=True)] for own in goals.values()]
+        return Response(checked, there, errors, False, np.nan, answer, reduced, count, missing, each, worst)
     return with_rows(study, answer, reduced, errors, scales, count)
 
 
