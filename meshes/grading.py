@@ -74,7 +74,7 @@ def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
             at, near = [marks.exponents[d].get(float(c)) for c in (a, b)], reaches[d][i : i + 2]
             longest = (_longest(float(c), marks, d, r, accuracy) for c, r in zip((a, b), near.tolist(), strict=True))
             inner = [] if flat else _graded(a, b, *longest)
-            if {a, b} <= set(marks.planes[d]) and b - a > LONG * near.min():
+            if not flat and {a, b} <= set(marks.planes[d]) and b - a > LONG * near.min():
                 inner = sorted([*inner, (a + b) / 2])
             found.append(np.array([*inner, b]))
             of += [across] if flat else _layered(len(inner) + 1, degree, at[0] is not None, at[1] is not None)
@@ -103,9 +103,9 @@ def _reaches(scene: Scene, planes: list[np.ndarray]) -> tuple[list[np.ndarray], 
         return found
 
     none = [np.zeros(len(g), bool) for g in gaps]
-    thin = [
-        g <= 0.5 * np.minimum(a[:-1], a[1:]) for g, a in zip(gaps, (across(d, none) for d in range(3)), strict=True)
-    ]
+    wide = [across(d, none) for d in range(3)]
+    both = [np.minimum(w[:-1], w[1:]) for w in wide]
+    thin = [(g <= 0.5 * w) & np.isfinite(w) for g, w in zip(gaps, both, strict=True)]
     reaches = []
     for d, g in enumerate(gaps):
         own = np.pad(np.where(thin[d] | (g <= SLIVER * g.sum()), np.inf, g), 1, constant_values=np.inf)
@@ -126,9 +126,9 @@ def _faces(scene: Scene) -> list[np.ndarray]:
         of = np.zeros(own[1:].shape, int)
         for number, b in enumerate(scene.boundaries, start=1):
             if grid.flat(b.lower, b.upper) == d:
-                window = [w for e, w in enumerate(grid.window(b.lower, b.upper)) if e != d]
-                of[grid.at(d, b.lower[d]), *window] = number
-        changes = (own[1:] != own[:-1]) | ((of > 0) & (own[1:] > 0))
+                window = tuple(w for e, w in enumerate(grid.window(b.lower, b.upper)) if e != d)
+                of[grid.at(d, b.lower[d])][window] = number
+        changes = (own[1:] != own[:-1]) | ((of > 0) & (np.maximum(own[1:], own[:-1]) > 0))
         found.append(np.where(changes, (of * count + own[1:]) * count + own[:-1], 0))
     return found
 
