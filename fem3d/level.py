@@ -313,9 +313,7 @@ def _potentials(study: Study, given: Problems, scales: Mapping[str, float]) -> d
         if probe.reduce == "mean":
             row = domain.mean(probe, domain.live)
         else:
-            place = extreme(domain, probe, domain.live).where(fine.sum(axis=0))
-            row = np.zeros(space.size)
-            row[space.dofs[:, place.cell]] = space.at(place.point[:, None])[0]
+            row = extreme(domain, probe, domain.live).where(fine.sum(axis=0)).row(space)
         products = []
         for phi, upper in zip(lower, given.conductors[1:], strict=True):
             assert upper is not None
