@@ -20,23 +20,14 @@ from validate.sweep.point import Job, Row, Work, blame
 from validate.sweep.store import Store
 
 VERDICTS = ("agrees", "differs", "unresolved")
-FIRST = 9
-"""Cells along either key that are solved first, the corners of the map among them."""
-
-ROUND = 16
-"""Cells of a round; a quarter are where the interpolations disagree most, the rest where the verdict is open."""
-
-LOOKS = 2
-"""Rounds that look only for where they disagree, so that the error has been measured before it is relied on."""
-
+FIRST = 9  # cells along either key that are solved first, the corners of the map among them
+ROUND = 16  # cells of a round; a quarter are where the interpolations disagree most, the rest where the verdict is open
+LOOKS = 2  # rounds that look only for where they disagree, so that the error has been measured before it is relied on
 ENOUGH = 0.01
 """The part of the cells that may stay unresolved by interpolation; the last ones would each need a solution."""
 
-CAUTION = 0.5
-"""The least part of the disagreement that counts as the error, however well the predictions have been met."""
-
-RECENT = 48
-"""Predictions that are looked back on: those made on a coarser net say little of today's."""
+CAUTION = 0.5  # the least part of the disagreement that counts as the error, however well the predictions have been met
+RECENT = 48  # predictions that are looked back on: those made on a coarser net say little of today's
 
 
 @dataclass(frozen=True, eq=False)

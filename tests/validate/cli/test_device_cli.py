@@ -26,6 +26,7 @@ from scenes.checks import DEVICE_TOLERANCES
 from scenes.keys import DEVICE
 from scenes.loading import from_dict, load
 from scenes.plan import Request
+from tests.validate.cli import summary
 from validate.cli import main
 from validate.report.figures import response_figures, step_figures
 from validate.report.table import Style, Table
@@ -35,12 +36,6 @@ QUICK = ("--set", "control.sample_time=1ms", "--set", "control.sink_gain=0.5")
 
 def device(*arguments: str) -> int:
     return main(["device", *arguments])
-
-
-def summary(folder: str) -> dict[str, Any]:
-    found = json.loads(Path(folder, "summary.json").read_text(), parse_constant=pytest.fail)
-    assert isinstance(found, dict)
-    return found
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +51,7 @@ def test_the_summary_has_the_contract(full: tuple[str, Path]) -> None:
     text, folder = full
     assert max(map(len, text.splitlines())) <= 80
     assert "PXI-4070" in text
-    found = summary(str(folder))
+    found = summary(folder)
     assert {"schema", "scene", "plan", "provenance", "reduced1d", "checks", "findings", "timing_s"} <= set(found)
     assert found["checks"][3]["sense"] == "at least"
     assert found["design"]["limits"][0]["largest_eigenvalue"] < 1
@@ -133,7 +128,7 @@ def test_eq_21_as_printed_runs_away_and_says_so(capsys: pytest.CaptureFixture[st
 def test_a_sensor_without_gain_has_no_characteristic() -> None:
     assert device(*QUICK, "--set", "sensor_gain=0", "--figure", "13", "--figure", "12", "--no-figures") == 0
     (folder,) = Path("results").iterdir()
-    assert all(check["verdict"] == "differs" for check in summary(str(folder))["checks"])
+    assert all(check["verdict"] == "differs" for check in summary(folder)["checks"])
 
 
 def test_an_unstable_loop_is_a_finding(capsys: pytest.CaptureFixture[str]) -> None:
@@ -208,7 +203,7 @@ def test_a_meter_that_tells_nothing_says_so(full: tuple[str, Path]) -> None:
     text = " ".join(full[0].split())
     assert "MAX1367: cannot resolve the outer temperature: its step of 80 K is more than the 37.5 K" in text
     assert "PXI-4070: resolves 0.24 K outside" in text
-    sources = summary(str(full[1]))["design"]["sources"]
+    sources = summary(full[1])["design"]["sources"]
     assert set(sources) == {"PXI-4070", "MAX1367"}
     assert all("not seen" in source for source in sources.values())
 
