@@ -104,8 +104,9 @@ def test_one_voltage_has_one_name(given: str, volts: float, named: str, capsys: 
     assert summary(f"results/sink-{named}-steady")["scene"]["drive"]["voltage"] == volts
 
 
-def test_runaway(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    assert sink("--set", "silicon.temperature_coefficient=-2e-3", "--voltage", "9", "--only", "1d") == 3
+@pytest.mark.parametrize("given", ["-2e-3 --voltage 9", "-1e-3 --voltage 60 --reduction plate"])
+def test_runaway(given: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert sink("--only", "1d", "--set", *f"silicon.temperature_coefficient={given}".split()) == 3
     assert "thermal runaway" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
 

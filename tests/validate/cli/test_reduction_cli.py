@@ -106,12 +106,6 @@ def test_a_compact_model_is_written(capsys: pytest.CaptureFixture[str]) -> None:
     assert Path("new/mine/model.py").read_text().startswith('"""Compact model of "bridge": 2 states')
 
 
-def test_runaway_of_the_reduction_is_said(capsys: pytest.CaptureFixture[str]) -> None:
-    hopeless = ["--set", "silicon.temperature_coefficient=-1e-3", "--voltage", "60", "--reduction", "plate"]
-    assert main(["sink", "--only", "1d", "--no-figures", *hopeless]) == 3
-    assert "thermal runaway" in capsys.readouterr().err
-
-
 def test_a_thick_layer_is_warned_of(capsys: pytest.CaptureFixture[str]) -> None:
     settings = ["--set", "sink.thickness=20um", "--reduction", "fin", "--steady", "--only", "1d"]
     assert main(["sink", "--no-figures", "--out", "here", *settings]) == 0
