@@ -301,7 +301,7 @@ def solve(
     {"box.beam.upper.z": "0.1um"}. Only into the folder ``out`` is anything written. Raises SceneError for bad input,
     ArithmeticError where the numerics fail.
     """
-    from compare.free_run import reported
+    from compare.pipeline import reported
 
     found = _scene(scene, None, overrides, {"run.accuracy": accuracy})
     _refuse_without(out, figures or fields)

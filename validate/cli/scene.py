@@ -26,7 +26,7 @@ def describe(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Prints the scene."""
     if arguments.boxes:
-        from scenes.free.write import as_toml
+        from scenes.free.document import as_toml
         from scenes.loading import load
 
         show(as_toml(load(arguments.name).scene()).rstrip("\n"))

@@ -50,7 +50,7 @@ def describe(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Solves, writes and reports."""
-    from compare.free_run import reported
+    from compare.pipeline import reported
     from scenes.free import load
     from scenes.plan import Request
 

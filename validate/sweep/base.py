@@ -10,7 +10,7 @@ from typing import Any, Literal
 from scenes import examples, free
 from scenes.any import type_of_file
 from scenes.errors import SceneError, quoted
-from scenes.free.loading import schema_of
+from scenes.free import schema_of
 from scenes.keys import DEVICE, SINK, TYPES
 from scenes.kinds import Count, Quantity
 from scenes.loading import as_dict, builtin_text, check, file_name, file_text, toml

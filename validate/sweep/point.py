@@ -102,7 +102,7 @@ def _solved(work: Work, number: int, given: Sequence[str], earlier: Result | Non
 
 def _sink(sink: Sink, work: Work, earlier: Result | None) -> tuple[dict[str, Any], dict[str, float] | None, Result]:
     """The columns of a sink, and its 3D result; solved again more accurately while a verdict is open."""
-    from compare.sink_run import compared
+    from compare.pipeline import compared
     from reduced1d.ladder.levels import Levels
 
     scope = work.scope
@@ -193,7 +193,7 @@ def blame(parts: dict[str, float] | None) -> dict[str, Any]:
 
 def _free(scene: AnyScene) -> dict[str, Any]:
     """The columns of a free scene: every probe, at the end where it is over time."""
-    from compare.free_run import reported, solver
+    from compare.pipeline import reported, solver
 
     scene = reported(scene, Request(figures=False))
     result = solver(scene).solve(scene)
