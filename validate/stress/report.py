@@ -1,13 +1,15 @@
-"""The table of the stress tests as text, as a page in markdown and as JSON."""
+"""What tests of robustness came to: rows of a table, as text, as a page in markdown and as JSON."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 from itertools import groupby
-from typing import Any
+from typing import Any, Literal
 
+from validate.report.summary import as_json
 from validate.report.table import Style, Table, wrapped
-from validate.stress.rows import Row
 
 ABOUT = """\
 The table of one run of `validate stress`, which is what wrote this page. A row says what was run, over which extremes,
@@ -15,6 +17,42 @@ and the worst that was found of a measure that should stay below the bound; what
 methods that are not this toolkit's and are there to be compared with: Crank-Nicolson rings, explicit Euler blows up.
 """
 _MARKS = {"holds": "agrees", "breaks": "differs", "failed": "differs", "as predicted": "unresolved"}
+
+
+Outcome = Literal["holds", "breaks", "as predicted", "failed"]
+
+
+@dataclass(frozen=True)
+class Row:
+    """A measure that should stay below a bound.
+
+    ``what`` was run over ``extremes``; ``measure`` names the worst number found, ``found``, and ``bound`` its limit.
+    ``ours`` is false for methods that are only there to be compared with: that one of them breaks is a finding, not a
+    fault. ``said`` tells more: where the worst is, what broke.
+    """
+
+    group: str
+    what: str
+    extremes: str
+    measure: str
+    found: float
+    bound: float
+    ours: bool = True
+    said: str = ""
+
+    @property
+    def verdict(self) -> Outcome:
+        """Whether the bound holds."""
+        if math.isnan(self.found):
+            return "failed"
+        if self.found <= self.bound:
+            return "holds"
+        return "breaks" if self.ours else "as predicted"
+
+
+def failed(group: str, what: str, error: BaseException) -> Row:
+    """A row for a test that ended in an error."""
+    return Row(group, what, "", "ended", math.nan, 0.0, True, f"{type(error).__name__}: {error}")
 
 
 def broken(rows: Sequence[Row]) -> list[Row]:
@@ -61,10 +99,6 @@ def markdown(rows: Sequence[Row], versions: dict[str, str], seed: int) -> str:
 
 def document(rows: Sequence[Row], versions: dict[str, str], seconds: float) -> dict[str, Any]:
     """The table as JSON types."""
-    from dataclasses import asdict
-
-    from validate.report.summary import as_json
-
     found = as_json({
         "schema": 1, "provenance": versions, "timing_s": seconds, "broken": len(broken(rows)),
         "rows": [asdict(row) | {"verdict": row.verdict} for row in rows],

@@ -15,7 +15,7 @@ from scenes.model import Boundary, Box, Material, Point, Probe, Scene, Schedule
 from validate.verify import series
 from validate.verify.answers import ACCURACY, Expected, Row, rows
 from validate.verify.exact_walls import end, wall
-from validate.verify.laplace import Layer
+from validate.verify.series import Layer
 
 FAMILY = "published"
 ZERO = 273.15  # K: 0 degrees Celsius
