@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import groupby
 from typing import Any, Literal
 
-from validate.report.summary import as_json
 from validate.report.table import Style, Table, wrapped
+from validate.verify.report import as_document, page
 
 ABOUT = """\
 The table of one run of `validate stress`, which is what wrote this page. A row says what was run, over which extremes,
@@ -62,11 +62,10 @@ def broken(rows: Sequence[Row]) -> list[Row]:
 
 def headline(rows: Sequence[Row]) -> str:
     """The outcome in one line."""
-    bad = broken(rows)
-    said = f"{sum(row.verdict == 'holds' for row in rows)} of {len(rows)} rows hold"
-    predicted = sum(row.verdict == "as predicted" for row in rows)
+    predicted, bad = sum(row.verdict == "as predicted" for row in rows), len(broken(rows))
+    said = f"{len(rows) - predicted - bad} of {len(rows)} rows hold"
     said += f", {predicted} break as predicted" if predicted else ""
-    return said + (f", {len(bad)} break." if bad else ".")
+    return said + (f", {bad} break." if bad else ".")
 
 
 def text(rows: Sequence[Row], style: Style) -> str:
@@ -85,23 +84,17 @@ def text(rows: Sequence[Row], style: Style) -> str:
 
 def markdown(rows: Sequence[Row], versions: dict[str, str], seed: int) -> str:
     """The page of the documentation."""
-    lines = ["# Numerical stability and robustness", "", ABOUT, f"**{headline(rows)}** Seed {seed}.", ""]
-    lines += [", ".join(f"{name} {value}" for name, value in versions.items()) + ".", ""]
+    heads = ("what", "extremes", "measure", "found", "bound", "verdict", "")
+    tables = []
     for group, of_group in groupby(rows, lambda row: row.group):
-        heads = ("what", "extremes", "measure", "found", "bound", "verdict", "")
         cells = [
             (row.what, row.extremes, row.measure, f"{row.found:.3g}", f"{row.bound:.3g}", row.verdict, row.said)
             for row in of_group
         ]
-        lines += [f"## {group.capitalize()}", "", *Table(heads, cells, "<<<>><<").markdown()]
-    return "\n".join(lines)
+        tables.append((group.capitalize(), Table(heads, cells, "<<<>><<")))
+    return page("Numerical stability and robustness", ABOUT, f"**{headline(rows)}** Seed {seed}.", versions, tables)
 
 
 def document(rows: Sequence[Row], versions: dict[str, str], seconds: float) -> dict[str, Any]:
     """The table as JSON types."""
-    found = as_json({
-        "schema": 1, "provenance": versions, "timing_s": seconds, "broken": len(broken(rows)),
-        "rows": [asdict(row) | {"verdict": row.verdict} for row in rows],
-    })  # fmt: skip
-    assert isinstance(found, dict)
-    return found
+    return as_document(rows, versions, seconds, ("verdict",), broken=len(broken(rows)))
