@@ -123,11 +123,11 @@ def test_freefem_of_order_three_is_nearer_to_a_finer_space_than_of_order_two():
 
 
 def test_tetrahedra_fill_the_bricks_and_cover_the_faces(tmp_path):
-    from validate.bench.tools import tetrahedra
+    from validate.bench.tools import freefem_sink as tetrahedra
 
     sink = Sink()
     mesh = problem.graded(symmetry.reduce(sink.scene()).scene, 1e-2, 1, 1)
-    tetrahedra.write(mesh, tmp_path / "quarter.mesh")
+    tetrahedra.write_mesh(mesh, tmp_path / "quarter.mesh")
     lines = (tmp_path / "quarter.mesh").read_text().splitlines()
 
     def block(name):
