@@ -1,9 +1,11 @@
 """What a run leaves: texts, tables, figures, the page, summary, traces, fields, the folder.
 
 How a run of each kind is told and kept is one module for each, found by the kind of its scene. It has ``title``,
-``headline`` and ``sections`` for the terminal and the page, ``entries`` of summary.json, ``columns`` of
-traces.csv, ``FIGURES`` by their names in the plan, and ``draws_field``; where a field is drawn ``field`` and
-``field_figure``, where field files are written ``stored``, and ``more_columns`` where there are other files of columns.
+``headline`` and ``sections`` for the terminal and the page, ``entries`` of summary.json, ``columns`` of traces.csv
+(none: no file), ``FIGURES``, by their names in the plan what draws each in ``figures``, and ``draws_field``, whether
+there will be a field to render; where there may be, what ``field``, its ``FIELD_FIGURE``, the ``picture`` made of the
+rendered image with what the plan says where that turned out otherwise, and what ``stored`` field files have: their
+times (s), what rises are above (K), and a 1D model beside 3D.
 """
 
 from __future__ import annotations
@@ -33,11 +35,12 @@ def of(scene: Any) -> Any:
     return import_module(f"validate.report.{kind(scene)}")
 
 
+def called(place: str) -> Any:
+    """A function of this package by "module.function", imported when it is needed."""
+    module, _, function = place.rpartition(".")
+    return getattr(import_module(f"validate.report.{module}"), function)
+
+
 def asked_for(outcome: Outcome[Any], style: Style) -> list[Section]:
     """The sections on what was found because it was asked for, whatever the kind of run."""
-    found = []
-    for name, place in _ASKED_FOR.items():
-        if getattr(outcome, name) is not None:
-            module, _, function = place.partition(".")
-            found.append(getattr(import_module(f"validate.report.{module}"), function)(outcome, style))
-    return found
+    return [called(place)(outcome, style) for name, place in _ASKED_FOR.items() if getattr(outcome, name) is not None]

@@ -15,6 +15,7 @@ from scenes.device import Device
 from scenes.formats import cut, percent, quantity, signed
 from scenes.keys import type_of
 from scenes.model import UNITS
+from scenes.quantities import OF_A_SINK
 from scenes.sink import Sink
 from validate.report.table import Row, Section, Style, Table
 
@@ -28,8 +29,6 @@ SHOWN = ("peak_rise_K", "end_rise_K", "current_A", "sink_power_W", "sensor_power
 """Quantities of which a terminal and a figure have room; the page and the summary have all."""
 MOST = 3
 """Of a free scene's probes so many are shown there."""
-_CALLED = {"heat_out_W": "heat out"}
-_UNITS = {"K_per_W": "K/W", "K": "K", "A": "A", "W": "W"}
 _LEAST = 5e-5
 """Of a slope: less is shown as nothing."""
 _NOTHING = 1e-6
@@ -50,15 +49,14 @@ def short(key: str) -> str:
 
 def followed(outcome: Outcome[Any], full: bool = False) -> dict[str, str]:
     """The quantities whose sensitivities are shown, with what they are called."""
+    known = QUANTITIES
     if isinstance(outcome.scene, Device):
-        from reduced1d.slopes import OF_DEVICE
-
-        return {name: called for name, called in OF_DEVICE.items() if full or name in SHOWN}
-    if not isinstance(outcome.scene, Sink):
+        from reduced1d.slopes import OF_DEVICE as known  # noqa: N811
+    elif not isinstance(outcome.scene, Sink):
         found = outcome.sensitivities
         names = [p.name for p in outcome.scene.probes if found is None or p.name in found.values]
         return {name: name for name in (names if full else names[:MOST])}
-    return {name: called for name, called in QUANTITIES.items() if full or name in SHOWN}
+    return {name: called for name, called in known.items() if full or name in SHOWN}
 
 
 def sensitivities(outcome: Outcome[Any], style: Style) -> Section:
@@ -72,36 +70,35 @@ def sensitivities(outcome: Outcome[Any], style: Style) -> Section:
         rows.append(Row(cells, judged[key].verdict if key in judged else ""))
     heads = [f"{called}\n{'3D':>6}{'1D':>8}" if both else cut(called, 15) for called in names.values()]
     said = []
+    if style.page:
+        what = "what each quantity is at most" if found.course and found.values else "the steady state"
+        said.append(f"Logarithmic derivatives of {what}, d ln(quantity) / d ln(key).")
     if found.zeros:
         said.append(f"0, of which there is no percent: {', '.join(found.zeros)}.")
     if len(found.values) > len(names):
         said.append(f"Those of {len(found.values) - len(names)} more probes are in summary.json and on the page.")
     if judged:
-        differ = sum(check.verdict == "differs" for check in judged.values())
+        as_3d = sum(check.verdict != "differs" for check in judged.values())
         tolerance = percent(next(iter(judged.values())).tolerance, 1)
-        said.append(
-            f"1D follows {len(judged) - differ} of {len(judged)} keys as 3D does, within {tolerance} of the largest"
-        )
+        said.append(f"1D follows {as_3d} of {len(judged)} keys as 3D does, within {tolerance} of the largest")
     still = [short(key) for key, of in found.steady.items() if max((s.size for s in of.values()), default=0.0) < _LEAST]
-    if style.page:
-        what = "what each quantity is at most" if found.course and found.values else "the steady state"
-        said.insert(0, f"Logarithmic derivatives of {what}, d ln(quantity) / d ln(key).")
-        said += [f"Nothing of it follows {', '.join(still)}."] if still else []
+    if style.page and still:
+        said.append(f"Nothing of it follows {', '.join(still)}.")
     return Section("Sensitivities", [Table(("% for each percent of", *heads), rows), *said], headed=False)
 
 
 def _pair(slope: Slope | None, style: Style, both: bool) -> str:
+    """Of a slope 3D's and 1D's, to three places; nothing has no sign."""
     if slope is None:
         return ""
-    known = f" {style.plus_minus} {slope.fem3d.error:.4f}" if slope.fem3d is not None and style.page else ""
-    left = "" if slope.fem3d is None else f"{_signed(slope.fem3d.value)}{known}"
-    right = "" if slope.reduced1d is None else _signed(slope.reduced1d)
+    three = None if slope.fem3d is None else slope.fem3d.value
+    left, right = (
+        "" if value is None else f"{value:+.3f}" if abs(value) >= 5e-4 else "0.000"
+        for value in (three, slope.reduced1d)
+    )  # fmt: skip
+    if slope.fem3d is not None and style.page:
+        left += f" {style.plus_minus} {slope.fem3d.error:.4f}"
     return f"{left:>6} {right:>6}" if both else left
-
-
-def _signed(value: float) -> str:
-    """Three places; nothing has no sign."""
-    return f"{value:+.3f}" if abs(value) >= 5e-4 else "0.000"
 
 
 def uncertain(outcome: Outcome[Any], style: Style) -> Section:
@@ -111,54 +108,43 @@ def uncertain(outcome: Outcome[Any], style: Style) -> Section:
     assert found is not None
     given = ", ".join(f"{short(key)} {percent(u)}" for key, u in found.uncertain.relative.items())
     correlated = "".join(f"; {short(a)} and {short(b)} {r:+g}" for (a, b), r in found.uncertain.correlations.items())
-    rows = [
-        [
-            called,
-            quantity(found.fem3d[name], unit, 2) if name in found.fem3d else "",
-            quantity(found.reduced1d[name], unit, 2) if name in found.reduced1d else "",
-            percent(found.difference[name]) if name in found.difference else "",
-            short(found.most.get(name, "")),
-        ]
-        for name, called, unit in _quantities(outcome)
-    ]
-    heads = ["u_input of", "3D", "1D", "1D/3D - 1", "most by"]
+    quantities = _of_sink()
+    if not isinstance(outcome.scene, Sink):
+        quantities = {p.name: (cut(p.name, 30), UNITS[p.quantity]) for p in outcome.scene.probes}
+    heads, rows = ["u_input of", "3D", "1D", "1D/3D - 1", "most by"], []
+    for name, (called, unit) in quantities.items():
+        both = [quantity(of[name], unit, 2) if name in of else "" for of in (found.fem3d, found.reduced1d)]
+        off = percent(found.difference[name]) if name in found.difference else ""
+        rows.append([called, *both, off, short(found.most.get(name, ""))])
     if not found.reduced1d:
-        heads, rows = [*heads[:2], heads[4]], [[*row[:2], row[4]] for row in rows]
+        heads, *rows = [[*row[:2], row[4]] for row in (heads, *rows)]
     known = [f"{check.id} {percent(check.u_input)}" for check in outcome.checks if check.u_input is not None]
-    return Section(
-        "Uncertain inputs",
-        [
-            f"Inputs known to (standard uncertainty): {given}{correlated}.",
-            Table(heads, rows),
-            f"of the differences: {', '.join(known)}" if known else "",
-            *([] if outcome.sampled is None else [_samples(outcome.sampled)]),
-        ],
-        headed=False,
-    )
+    parts: list[str | Table] = [
+        f"Inputs known to (standard uncertainty): {given}{correlated}.",
+        Table(heads, rows),
+        f"of the differences: {', '.join(known)}" if known else "",
+    ]
+    parts += [] if outcome.sampled is None else [_samples(outcome.sampled)]
+    return Section("Uncertain inputs", parts, headed=False)
 
 
-def _quantities(outcome: Outcome[Any]) -> list[tuple[str, str, str]]:
-    """The quantities of a run, with what they are called and their units."""
-    if isinstance(outcome.scene, Sink):
-        return [(name, _CALLED.get(name, called), _unit(name)) for name, called in QUANTITIES.items()]
-    return [(p.name, cut(p.name, 30), UNITS[p.quantity]) for p in outcome.scene.probes]
+def _of_sink() -> dict[str, tuple[str, str]]:
+    """A sink's quantities, with what they are called where there is little room, and their units."""
+    called = {asked.steady: (asked.called, asked.unit) for asked in OF_A_SINK.values()}
+    return called | {"heat_out_W": ("heat out", "W")}
 
 
 def _samples(found: Sampled) -> Table:
     """What the samples spread by, beside what linear propagation makes of it."""
     rows = []
-    for name, called in QUANTITIES.items():
-        row = [_CALLED.get(name, called)]
+    for name, (called, unit) in _of_sink().items():
+        row = [called]
         for own in (found.fem3d, found.reduced1d):
             spread = own.get(name)
-            both = () if spread is None else (spread.deviation, spread.linear)
-            row += [quantity(value, _unit(name), 3) for value in both] or ["", ""]
+            both = ("", "") if spread is None else (spread.deviation, spread.linear)
+            row += [value if isinstance(value, str) else quantity(value, unit, 3) for value in both]
         rows.append(row)
     return Table((f"of {found.count - found.failed} samples", "3D", "linear", "1D", "linear"), rows)
-
-
-def _unit(name: str) -> str:
-    return next(unit for end, unit in _UNITS.items() if name.endswith(end))
 
 
 def entered(entries: dict[str, Any], found: Propagated, sampled: Sampled | None) -> None:
@@ -180,24 +166,21 @@ def calibration(outcome: Outcome[Any], style: Style) -> Section:
     results."""
     found = outcome.fit
     assert found is not None
-    paths = type_of(found.scene).schema.paths
-    rows = []
+    paths, rows, scene = type_of(found.scene).schema.paths, [], dict[str, list[str]]()
     for key, value in found.fitted.items():
         ends = (f"{v:.4g}" for v in found.interval(key))
         rows.append([short(key), f"{found.start[key]:.4g}", f"{value:.4g}", percent(found.u[key]), *ends])
-    scene = []
-    for section in dict.fromkeys(key.rpartition(".")[0] for key in found.fitted):
-        scene.append(f"[{section}]")
-        for key in (key for key in found.fitted if key.rpartition(".")[0] == section):
-            scene.append(f"{key.rpartition('.')[2]} = {attrgetter(paths[key].attribute)(found.scene)!r}")
-    said = "A model that is fitted to data is not validated by them: what follows says how well it fits"
+        section, _, name = key.rpartition(".")
+        line = f"{name} = {attrgetter(paths[key].attribute)(found.scene)!r}"
+        scene.setdefault(section, [f"[{section}]"]).append(line)
     return Section(
         "Calibration",
         [
             Table(("fitted", "from", "to", "u", "95 % between", "and"), rows),
             f"Misfit {found.misfit:.3g} of {found.points} points; values in SI units. The scene that results:",
-            scene,
-            f"{said}, other data whether it is right.",
+            [line for lines in scene.values() for line in lines],
+            "A model that is fitted to data is not validated by them: what follows says how well it fits, other data "
+            "whether it is right.",
         ],
         headed=False,
     )
@@ -209,12 +192,12 @@ def validation(outcome: Outcome[Any], style: Style) -> Section:
     assert found is not None
     rows = []
     for s in found.statements:
-        unit = s.quantity.rpartition("_")[2]
-        parts = [_known(u, s.u_val, unit) for u in (s.u_num, s.u_input, s.u_data, s.u_val)]
-        rows.append([
-            f"{called[s.quantity]} {s.model}", quantity(s.time, "s", 2), signed(s.E, unit, 2), *parts,
-            s.said() if s.seen else "unseen: |E| < u_val",
-        ])  # fmt: skip
+        unit, parts = s.quantity.rpartition("_")[2], []
+        for u in (s.u_num, s.u_input, s.u_data, s.u_val):
+            parts.append("?" if not np.isfinite(u) else quantity(u, unit, 2) if u > _NOTHING * s.u_val else "0")
+        said = s.said() if s.seen else "unseen: |E| < u_val"
+        named = f"{called[s.quantity]} {s.model}"
+        rows.append([named, quantity(s.time, "s", 2), signed(s.E, unit, 2), *parts, said])
     points = [
         f"{called[c.quantity]} {c.model} {int((np.abs(c.error) <= COVERS * c.u_val).sum())} of {len(c.times)}"
         for c in found.courses
@@ -230,9 +213,3 @@ def validation(outcome: Outcome[Any], style: Style) -> Section:
         ],
         headed=False,
     )
-
-
-def _known(u: float, u_val: float, unit: str) -> str:
-    if not np.isfinite(u):
-        return "?"
-    return quantity(u, unit, 2) if u > _NOTHING * u_val else "0"

@@ -188,8 +188,8 @@ def test_a_model_of_the_ladder_that_runs_away_is_named() -> None:
 
 @pytest.mark.parametrize("transient", [True, False])
 def test_the_budget_is_drawn(transient: bool, tmp_path: Path) -> None:
+    from validate.report.figures.asked_figures import why as draw
     from validate.report.figures.drawing import save, style
-    from validate.report.figures.why_figure import draw
 
     case = solved("default")
     fem3d = case.fem3d if transient else replace(case.fem3d, traces=None)

@@ -11,9 +11,9 @@ from fem3d.run import solve
 from scenes.loading import load
 from scenes.plan import Request
 from validate.report.budget import section
+from validate.report.figures.asked_figures import seen_parts
 from validate.report.figures.offscreen import round_length
-from validate.report.figures.profile_figure import _smooth
-from validate.report.figures.why_figure import _seen
+from validate.report.figures.sink_figures import without_kinks
 from validate.report.table import Style
 
 
@@ -36,11 +36,11 @@ def kink(y: np.ndarray, values: np.ndarray) -> float:
 def test_the_kink_between_cells_goes_and_the_curve_stays() -> None:
     """A bump larger than the error, which must be real, stays."""
     y, raw, error = residual("1e-3")
-    drawn = _smooth(y, raw, error / 20)
+    drawn = without_kinks(y, raw, error / 20)
     assert kink(y, drawn) < 0.1 * kink(y, raw)
     assert np.abs(drawn - raw).max() < 0.5 * error
     bumped = raw + 3 * error * np.exp(-(((y - 75) / 10) ** 2))
-    assert np.abs(_smooth(y, bumped, error / 20) - bumped).max() < 0.5 * error
+    assert np.abs(without_kinks(y, bumped, error / 20) - bumped).max() < 0.5 * error
 
 
 @pytest.mark.parametrize(("wanted", "found"), [(260.0, 200.0), (5.0, 5.0), (1.99, 1.0), (0.06, 0.05)])
@@ -58,10 +58,10 @@ def budget(*values: float, over_time: np.ndarray | None = None) -> Budget:
     return Budget("paper", (split(*values),), (), times, {} if over_time is None else {"peak": over_time}, "so it is")
 
 
-def test_the_legend_has_what_can_be_seen() -> None:
-    assert _seen(budget(-1.0, 0.3, 0.001)) == [0, 1]
+def test_the_legend_has_what_can_beseen_parts() -> None:
+    assert seen_parts(budget(-1.0, 0.3, 0.001)) == [0, 1]
     # What shows on the way only is seen too.
-    assert _seen(budget(-1.0, 0.0, 0.0, over_time=np.array([[-1.0, -1.0], [0.0, 0.0], [0.1, 0.0]]))) == [0, 2]
+    assert seen_parts(budget(-1.0, 0.0, 0.0, over_time=np.array([[-1.0, -1.0], [0.0, 0.0], [0.1, 0.0]]))) == [0, 2]
 
 
 def budget_text(*values: float) -> str:
