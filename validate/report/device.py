@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from fem3d.device.solve import Model
     from scenes.device import Device
     from scenes.loop.result import Steady
-    from scenes.plan import Request
 
 FIGURES = {
     "figure9": "device_figures.power",
@@ -35,6 +34,7 @@ FIGURES = {
     "figure13": "device_figures.characteristic",
     "sensitivity": "asked_figures.sensitivity",
 }
+FIELD_FIGURE = ""
 FRACTIONS = (0.05, 0.01, 1e-3, 1e-4)
 """The bands that summary.json has settling times for."""
 
@@ -257,7 +257,3 @@ def columns(outcome: Outcome[Device]) -> dict[str, np.ndarray]:
     found |= {f"reduced1d_{name}": one.trace(name) for name in one.quantities}
     rows = min(len(values) for values in found.values())  # a run that is stopped ends early
     return {"time_s": one.time_s[:rows], **{name: values[:rows] for name, values in found.items()}}
-
-
-def draws_field(device: Device, request: Request) -> bool:
-    return False

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from compare.plan import skipped_free_figures
 from scenes.dimensions import TIME
 from scenes.formats import Column, cut, quantity, with_error
 from scenes.model import UNITS
@@ -22,7 +21,6 @@ if TYPE_CHECKING:
     from compare.outcome import Outcome
     from compare.verdict import Check
     from scenes.model import AnyScene, GroupProbe, Probe
-    from scenes.plan import Request
     from scenes.result import Result, Traces
     from validate.report.figures.render import Field
 
@@ -193,10 +191,6 @@ def stored(outcome: Outcome[AnyScene]) -> tuple[np.ndarray, float, None]:
     asked = np.unique([0.0, *scene.output_times, scene.end_time])
     times = asked if scene.output_times else stored_times(scene.end_time)
     return times[:0] if scene.steady else times, scene.initial_temperature, None
-
-
-def draws_field(scene: AnyScene, request: Request) -> bool:
-    return "field" not in skipped_free_figures(scene, request)
 
 
 def field(outcome: Outcome[AnyScene]) -> Field:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from compare.outcome import Clock, Outcome
 from compare.pipeline import answer
+from compare.plan import skipped_figures
 from scenes.plan import Request, noted
 from validate.report import called, names, of
 from validate.report.figures.render import Renderer
@@ -37,7 +38,7 @@ def run(
     The folder is there, whole, when this returns, and as it was before when this raises. Raises SceneError for a folder
     that can't be used (before anything is solved), and what `compare.pipeline.answer` raises.
     """
-    say, clock, drawn = progress or (lambda _: None), Clock(), of(scene).draws_field(scene, request)
+    say, clock, drawn = progress or (lambda _: None), Clock(), draws_field(scene, request)
     with Folder(out or names.of(scene, request)) as folder, Renderer(drawn) as renderer:
         outcome = answer(scene, request, say, data, clock)
         outcome = outcome if then is None else then(outcome)
@@ -50,7 +51,7 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, clock: Clock)
     """Writes the files; the outcome comes back with their names and the plan as carried out."""
     kind, files = of(outcome.scene), list[str]()
     planned = {line.step for line in outcome.plan if line.state == "done"}
-    field = kind.field(outcome) if kind.draws_field(outcome.scene, outcome.request) else None
+    field = kind.field(outcome) if draws_field(outcome.scene, outcome.request) else None
     if field is not None:
         renderer.send(field)
     with clock.stage("files"):
@@ -87,6 +88,12 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, clock: Clock)
         write_report(folder / "report.html", outcome, found, field)
         write_document(folder / "summary.json", found)
     return outcome
+
+
+def draws_field(scene: Any, request: Request) -> bool:
+    """Whether there will be a field to render."""
+    name = of(scene).FIELD_FIGURE.removeprefix("figure ")
+    return bool(name) and name not in skipped_figures(scene, request)
 
 
 def _write_columns(path: Path, columns: dict[str, np.ndarray]) -> None:

@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from compare import plan
 from compare.verdict import PAPERS, Check, relative
 from scenes.checks import OF_THE_REDUCTION
 from scenes.formats import percent, quantity, sink_text, with_error
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
 
     from compare.outcome import Outcome
     from reduced1d.painted import Reduction
-    from scenes.plan import Request, Step
+    from scenes.plan import Step
     from scenes.sink import Sink
     from validate.report.figures.render import Field
 
@@ -151,10 +150,6 @@ def stored(outcome: Outcome[Sink]) -> tuple[np.ndarray, float, Reduction | None]
     # A row's spans are not painted: the model that is painted has one.
     painted = None if one is None or sink.spans > 1 else of_result(sink, one)
     return times if request.transient else times[:0], sink.room_temperature, painted
-
-
-def draws_field(sink: Sink, request: Request) -> bool:
-    return FIELD_FIGURE not in plan.skipped_figures(request, sink)
 
 
 def field(outcome: Outcome[Sink]) -> Field:

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from compare import figure_checks
-from compare.row_checks import FOLLOWED
+from compare.checks import FOLLOWED
 from compare.verdict import PAPERS, Models
 from reduced1d.equations import parabola, parabola_between, unequal_ends
 from reduced1d.ladder.lumps import half_island
