@@ -19,15 +19,7 @@ if TYPE_CHECKING:
     from compare.outcome import Outcome
     from validate.report.table import Section, Style
 
-_ASKED_FOR = {
-    "propagated": "inputs.uncertain",
-    "fit": "inputs.calibration",
-    "validation": "inputs.validation",
-    "air": "air.section",
-    "sensitivities": "inputs.sensitivities",
-    "why": "budget.section",
-}
-"""What tells of each field of an Outcome that is there only where it was asked for."""
+_ASKED_FOR = ("propagated", "fit", "validation", "air", "sensitivities", "why")
 
 
 def of(scene: Any) -> Any:
@@ -35,12 +27,10 @@ def of(scene: Any) -> Any:
     return import_module(f"validate.report.{kind(scene)}")
 
 
-def called(place: str) -> Any:
-    """A function of this package by "module.function", imported when it is needed."""
-    module, _, function = place.rpartition(".")
-    return getattr(import_module(f"validate.report.{module}"), function)
-
-
 def asked_for(outcome: Outcome[Any], style: Style) -> list[Section]:
     """The sections on what was found because it was asked for, whatever the kind of run."""
-    return [called(place)(outcome, style) for name, place in _ASKED_FOR.items() if getattr(outcome, name) is not None]
+    if all(getattr(outcome, name) is None for name in _ASKED_FOR):
+        return []
+    from validate.report import asked
+
+    return [getattr(asked, name)(outcome, style) for name in _ASKED_FOR if getattr(outcome, name) is not None]

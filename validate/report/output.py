@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,12 +15,13 @@ from compare.outcome import Clock, Outcome
 from compare.pipeline import answer
 from compare.plan import skipped_figures
 from scenes.plan import Request, noted
-from validate.report import called, names, of
+from validate.report import names, of
 from validate.report.figures.render import Renderer
 from validate.report.folder import Folder
 
 if TYPE_CHECKING:
     import numpy as np
+    from matplotlib.figure import Figure
 
     from compare.against import Data
 
@@ -72,7 +74,7 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, clock: Clock)
         with clock.stage("figures"), style():
             for name, place in kind.FIGURES.items():
                 if name in planned:
-                    drawn += save(called(f"figures.{place}")(outcome), folder, name.replace(" ", "_"))
+                    drawn += save(_drawn(place, outcome), folder, name.replace(" ", "_"))
             if field is not None:
                 # Last, because the picture comes from a process of its own.
                 figure, note = kind.picture(outcome, field, renderer.image())
@@ -88,6 +90,12 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, clock: Clock)
         write_report(folder / "report.html", outcome, found, field)
         write_document(folder / "summary.json", found)
     return outcome
+
+
+def _drawn(place: str, outcome: Outcome[Any]) -> Figure:
+    """The figure that "module.function" draws."""
+    module, _, function = place.partition(".")
+    return getattr(import_module(f"validate.report.figures.{module}"), function)(outcome)
 
 
 def draws_field(scene: Any, request: Request) -> bool:

@@ -44,11 +44,11 @@ def document(outcome: Outcome[Any]) -> dict[str, Any]:
         **of(outcome.scene).entries(outcome),
     }
     if outcome.why is not None:
-        from validate.report.budget import document as budget
+        from validate.report.asked import budget
 
         found["why"] = budget(outcome.why)
     if outcome.propagated is not None:
-        from validate.report.inputs import entered
+        from validate.report.asked import entered
 
         entered(found, outcome.propagated, outcome.sampled)
     asked = {entry: getattr(outcome, name) for entry, name in _ASKED_FOR.items()}

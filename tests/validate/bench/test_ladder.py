@@ -26,7 +26,8 @@ from scenes.plan import Request
 from scenes.result import Result
 from scenes.sink import Sink
 from validate.bench.ladder_table import errors, scene, slow_row, thin_row
-from validate.report.budget import document, section
+from validate.report.asked import budget as document
+from validate.report.asked import why as section
 
 SCENES = {
     "default": (),

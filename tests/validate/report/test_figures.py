@@ -10,7 +10,7 @@ from compare.outcome import Outcome
 from fem3d.run import solve
 from scenes.loading import load
 from scenes.plan import Request
-from validate.report.budget import section
+from validate.report.asked import why as section
 from validate.report.figures.asked_figures import seen_parts
 from validate.report.figures.offscreen import round_length
 from validate.report.figures.sink_figures import without_kinks

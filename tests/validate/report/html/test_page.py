@@ -18,7 +18,7 @@ from scenes.plan import Request
 from tests import browser
 from tests.browser import WITHOUT_WEBGL, Browser
 from validate.report import output
-from validate.report.budget import section
+from validate.report.asked import why as section
 from validate.report.html.page import page
 from validate.report.table import Row, Section, Style, Table
 

@@ -1,7 +1,10 @@
-"""How well the inputs are known, and what that makes of a run: sensitivities, uncertainties, fits, validation."""
+"""What a run found because it was asked for, as sections: how well the inputs are known and what that makes of the run,
+what the air does, and the budget of a difference."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
@@ -12,7 +15,7 @@ from compare import against
 from compare.inputs.sensitivities import PREFIX, QUANTITIES
 from compare.inputs.validation import COVERS
 from scenes.device import Device
-from scenes.formats import cut, percent, quantity, signed
+from scenes.formats import cut, difference_text, percent, quantity, signed
 from scenes.keys import type_of
 from scenes.model import UNITS
 from scenes.quantities import OF_A_SINK
@@ -20,6 +23,8 @@ from scenes.sink import Sink
 from validate.report.table import Row, Section, Style, Table
 
 if TYPE_CHECKING:
+    from compare.air import Limits
+    from compare.budget import Budget, Part, Split
     from compare.inputs.propagation import Propagated
     from compare.inputs.sampling import Sampled
     from compare.inputs.sensitivities import Slope
@@ -33,6 +38,8 @@ _LEAST = 5e-5
 """Of a slope: less is shown as nothing."""
 _NOTHING = 1e-6
 """Of u_val: an uncertainty that nobody could see beside it."""
+_COEFFICIENTS = (1.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1e3, 1e4)
+"""Of the air (W/(m2 K)): those that a terminal has room for."""
 _V20 = (
     "As ASME V&V 20 has it: the comparison error E = S - D, simulation less data, is known to u_val, of the numerics, "
     "the inputs and the data. The error of the model itself lies within E - 2 u_val and E + 2 u_val (95 %); where |E| "
@@ -101,7 +108,7 @@ def _pair(slope: Slope | None, style: Style, both: bool) -> str:
     return f"{left:>6} {right:>6}" if both else left
 
 
-def uncertain(outcome: Outcome[Any], style: Style) -> Section:
+def propagated(outcome: Outcome[Any], style: Style) -> Section:
     """The standard uncertainties that were given, and a line for each quantity: u_input of both models and of their
     difference, and the key that adds most; then those of the checks, and what samples say."""
     found = outcome.propagated
@@ -161,7 +168,7 @@ def entered(entries: dict[str, Any], found: Propagated, sampled: Sampled | None)
         entries["monte_carlo"] = asdict(sampled)
 
 
-def calibration(outcome: Outcome[Any], style: Style) -> Section:
+def fit(outcome: Outcome[Any], style: Style) -> Section:
     """A line for each key that was fitted, from where to where it went and how well it is known, and the scene that
     results."""
     found = outcome.fit
@@ -213,3 +220,135 @@ def validation(outcome: Outcome[Any], style: Style) -> Section:
         ],
         headed=False,
     )
+
+
+def air(outcome: Outcome[Any], style: Style) -> Section:
+    """The differences at some coefficients, up to which the air may be left out, or lumped; over time until when that
+    stays within the tolerance, and how far it is off at most."""
+    from compare.air import QUANTITIES, STILL
+
+    found = outcome.air
+    assert found is not None
+    shown = list(range(len(found.coefficients)))
+    if not style.page:
+        shown = [int(np.abs(np.log(found.coefficients / wanted)).argmin()) for wanted in _COEFFICIENTS]
+
+    def table(kinds: tuple[str, str], columns: list[list[str]], limits: list[str]) -> Table:
+        heads = [f"{kind}\n{name}" for kind in kinds for name in QUANTITIES]
+        rows = [[f"{found.coefficients[at]:g}", *(column[at] for column in columns)] for at in shown]
+        return Table(("W/(m2 K)", *heads), [*rows, ["up to", *limits]])
+
+    def up_to(limits: Limits) -> list[str]:
+        return ["all" if limit is None else f"{float(f'{limit.value:.3g}'):g}" for limit in map(limits.get, QUANTITIES)]
+
+    percents = [[f"{100 * v:+.2f}" for v in of[name]] for of in (found.left_out, found.lumped) for name in of]
+    limits = [*up_to(found.limits), *up_to(found.lumped_limits)]
+    worst = min((limit.value for limit in found.limits.values() if limit is not None), default=None)
+    said = "The air may be left out at every coefficient tried"
+    if worst is not None:
+        said = f"It may be left out up to {worst:.3g} W/(m2 K)"
+    told = (
+        f"Steady, in %. {said}. Still air is usually given {STILL:g} W/(m2 K); at this size it conducts "
+        f"{found.conduction:.3g}, with which leaving it out is {percent(found.conducted)} off where it is worst, and "
+        f"through a gap below the beam as high as the oxide {float(f'{found.gap:.3g}'):g}."
+    )
+    parts: list[Table | str] = [table(("left out", "lumped"), percents, limits), told]
+    if (course := found.over_time) is not None:
+        until = [["the end" if math.isinf(t) else quantity(t, "s", 3) for t in course.until[n]] for n in QUANTITIES]
+        most = [[f"{100 * v:+.2f}" for v in course.largest[n]] for n in QUANTITIES]
+        parts.append(table(("until", "at most"), until + most, [*[""] * len(QUANTITIES), *up_to(course.limits)]))
+        parts.append(
+            "Left out over time: until when it stays within the tolerance, and by how much (%) it is off at most, of "
+            "the final value with the air."
+        )
+    return Section("Air", parts, headed=False)
+
+
+def why(outcome: Outcome[Any], style: Style) -> Section:
+    """Its parts in percent of the final rise or of the current or its change, then the sentence."""
+    from compare.budget import of_current
+
+    found = outcome.why
+    assert found is not None
+    over_time = found.transient
+    parts: list[Table | str] = [
+        f"in % of the final rise, or of the {of_current(outcome.scene)}",
+        _parts("steady state", found.steady, style),
+    ]
+    if over_time:
+        heads = [split.quantity for split in over_time]
+        same = all(
+            abs(p.value - q.value) <= p.error + q.error
+            for s, t in zip(found.steady, over_time, strict=True)
+            for p, q in zip(s.parts, t.parts, strict=True)
+        )
+        when = ", ".join(dict.fromkeys(quantity(split.time or 0.0, "s", 3) for split in over_time))
+        said = f"over time the whole is largest at {when}: as in the steady state"
+        parts.append(said if same else _parts("when it is largest", over_time, style))
+        rows = _rows(over_time, lambda part: part.largest or 0.0, _at_its_time, style)
+        parts += ["each at its largest from 10 us on (they do not add up)", Table(("", *heads), rows)]
+    said = f"{found.sentence[0].upper()}{found.sentence[1:]}."
+    return Section(f"Why {named(found.start)} differs from 3D", [*parts, said])
+
+
+def named(reduction: str) -> str:
+    """A reduction in a sentence."""
+    return "the paper's model" if reduction == "paper" else reduction
+
+
+def budget(found: Budget) -> dict[str, Any]:
+    """The budget for summary.json."""
+
+    def part(given: Part) -> dict[str, Any]:
+        when = {} if given.when is None else {"largest": given.largest, "largest_time_s": given.when}
+        return {"assumption": given.blame, "value": given.value, "error": given.error} | when
+
+    def split(given: Split) -> dict[str, Any]:
+        whole = {"unit": given.unit, "scale": given.scale, "difference": {"value": given.total, "error": given.error}}
+        when = {} if given.time is None else {"time_s": given.time}
+        return whole | {"parts": [part(p) for p in given.parts]} | when
+
+    return {
+        "reduction": found.start,
+        "sentence": found.sentence,
+        "steady": {given.quantity: split(given) for given in found.steady},
+        "transient": {given.quantity: split(given) for given in found.transient},
+    }
+
+
+def _parts(title: str, splits: Sequence[Split], style: Style) -> Table:
+    """What each part adds, and the whole."""
+    heads = [s.quantity if s.time is None else f"{s.quantity} at {quantity(s.time, 's', 3)}" for s in splits]
+    rows = _rows(splits, lambda p: p.value, lambda p, split: _cell(p.value, p.error, split.scale, style), style)
+    return Table((title, *heads), [*rows, ["in all", *(_cell(s.total, s.error, s.scale, style) for s in splits)]])
+
+
+def _rows(
+    splits: Sequence[Split], value: Callable[[Part], float], cell: Callable[[Part, Split], str], style: Style
+) -> list[Row]:
+    """A row for each part; those that are nothing but their numerical error in one, with their names below."""
+    names = [part.blame for part in splits[0].parts]
+    nothing = [n for n in range(len(names)) if all(abs(value(s.parts[n])) <= s.parts[n].error for s in splits)]
+    if len(nothing) < 2:
+        nothing = []
+    rows = [
+        Row([name, *(cell(split.parts[n], split) for split in splits)])
+        for n, name in enumerate(names)
+        if n not in nothing
+    ]
+    if nothing:
+        zeros = (_cell(0.0, max(s.parts[n].error for n in nothing), s.scale, style) for s in splits)
+        cells = [f"{len(nothing)} others, each", *(zero.replace("+", "", 1) for zero in zeros)]
+        rows.append(Row(cells, below=", ".join(names[n] for n in nothing)))
+    return rows
+
+
+def _at_its_time(part: Part, split: Split) -> str:
+    off = percent((part.largest or 0.0) / split.scale, 2, sign=True).removesuffix(" %") if split.scale else "-"
+    return f"{off} at {quantity(part.when or 0.0, 's', 3)}"
+
+
+def _cell(value: float, error: float, scale: float, style: Style) -> str:
+    if not scale:
+        return "-"
+    return difference_text(value / scale, error / scale, style.plus_minus).removesuffix(" %")
