@@ -3,9 +3,8 @@
 How a run of each kind is told and kept is one module for each, found by the kind of its scene. It has ``title``,
 ``headline`` and ``sections`` for the terminal and the page, ``entries`` of summary.json, ``columns`` of traces.csv
 (none: no file), ``FIGURES``, by their names in the plan what draws each in ``figures``, and the ``FIELD_FIGURE`` (none:
-empty); where there is one, which ``field`` it shows, the ``picture`` made of the rendered image with what the plan says
-where that turned out otherwise, and what ``stored`` field files have: their times (s), what rises are above (K), and a
-1D model beside 3D.
+empty); where there is one, which ``field`` it shows, and what ``stored`` field files have: their times (s), what rises
+are above (K), and a 1D model beside 3D.
 """
 
 from __future__ import annotations

@@ -11,13 +11,10 @@ import numpy as np
 from scenes.dimensions import TIME
 from scenes.formats import Column, cut, quantity, with_error
 from scenes.model import UNITS
-from scenes.plan import Step
 from validate.report import asked_for
 from validate.report.table import Section, Style, Table, wrapped
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from compare.outcome import Outcome
     from compare.verdict import Check
     from scenes.model import AnyScene, GroupProbe, Probe
@@ -206,14 +203,6 @@ def field(outcome: Outcome[AnyScene]) -> Field:
         kelvins = fields.at(np.array([time]))[0]
         when = f"{TIME.show(float(f'{time:.3g}'))}, when it is {'hottest' if above else 'coldest'}"
     coldest = float(kelvins.min())
-    return Field(fields.points, fields.hexes, kelvins - coldest, f"{when}, above {coldest:.6g} K", when, coldest)
-
-
-def picture(outcome: Outcome[AnyScene], shown: Field, image: np.ndarray | None) -> tuple[Figure | None, Step | None]:
-    if image is None:
-        return None, Step(FIELD_FIGURE, "skipped", "no OpenGL to render with")
-    from validate.report.figures.drawing import field_figure
-
-    drawn = f"z drawn x{shown.factor:g}" if shown.factor > 1 else "true proportions"
-    text = f"{outcome.scene.name}: temperature, {shown.when} ({drawn})"
-    return field_figure(shown, image, text, "temperature (K)", []), None
+    title = f"{outcome.scene.name}: temperature, {when} ("
+    label = f"{when}, above {coldest:.6g} K"
+    return Field(fields.points, fields.hexes, kelvins - coldest, label, title, "z", "temperature (K)", coldest)

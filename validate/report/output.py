@@ -11,10 +11,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from compare import plan
 from compare.outcome import Clock, Outcome
 from compare.pipeline import answer
-from compare.plan import skipped_figures
-from scenes.plan import Request, noted
+from scenes.plan import Request, noted, step
 from validate.report import names, of
 from validate.report.figures.render import Renderer
 from validate.report.folder import Folder
@@ -68,7 +68,7 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, clock: Clock)
 
             files += write_fields(folder, outcome.solved, outcome.scene.accuracy, *kind.stored(outcome))
     if outcome.request.figures and (field is not None or planned & kind.FIGURES.keys()):
-        from validate.report.figures.drawing import save, style
+        from validate.report.figures.drawing import field_figure, save, style
 
         drawn: list[str] = []
         with clock.stage("figures"), style():
@@ -77,9 +77,12 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, clock: Clock)
                     drawn += save(_drawn(place, outcome), folder, name.replace(" ", "_"))
             if field is not None:
                 # Last, because the picture comes from a process of its own.
-                figure, note = kind.picture(outcome, field, renderer.image())
-                files += [] if figure is None else save(figure, folder, kind.FIELD_FIGURE.replace(" ", "_"))
-                outcome = replace(outcome, plan=noted(outcome.plan, [] if note is None else [note]))
+                image, name = renderer.image(), kind.FIELD_FIGURE
+                if image is None:
+                    note = step(name, field.instead, "" if field.instead else "no OpenGL to render with")
+                    outcome = replace(outcome, plan=noted(outcome.plan, [note]))
+                if image is not None or field.instead:
+                    files += save(field_figure(field, image), folder, name.replace(" ", "_"))
         files += drawn
     outcome = replace(outcome, files=(*files, "report.html", "summary.json"), timing=clock.all())
     from validate.report.html.page import write_report
@@ -101,7 +104,7 @@ def _drawn(place: str, outcome: Outcome[Any]) -> Figure:
 def draws_field(scene: Any, request: Request) -> bool:
     """Whether there will be a field to render."""
     name = of(scene).FIELD_FIGURE.removeprefix("figure ")
-    return bool(name) and name not in skipped_figures(scene, request)
+    return bool(name) and name not in plan.skipped_figures(scene, request)
 
 
 def _write_columns(path: Path, columns: dict[str, np.ndarray]) -> None:

@@ -15,11 +15,9 @@ from validate.report.table import Section, Style, Table, wrapped
 
 if TYPE_CHECKING:
     import numpy as np
-    from matplotlib.figure import Figure
 
     from compare.outcome import Outcome
     from reduced1d.painted import Reduction
-    from scenes.plan import Step
     from scenes.sink import Sink
     from validate.report.figures.render import Field
 
@@ -156,32 +154,14 @@ def field(outcome: Outcome[Sink]) -> Field:
     """The steady field; of a row of spans, which would be a thread, those that were solved."""
     from validate.report.figures.render import Field
 
-    sink, fields = outcome.scene, outcome.solved.details["fields"].distinct
-    part = _part(outcome)
-    return Field(
-        fields.points, fields.hexes, fields.steady - sink.room_temperature, f"steady rise{part and f' of {part}'}"
-    )
-
-
-def _part(outcome: Outcome[Sink]) -> str:
-    """Which of a row's spans the field has, where it has not all."""
-    spans, solved = outcome.scene.spans, outcome.solved.details["spans_solved"]
-    return f"{solved} of {spans} spans" if solved < spans else ""
-
-
-def picture(outcome: Outcome[Sink], shown: Field, image: np.ndarray | None) -> tuple[Figure, Step | None]:
-    from scenes.plan import Step
-    from validate.report.figures.drawing import field_figure
-
-    sink, note = outcome.scene, None
-    seen = "true proportions" if shown.factor <= 1 else f"thickness drawn x{shown.factor:g}"
-    if image is None:
-        said = "the steady temperature of the top faces, from above: no OpenGL to render in 3D with"
-        seen, note = "seen from above", Step(FIELD_FIGURE, "done", said)
+    sink, details = outcome.scene, outcome.solved.details
+    fields, solved, room = details["fields"].distinct, details["spans_solved"], sink.room_temperature
+    part = f"{solved} of {sink.spans} spans" if solved < sink.spans else ""
     size = " x ".join(f"{side * 1e6:.4g}" for side in (sink.length, sink.width, sink.thickness))
-    what = f"{'beam' if sink.spans == 1 else 'spans of'} {size} µm"
-    text = f"Figure 4: steady 3D temperature, {sink_text(sink)} ({what}, {seen})"
-    part = _part(outcome)
     under: list[Check | str] = [f"{part}, those that were solved: the others are as the middle one"] if part else []
-    under += [check for check in outcome.checks if check.id == "fig4"]
-    return field_figure(shown, image, text, f"rise above {sink.room_temperature:g} K (K)", under), note
+    return Field(
+        fields.points, fields.hexes, fields.steady - room, f"steady rise{part and f' of {part}'}",
+        f"Figure 4: steady 3D temperature, {sink_text(sink)} ({'beam' if sink.spans == 1 else 'spans of'} {size} µm, ",
+        "thickness", f"rise above {room:g} K (K)", under=(*under, *(c for c in outcome.checks if c.id == "fig4")),
+        instead="the steady temperature of the top faces, from above: no OpenGL to render in 3D with",
+    )  # fmt: skip

@@ -114,14 +114,14 @@ def smooth(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
     return PchipInterpolator(x, y)(np.clip(at, x[0], x[-1]))
 
 
-def field_figure(
-    field: Field, image: np.ndarray | None, text: str, label: str, checks: Sequence[Check | str]
-) -> Figure:  # fmt: skip
+def field_figure(field: Field, image: np.ndarray | None) -> Figure:
     """The rendered field with its colour bar; where nothing could be rendered, a map of the top faces."""
     top = field.above + float(field.rise.max())
     colours = ScalarMappable(Normalize(field.above, top), ListedColormap(table() / 255))
     height, (bottom, left) = 3.7, (1.2, 0.75) if image is None else (0.85, 0.25)
-    figure = new_figure(8.5, height, text, checks, bottom=bottom, left=left)
+    seen = "true proportions" if field.factor <= 1 else f"{field.height} drawn x{field.factor:g}"
+    title = f"{field.title}{'seen from above' if image is None else seen})"
+    figure = new_figure(8.5, height, title, field.under, bottom=bottom, left=left)
     ax = figure.subplots()
     if image is None:
         _map(ax, field, colours)
@@ -130,7 +130,7 @@ def field_figure(
         ax.set_axis_off()
     place = (0.2, 0.45 / height, 0.6, 0.14 / height)
     bar = figure.colorbar(colours, cax=figure.add_axes(place), orientation="horizontal")
-    bar.set_label(label, color=INK)
+    bar.set_label(field.scale, color=INK)
     bar.outline.set_edgecolor(INK)  # type: ignore[operator]
     return figure
 

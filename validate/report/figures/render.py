@@ -14,21 +14,29 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import numpy as np
 
+    from compare.verdict import Check
+
 PATIENCE = 120.0
 """Seconds after which a render is given up."""
 
 
 @dataclass(frozen=True)
 class Field:
-    """A field to show: points (n, 3) in m, hexahedra (m, 8), rises (n,) in K above what ``label`` says, which is
-    ``above`` (K) where that is drawn; ``when`` it is."""
+    """A field to show: points (n, 3) in m, hexahedra (m, 8), rises (n,) in K above what ``label`` says. Of its picture
+    the ``title`` up to how it is seen, what z is called there (``height``), the ``scale`` of its colours, which begins
+    at ``above`` (K), what stands ``under`` the title, and what is drawn ``instead`` where nothing can be rendered
+    (nothing: empty)."""
 
     points: np.ndarray
     hexes: np.ndarray
     rise: np.ndarray
-    label: str = "steady rise"
-    when: str = "steady"
+    label: str
+    title: str
+    height: str
+    scale: str
     above: float = 0.0
+    under: tuple[Check | str, ...] = ()
+    instead: str = ""
 
     @property
     def factor(self) -> float:

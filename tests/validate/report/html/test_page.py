@@ -18,7 +18,7 @@ from scenes.plan import Request
 from tests import browser
 from tests.browser import WITHOUT_WEBGL, Browser
 from validate.report import output
-from validate.report.asked import why as section
+from validate.report.asked import why
 from validate.report.html.page import page
 from validate.report.table import Row, Section, Style, Table
 
@@ -57,9 +57,9 @@ def read(text: str) -> Reader:
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The real run, with figures: the folder."""
+    """The real run, steady and with figures: the folder."""
     folder = tmp_path_factory.mktemp("report") / "run"
-    output.run(load("sink", ["accuracy=1e-2"]), Request(), folder)
+    output.run(load("sink", ["accuracy=1e-2"]), Request(transient=False), folder)
     return folder
 
 
@@ -79,19 +79,20 @@ def test_the_page_is_whole_and_needs_no_other_file(run: Path) -> None:
     for title in ("Field", "Figures", "Error budget", "Energy balance", "Mesh", "Plan", "Scene", "Versions and files"):
         assert f"<h2>{title}</h2>" in text
     assert "not asked for (--fields)" in said
-    assert text.count("data:image/svg+xml") == 3
+    assert text.count("data:image/svg+xml") == 1
     assert len(text) < 2_000_000
 
 
-def test_without_figures_it_is_small_and_without_a_script(
-    tmp_path: Path, no_solver: None, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    outcome = output.run(load("sink"), Request(figures=False))
+def test_without_figures_it_is_small_and_says_what_was_not_declared(tmp_path: Path, no_solver: None) -> None:
+    sink = replace(load("sink"), expected_to_differ=())
+    outcome = output.run(sink, Request(figures=False), tmp_path / "run")
     text = (outcome.folder / "report.html").read_text(encoding="utf-8")
     assert "<script" not in text
     assert len(text) < 60_000
-    assert "peak rise" in " ".join(read(text).text)
+    said = " ".join(read(text).text)
+    assert "peak rise" in said
+    assert "not as expected" in said
+    assert "the scene declares that it agrees" in said
 
 
 def test_a_name_or_text_is_not_taken_for_markup(tmp_path: Path) -> None:
@@ -108,22 +109,11 @@ def test_a_name_or_text_is_not_taken_for_markup(tmp_path: Path) -> None:
     assert "1 K" in said.replace("\xa0", " ")
 
 
-def test_an_undeclared_difference_is_said(tmp_path: Path, no_solver: None, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    sink = replace(load("sink"), expected_to_differ=())
-    outcome = output.run(sink, Request(figures=False))
-    text = (outcome.folder / "report.html").read_text(encoding="utf-8")
-    assert "not as expected" in text
-    assert "the scene declares that it agrees" in text
-
-
 def test_the_assumptions_to_blame_add_up_in_one_table(tmp_path: Path) -> None:
-    def split(name: str, *values: float) -> Split:
-        parts = tuple(Part(f"part {k}", v, 1e-3) for k, v in enumerate(values))
-        return Split(name, "K", 10.0, sum(values), 2e-3, parts)
-
-    why = Budget("paper", (split("peak", -1.0, 0.25), split("end", -1.5, 0.125)), (), None, {}, "the anchor")
-    found = section(Outcome(load("sink"), Request(), (), why=why), Style(page=True))
+    parts = (Part("part 0", -1.0, 1e-3), Part("part 1", 0.25, 1e-3))
+    splits = tuple(Split(name, "K", 10.0, -0.75, 2e-3, parts) for name in ("peak", "end"))
+    budget = Budget("paper", splits, (), None, {}, "the anchor")
+    found = why(Outcome(load("sink"), Request(), (), why=budget), Style(page=True))
     text = page(tmp_path, "a", "b", [found], {}, None)
     read(text)
     assert "<h2>Why the paper&#x27;s model differs from 3D</h2>" in text
