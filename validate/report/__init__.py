@@ -28,8 +28,6 @@ def of(scene: Any) -> Any:
 
 def asked_for(outcome: Outcome[Any], style: Style) -> list[Section]:
     """The sections on what was found because it was asked for, whatever the kind of run."""
-    if all(getattr(outcome, name) is None for name in _ASKED_FOR):
-        return []
-    from validate.report import asked
-
-    return [getattr(asked, name)(outcome, style) for name in _ASKED_FOR if getattr(outcome, name) is not None]
+    found = {name: getattr(outcome, name) for name in _ASKED_FOR if getattr(outcome, name) is not None}
+    asked = import_module("validate.report.asked") if found else None
+    return [getattr(asked, name)(part, outcome, style) for name, part in found.items()]

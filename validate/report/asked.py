@@ -23,11 +23,13 @@ from scenes.sink import Sink
 from validate.report.table import Row, Section, Style, Table
 
 if TYPE_CHECKING:
-    from compare.air import Limits
+    from compare.air import Air, Limits
     from compare.budget import Budget, Part, Split
+    from compare.inputs.calibration import Fit
     from compare.inputs.propagation import Propagated
     from compare.inputs.sampling import Sampled
-    from compare.inputs.sensitivities import Slope
+    from compare.inputs.sensitivities import Sensitivities, Slope
+    from compare.inputs.validation import Validation
     from compare.outcome import Outcome
 
 SHOWN = ("peak_rise_K", "end_rise_K", "current_A", "sink_power_W", "sensor_power_W", "sensor_V")
@@ -66,10 +68,9 @@ def followed(outcome: Outcome[Any], full: bool = False) -> dict[str, str]:
     return {name: called for name, called in known.items() if full or name in SHOWN}
 
 
-def sensitivities(outcome: Outcome[Any], style: Style) -> Section:
+def sensitivities(found: Sensitivities, outcome: Outcome[Any], style: Style) -> Section:
     """A line for each key that any of the quantities follows, that first which one follows most: 3D, then 1D."""
-    found, names = outcome.sensitivities, followed(outcome, style.page)
-    assert found is not None
+    names = followed(outcome, style.page)
     judged = {check.id.removeprefix(PREFIX): check for check in outcome.checks if check.id.startswith(PREFIX)}
     rows, both = [], any(s.reduced1d is not None for of in found.steady.values() for s in of.values())
     for key in found.sorted(names):
@@ -108,11 +109,9 @@ def _pair(slope: Slope | None, style: Style, both: bool) -> str:
     return f"{left:>6} {right:>6}" if both else left
 
 
-def propagated(outcome: Outcome[Any], style: Style) -> Section:
+def propagated(found: Propagated, outcome: Outcome[Any], style: Style) -> Section:
     """The standard uncertainties that were given, and a line for each quantity: u_input of both models and of their
     difference, and the key that adds most; then those of the checks, and what samples say."""
-    found = outcome.propagated
-    assert found is not None
     given = ", ".join(f"{short(key)} {percent(u)}" for key, u in found.uncertain.relative.items())
     correlated = "".join(f"; {short(a)} and {short(b)} {r:+g}" for (a, b), r in found.uncertain.correlations.items())
     quantities = _of_sink()
@@ -168,11 +167,9 @@ def entered(entries: dict[str, Any], found: Propagated, sampled: Sampled | None)
         entries["monte_carlo"] = asdict(sampled)
 
 
-def fit(outcome: Outcome[Any], style: Style) -> Section:
+def fit(found: Fit, outcome: Outcome[Any], style: Style) -> Section:
     """A line for each key that was fitted, from where to where it went and how well it is known, and the scene that
     results."""
-    found = outcome.fit
-    assert found is not None
     paths, rows, scene = type_of(found.scene).schema.paths, [], dict[str, list[str]]()
     for key, value in found.fitted.items():
         ends = (f"{v:.4g}" for v in found.interval(key))
@@ -193,10 +190,9 @@ def fit(outcome: Outcome[Any], style: Style) -> Section:
     )
 
 
-def validation(outcome: Outcome[Any], style: Style) -> Section:
+def validation(found: Validation, outcome: Outcome[Any], style: Style) -> Section:
     """A line for each model and quantity where it is worst and at the end: E, its parts, and the model's error."""
-    found, called = outcome.validation, {key: name for name, key in against.QUANTITIES.items()}
-    assert found is not None
+    called = {key: name for name, key in against.QUANTITIES.items()}
     rows = []
     for s in found.statements:
         unit, parts = s.quantity.rpartition("_")[2], []
@@ -222,13 +218,11 @@ def validation(outcome: Outcome[Any], style: Style) -> Section:
     )
 
 
-def air(outcome: Outcome[Any], style: Style) -> Section:
+def air(found: Air, outcome: Outcome[Any], style: Style) -> Section:
     """The differences at some coefficients, up to which the air may be left out, or lumped; over time until when that
     stays within the tolerance, and how far it is off at most."""
     from compare.air import QUANTITIES, STILL
 
-    found = outcome.air
-    assert found is not None
     shown = list(range(len(found.coefficients)))
     if not style.page:
         shown = [int(np.abs(np.log(found.coefficients / wanted)).argmin()) for wanted in _COEFFICIENTS]
@@ -264,12 +258,10 @@ def air(outcome: Outcome[Any], style: Style) -> Section:
     return Section("Air", parts, headed=False)
 
 
-def why(outcome: Outcome[Any], style: Style) -> Section:
+def why(found: Budget, outcome: Outcome[Any], style: Style) -> Section:
     """Its parts in percent of the final rise or of the current or its change, then the sentence."""
     from compare.budget import of_current
 
-    found = outcome.why
-    assert found is not None
     over_time = found.transient
     parts: list[Table | str] = [
         f"in % of the final rise, or of the {of_current(outcome.scene)}",
@@ -331,11 +323,8 @@ def _rows(
     nothing = [n for n in range(len(names)) if all(abs(value(s.parts[n])) <= s.parts[n].error for s in splits)]
     if len(nothing) < 2:
         nothing = []
-    rows = [
-        Row([name, *(cell(split.parts[n], split) for split in splits)])
-        for n, name in enumerate(names)
-        if n not in nothing
-    ]
+    own = [n for n in range(len(names)) if n not in nothing]
+    rows = [Row([names[n], *(cell(split.parts[n], split) for split in splits)]) for n in own]
     if nothing:
         zeros = (_cell(0.0, max(s.parts[n].error for n in nothing), s.scale, style) for s in splits)
         cells = [f"{len(nothing)} others, each", *(zero.replace("+", "", 1) for zero in zeros)]

@@ -166,7 +166,7 @@ def test_the_budget_in_words_and_numbers() -> None:
 
     case = solved("default")
     found = budget(case.sink, "paper", case.fem3d, case.levels)
-    text = section(Outcome(case.sink, Request(), (), why=found), Style()).text(Style())
+    text = section(found, Outcome(case.sink, Request(), ()), Style()).text(Style())
     assert max(map(len, text.splitlines())) <= 80
     made = document(found)
     assert set(made["steady"]) == set(made["transient"]) == {"peak", "end", "current"}

@@ -65,7 +65,7 @@ def test_the_legend_has_what_can_be_seen() -> None:
 
 def test_rows_of_nothing_are_one_row() -> None:
     def said(*values: float) -> str:
-        return why(Outcome(load("sink"), Request(), (), why=budget(*values)), Style()).text(Style())
+        return why(budget(*values), Outcome(load("sink"), Request(), ()), Style()).text(Style())
 
     text = said(-1.0, 0.3, 0.005, -0.002)
     rows = [line for line in text.splitlines() if line.startswith("  part")]

@@ -68,6 +68,11 @@ def _outside(device: Device) -> str:
     return f"{first}, {external.final_temperature:g} K from {external.step_time * 1e3:g} ms on"
 
 
+def _figure(outcome: Outcome[Device], number: int, what: str, left: float = 0.75) -> Figure:
+    checks = [drawn(check) for check in outcome.checks if check.id.startswith(f"fig{number}_")]
+    return new_figure(9.5, 5.0, f"Figure {number}: {what}", checks, bottom=0.95, left=left)
+
+
 def _start_and_whole(
     outcome: Outcome[Device], number: int, what: str, curves: tuple[Curve, ...], label: str, slow: bool = False
 ) -> Figure:
@@ -78,8 +83,7 @@ def _start_and_whole(
         for of in (outcome.runs, None if outcome.device_3d is None else outcome.device_3d.runs)
     )  # fmt: skip
     assert run is not None
-    checks = [drawn(check) for check in outcome.checks if check.id.startswith(f"fig{number}_")]
-    figure = new_figure(9.5, 5.0, f"Figure {number}: {what}", checks, bottom=0.95, left=0.95)
+    figure = _figure(outcome, number, what, left=0.95)
     start, whole = figure.subplots(1, 2, gridspec_kw={"wspace": 0.2, "width_ratios": [1, 1.6]})
     result, sample = run.result, run.device.control.sample_time
     end = max(float(result.time_s[-1]), sample)
@@ -126,9 +130,7 @@ def _range(run: Run, curves: tuple[Curve, ...], factor: float) -> tuple[float, f
 
 def responses(outcome: Outcome[Device]) -> Figure:
     """Figure 12: the sensor's power after each step, and how much of its change is still to come."""
-    checks = [drawn(check) for check in outcome.checks if check.id.startswith("fig12")]
-    text = "Figure 12: the sensor's power after outer steps from room temperature"
-    figure = new_figure(9.5, 5.0, text, checks, bottom=0.95)
+    figure = _figure(outcome, 12, "the sensor's power after outer steps from room temperature")
     power, rest = figure.subplots(1, 2, gridspec_kw={"wspace": 0.28})
     runs = outcome.runs.steps
     longest = max(float(run.result.time_s[-1]) - run.device.external.step_time for run in runs)
@@ -171,9 +173,7 @@ def responses(outcome: Outcome[Device]) -> Figure:
 
 def characteristic(outcome: Outcome[Device]) -> Figure:
     """Figure 13: the steady power against the outer temperature, with the slope and the limit."""
-    checks = [drawn(check) for check in outcome.checks if check.id.startswith("fig13")]
-    text = "Figure 13: steady power of the sensor against the outer temperature"
-    figure = new_figure(9.5, 5.0, text, checks, bottom=0.95)
+    figure = _figure(outcome, 13, "steady power of the sensor against the outer temperature")
     ax, runs = figure.subplots(), outcome.runs.steps
     conductance, setpoint = lump(outcome.scene).polymer.conductance, outcome.scene.control.set_temperature
     outer = np.array([run.device.external.final_temperature for run in runs])

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from scenes.result import Result
     from scenes.sink import Sink
 
+Spans = list[tuple[float, int]]
+
 _NAMES = {asked.trace: name for name, asked in OF_A_SINK.items()}
 _MARKS = 25
 """How many marks of a user's own trace are drawn."""
@@ -175,59 +177,50 @@ def _marks(ax: Any, data: Data, key: str, times: np.ndarray, factor: float, zero
 def row(outcome: Outcome[Sink]) -> Figure:
     """The steady rise along the row in 3D and 1D, with the islands shaded; of a long row its outer spans below, and of
     one whose curves would run into each other the spans' tops alone above."""
-    sink, one = outcome.scene, outcome.reduced1d
+    sink, three, one = outcome.scene, outcome.solved, outcome.reduced1d
     checks = [check for check in outcome.checks if check.id in ("islands_peak_inner", "islands_equivalent")]
     text = f"Steady rise along {sink.spans} spans, {sink_text(sink)}"
     ends = [sink.row_length, *[start(sink, _OUTER) + sink.length] * (sink.spans > _MANY)]
     figure = new_figure(9.5, 3.4 * len(ends) + 1.0, text, checks, bottom=0.95, left=0.95)
     axes = np.atleast_1d(figure.subplots(len(ends), 1, gridspec_kw={"hspace": 0.3}))
-    y, rise = (outcome.solved.details["profile"][key] for key in ("y_m", "rise_K"))
+    y, rise = (three.details["profile"][key] for key in ("y_m", "rise_K"))
+    # Where each span begins (m), and the number that its quantities have.
+    numbered = [(start(sink, n), min(n, sink.spans + 1 - n)) for n in range(1, sink.spans + 1)]
     for ax, end in zip(axes, ends, strict=True):
-        ax.set_xlim(0.0, end * 1e6)
+        spans = [(first, of) for first, of in numbered if first < end]
+        ax.set(xlim=(0.0, end * 1e6), ylabel="rise above room (K)")
         if end == sink.row_length and sink.spans > _TOO_MANY:
-            _tops(ax, outcome)
+            _dots(ax, sink, three, spans, "peak", color=INK, marker="o", ms=3)
+            if one is not None:
+                _dots(ax, sink, one, spans, "peak", color=LINES["end_K"], marker="x", ms=3)
+            ax.set_ylabel("top of each span (K)")
             continue
-        for first, of in _seen(sink, end):
+        for first, of in spans:
             if first > 0:
                 ax.axvspan((first - sink.island) * 1e6, first * 1e6, color="#cccccc", lw=0)
             if sink.spans <= _MANY or end < sink.row_length:
                 middle = (first + sink.length / 2) * 1e6
                 ax.text(middle, 0.3, f"span {of}", ha="center", va="bottom", fontsize=9, color="#555555")
         ax.plot(y[y <= end] * 1e6, rise[y <= end], color=INK, label="3D, along the axis")
-        if one is not None:
-            _one(ax, sink, one, end)
-        ax.set(ylim=(0.0, None), ylabel="rise above room (K)")
+        if one is not None and one.model in PAPERS:
+            _parabolas(ax, sink, one, spans)
+        elif one is not None:
+            _dots(ax, sink, one, spans, "middle", color=LINES["end_K"], marker="o", ms=5, label=one.model)
+        ax.set_ylim(bottom=0.0)
     axes[-1].set_xlabel("place along the row y (µm); islands shaded")
     legend(figure, axes[-1], columns=2)
     return figure
 
 
-def _seen(sink: Sink, end: float) -> list[tuple[float, int]]:
-    """Where each span begins (m) that does before ``end``, and the number that its quantities have."""
-    starts = [start(sink, number) for number in range(1, sink.spans + 1)]
-    return [(first, min(n + 1, sink.spans - n)) for n, first in enumerate(starts) if first < end]
+def _dots(ax: Any, sink: Sink, model: Result, spans: Spans, of_each: str, **look: Any) -> None:
+    """A rise of each span, in its middle."""
+    middles = [(first + sink.length / 2) * 1e6 for first, _ in spans]
+    ax.plot(middles, [model.steady[f"span{of}_{of_each}_rise_K"].value for _, of in spans], ls="none", **look)
 
 
-def _tops(ax: Any, outcome: Outcome[Sink]) -> None:
-    """The largest rise of each span, in its middle."""
-    spans = _seen(outcome.scene, outcome.scene.row_length)
-    middles = [(first + outcome.scene.length / 2) * 1e6 for first, _ in spans]
-    for model, colour, marker in ((outcome.fem3d, INK, "o"), (outcome.reduced1d, LINES["end_K"], "x")):
-        if model is not None:
-            tops = [model.steady[f"span{of}_peak_rise_K"].value for _, of in spans]
-            ax.plot(middles, tops, color=colour, ls="none", marker=marker, ms=3)
-    ax.set_ylabel("top of each span (K)")
-
-
-def _one(ax: Any, sink: Sink, one: Result, end: float) -> None:
-    """The paper's model as its parabola in each span; of another what it says of a span's middle."""
-    spans, colour, k = _seen(sink, end), LINES["end_K"], sink.silicon.thermal_conductivity
-    if one.model not in PAPERS:
-        middles = [(first + sink.length / 2) * 1e6 for first, _ in spans]
-        found = [one.steady[f"span{of}_middle_rise_K"].value for _, of in spans]
-        ax.plot(middles, found, color=colour, label=one.model, ls="none", marker="o", ms=5)
-        return
-    y, places, rises = np.linspace(0.0, sink.length, 101), [], []
+def _parabolas(ax: Any, sink: Sink, one: Result, spans: Spans) -> None:
+    """The paper's model as its parabola in each span."""
+    k, y, places, rises = sink.silicon.thermal_conductivity, np.linspace(0.0, sink.length, 101), [], []
     for number, (first, of) in enumerate(spans, 1):
         R1 = one.steady["anchor_resistance_K_per_W"].value if of == 1 else half_island(sink)
         mean = one.steady[f"span{of}_mean_rise_K"].value
@@ -235,8 +228,8 @@ def _one(ax: Any, sink: Sink, one: Result, end: float) -> None:
         own = parabola_between(y, *ends, sink.length)
         places.append(np.append(first + y, np.nan))
         rises.append(np.append(own if number == of else own[::-1], np.nan))
-    label = "1D, eqs 13 to 19 with unequal ends"
-    ax.plot(np.concatenate(places) * 1e6, np.concatenate(rises), color=colour, label=label, ls=(0, (5, 3)))
+    x, values, label = np.concatenate(places) * 1e6, np.concatenate(rises), "1D, eqs 13 to 19 with unequal ends"
+    ax.plot(x, values, color=LINES["end_K"], label=label, ls=(0, (5, 3)))
 
 
 def runs(outcome: Outcome[Sink]) -> Figure:

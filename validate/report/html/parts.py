@@ -93,21 +93,21 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence
 
 
 def _framed(heads: Sequence[str], rows: Iterable[str], numbers: Sequence[int]) -> str:
-    top = "".join(f"<th{_right(i, numbers)}>{text(head)}</th>" for i, head in enumerate(heads))
+    tops = (f"<th{_class('n' * (i in numbers))}>{text(head)}</th>" for i, head in enumerate(heads))
     body = "\n".join(rows)
-    return f'<table class="cards"><thead><tr>{top}</tr></thead>\n<tbody>\n{body}\n</tbody></table>'
+    return f'<table class="cards"><thead><tr>{"".join(tops)}</tr></thead>\n<tbody>\n{body}\n</tbody></table>'
 
 
 def _row(heads: Sequence[str], cells: Sequence[str], numbers: Sequence[int], kind: str = "") -> str:
-    found = "".join(
-        f'<td{_right(i, numbers, "" if cell else " empty")} data-label="{text(head)}">{cell}</td>'
+    found = (
+        f'<td{_class("n" * (i in numbers), "" if cell else "empty")} data-label="{text(head)}">{cell}</td>'
         for i, (head, cell) in enumerate(zip(heads, cells, strict=True))
     )
-    return f"<tr{kind}>{found}</tr>"
+    return f"<tr{kind}>{''.join(found)}</tr>"
 
 
-def _right(i: int, numbers: Sequence[int], more: str = "") -> str:
-    found = f"{'n' if i in numbers else ''}{more}".strip()
+def _class(*names: str) -> str:
+    found = " ".join(filter(None, names))
     return f' class="{found}"' if found else ""
 
 

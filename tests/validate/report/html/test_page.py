@@ -113,7 +113,7 @@ def test_the_assumptions_to_blame_add_up_in_one_table(tmp_path: Path) -> None:
     parts = (Part("part 0", -1.0, 1e-3), Part("part 1", 0.25, 1e-3))
     splits = tuple(Split(name, "K", 10.0, -0.75, 2e-3, parts) for name in ("peak", "end"))
     budget = Budget("paper", splits, (), None, {}, "the anchor")
-    found = why(Outcome(load("sink"), Request(), (), why=budget), Style(page=True))
+    found = why(budget, Outcome(load("sink"), Request(), ()), Style(page=True))
     text = page(tmp_path, "a", "b", [found], {}, None)
     read(text)
     assert "<h2>Why the paper&#x27;s model differs from 3D</h2>" in text
@@ -147,9 +147,19 @@ def test_legible_at_both_widths(run: Path, chromium: Browser, width: int) -> Non
 
 
 @needs_browser
-def test_the_scene_turns_and_nears(run: Path, chromium: Browser) -> None:
+def test_the_scene_shows_the_field_turns_and_nears(run: Path, chromium: Browser) -> None:
+    """The middle of the beam, in the middle of the canvas, has the scale's last colour; a corner is empty."""
     chromium.open(run / "report.html", 1000)
     assert chromium.run("document.querySelector('.field').classList.contains('live')")
+    pixel = (
+        f"(() => {{ const c = {CANVAS}, t = document.createElement('canvas'); t.width = c.width; t.height = c.height;\
+ const g = t.getContext('2d'); g.drawImage(c, 0, 0);\
+ return [0.5, 0.02].map((f) => [...g.getImageData(f * c.width, f * c.height, 1, 1).data].slice(0, 3)); }})()"
+    )
+    middle, corner = chromium.run(pixel)
+    assert corner == [255, 255, 255]
+    red, green, blue = middle
+    assert (red > 200, green > 180, blue < 140) == (True, True, True)
     x, y = chromium.run(PLACE)
     picture = f"{CANVAS}.toDataURL()"
     first = chromium.run(picture)
@@ -163,23 +173,6 @@ def test_the_scene_turns_and_nears(run: Path, chromium: Browser) -> None:
     chromium.run(f"{slider}.value = 0; {slider}.dispatchEvent(new Event('input'))")
     assert chromium.run("document.querySelector('.field output').textContent") == "true proportions"
     assert chromium.errors == []
-
-
-@needs_browser
-def test_the_scene_shows_the_field(run: Path, chromium: Browser) -> None:
-    """The middle of the beam, in the middle of the canvas, has the scale's last colour; a corner is empty."""
-    chromium.open(run / "report.html", 1000)
-    pixel = (
-        f"(() => {{ const c = {CANVAS}, t = document.createElement('canvas'); t.width = c.width; t.height = c.height;\
- const g = t.getContext('2d'); g.drawImage(c, 0, 0);\
- return [0.5, 0.02].map((f) => [...g.getImageData(f * c.width, f * c.height, 1, 1).data].slice(0, 3)); }})()"
-    )
-    middle, corner = chromium.run(pixel)
-    assert corner == [255, 255, 255]
-    red, green, blue = middle
-    assert red > 200
-    assert green > 180
-    assert blue < 140
 
 
 @needs_browser

@@ -72,6 +72,5 @@ def test_packed_is_what_the_script_reads() -> None:
     assert places / 65535 * np.array(data["size"]) * 1e-6 == pytest.approx(found.points, abs=1e-4)
     assert values / 65535 * 4.0 == pytest.approx(found.values, abs=1e-4)
     triangles = np.frombuffer(base64.b64decode(data["triangles"]), "<u4")
-    assert triangles.max() == len(found.points) - 1
-    assert len(triangles) == 6 * len(found.faces)
+    assert (triangles.max(), len(triangles)) == (len(found.points) - 1, 6 * len(found.faces))
     assert len(base64.b64decode(data["colours"])) == 768
