@@ -69,19 +69,16 @@ def test_a_full_disk_names_the_file(tmp_path: Path) -> None:
         written(errno.ENOENT, "my-scene.toml")
 
 
-@pytest.mark.parametrize("made", ["foreign", "file", "under a file", "broken summary"])
-def test_refused_before_anything_happens(made: str, tmp_path: Path) -> None:
-    target = tmp_path / "out"
-    if made == "file":
-        target.write_text("mine")
-    elif made == "under a file":
-        (tmp_path / "plain").write_text("mine")
-        target = tmp_path / "plain" / "out"
-    else:
-        target.mkdir()
-        (target / ("summary.json" if made == "broken summary" else "thesis.tex")).write_text("mine")
+@pytest.mark.parametrize(
+    ("there", "target"),
+    [("out/thesis.tex", "out"), ("out", "out"), ("plain", "plain/out"), ("out/summary.json", "out")],
+    ids=["foreign", "file", "under a file", "broken summary"],
+)
+def test_refused_before_anything_happens(there: str, target: str, tmp_path: Path) -> None:
+    (tmp_path / there).parent.mkdir(exist_ok=True)
+    (tmp_path / there).write_text("mine")
     before = sorted(tmp_path.rglob("*"))
-    with pytest.raises(SceneError, match="output folder"), Folder(target):
+    with pytest.raises(SceneError, match="output folder"), Folder(tmp_path / target):
         pytest.fail("entered")
     assert sorted(tmp_path.rglob("*")) == before
 

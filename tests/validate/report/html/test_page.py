@@ -28,11 +28,12 @@ VOID = {"meta", "link", "img", "input", "br"}
 class Reader(HTMLParser):
     """Collects text, headings and links, and fails where tags don't close in order."""
 
-    def __init__(self) -> None:
+    def __init__(self, text: str) -> None:
         super().__init__()
-        self.open: list[str] = []
-        self.links: list[str] = []
-        self.text: list[str] = []
+        self.open, self.links, self.text = list[str](), list[str](), list[str]()
+        self.feed(text)
+        self.close()
+        assert self.open == []
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.links += [str(value) for name, value in attrs if name in ("src", "href")]
@@ -47,14 +48,6 @@ class Reader(HTMLParser):
             self.text.append(data)
 
 
-def read(text: str) -> Reader:
-    reader = Reader()
-    reader.feed(text)
-    reader.close()
-    assert reader.open == []
-    return reader
-
-
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The real run, steady and with figures: the folder."""
@@ -65,7 +58,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_the_page_is_whole_and_needs_no_other_file(run: Path) -> None:
     text = (run / "report.html").read_text(encoding="utf-8")
-    found = read(text)
+    found = Reader(text)
     outside = [link for link in found.links if not link.startswith(("data:", "#"))]
     summary = json.loads((run / "summary.json").read_text())
     assert set(outside) == set(summary["files"]) - {"report.html"}
@@ -89,21 +82,18 @@ def test_without_figures_it_is_small_and_says_what_was_not_declared(tmp_path: Pa
     text = (outcome.folder / "report.html").read_text(encoding="utf-8")
     assert "<script" not in text
     assert len(text) < 60_000
-    said = " ".join(read(text).text)
+    said = " ".join(Reader(text).text)
     assert "peak rise" in said
     assert "not as expected" in said
     assert "the scene declares that it agrees" in said
 
 
 def test_a_name_or_text_is_not_taken_for_markup(tmp_path: Path) -> None:
-    document = {
-        "checks": [], "warnings": ["5 < 6 & <b>bold</b>"], "scene": {"name": "<script>alert(1)</script>"},
-    }  # fmt: skip
+    document = {"warnings": ["5 < 6 & <b>bold</b>"], "scene": {"name": "<script>alert(1)</script>"}}
     told = Section("More", [Table(("<b>", "share"), [Row(["<b>", "1 K"], "agrees", "a < b")]), ["<b>"], "<b>"])
     text = page(tmp_path, "<i>", "a & b", [told], document, None)
-    assert "<script" not in text
-    assert "<b>" not in text
-    said = " ".join(read(text).text)
+    assert not re.search("<script|<b>", text)
+    said = " ".join(Reader(text).text)
     assert "5 < 6 & <b>bold</b>" in said
     assert said.count("<b>") == 5
     assert "1 K" in said.replace("\xa0", " ")
@@ -115,7 +105,7 @@ def test_the_assumptions_to_blame_add_up_in_one_table(tmp_path: Path) -> None:
     budget = Budget("paper", splits, (), None, {}, "the anchor")
     found = why(budget, Outcome(load("sink"), Request(), ()), Style(page=True))
     text = page(tmp_path, "a", "b", [found], {}, None)
-    read(text)
+    Reader(text)
     assert "<h2>Why the paper&#x27;s model differs from 3D</h2>" in text
     assert text.count("part 0") == 1
     assert "-7.50 \N{PLUS-MINUS SIGN} 0.02" in text.replace("&nbsp;", " ")
