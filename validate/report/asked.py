@@ -10,7 +10,6 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scenes.quantities import OF_A_SINK
 
 from compare import against
 from compare.inputs.sensitivities import PREFIX, QUANTITIES
@@ -19,7 +18,7 @@ from scenes.device import Device
 from scenes.formats import cut, difference_text, percent, quantity, signed
 from scenes.keys import type_of
 from scenes.model import UNITS
-from scenes.sink import Sink
+from scenes.sink import OF_A_SINK, Sink
 from validate.report.table import Row, Section, Style, Table
 
 if TYPE_CHECKING:
