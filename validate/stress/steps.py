@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -61,7 +62,12 @@ def rows() -> Iterator[Row]:
         yield Row(GROUP, name, f"steps of 1 ns to 1 s, decay rates {rates[0]:.1e} to {rates[-1]:.1e} 1/s",
                   f"overshoot over the final rise after {COUNTS[0]} steps", worst, RINGING, ours, said)  # fmt: skip
     limit = 2 / float(rates[-1])
-    found_limit = _grows(rates, limit)
+
+    def unstable(step: float) -> bool:
+        with np.errstate(over="ignore"):
+            return bool(np.abs((1 - rates * step) ** 20000).max() > 1.0)
+
+    found_limit = _limit(limit / 2.7, limit * 3.1, unstable, 1e-5)
     yield Row(GROUP, "explicit Euler", "bisection of its largest stable step",
               f"found / predicted 2/rate = {limit:.2e} s, less 1", abs(found_limit / limit - 1), 1e-3)  # fmt: skip
 
@@ -100,14 +106,11 @@ def _sdirk(rates: np.ndarray, step: float) -> np.ndarray:
     return np.asarray(1 + sum((w * s for w, s in zip(METHODS[3][-1], slopes, strict=True)), np.zeros_like(z)))
 
 
-def _grows(rates: np.ndarray, guess: float) -> float:
-    """The largest step of explicit Euler at which 20000 steps don't grow, by bisection."""
-    low, high = guess / 2, guess * 2
-    while high - low > 1e-5 * high:
-        middle = (low + high) / 2
-        with np.errstate(over="ignore"):
-            stable = bool(np.abs((1 - rates * middle) ** 20000).max() <= 1.0)
-        low, high = (middle, high) if stable else (low, middle)
+def _limit(low: float, high: float, grows: Callable[[float], bool], tolerance: float) -> float:
+    """The step (s) beyond which something grows, by bisection."""
+    while high - low > tolerance * high:
+        middle = float(np.sqrt(low * high))
+        low, high = (low, middle) if grows(middle) else (middle, high)
     return low
 
 
@@ -117,20 +120,11 @@ def coupling(quick: bool) -> Iterator[Row]:
     for thickness in (200e-9,) if quick else (50e-9, 200e-9, 1e-6):
         device = replace(Device(), sensor_thickness=thickness)
         predicted = stability_limit(device)
-        found = simulated_limit(lump(device), predicted)
+        simulated = partial(grows, lump(device), scheme=PaperScheme())
+        found = _limit(predicted / 2.7, predicted * 3.1, simulated, 1e-3)
         yield Row(COUPLING, "the paper's partitioned scheme", f"sensor of {thickness * 1e9:g} nm",
                   f"largest stable step found / predicted {predicted * 1e6:.3g} us, less 1",
                   abs(found / predicted - 1), AGREES, said=f"found {found * 1e6:.3g} us by simulation")  # fmt: skip
-
-
-def simulated_limit(lumped: Lumped, guess: float, scheme: PaperScheme | None = None) -> float:
-    """The step (s) beyond which a simulation without power grows, by bisection to 1e-3."""
-    scheme = scheme or PaperScheme()
-    low, high = guess / 2.7, guess * 3.1
-    while high - low > 1e-3 * high:
-        middle = float(np.sqrt(low * high))
-        low, high = (low, middle) if grows(lumped, middle, scheme) else (middle, high)
-    return low
 
 
 def grows(lumped: Lumped, dt: float, scheme: PaperScheme) -> bool:

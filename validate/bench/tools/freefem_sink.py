@@ -25,6 +25,7 @@ from reduced1d.equations import room_resistivity
 from scenes.loading import load
 from scenes.sink import Sink
 from validate.bench.problem import at_times, graded, numbers, quarter, step_times
+from validate.verify import reference
 from validate.verify.methods import METHODS
 
 MICRO = 1e6
@@ -109,19 +110,11 @@ def write_mesh(grid: Grid, path: Path) -> None:
     """A grid of bricks as a file of tetrahedra in Medit's format, in micrometres: each brick in six, after Kuhn, along
     the same diagonal everywhere, so that neighbours fit. The boxes' numbers from 1 are its regions, with triangles on
     the oxide's underside and the beam's end."""
-    shape = tuple(len(b) for b in grid.breaks)
-    cells = np.argwhere(grid.solid)
     # From one corner of a brick to the opposite one along its edges.
-    paths = np.array(
-        [np.cumsum([[0, 0, 0], *np.eye(3, dtype=int)[list(order)]], axis=0) for order in permutations(range(3))]
-    )
-    corners = (cells[:, None, None] + paths).reshape(-1, 4, 3)
-    used, local = np.unique(np.ravel_multi_index(tuple(np.moveaxis(corners, -1, 0)), shape), return_inverse=True)
-    local = local.reshape(-1, 4)
-    at = np.array([b[i] * MICRO for b, i in zip(grid.breaks, np.unravel_index(used, shape), strict=True)]).T
-    regions = np.repeat(grid.owner[tuple(cells.T)] + 1, 6)
-    edges = at[local[:, 1:]] - at[local[:, :1]]
-    flipped = np.linalg.det(edges) < 0
+    steps = np.array([[[0, 0, 0], *np.eye(3, dtype=int)[list(order)]] for order in permutations(range(3))])
+    points, local, owner = reference.corners(grid, steps.cumsum(axis=1))
+    at, local, regions = points.T * MICRO, local.reshape(-1, 4), np.repeat(owner + 1, 6)
+    flipped = np.linalg.det(at[local[:, 1:]] - at[local[:, :1]]) < 0
     local[flipped] = local[flipped][:, [0, 2, 1, 3]]
     triangles = _triangles(at, local, regions)
     with path.open("w", encoding="utf-8") as file:
