@@ -6,8 +6,7 @@ import argparse
 from dataclasses import replace
 
 from scenes.errors import SceneError, quoted
-from validate.cli import sweep
-from validate.cli.common import whole
+from validate.cli import common, sweep
 
 CELLS, SOLVES = 100, 400
 
@@ -26,23 +25,27 @@ def describe(parser: argparse.ArgumentParser) -> None:
         "results: map.csv, points.csv (what was solved), sweep.json, a figure and report.html\n"
     ) + sweep.EXIT
     sweep.options(parser, "KEY=FROM:TO[:log], twice")
-    add = parser.add_argument
-    add("--check", metavar="ID", required=True, help="the check whose line is wanted: fig4, fig6_end, eq14 ...")
-    add("--tolerance", metavar="T", help="its tolerance, 5%% (default: the scene's)")
-    add("--cells", metavar="N", help=f"cells along either key, or NxM (default {CELLS})")
-    add("--solves", metavar="N", help=f"at most so many 3D solutions (default {SOLVES})")
+    check = "the check whose line is wanted: fig4, fig6_end, eq14 ..."
+    parser.add_argument("--check", metavar="ID", required=True, help=check)
+    common.add(parser, {
+        "--tolerance T": "its tolerance, 5%% (default: the scene's)",
+        "--cells N": f"cells along either key, or NxM (default {CELLS})",
+        "--solves N": f"at most so many 3D solutions (default {SOLVES})",
+    })  # fmt: skip
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Maps, writes and reports."""
     from scenes.checks import OVER_TIME
-    from validate.sweep.axes import Axis, parse
-    from validate.sweep.design import Design
+    from validate.sweep.design import Design, parse
     from validate.sweep.job import checked
 
-    cells = _cells(arguments.cells)
-    solves = whole("--solves", arguments.solves or str(SOLVES), 16, 1_000_000)
-    base = sweep.scene(arguments, [])
+    parts = (arguments.cells or str(CELLS)).split("x")
+    if len(parts) > 2:
+        raise SceneError(f"--cells {quoted(arguments.cells)} is not allowed: give N, or NxM")
+    cells = [common.whole("--cells", part, 2, 1000) for part in parts]
+    solves = common.whole("--solves", arguments.solves or str(SOLVES), 16, 1_000_000)
+    base = sweep.scene(arguments)
     if base.kind != "sink":
         raise SceneError(
             f"{quoted(arguments.scene)} has no 1D model, so there is no line to map: give a sink, or validate sweep"
@@ -55,14 +58,8 @@ def run(arguments: argparse.Namespace) -> int:
         setting = f"checks.tolerances.{arguments.check}={arguments.tolerance}"
         base.read(*setting.split("=", 1))
         base = replace(base, settings=(*base.settings, setting))
-    ranges = [parse(base, text, "range") for text in arguments.vary]
-    axes = tuple(Axis(given.key, given.cells(count), given.log) for given, count in zip(ranges, cells, strict=True))
-    return sweep.execute(arguments, base, Design(axes), solves, steady)
-
-
-def _cells(given: str | None) -> tuple[int, int]:
-    parts = (given or str(CELLS)).split("x")
-    if len(parts) > 2:
-        raise SceneError(f"--cells {quoted(given)} is not allowed: give N, or NxM")
-    counts = [whole("--cells", part, 2, 1000) for part in parts]
-    return counts[0], counts[-1]
+    axes = tuple(
+        parse(base, text, "range").taken((i + 0.5) / count for i in range(count))
+        for text, count in zip(arguments.vary, (cells[0], cells[-1]), strict=True)
+    )
+    return sweep.execute(arguments, base, Design(axes), steady, solves)

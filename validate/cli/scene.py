@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 
 from scenes.loading import builtin_text, known_names
+from validate.cli import common
 from validate.cli.terminal import FINE, show
 
 
@@ -18,15 +19,13 @@ def describe(parser: argparse.ArgumentParser) -> None:
         "  validate scene sink --boxes > mine.toml         the sink as boxes, for validate solve"
     )
     parser.add_argument("name", metavar="NAME", help=f"the scene: {', '.join(known_names())}")
-    parser.add_argument(
-        "--boxes", action="store_true", help="the sink (or a file of one) as the boxes that are solved in 3D"
-    )
+    common.add(parser, {"--boxes": "the sink (or a file of one) as the boxes that are solved in 3D"})
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Prints the scene."""
     if arguments.boxes:
-        from scenes.free.write import as_toml
+        from scenes.free.document import as_toml
         from scenes.loading import load
 
         show(as_toml(load(arguments.name).scene()).rstrip("\n"))

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
+from functools import partial
 
 from validate.cli import common
-from validate.cli.terminal import DIFFERS, FINE, Progress
-
-_FAMILIES = ("orders", "exact", "published", "second")
+from validate.cli.terminal import DIFFERS, FINE
 
 
 def describe(parser: argparse.ArgumentParser) -> None:
@@ -23,20 +22,15 @@ def describe(parser: argparse.ArgumentParser) -> None:
         "  validate verify --markdown docs/verification.md\n\n"
         "exit status: 0 every row agrees or was skipped with a reason, 1 one differs or is unresolved, 2 bad input"
     )
-    parser.add_argument("--only", action="append", default=[], choices=_FAMILIES,
-                        help="this family of cases only, as often as needed")  # fmt: skip
-    common.shared(parser, common.OF_A_TABLE)
+    only = "this family of cases only, as often as needed"
+    common.add(parser, {"--only {orders,exact,published,second} ...": only, **common.OF_A_TABLE})
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Runs the cases and reports."""
-    import time
-
     from validate.verify import report
-    from validate.verify.cases import run
+    from validate.verify.cases import CASES, run
 
-    started = time.perf_counter()
-    with Progress() as progress:
-        rows = run(arguments.only or _FAMILIES, common.jobs(arguments.jobs), progress)
-    common.show_rows(arguments, report, rows, time.perf_counter() - started, report.markdown)
+    families = arguments.only or [case.family for case in CASES]
+    rows = common.table(arguments, report, partial(run, families))
     return FINE if all(row.verdict in ("agrees", "skipped") for row in rows) else DIFFERS

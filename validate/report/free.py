@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from compare.plan import skipped_free_figures
+from compare.plan import skipped_figures
 from scenes.dimensions import TIME
 from scenes.formats import Column, cut, quantity, with_error
 from scenes.model import UNITS
@@ -217,7 +217,7 @@ FIELD_FIGURE = "figure field"
 
 def draws_field(scene: AnyScene, request: Request) -> bool:
     """Whether there will be a field to render."""
-    return "field" not in skipped_free_figures(scene, request)
+    return "field" not in skipped_figures(scene, request)
 
 
 def field(outcome: Outcome[AnyScene]) -> Field:

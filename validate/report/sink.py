@@ -211,7 +211,7 @@ FIELD_FIGURE = "figure4"
 
 def draws_field(sink: Sink, request: Request) -> bool:
     """Whether there will be a field to render."""
-    return FIELD_FIGURE not in plan.skipped_figures(request, sink)
+    return FIELD_FIGURE not in plan.skipped_figures(sink, request)
 
 
 def field(outcome: Outcome[Sink]) -> Field:

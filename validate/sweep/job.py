@@ -1,16 +1,14 @@
-"""What a sweep or a map is asked to do, and with what."""
+"""A sweep, or the map of a tolerance's line: what is asked for."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Collection, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from scenes.errors import SceneError, did_you_mean, quoted
-from validate.sweep.axes import Axis
-from validate.sweep.base import Base
-from validate.sweep.design import Design
+from validate.sweep.design import Base, Design
 from validate.sweep.point import Scope, Work
 
 
@@ -28,16 +26,14 @@ class Job:
         """All of it as JSON types: what a folder's earlier run must have been asked as well."""
         from validate.report.summary import version
 
-        def axis(given: Axis) -> dict[str, Any]:
-            return {"values": given.values, "log": given.log, "range": given.range}
-
+        base, design = self.base, self.design
         found = {
             "program": version(),
             "kind": "sweep" if self.solves is None else "map",
-            "scene": {"name": self.base.name, "kind": self.base.kind, "document": self.base.document},
-            "settings": self.base.settings,
-            "vary": {given.key: axis(given) for given in self.design.axes},
-            **({} if self.design.sample is None else {"sample": self.design.sample, "seed": self.design.seed}),
+            "scene": {"name": base.name, "kind": base.kind, "document": base.document},
+            "settings": base.settings,
+            "vary": {axis.key: {"values": axis.values, "log": axis.log, "range": axis.range} for axis in design.axes},
+            **({} if design.sample is None else {"sample": design.sample, "seed": design.seed}),
             **asdict(self.scope),
             **({} if self.solves is None else {"solves": self.solves}),
         }
@@ -47,16 +43,8 @@ class Job:
     def work(self, numbers: Sequence[int], blamed: bool = True) -> Work:
         """A task."""
         points = tuple(self.design.point(number) for number in numbers)
-        return Work(self.base, self.scope, self.design.keys, tuple(numbers), points, blamed)
-
-
-@dataclass(frozen=True)
-class Means:
-    """What a job is done with: ``workers`` processes here or those of a ``scheduler``, ``seconds`` for each point."""
-
-    workers: int
-    scheduler: str | None = None
-    seconds: float | None = None
+        scope = replace(self.scope, blame=self.scope.blame and blamed)
+        return Work(self.base, scope, self.design.keys, tuple(numbers), points)
 
 
 def checked(base: Base, given: str | None, steady: bool, varied: Collection[str] = ()) -> str:
@@ -67,17 +55,14 @@ def checked(base: Base, given: str | None, steady: bool, varied: Collection[str]
     from scenes.plan import Request
 
     scene: Any = base.at(())
-    if base.kind == "free":
-        probes = [probe.name for probe in scene.probes]
-        if given is not None and given not in probes:
-            raise SceneError(
-                f"{quoted(given)} is no probe of the scene: give {', '.join(probes)}{did_you_mean(given, probes)}"
-            )
-        return given or next(iter(probes), "")
+    free = base.kind == "free"
+    known = [probe.name for probe in scene.probes] if free else [*DEFAULT_TOLERANCES, *ISLAND_TOLERANCES]
+    if given is not None and given not in known:
+        what = "probe of the scene" if free else "check"
+        raise SceneError(f"{quoted(given)} is no {what}: give {', '.join(known)}{did_you_mean(given, known)}")
+    if free:
+        return given or next(iter(known), "")
     check = given or "fig4"
-    known = (*DEFAULT_TOLERANCES, *ISLAND_TOLERANCES)
-    if check not in known:
-        raise SceneError(f"{quoted(check)} is no check: give {', '.join(known)}{did_you_mean(check, known)}")
     if check not in checks_of(scene) and "sink.spans" not in varied:
         own = "several spans, as sink.spans=3" if scene.spans == 1 else "a single span"
         raise SceneError(f"there is no check {quoted(check)} here: it is one of {own}, and sink.spans = {scene.spans}")

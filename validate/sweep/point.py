@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, cast
 
 from scenes.errors import SceneError
 from scenes.plan import Request
 from scenes.sink import Sink
-from validate.sweep.base import Base, Value
-from validate.sweep.design import settings
+from validate.sweep.design import Base, Value, settings
 
 if TYPE_CHECKING:
     from compare.verdict import Check
@@ -61,51 +60,47 @@ class Work:
     keys: tuple[str, ...]
     numbers: tuple[int, ...]
     points: tuple[tuple[Value, ...], ...]
-    blamed: bool = True
 
 
 def solve(work: Work) -> Iterator[Row]:
     """A row for every point, as it is found; never raises for what a scene can cause."""
-    earlier: Result | None = None
-    for number, point in zip(work.numbers, work.points, strict=True):
-        row, result = _solved(work, number, settings(work.keys, point), earlier)
-        earlier = earlier or result
-        yield row
-
-
-def _solved(work: Work, number: int, given: Sequence[str], earlier: Result | None) -> tuple[Row, Result | None]:
     from fem3d.errors import RunawayError
     from reduced1d.errors import RunawayError as RunawayIn1D
 
-    started = time.perf_counter()
-    values: dict[str, Any] = {}
-    parts, result, status, because = None, None, "ok", ""
-    try:
-        scene = work.base.at(given)
-        if isinstance(scene, Sink):
-            values, parts, result = _sink(scene, work, earlier)
-        else:
-            values = _free(scene)
-    except SceneError as error:
-        status, because = "refused", str(error)
-    except (RunawayError, RunawayIn1D) as error:
-        status, because = "runaway", str(error)
-    except ArithmeticError as error:
-        status, because = "failed", str(error)
-    except MemoryError:
-        status, because = "failed", "out of memory: ask for a larger accuracy"
-    except Exception as error:
-        status, because = "failed", f"a fault of this program, {type(error).__name__}: {error}"
-    seconds = round(time.perf_counter() - started, 4)
-    return Row(number, status, " ".join(because.split()), seconds, values, parts), result
+    earlier: Result | None = None
+    for number, point in zip(work.numbers, work.points, strict=True):
+        started = time.perf_counter()
+        values: dict[str, Any] = {}
+        parts, status, because = None, "failed", ""
+        try:
+            scene = work.base.at(settings(work.keys, point))
+            if isinstance(scene, Sink):
+                values, parts, result = _sink(scene, work.scope, earlier)
+                earlier = earlier or result
+            else:
+                values = _free(scene)
+            status = "ok"
+        except SceneError as error:
+            status, because = "refused", str(error)
+        except (RunawayError, RunawayIn1D) as error:
+            status, because = "runaway", str(error)
+        except ArithmeticError as error:
+            because = str(error)
+        except MemoryError:
+            because = "out of memory: ask for a larger accuracy"
+        except Exception as error:
+            because = f"a fault of this program, {type(error).__name__}: {error}"
+        yield Row(number, status, " ".join(because.split()), round(time.perf_counter() - started, 4), values, parts)
 
 
-def _sink(sink: Sink, work: Work, earlier: Result | None) -> tuple[dict[str, Any], dict[str, float] | None, Result]:
-    """The columns of a sink, and its 3D result; solved again more accurately while a verdict is open."""
-    from compare.sink_run import compared
+def _sink(
+    sink: Sink, scope: Scope, earlier: Result | None
+) -> tuple[dict[str, Any], dict[str, float] | None, Result]:  # fmt: skip
+    """The columns of a sink, the parts of its difference, and its 3D result; solved again more accurately while a
+    verdict is open."""
+    from compare.pipeline import compared
     from reduced1d.ladder.levels import Levels
 
-    scope = work.scope
     request = Request(transient=not scope.steady, figures=False, reduction=scope.reductions[0])
     # Which part is the largest the coarser models of the ladder tell; a reduction that stands on it needs both.
     rough = scope.reductions == ("paper",)
@@ -114,37 +109,25 @@ def _sink(sink: Sink, work: Work, earlier: Result | None) -> tuple[dict[str, Any
         outcome = compared(sink, request, earlier)
         fem3d, levels = cast("Result", outcome.fem3d), Levels(sink, rough)
         first = first or fem3d
-        others = {
-            name: _of_another(sink, replace(request, reduction=name), fem3d, levels) for name in scope.reductions[1:]
-        }
-        watched = [*outcome.checks, *(check for checks, _ in others.values() for check in checks)]
+        found = {scope.reductions[0]: (outcome.checks, outcome.reduced1d)}
+        for name in scope.reductions[1:]:
+            found[name] = _of_another(sink, replace(request, reduction=name), fem3d, levels)
+        watched = [check for checks, _ in found.values() for check in checks]
         open_ = [c for c in watched if c.verdict == "unresolved" and (scope.all_checks or c.id == scope.check)]
         finer = max(sink.accuracy / 10, FINEST)
         if not open_ or finer >= sink.accuracy:
             break
         sink = replace(sink, accuracy=finer)
-    values = {
-        f"fem3d_{name}{end}": number
-        for name, given in fem3d.steady.items()
-        for end, number in (("", given.value), ("_error", given.error))
-    }
-    if outcome.reduced1d is not None:
-        values |= {f"reduced1d_{name}": found.value for name, found in outcome.reduced1d.steady.items()}
-    values |= _columns(outcome.checks)
-    for name, (checks, found) in others.items():
-        values |= {f"{name}_{key}": given.value for key, given in (found.steady if found else {}).items()}
-        values |= {f"{name}_{column}": value for column, value in _columns(checks).items()}
-    parts = _parts(sink, scope, fem3d, levels) if scope.blame and work.blamed else None
-    values |= blame(parts) | {"accuracy": sink.accuracy}
-    return values, parts, first
-
-
-def _columns(checks: Sequence[Check]) -> dict[str, Any]:
-    return {
-        f"{check.id}_{name}": value
-        for check in checks
-        for name, value in (("difference", check.difference), ("u_num", check.u_num), ("verdict", check.verdict))
-    }
+    values: dict[str, Any] = {}
+    for name, given in fem3d.steady.items():
+        values |= {f"fem3d_{name}": given.value, f"fem3d_{name}_error": given.error}
+    for reduction, (checks, reduced) in found.items():
+        own, model = ("", "reduced1d_") if reduction == scope.reductions[0] else (f"{reduction}_", f"{reduction}_")
+        values |= {f"{model}{name}": given.value for name, given in (reduced.steady if reduced else {}).items()}
+        for check in checks:
+            values |= {f"{own}{check.id}_{name}": getattr(check, name) for name in ("difference", "u_num", "verdict")}
+    parts = _parts(sink, scope, fem3d, levels) if scope.blame else None
+    return values | blame(parts) | {"accuracy": sink.accuracy}, parts, first
 
 
 def _of_another(sink: Sink, request: Request, fem3d: Result, levels: Levels) -> tuple[tuple[Check, ...], Result | None]:
@@ -193,7 +176,7 @@ def blame(parts: dict[str, float] | None) -> dict[str, Any]:
 
 def _free(scene: AnyScene) -> dict[str, Any]:
     """The columns of a free scene: every probe, at the end where it is over time."""
-    from compare.free_run import reported, solver
+    from compare.pipeline import reported, solver
 
     scene = reported(scene, Request(figures=False))
     result = solver(scene).solve(scene)

@@ -26,7 +26,7 @@ WORK = {"reference": REFERENCE, "rows": ROWS, "targets": work.targets(ROWS)}
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (["--rounds", "0"], '--rounds "0" is not allowed'),
+        (["--rounds", "0"], '--rounds is "0"'),
         (["--part", "sink"], "invalid choice"),
         (["--json", "nowhere/a.json"], 'there is no folder "nowhere"'),
         (["--from", "missing.json"], "could not be read"),

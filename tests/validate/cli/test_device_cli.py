@@ -18,8 +18,8 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from compare import device_checks as checks
-from compare.device_run import simulated
 from compare.outcome import Outcome
+from compare.pipeline import simulated
 from compare.plan import DEVICE_FIGURES as FIGURES
 from reduced1d.device import QUANTITIES
 from scenes.checks import DEVICE_TOLERANCES

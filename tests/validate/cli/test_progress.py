@@ -14,7 +14,7 @@ CODE = """
 import sys, time
 from validate.cli import terminal
 terminal._SLOW = 0.2
-with terminal.Progress(quiet={quiet}) as say:
+with terminal.progress(quiet={quiet}) as say:
     say("solving in 3D")
     time.sleep(0.8)
 print("done")

@@ -87,7 +87,7 @@ def _fewer_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figure 7 alone beside the budget's: the others take seconds."""
     monkeypatch.setattr(
         "compare.plan.skipped_figures",
-        lambda request, _: dict.fromkeys(("figure4", "figure5", "figure6") if request.figures else FIGURES, "not now"),
+        lambda _, request: dict.fromkeys(("figure4", "figure5", "figure6") if request.figures else FIGURES, "not now"),
     )
 
 

@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 from validate.cli import main
-from validate.sweep.axes import parse
-from validate.sweep.base import base
-from validate.sweep.design import TOGETHER, Design, settings
+from validate.sweep.design import TOGETHER, Design, base, parse, settings
 
 SINK = base("sink", ["run.accuracy=1e-2"])
 

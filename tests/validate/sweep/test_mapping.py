@@ -8,9 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from validate.sweep.axes import Axis
-from validate.sweep.base import base
-from validate.sweep.design import Design
+from validate.sweep.design import Axis, Design, base
 from validate.sweep.job import Job
 from validate.sweep.mapping import Map, refine
 from validate.sweep.point import Row, Scope, Work

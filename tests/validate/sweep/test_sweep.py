@@ -20,8 +20,7 @@ from tests import browser
 from validate.cli import main
 from validate.sweep import cluster as cluster_of
 from validate.sweep import solver
-from validate.sweep.base import base
-from validate.sweep.design import Design
+from validate.sweep.design import Design, base
 from validate.sweep.point import Scope, Work
 
 SWEEP = [
@@ -217,7 +216,7 @@ def test_a_point_that_takes_too_long_is_stopped_and_the_next_is_solved() -> None
 
 
 def test_voltages_share_fields_and_still_are_what_they_are_alone(tmp_path: Path) -> None:
-    from validate.sweep.axes import listed
+    from validate.sweep.design import listed
     from validate.sweep.point import solve
 
     sink = base("sink", ["run.accuracy=1e-2"])

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from compare.row_checks import FOLLOWED, Varied
+from compare.checks import FOLLOWED, Varied
 from compare.verdict import PAPERS
 from reduced1d.equations import parabola_between, unequal_ends
 from reduced1d.ladder.lumps import half_island
