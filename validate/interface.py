@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from html import escape
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -68,16 +69,27 @@ class Columns(dict[str, "np.ndarray"]):
         return pandas.DataFrame(dict(self))
 
 
-@dataclass(frozen=True, repr=False)
+def _part(path: str, said: str) -> Any:
+    """A property that is a part of the outcome."""
+    return property(attrgetter(f"outcome.{path}"), doc=said)
+
+
 class _Found(Generic[S]):
     """What a run found. ``outcome`` has everything; the rest are short ways to it."""
 
-    outcome: Outcome[S]
+    scene: S = _part("scene", "The scene that was solved.")
+    sensitivities: Sensitivities | None = _part(
+        "sensitivities",
+        """How the models follow each key: ``steady["sink.width"]["end_rise_K"].fem3d.value``, of a free scene
+        ``steady["box.beam.upper.z"]["middle"]``; None unless asked for with ``sensitivities=True``.""",
+    )
+    uncertain: Propagated | None = _part(
+        "propagated",
+        "The u_input of quantities, and of the differences of models; None unless asked for with ``uncertain={...}``.",
+    )
 
-    @property
-    def scene(self) -> S:
-        """The scene that was solved."""
-        return self.outcome.scene
+    def __init__(self, outcome: Outcome[S]) -> None:
+        self.outcome = outcome
 
     @property
     def checks(self) -> dict[str, Check]:
@@ -91,18 +103,6 @@ class _Found(Generic[S]):
         from validate.report import of
 
         return Columns(of(self.scene).columns(self.outcome))
-
-    @property
-    def sensitivities(self) -> Sensitivities | None:
-        """How the models follow each key: ``steady["sink.width"]["end_rise_K"].fem3d.value``, of a free scene
-        ``steady["box.beam.upper.z"]["middle"]``; None unless asked for with ``sensitivities=True``."""
-        return self.outcome.sensitivities
-
-    @property
-    def uncertain(self) -> Propagated | None:
-        """The u_input of quantities, and of the differences of models; None unless asked for with
-        ``uncertain={...}``."""
-        return self.outcome.propagated
 
     def check(self, name: str) -> Check:
         """One check: its ``verdict``, ``difference`` (1D or equation against 3D, relative), ``u_num``, ``because``.
@@ -151,26 +151,14 @@ class _Found(Generic[S]):
 class Run(_Found[Sink]):
     """What a run of a sink found; ``traces("peak_K")`` is (times, 3D, 1D)."""
 
-    @property
-    def answer(self) -> str:
-        """How far the 1D model is from 3D, where, and what is to blame, in a sentence."""
-        return self.outcome.answer
-
-    @property
-    def fem3d(self) -> Result:
-        """The 3D model's answer: ``steady["peak_rise_K"].value`` and ``.error``, ``traces``."""
-        return self.outcome.solved
-
-    @property
-    def reduced1d(self) -> Result:
-        """The 1D model's answer, of the same type."""
-        assert self.outcome.reduced1d is not None, "both models are solved"
-        return self.outcome.reduced1d
-
-    @property
-    def why(self) -> Budget | None:
-        """The difference in parts, one for each assumption; None unless asked for with ``why=True``."""
-        return self.outcome.why
+    answer: str = _part("answer", "How far the 1D model is from 3D, where, and what is to blame, in a sentence.")
+    fem3d: Result = _part(
+        "solved", 'The 3D model\'s answer: ``steady["peak_rise_K"].value`` and ``.error``, ``traces``.'
+    )
+    reduced1d: Result = _part("reduced1d", "The 1D model's answer, of the same type.")
+    why: Budget | None = _part(
+        "why", "The difference in parts, one for each assumption; None unless asked for with ``why=True``."
+    )
 
     def __repr__(self) -> str:
         from validate.report.sink import quantities
@@ -182,10 +170,7 @@ class Run(_Found[Sink]):
 class Solution(_Found["AnyScene"]):
     """What a run of a free scene found: ``solution["probe"]`` is a steady value with its error."""
 
-    @property
-    def steady(self) -> dict[str, Estimate]:
-        """Steady values by probe, in K, V, W or A; empty of a transient."""
-        return self.outcome.solved.steady
+    steady: dict[str, Estimate] = _part("solved.steady", "Steady values by probe, in K, V, W or A, if any.")
 
     def __getitem__(self, probe: str) -> Estimate:
         if probe not in self.steady:

@@ -10,6 +10,7 @@ from importlib import import_module
 from typing import Any, NoReturn
 
 from scenes.errors import SceneError, did_you_mean, printable
+from validate.cli.common import add
 
 COMMANDS = {
     "sink": "compare the 1D model of the active sink with 3D",
@@ -24,8 +25,8 @@ COMMANDS = {
     "scene": "print a built-in scene as TOML",
     "completion": "print what a shell needs to complete this command",
 }
-"""The commands, one file each: `describe` gives a parser its texts and options, `run` does the work. Only the module of
-the command that is asked for gets imported."""
+"""The commands, one file each: its docstring is the text of its help, `OPTIONS` says what it takes, as
+`common.add` reads that, and `run` does the work. Only the module of the command that is asked for gets imported."""
 
 
 class _Parser(argparse.ArgumentParser):
@@ -33,13 +34,6 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         raise SceneError(f"{printable(message, 300)} (see {self.prog} --help)")
-
-
-class _Version(argparse.Action):
-    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
-        from validate.report.summary import version
-
-        parser.exit(0, f"validate {version()}\n")
 
 
 def parse(argv: Sequence[str]) -> argparse.Namespace:
@@ -59,6 +53,10 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
         known = f"give {' or '.join(commands)}{did_you_mean(name, commands)}"
         parser.error(f'"{printable(name)}" is not a command: {known}')
     found, unknown = parser.parse_known_args(joined)
+    if found.version:
+        from validate.report.summary import version
+
+        parser.exit(0, f"validate {version()}\n")
     if unknown:
         own, argument = commands[found.command], unknown[0]
         if not argument.startswith("-"):
@@ -79,10 +77,12 @@ def _parsers(chosen: str | None) -> tuple[argparse.ArgumentParser, Mapping[str, 
         "  validate solve mine.toml    any structure of boxes in 3D (validate scene bridge > mine.toml)\n\n"
         "exit status: 0 every check came out as the scene declares, 1 one did not, 2 bad input, 3 the numerics failed",
     )  # fmt: skip
-    parser.add_argument("--version", action=_Version, nargs=0, help="print the version and leave")
+    parser.add_argument("--version", action="store_true", help="print the version and leave")
     adder = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=_Parser)
     look: dict[str, Any] = {"allow_abbrev": False, "formatter_class": argparse.RawDescriptionHelpFormatter}
     commands = {name: adder.add_parser(name, help=said, **look) for name, said in COMMANDS.items()}
     if chosen in commands:
-        import_module(f"validate.cli.{chosen}").describe(commands[chosen])
+        module = import_module(f"validate.cli.{chosen}")
+        commands[chosen].description, _, commands[chosen].epilog = (module.__doc__ or "").partition("\n\n")
+        add(commands[chosen], module.OPTIONS)
     return parser, commands

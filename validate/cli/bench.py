@@ -1,4 +1,14 @@
-"""`validate bench`: run time against error, beside other programs."""
+"""Run time against error on the default sink and device: this toolkit's whole runs and its solver on a
+given mesh, the 1D reductions, scikit-fem and, where installed, NGSolve and FreeFEM; growth with the
+unknowns; what each skip of the plan saves; start-up. Takes half an hour; --quick a minute.
+
+examples:
+  validate bench --quick
+  validate bench --part transient --part steady --rounds 5
+  validate bench --markdown docs/benchmark.md --json benchmark.json
+
+exit status: 0 measured (an entry that fails is a row that says so), 2 bad input, 3 no reference could be made
+"""
 
 from __future__ import annotations
 
@@ -16,34 +26,19 @@ FOLDER = Path("results/bench")
 """For the plots, where no page is written."""
 
 
-def describe(parser: argparse.ArgumentParser) -> None:
-    """What the command takes."""
-    parser.description = (
-        "Run time against error on the default sink and device: this toolkit's whole runs and its solver on a\n"
-        "given mesh, the 1D reductions, scikit-fem and, where installed, NGSolve and FreeFEM; growth with the\n"
-        "unknowns; what each skip of the plan saves; start-up. Takes half an hour; --quick a minute."
-    )
-    parser.epilog = (
-        "examples:\n"
-        "  validate bench --quick\n"
-        "  validate bench --part transient --part steady --rounds 5\n"
-        "  validate bench --markdown docs/benchmark.md --json benchmark.json\n\n"
-        "exit status: 0 measured (an entry that fails is a row that says so), 2 bad input, 3 no reference could be made"
-    )
-    common.add(parser, {
-        "--part {transient,steady,device,growth,skips,start-up} ...": "this part only, as often as needed",
-        "--start-up": "the same as --part start-up: cold starts against a bare import",
-        "--quick": "fewer and coarser entries, one round: to see that it works",
-        "--rounds N": f"how often each entry is started (default {ROUNDS}, with --quick {QUICK_ROUNDS})",
-        "--from FILE ...": "take the parts that an earlier --json holds from there, as often as needed",
-        "--markdown FILE": "write the page, and its plots to figures/ beside it (default: plots only, to "
-        "results/bench/)",
-        "--json FILE": "write every number",
-    })  # fmt: skip
+OPTIONS = {
+    "--part {transient,steady,device,growth,skips,start-up} ...": "this part only, as often as needed",
+    "--start-up": "the same as --part start-up: cold starts against a bare import",
+    "--quick": "fewer and coarser entries, one round: to see that it works",
+    "--rounds N": f"how often each entry is started (default {ROUNDS}, with --quick {QUICK_ROUNDS})",
+    "--from FILE ...": "take the parts that an earlier --json holds from there, as often as needed",
+    "--markdown FILE": "write the page, and its plots to figures/ beside it (default: plots only, to "
+    "results/bench/)",
+    "--json FILE": "write every number",
+}  # fmt: skip
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Measures, writes and prints."""
     rounds = common.whole("--rounds", arguments.rounds or str(QUICK_ROUNDS if arguments.quick else ROUNDS), 1, 100)
     page_file, numbers = (None if name is None else Path(name) for name in (arguments.markdown, arguments.json))
     files = [file for file in (page_file, numbers) if file is not None]

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from scenes.uncertain import Uncertain
 
 MOST_STATES = 400  # that can be asked for; a model has no more than its structure needs
-STATUS = "exit status: 0 every check came out as the scene declares, 1 one did not, 2 bad input, 3 the numerics failed"
 _SHARED = {
     "--out DIR": "the results folder; a run that is there is replaced",
     "--steady": "the steady state only, no transient",
@@ -41,10 +40,11 @@ OF_A_TABLE = {
 
 def add(parser: argparse.ArgumentParser, options: Mapping[str, str]) -> None:
     """Adds options with their helps (empty for those above), in the words of a usage line: "--voltage V" takes a value,
-    "--only {3d,1d}" one of these, "--column NAME=COLUMN ..." is given as often as needed, "--steady" is a switch, and
-    "--no-figures" switches ``figures`` off."""
+    "--only {3d,1d}" one of these, "--column NAME=COLUMN ..." is given as often as needed, "--check ID!" must be given,
+    "--steady" is a switch, and "--no-figures" switches ``figures`` off. What has no dashes stands by itself, in
+    brackets where it may be left out: "[scene SCENE.toml]"."""
     for usage, said in options.items():
-        name, _, value = usage.removesuffix(" ...").partition(" ")
+        name, _, value = usage.strip("[]!").removesuffix(" ...").partition(" ")
         given: dict[str, Any] = {"help": said or _SHARED[usage]}
         if value.startswith("{"):
             given["choices"] = value.strip("{}").split(",")
@@ -56,18 +56,21 @@ def add(parser: argparse.ArgumentParser, options: Mapping[str, str]) -> None:
             given["action"] = "store_true"
         if usage.endswith(" ..."):
             given |= {"action": "append", "default": []}
+        if usage.endswith("!"):
+            given["required"] = True
+        if usage.startswith("["):
+            given["nargs"] = "?"
         parser.add_argument(name, **given)
 
 
-def options(parser: argparse.ArgumentParser, scene: str, example: str, accuracy: str) -> None:
-    """Adds those of a run: the default ``scene``, an ``example`` of an override, what ``--accuracy`` means."""
-    said = f'a scene file (default: the built-in "{scene}")'
-    parser.add_argument("scene", nargs="?", default=scene, metavar="SCENE.toml", help=said)
-    add(parser, {
+def of_run(scene: str, example: str, accuracy: str) -> dict[str, str]:
+    """The options of a run: the default ``scene``, an ``example`` of an override, what ``--accuracy`` means."""
+    return {
+        "[scene SCENE.toml]": f'a scene file (default: the built-in "{scene}")',
         "--set KEY=VALUE ...": f"override a key of the scene, as often as needed: {example}",
         "--accuracy A": accuracy, "--out DIR": "", "--no-figures": "", "--explain": "", "--dry-run": "", "--strict": "",
         "--quiet": "print the answer and the verdict only, in one line", "--json": "",
-    })  # fmt: skip
+    }  # fmt: skip
 
 
 def of_inputs(example: str, pair: str) -> dict[str, str]:

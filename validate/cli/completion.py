@@ -1,4 +1,10 @@
-"""`validate completion`: what a shell needs to complete the command's words."""
+"""Print a script with which a shell completes commands, options, their values and scene keys.
+
+to use it:
+  eval "$(validate completion bash)"          in ~/.bashrc
+  eval "$(validate completion zsh)"           in ~/.zshrc, after compinit
+  validate completion fish | source           in ~/.config/fish/config.fish
+"""
 
 from __future__ import annotations
 
@@ -11,24 +17,13 @@ from reduced1d.ladder import REDUCTIONS
 from scenes.keys import TYPES
 from scenes.loading import known_names
 from validate.cli.arguments import COMMANDS
+from validate.cli.common import add
 from validate.cli.terminal import FINE, show
 
-_HOW = {
-    "bash": 'eval "$(validate completion bash)"          in ~/.bashrc',
-    "zsh": 'eval "$(validate completion zsh)"           in ~/.zshrc, after compinit',
-    "fish": "validate completion fish | source           in ~/.config/fish/config.fish",
-}
-
-
-def describe(parser: argparse.ArgumentParser) -> None:
-    """What the command takes."""
-    parser.description = "Print a script with which a shell completes commands, options, their values and scene keys."
-    parser.epilog = "to use it:\n" + "\n".join(f"  {line}" for line in _HOW.values())
-    parser.add_argument("shell", choices=tuple(_HOW), help="the shell")
+OPTIONS = {"shell {bash,zsh,fish}": "the shell"}
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints the script."""
     show(script(arguments.shell))
     return FINE
 
@@ -51,7 +46,7 @@ class _Option(NamedTuple):
 def _words(command: str) -> tuple[list[str], list[_Option]]:
     """The words that may stand without an option, files besides; and the options."""
     parser = argparse.ArgumentParser()
-    import_module(f"validate.cli.{command}").describe(parser)
+    add(parser, import_module(f"validate.cli.{command}").OPTIONS)
     keys: Mapping[str, object] = TYPES[command].schema.paths if command in TYPES else {}
     known = {"--set": [f"{path}=" for path in keys], "--reduction": list(REDUCTIONS)}
     words: list[str] = []

@@ -1,4 +1,16 @@
-"""`validate device`: the whole sensor in 1D, and what the paper says of it."""
+"""Simulate the paper's whole sensor in 1D, and in 3D with --3d: sink, insulator, sensor, polymer and their
+controllers, and say what of Figures 9 to 13 comes out; with the limits of gains, range and resolution.
+
+examples:
+  validate device
+  validate device --3d --accuracy 1e-4
+  validate device --figure 11 --set control.sample_time=2ms
+  validate device --scheme paper --figure 9
+  validate device --max-power 20mW --meter PXI-4070
+
+results: summary.json, traces.csv and figures in results/<scene>-<what distinguishes it>/
+exit status: 0 every check came out as the scene declares, 1 one did not, 2 bad input, 3 the numerics failed
+"""
 
 from __future__ import annotations
 
@@ -13,44 +25,26 @@ if TYPE_CHECKING:
     from scenes.plan import Request
 
 
-def describe(parser: argparse.ArgumentParser) -> None:
-    """What the command takes."""
-    parser.description = (
-        "Simulate the paper's whole sensor in 1D, and in 3D with --3d: sink, insulator, sensor, polymer and their\n"
-        "controllers, and say what of Figures 9 to 13 comes out; with the limits of gains, range and resolution."
-    )
-    parser.epilog = (
-        "examples:\n"
-        "  validate device\n"
-        "  validate device --3d --accuracy 1e-4\n"
-        "  validate device --figure 11 --set control.sample_time=2ms\n"
-        "  validate device --scheme paper --figure 9\n"
-        "  validate device --max-power 20mW --meter PXI-4070\n\n"
-        "results: summary.json, traces.csv and figures in results/<scene>-<what distinguishes it>/\n"
-    ) + common.STATUS
-    common.options(
-        parser, "device", "control.sample_time=1ms",
-        "accuracy of the temperatures, relative to the set rise; with --3d that of the 3D model",
-    )  # fmt: skip
-    common.add(parser, {
-        "--3d": "in 3D too, and how far 1D is off",
-        "--figure {9,10,11,12,13} ...": "this figure and its checks only, as often as needed",
-        "--scheme {accurate,paper}": "the accurate scheme (default), or the paper's own and how far it is off",
-        "--meter {PXI-4070,MAX1367}": "round the resistances to what a meter resolves",
-        "--sensitivities": "how the steady state in 1D follows each key: d ln Q / d ln key",
-        "--max-voltage V": "the sensor's largest voltage, for the range: 100mV",
-        "--max-power W": "the sensor's largest power, for the range: 20mW",
-    })  # fmt: skip
+OPTIONS = {
+    **common.of_run("device", "control.sample_time=1ms",
+                    "accuracy of the temperatures, relative to the set rise; with --3d that of the 3D model"),
+    "--3d": "in 3D too, and how far 1D is off",
+    "--figure {9,10,11,12,13} ...": "this figure and its checks only, as often as needed",
+    "--scheme {accurate,paper}": "the accurate scheme (default), or the paper's own and how far it is off",
+    "--meter {PXI-4070,MAX1367}": "round the resistances to what a meter resolves",
+    "--sensitivities": "how the steady state in 1D follows each key: d ln Q / d ln key",
+    "--max-voltage V": "the sensor's largest voltage, for the range: 100mV",
+    "--max-power W": "the sensor's largest power, for the range: 20mW",
+}  # fmt: skip
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Simulates, checks, writes and reports."""
     from scenes.keys import DEVICE
     from scenes.loading import load
 
     in_3d = vars(arguments)["3d"]
     key = "run.accuracy_3d" if in_3d else "run.accuracy"
-    device = load(arguments.scene, common.settings(arguments, accuracy=key), of=DEVICE)
+    device = load(arguments.scene or "device", common.settings(arguments, accuracy=key), of=DEVICE)
     request = replace(_request(arguments), in_3d=in_3d)
     if request.meter:
         # The scene says nothing about a device with a meter in its loop.

@@ -1,4 +1,14 @@
-"""`validate map`: the line over two keys on which the 1D model leaves a tolerance."""
+"""Find where over two keys the 1D model is within a tolerance of 3D: a map of cells, some hundred of them
+solved, where the line runs and where neighbours disagree, the others interpolated, each with its error.
+
+examples:
+  validate map sink --vary sink.width=10um:200um --vary anchor.oxide_length=10um:140um --check fig4 \\
+    --tolerance 5%
+  validate map sink --vary drive.voltage=0.1:10:log --vary sink.length=0.2mm:2mm --check fig6_end
+
+results: map.csv, points.csv (what was solved), sweep.json, a figure and report.html
+exit status: 0 finished (points without an answer are rows that say why), 2 bad input, 3 no point has an answer
+"""
 
 from __future__ import annotations
 
@@ -11,34 +21,19 @@ from validate.cli import common, sweep
 CELLS, SOLVES = 100, 400
 
 
-def describe(parser: argparse.ArgumentParser) -> None:
-    """What the command takes."""
-    parser.description = (
-        "Find where over two keys the 1D model is within a tolerance of 3D: a map of cells, some hundred of them\n"
-        "solved, where the line runs and where neighbours disagree, the others interpolated, each with its error."
-    )
-    parser.epilog = (
-        "examples:\n"
-        "  validate map sink --vary sink.width=10um:200um --vary anchor.oxide_length=10um:140um --check fig4 \\\n"
-        "    --tolerance 5%\n"
-        "  validate map sink --vary drive.voltage=0.1:10:log --vary sink.length=0.2mm:2mm --check fig6_end\n\n"
-        "results: map.csv, points.csv (what was solved), sweep.json, a figure and report.html\n"
-    ) + sweep.EXIT
-    sweep.options(parser, "KEY=FROM:TO[:log], twice")
-    check = "the check whose line is wanted: fig4, fig6_end, eq14 ..."
-    parser.add_argument("--check", metavar="ID", required=True, help=check)
-    common.add(parser, {
-        "--tolerance T": "its tolerance, 5%% (default: the scene's)",
-        "--cells N": f"cells along either key, or NxM (default {CELLS})",
-        "--solves N": f"at most so many 3D solutions (default {SOLVES})",
-    })  # fmt: skip
+OPTIONS = {
+    **sweep.shared("KEY=FROM:TO[:log], twice"),
+    "--check ID!": "the check whose line is wanted: fig4, fig6_end, eq14 ...",
+    "--tolerance T": "its tolerance, 5%% (default: the scene's)",
+    "--cells N": f"cells along either key, or NxM (default {CELLS})",
+    "--solves N": f"at most so many 3D solutions (default {SOLVES})",
+}
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Maps, writes and reports."""
     from scenes.checks import OVER_TIME
     from validate.sweep.design import Design, parse
-    from validate.sweep.job import checked
+    from validate.sweep.point import checked
 
     parts = (arguments.cells or str(CELLS)).split("x")
     if len(parts) > 2:

@@ -1,4 +1,17 @@
-"""`validate sink`: the active sink in 3D and in 1D, and how far they agree."""
+"""Solve the paper's active sink in 3D and with its 1D reduction, and say how far they agree:
+a verdict for equations 12 to 18 and Figures 4 to 7, with the estimated numerical error.
+
+examples:
+  validate sink --voltage 1
+  validate sink --voltage 2V --set sink.width=20um --set drive.electrodes=pad-edge
+  validate sink --reduction moments:4 --export mine
+  validate sink --why
+  validate sink --sensitivities
+  validate scene sink > mine.toml; validate sink mine.toml --accuracy 1e-4 --strict
+
+results: summary.json, traces.csv and figures in results/<scene>-<what distinguishes it>/
+exit status: 0 every check came out as the scene declares, 1 one did not, 2 bad input, 3 the numerics failed
+"""
 
 from __future__ import annotations
 
@@ -8,6 +21,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from reduced1d.ladder import REDUCTIONS
 from scenes.errors import SceneError, printable
 from validate.cli import common
 
@@ -17,58 +31,36 @@ if TYPE_CHECKING:
     from scenes.sink import Sink
 
 
-def describe(parser: argparse.ArgumentParser) -> None:
-    """What the command takes."""
-    from reduced1d.ladder import REDUCTIONS
-
-    parser.description = (
-        "Solve the paper's active sink in 3D and with its 1D reduction, and say how far they agree:\n"
-        "a verdict for equations 12 to 18 and Figures 4 to 7, with the estimated numerical error."
-    )
-    parser.epilog = (
-        "examples:\n"
-        "  validate sink --voltage 1\n"
-        "  validate sink --voltage 2V --set sink.width=20um --set drive.electrodes=pad-edge\n"
-        "  validate sink --reduction moments:4 --export mine\n"
-        "  validate sink --why\n"
-        "  validate sink --sensitivities\n"
-        "  validate scene sink > mine.toml; validate sink mine.toml --accuracy 1e-4 --strict\n\n"
-        "results: summary.json, traces.csv and figures in results/<scene>-<what distinguishes it>/\n"
-    ) + common.STATUS
-    common.options(
-        parser, "sink", "sink.width=20um", "relative accuracy of the 3D solution (default 1e-3 or the scene's)"
-    )
-    first, *between, last = REDUCTIONS
-    few_states = common.of_model(*2 * ("in place of the 1D few-state model",))
-    common.add(parser, {
-        "--voltage V": 'voltage across the electrodes: 1, 2V or "500 mV"; for --set drive.voltage=V',
-        "--against FILE": "compare your own traces with 3D: a COMSOL table, a CSV or other table, an ngspice file",
-        "--column NAME=COLUMN ...": 'what a column of that file is, where its name does not tell: peak="T (K), Point 1"'
-        ', "end rise (K)=3", drive.voltage=Va; as often as needed',
-        "--data-uncertainty U ...":
-            'the standard uncertainty of the data: 0.5K, 1%%, peak=0.5K or peak="a column"',
-        "--calibrate KEY ...": "fit a key to that data in 3D, as often as needed, and go on with what is fitted",
-        "--steady": "",
-        "--only {3d,1d}": "one model only",
-        "--reduction R": f"the 1D model: {first} (default), {', '.join(between)} or {last}[:N]",
-        "--why": "split the 1D model's differences from 3D by the assumptions behind them",
-        "--air": "up to which coefficient losses to the air may be left out, and what a lumped term gives",
-        "--sensitivities": "how both models follow each key: d ln quantity / d ln key, 1D against 3D",
-        **common.of_inputs("oxide_thickness=0.1um, voltage=1%%; or materials, for the scene's table of them",
-                           "pad_width,oxide_width=0.9"),
-        "--monte-carlo N": "with --uncertain, solve N samples of the inputs too: where is linear propagation off?",
-        "--export DIR": "write the few-state model to DIR: JSON, a Python function, a SPICE subcircuit",
-        **few_states,
-        "--fields": "write the 3D fields (fem3d.pvd with .vtu files, fem3d.vtkhdf)",
-        "--field-times T,T...": "with --fields, times to store beside the usual ones: 0.1ms,2ms",
-    })  # fmt: skip
+_FIRST, *_BETWEEN, _LAST = REDUCTIONS
+OPTIONS = {
+    **common.of_run("sink", "sink.width=20um", "relative accuracy of the 3D solution (default 1e-3 or the scene's)"),
+    "--voltage V": 'voltage across the electrodes: 1, 2V or "500 mV"; for --set drive.voltage=V',
+    "--against FILE": "compare your own traces with 3D: a COMSOL table, a CSV or other table, an ngspice file",
+    "--column NAME=COLUMN ...": 'what a column of that file is, where its name does not tell: peak="T (K), Point 1"'
+    ', "end rise (K)=3", drive.voltage=Va; as often as needed',
+    "--data-uncertainty U ...":
+        'the standard uncertainty of the data: 0.5K, 1%%, peak=0.5K or peak="a column"',
+    "--calibrate KEY ...": "fit a key to that data in 3D, as often as needed, and go on with what is fitted",
+    "--steady": "",
+    "--only {3d,1d}": "one model only",
+    "--reduction R": f"the 1D model: {_FIRST} (default), {', '.join(_BETWEEN)} or {_LAST}[:N]",
+    "--why": "split the 1D model's differences from 3D by the assumptions behind them",
+    "--air": "up to which coefficient losses to the air may be left out, and what a lumped term gives",
+    "--sensitivities": "how both models follow each key: d ln quantity / d ln key, 1D against 3D",
+    **common.of_inputs("oxide_thickness=0.1um, voltage=1%%; or materials, for the scene's table of them",
+                       "pad_width,oxide_width=0.9"),
+    "--monte-carlo N": "with --uncertain, solve N samples of the inputs too: where is linear propagation off?",
+    "--export DIR": "write the few-state model to DIR: JSON, a Python function, a SPICE subcircuit",
+    **common.of_model(*2 * ("in place of the 1D few-state model",)),
+    "--fields": "write the 3D fields (fem3d.pvd with .vtu files, fem3d.vtkhdf)",
+    "--field-times T,T...": "with --fields, times to store beside the usual ones: 0.1ms,2ms",
+}  # fmt: skip
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Solves, compares, writes and reports."""
     from scenes.loading import load
 
-    sink = load(arguments.scene, common.settings(arguments, ("drive.voltage", arguments.voltage)))
+    sink = load(arguments.scene or "sink", common.settings(arguments, ("drive.voltage", arguments.voltage)))
     request = replace(_request(arguments, sink.end_time), uncertain=common.uncertain(arguments, sink))
     if request.reduction != "paper":
         # What a scene declares is of the paper's model.

@@ -1,4 +1,13 @@
-"""`validate stress`: numerical stability and robustness."""
+"""Test numerical stability and robustness: time steps from 1 ns to 1 s, thin layers and long beams,
+contrasts up to 1e8, thermal runaway, steps, ramps and square waves, accuracies, explicit coupling, and
+random scenes held to invariants. What breaks is a row that says so.
+
+examples:
+  validate stress --quick
+  validate stress --scenes 2000 --markdown docs/stress.md
+
+exit status: 0 nothing breaks but what is predicted to, 1 something does, 2 bad input
+"""
 
 from __future__ import annotations
 
@@ -8,30 +17,15 @@ from functools import partial
 from validate.cli import common
 from validate.cli.terminal import DIFFERS, FINE
 
-
-def describe(parser: argparse.ArgumentParser) -> None:
-    """What the command takes."""
-    parser.description = (
-        "Test numerical stability and robustness: time steps from 1 ns to 1 s, thin layers and long beams,\n"
-        "contrasts up to 1e8, thermal runaway, steps, ramps and square waves, accuracies, explicit coupling, and\n"
-        "random scenes held to invariants. What breaks is a row that says so."
-    )
-    parser.epilog = (
-        "examples:\n"
-        "  validate stress --quick\n"
-        "  validate stress --scenes 2000 --markdown docs/stress.md\n\n"
-        "exit status: 0 nothing breaks but what is predicted to, 1 something does, 2 bad input"
-    )
-    common.add(parser, {
-        "--quick": "fewer of each kind, in less than two minutes",
-        "--scenes N": "how many random scenes (default 200, with --quick 24)",
-        "--seed N": "the first random scene's seed (default 0)",
-        **common.OF_A_TABLE,
-    })  # fmt: skip
+OPTIONS = {
+    "--quick": "fewer of each kind, in less than two minutes",
+    "--scenes N": "how many random scenes (default 200, with --quick 24)",
+    "--seed N": "the first random scene's seed (default 0)",
+    **common.OF_A_TABLE,
+}
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Runs the tests and reports."""
     from validate.stress import report
     from validate.stress.run import QUICK_SCENES, run
 

@@ -1,4 +1,15 @@
-"""`validate sweep`: the comparison at many designs; and what `validate map` has in common with it."""
+"""Solve and compare at many designs: a grid of the values of some keys, or a sample of their ranges.
+What is solved is stored at once: the same command goes on where it was stopped.
+
+examples:
+  validate sweep sink --vary sink.width=10um:200um:20 --vary anchor.oxide_length=10um:140um:14 --steady
+  validate sweep sink --vary sink.width=5um:200um:12:log --vary drive.voltage=0.5,1,2 --reduction paper,fin
+  validate sweep sink --sample 256 --vary sink.width=10um:200um --vary sink.thickness=1um:10um
+  validate sweep mine.toml --vary "box.arm.upper.x=50um:150um:11"
+
+results: points.csv, sweep.json, figures and report.html in results/<scene>-sweep-<what varies>/
+exit status: 0 finished (points without an answer are rows that say why), 2 bad input, 3 no point has an answer
+"""
 
 from __future__ import annotations
 
@@ -16,37 +27,12 @@ if TYPE_CHECKING:
     from validate.sweep.design import Base, Design
 
 ACCURACY = "1e-2"
-EXIT = "exit status: 0 finished (points without an answer are rows that say why), 2 bad input, 3 no point has an answer"
 
 
-def describe(parser: argparse.ArgumentParser) -> None:
-    """What the command takes."""
-    parser.description = (
-        "Solve and compare at many designs: a grid of the values of some keys, or a sample of their ranges.\n"
-        "What is solved is stored at once: the same command goes on where it was stopped."
-    )
-    parser.epilog = (
-        "examples:\n"
-        "  validate sweep sink --vary sink.width=10um:200um:20 --vary anchor.oxide_length=10um:140um:14 --steady\n"
-        "  validate sweep sink --vary sink.width=5um:200um:12:log --vary drive.voltage=0.5,1,2 --reduction paper,fin\n"
-        "  validate sweep sink --sample 256 --vary sink.width=10um:200um --vary sink.thickness=1um:10um\n"
-        '  validate sweep mine.toml --vary "box.arm.upper.x=50um:150um:11"\n\n'
-        "results: points.csv, sweep.json, figures and report.html in results/<scene>-sweep-<what varies>/\n"
-    ) + EXIT
-    options(parser, "KEY=FROM:TO:COUNT[:log], or KEY=a,b,c; keys that move together: KEY+KEY=...")
-    common.add(parser, {
-        "--sample N": "N points of a Sobol' sequence in ranges KEY=FROM:TO[:log], in place of a grid",
-        "--seed S": "of the sample (default 0)",
-        "--check ID": "the check, or probe, that figures and sentence are of (default fig4)",
-        "--steady": "",
-    })  # fmt: skip
-
-
-def options(parser: argparse.ArgumentParser, vary: str) -> None:
-    """What both commands take."""
-    said = "sink, a scene file, or an example: bridge, plate, hotplate"
-    parser.add_argument("scene", metavar="SCENE", help=said)
-    common.add(parser, {
+def shared(vary: str) -> dict[str, str]:
+    """The options of both commands, ``vary`` being what --vary takes."""
+    return {
+        "scene SCENE": "sink, a scene file, or an example: bridge, plate, hotplate",
         "--vary KEY=... ...": vary,
         "--set KEY=VALUE ...": "override a key at every point",
         "--accuracy A": f"relative, of each 3D solution (default {ACCURACY}); open verdicts are solved again more "
@@ -60,11 +46,19 @@ def options(parser: argparse.ArgumentParser, vary: str) -> None:
         "--fresh": "start over in the folder",
         "--out DIR": "the results folder; one with the same sweep goes on",
         "--no-figures": "", "--quiet": "", "--json": "print sweep.json in place of text",
-    })  # fmt: skip
+    }  # fmt: skip
+
+
+OPTIONS = {
+    **shared("KEY=FROM:TO:COUNT[:log], or KEY=a,b,c; keys that move together: KEY+KEY=..."),
+    "--sample N": "N points of a Sobol' sequence in ranges KEY=FROM:TO[:log], in place of a grid",
+    "--seed S": "of the sample (default 0)",
+    "--check ID": "the check, or probe, that figures and sentence are of (default fig4)",
+    "--steady": "",
+}
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Sweeps, writes and reports."""
     from validate.sweep.design import MOST, Design, parse
 
     base = scene(arguments)
@@ -104,8 +98,7 @@ def execute(
     from scenes.kinds import Quantity
     from validate.report.names import of_sweep
     from validate.report.table import wrapped
-    from validate.sweep.job import Job, checked
-    from validate.sweep.point import Scope
+    from validate.sweep.point import Job, Scope, checked
     from validate.sweep.run import run
     from validate.sweep.store import Store
 

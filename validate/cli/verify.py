@@ -1,4 +1,13 @@
-"""`validate verify`: the code against theory, exact solutions, published benchmarks and a second code."""
+"""Verify the code: observed orders of convergence on manufactured solutions against theory, exact
+solutions, published benchmarks, and a second code on the sink where it is installed.
+
+examples:
+  validate verify
+  validate verify --only exact --only published
+  validate verify --markdown docs/verification.md
+
+exit status: 0 every row agrees or was skipped with a reason, 1 one differs or is unresolved, 2 bad input
+"""
 
 from __future__ import annotations
 
@@ -8,26 +17,11 @@ from functools import partial
 from validate.cli import common
 from validate.cli.terminal import DIFFERS, FINE
 
-
-def describe(parser: argparse.ArgumentParser) -> None:
-    """What the command takes."""
-    parser.description = (
-        "Verify the code: observed orders of convergence on manufactured solutions against theory, exact\n"
-        "solutions, published benchmarks, and a second code on the sink where it is installed."
-    )
-    parser.epilog = (
-        "examples:\n"
-        "  validate verify\n"
-        "  validate verify --only exact --only published\n"
-        "  validate verify --markdown docs/verification.md\n\n"
-        "exit status: 0 every row agrees or was skipped with a reason, 1 one differs or is unresolved, 2 bad input"
-    )
-    only = "this family of cases only, as often as needed"
-    common.add(parser, {"--only {orders,exact,published,second} ...": only, **common.OF_A_TABLE})
+_ONLY = "this family of cases only, as often as needed"
+OPTIONS = {"--only {orders,exact,published,second} ...": _ONLY, **common.OF_A_TABLE}
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Runs the cases and reports."""
     from validate.verify import report
     from validate.verify.cases import CASES, run
 

@@ -1,4 +1,13 @@
-"""`validate view`: the fields of a run in pyvista, in a window, a picture or a film."""
+"""Look at the 3D fields of a run (made with --fields) in pyvista: over time, clipped, along a line, and beside
+the 1D model painted on the same geometry. In the window every key is listed.
+
+examples:
+  validate sink --fields && validate view results/sink-1V-fields
+  validate view results/sink-1V-fields --show compare --screenshot compare.png
+  validate view results/sink-1V-fields --movie heating.gif
+
+exit status: 0 shown or written, 2 bad input, 3 this machine cannot draw
+"""
 
 from __future__ import annotations
 
@@ -7,41 +16,25 @@ import re
 from pathlib import Path
 
 from scenes.errors import SceneError, quoted
-from validate.cli import common
 from validate.cli.terminal import FINE, progress, show
 
-
-def describe(parser: argparse.ArgumentParser) -> None:
-    """What the command takes."""
-    parser.description = (
-        "Look at the 3D fields of a run (made with --fields) in pyvista: over time, clipped, along a line, and beside\n"
-        "the 1D model painted on the same geometry. In the window every key is listed."
-    )
-    parser.epilog = (
-        "examples:\n"
-        "  validate sink --fields && validate view results/sink-1V-fields\n"
-        "  validate view results/sink-1V-fields --show compare --screenshot compare.png\n"
-        "  validate view results/sink-1V-fields --movie heating.gif\n\n"
-        "exit status: 0 shown or written, 2 bad input, 3 this machine cannot draw"
-    )
-    parser.add_argument("path", metavar="RUN_OR_FILE", help="a results folder, or a .pvd, .vtu or .vtkhdf file")
-    common.add(parser, {
-        "--show {rise,temperature,potential,current_density,heat_source,compare}":
-            "what to show first (default: rise); compare is 3D, 1D, difference",
-        "--time T": "the stored time nearest to T, such as 0.5ms (default: the last)",
-        "--exaggerate N": "draw the thickness N times as large (default: a round factor, stated)",
-        "--clip AXIS[=PART]": "clip across x, y or z, at a part of the extent: y=0.25 (default 0.5)",
-        "--probe": "plot the quantity along the longest line through the middle",
-        "--edges": "draw the mesh's edges",
-        "--screenshot FILE": "write a picture (.png) and open no window",
-        "--movie FILE": "write a film of the transient (.gif, or .mp4) and open no window",
-        "--off-screen": "open no window, as on a server; needs --screenshot or --movie",
-        "--size WxH": "size of window or picture in pixels (default: 1400x800)",
-    })  # fmt: skip
+OPTIONS = {
+    "path RUN_OR_FILE": "a results folder, or a .pvd, .vtu or .vtkhdf file",
+    "--show {rise,temperature,potential,current_density,heat_source,compare}":
+        "what to show first (default: rise); compare is 3D, 1D, difference",
+    "--time T": "the stored time nearest to T, such as 0.5ms (default: the last)",
+    "--exaggerate N": "draw the thickness N times as large (default: a round factor, stated)",
+    "--clip AXIS[=PART]": "clip across x, y or z, at a part of the extent: y=0.25 (default 0.5)",
+    "--probe": "plot the quantity along the longest line through the middle",
+    "--edges": "draw the mesh's edges",
+    "--screenshot FILE": "write a picture (.png) and open no window",
+    "--movie FILE": "write a film of the transient (.gif, or .mp4) and open no window",
+    "--off-screen": "open no window, as on a server; needs --screenshot or --movie",
+    "--size WxH": "size of window or picture in pixels (default: 1400x800)",
+}  # fmt: skip
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Shows or writes."""
     from scenes.dimensions import NUMBER, TIME
     from scenes.kinds import Quantity
     from validate.viewer.start import start

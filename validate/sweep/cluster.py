@@ -6,6 +6,7 @@ import logging
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
+from dataclasses import dataclass
 from importlib.util import find_spec
 from itertools import chain, islice
 from typing import TYPE_CHECKING, Any
@@ -24,6 +25,7 @@ class LostError(ArithmeticError):
     """The cluster is gone; what is stored stays."""
 
 
+@dataclass
 class Cluster:
     """A context in which tasks can be solved, by ``workers`` processes here or by those of a ``scheduler``, with some
     ``seconds`` for each point.
@@ -33,12 +35,12 @@ class Cluster:
     there is a task.
     """
 
-    def __init__(
-        self, workers: int, scheduler: str | None, seconds: float | None, say: Callable[[str], None] = lambda _: None
-    ) -> None:
-        self._workers, self._scheduler, self._seconds, self._say = workers, scheduler, seconds, say
-        self._local: Any = None
-        self._client: Any = None
+    workers: int
+    scheduler: str | None
+    seconds: float | None
+    say: Callable[[str], None] = lambda _: None
+    _local: Any = None
+    _client: Any = None
 
     def __enter__(self) -> Cluster:
         return self
@@ -48,14 +50,14 @@ class Cluster:
         for part in filter(None, (self._client, self._local)):
             with suppress(Exception):
                 part.close(timeout=5)
-        if self._scheduler is None:
+        if self.scheduler is None:
             solver.close()
 
     def _start(self) -> None:
         """Raises SceneError where the scheduler does not answer, or has workers of another version."""
-        self._say("starting the workers")
-        if self._scheduler is None:
-            solver.start(self._workers)
+        self.say("starting the workers")
+        if self.scheduler is None:
+            solver.start(self.workers)
         import dask
         from distributed import Client, LocalCluster
 
@@ -65,16 +67,16 @@ class Cluster:
         dask.config.set({"distributed.scheduler.allowed-failures": solver.ATTEMPTS})
         # The workers' threads only wait: to sample them a hundred times a second would cost more than all else here.
         dask.config.set({"distributed.worker.profile.enabled": False, "distributed.admin.tick.interval": "500ms"})
-        if self._scheduler is None:
+        if self.scheduler is None:
             # Where another has the port, with or without a dashboard, Dask takes the next one.
             with warnings.catch_warnings(action="ignore", category=UserWarning):
                 self._local = LocalCluster(
-                    n_workers=self._workers, threads_per_worker=1, processes=False, memory_limit=0,
+                    n_workers=self.workers, threads_per_worker=1, processes=False, memory_limit=0,
                     dashboard_address=":8787" if find_spec("bokeh") else None, silence_logs=logging.CRITICAL,
                 )  # fmt: skip
-        there = quoted(str(self._scheduler))
+        there = quoted(str(self.scheduler))
         try:
-            self._client = Client(self._local or self._scheduler, timeout=ANSWERS_WITHIN)
+            self._client = Client(self._local or self.scheduler, timeout=ANSWERS_WITHIN)
         except (OSError, ValueError, TypeError, ImportError) as error:
             raise SceneError(
                 f"no scheduler answers at {there} ({_said(error)}): give --scheduler the address that dask scheduler "
@@ -91,7 +93,7 @@ class Cluster:
                 f"the workers of {there} can't run this program ({_said(error)}): install it where they are"
             ) from None
         if not versions:
-            self._say("waiting for a worker of the cluster")
+            self.say("waiting for a worker of the cluster")
         for theirs in versions.values():
             if theirs != version():
                 raise SceneError(
@@ -114,9 +116,9 @@ class Cluster:
         running: dict[Any, Work] = {}
         try:
             while True:
-                threads = self._workers if self._local else sum(self._client.nthreads().values())
+                threads = self.workers if self._local else sum(self._client.nthreads().values())
                 for work in islice(left, max(2 * threads - len(running), not running)):
-                    running[self._client.submit(solver.solve, work, self._seconds, pure=False)] = work
+                    running[self._client.submit(solver.solve, work, self.seconds, pure=False)] = work
                 if not running:
                     return
                 done = wait(list(running), return_when="FIRST_COMPLETED").done

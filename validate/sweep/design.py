@@ -35,11 +35,6 @@ TOGETHER = 16
 MOST = 1_000_000
 """The most points of a sweep."""
 
-_FORMS = {
-    "grid": "KEY=FROM:TO:COUNT[:log] or KEY=a,b,c, such as sink.width=10um:200um:20",
-    "range": "KEY=FROM:TO[:log], such as sink.width=10um:200um",
-}
-
 
 @dataclass(frozen=True)
 class Base:
@@ -162,7 +157,9 @@ def parse(base: Base, text: str, form: str) -> Axis:
     logarithm over zero and a count out of range.
     """
     key, equals, given = (part.strip() for part in text.partition("="))
-    wanted = f"give {_FORMS['grid' if form == 'grid' else 'range']}"
+    wanted = "give KEY=FROM:TO[:log], such as sink.width=10um:200um"
+    if form == "grid":
+        wanted = "give KEY=FROM:TO:COUNT[:log] or KEY=a,b,c, such as sink.width=10um:200um:20"
     if not (key and equals and given):
         raise SceneError(f"--vary {quoted(text)} varies nothing: {wanted}")
     if ":" not in given:

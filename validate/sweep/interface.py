@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 from scenes.errors import SceneError
 from scenes.sink import Sink
 from validate.sweep.design import Design, base, listed, parse
-from validate.sweep.job import Job, checked
-from validate.sweep.point import Scope
+from validate.sweep.point import Job, Scope, checked
 from validate.sweep.run import run
 from validate.sweep.store import Store
 

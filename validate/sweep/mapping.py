@@ -16,8 +16,7 @@ from functools import cached_property
 
 import numpy as np
 
-from validate.sweep.job import Job
-from validate.sweep.point import Row, Work, blame
+from validate.sweep.point import Job, Row, Work, blame
 from validate.sweep.store import Store
 
 VERDICTS = ("agrees", "differs", "unresolved")

@@ -15,8 +15,7 @@ import numpy as np
 
 from scenes.formats import quantity
 from validate.processes import processors
-from validate.sweep.job import Job
-from validate.sweep.point import Work
+from validate.sweep.point import Job, Work
 from validate.sweep.store import ASKED, Store
 from validate.sweep.table import COLOURS, Table, read, sentence
 

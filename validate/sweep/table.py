@@ -13,7 +13,7 @@ import numpy as np
 from scenes.checks import DEFAULT_TOLERANCES, ISLAND_TOLERANCES
 from scenes.formats import percent, quantity
 from validate.sweep.design import VOLTAGE, array
-from validate.sweep.job import Job
+from validate.sweep.point import Job
 from validate.sweep.store import Store
 
 if TYPE_CHECKING:

@@ -22,11 +22,6 @@ ROOT = Path(__file__).parents[3]
 pytestmark = pytest.mark.usefixtures("no_solver")
 
 
-@pytest.fixture(autouse=True)
-def _somewhere_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
 def sink(*arguments: str) -> int:
     return main(["sink", "--no-figures", *arguments])
 
@@ -102,32 +97,6 @@ def test_exit_status_of_the_checks(arguments: list[str], status: int, capsys: py
     """The last two: a tolerance below the numerical error is unresolved, which only --strict takes for a fault."""
     assert sink(*arguments) == status
     assert capsys.readouterr().err == ""
-
-
-REFUSED = {
-    "--voltage abc": "drive.voltage", "--voltage 2um": "not a voltage", "--accuracy 2": "run.accuracy",
-    "--accuracy 0": "run.accuracy", "--set run.end_time=0": "run.end_time", "--set sink.widht=1um": "sink.width",
-    "--set sink.width": "KEY=VALUE", "--volts 1": '"--voltage"', "--only 2d": "invalid choice",
-    "nowhere.toml": "no file", "one two": "too many", "--voltage": "expected one argument", "--out=": "--out",
-    "--voltage nan": "drive.voltage", "--out /dev/null/x": "output folder",
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("arguments", REFUSED)
-def test_bad_input_is_one_sentence(arguments: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    assert sink(*arguments.split()) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.startswith("validate: ")
-    assert err.count("\n") == 1
-    assert REFUSED[arguments] in err
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("arguments", [[], ["devise"], ["snik"], ["scene"], ["scene", "snik"], ["--help-me"]])
-def test_unknown_commands(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(arguments) == 2
-    assert capsys.readouterr().err.count("\n") == 1
 
 
 def test_negative_voltage_with_a_unit(capsys: pytest.CaptureFixture[str]) -> None:
@@ -247,13 +216,6 @@ def test_all_times_in_one_vtkhdf_file(capsys: pytest.CaptureFixture[str]) -> Non
         assert (one.cells == same.cells).all()
         # The file keeps times in single precision.
         assert reader.GetTimeValue() == pytest.approx(times[step], rel=1e-6)
-
-
-@pytest.mark.parametrize("times", ["abc", "1s", "-1ms", "1V", "0.1ms --steady"])
-def test_field_times_are_checked(times: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert sink("--fields", *f"--field-times={times}".split()) == 2
-    assert "--field-times" in capsys.readouterr().err
-    assert not Path("results").exists()
 
 
 def test_figures_without_opengl(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -33,11 +33,6 @@ from validate.report.table import Style, Table
 QUICK = ("--set", "control.sample_time=1ms", "--set", "control.sink_gain=0.5")
 
 
-@pytest.fixture(autouse=True)
-def _somewhere_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
 def device(*arguments: str) -> int:
     return main(["device", *arguments])
 
@@ -119,31 +114,6 @@ def test_all_figures_are_drawn() -> None:
     assert {entry.name for entry in Path("all").iterdir()} == drawn | {"report.html", "summary.json", "traces.csv"}
     assert "fig12_same_time DIFFERS: same, all steps, paper " in Path("all/figure12.svg").read_text()
     assert "-150.0 \N{MICRO SIGN}W/K" in Path("all/figure13.svg").read_text()
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (("--set", "control.sampletime=1ms"), 'did you mean "control.sample_time"'),
-        (("--set", "set_temperature=290"), "control.set_temperature = 290 K asks for cooling"),
-        (("--set", "sample_time=1us", "--set", "end_time=2"), "at most 1000000 samples"),
-        (("--set", "gold.temperature_coefficient=0"), "without a signal"),
-        (("--set", "final_temperature=20"), "external.final_temperature = 20.0 K"),
-        (("--set", "allow_negative_voltage=maybe"), "neither true nor false"),
-        (("--max-power", "1 V"), "--max-power"),
-        (("--figure", "8"), "invalid choice"),
-        (("--figur", "9"), 'did you mean "--figure"'),
-        (("none.toml",), "the built-in device"),
-        (("--scheme", "paper", "--set", "sensor_thickness=50nm"), "stable only up to 0.7"),
-    ],
-)
-def test_refusals_are_one_sentence(arguments: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert device(*arguments, "--no-figures") == 2
-    printed = capsys.readouterr()
-    assert printed.out == ""
-    assert printed.err.count("\n") == 1
-    assert said in printed.err
-    assert not Path("results").exists()
 
 
 def test_the_scene_is_printed_and_reads_back(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -303,10 +273,3 @@ def test_in_3d_beside_1d(tmp_path, capsys):
     checks = {check["id"]: check["verdict"] for check in summary["checks"]}
     assert checks["dev3d_claim_steady"] == "agrees"
     assert checks["dev3d_sink_power"] == "differs"
-
-
-def test_an_accuracy_that_3d_cannot_have_is_refused(tmp_path, capsys):
-    code = main(["device", "--3d", "--accuracy", "1e-9", "--out", str(tmp_path / "run")])
-    assert code == 2
-    assert "run.accuracy_3d" in capsys.readouterr().err
-    assert not (tmp_path / "run").exists()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 from importlib import import_module
 from pathlib import Path
@@ -84,9 +83,8 @@ def test_different_results_have_different_folders(command: str, monkeypatch: pyt
 @pytest.mark.parametrize("command", DIFFERENT)
 def test_every_option_is_one_or_the_other(command: str) -> None:
     """A new option is put into the folder's name, or into the list of those that make no difference."""
-    parser = argparse.ArgumentParser()
-    import_module(f"validate.cli.{command}").describe(parser)
-    known = {name for action in parser._actions for name in action.option_strings if name.startswith("--")}
+    options = import_module(f"validate.cli.{command}").OPTIONS
+    known = {usage.split()[0] for usage in options if usage.startswith("--")}
     tried = {word for arguments in DIFFERENT[command] for word in arguments.split() if word.startswith("--")}
     # A model goes to a folder of its own.
     assert known - SAME - tried - {"--export", "--states", "--model-accuracy"} == set()
@@ -129,26 +127,6 @@ def test_the_command_line_of_device_and_solve() -> None:
         assert main([*command.split(), "--out", "there"]) == 0
         assert summary(Path("there"))["command"] == f"validate {command} --out there"
         assert f"validate {command} --out there" in Path("there/report.html").read_text()
-
-
-CONTRADICTIONS = {
-    "sink --voltage 2 --set drive.voltage=3": "--voltage 2", "sink --voltage 2 --set voltage=3": "drive.voltage",
-    "sink --voltage 2 --set drive={voltage=3}": "drive.voltage", "sink --accuracy 1e-2 --set accuracy=1e-3": "accuracy",
-    "solve bridge --accuracy 1e-2 --set run.accuracy=1e-3": "run.accuracy", "sink --only 1d --fields": "--only 1d",
-    "device --accuracy 1e-2 --set run.accuracy=1e-3": "run.accuracy", "sink --quiet --json": "--quiet and --json",
-    "sink --explain --json": "--explain and --json", "solve bridge --dry-run --quiet": "--dry-run and --quiet",
-    "device --figure 11 --scheme paper": "--figure 11", "device --max-power 2mW --figure 9": "--max-power",
-    "device --max-voltage 1 --scheme paper": "--scheme paper",
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("arguments", CONTRADICTIONS)
-def test_contradictions_are_refused(arguments: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(arguments.split()) == 2
-    out, err = capsys.readouterr()
-    assert (out, err.count("\n")) == ("", 1)
-    assert CONTRADICTIONS[arguments] in err
-    assert not Path("results").exists()
 
 
 @pytest.mark.parametrize("command", ["sink", "device", "solve bridge"])

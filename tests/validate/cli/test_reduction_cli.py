@@ -17,11 +17,6 @@ from validate.cli import main
 pytestmark = pytest.mark.usefixtures("no_solver")
 
 
-@pytest.fixture(autouse=True)
-def _somewhere_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
 def summary(folder: str) -> dict[str, Any]:
     found = json.loads(Path(folder, "summary.json").read_text(), parse_constant=pytest.fail)
     assert isinstance(found, dict)
@@ -120,23 +115,13 @@ def test_export(capsys: pytest.CaptureFixture[str]) -> None:
     assert json.loads(Path("mine/sink_model.json").read_text())["model"] == "moments:3"
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        ("--reduction plat", 'did you mean "plate"'), ("--reduction moments:0", "from 1 to 12"),
-        ("--reduction fin:2", "no number of states"), ("--why --only 1d", "--only 1d"),
-        ("--reduction fin --only 3d", "leave out --only 3d"), ("--reduction paper --export x", "moments:4"),
-        ("--reduction plate --export x", "moments:4"),
-        ("--export=", "--export"), ("--export /dev/null/x", "cannot be written"),
-    ],
-)  # fmt: skip
-def test_bad_input(arguments: str, said: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    assert main(["sink", "--no-figures", *arguments.split()]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.count("\n") == 1
-    assert said in err
-    assert list(tmp_path.iterdir()) == []
+def test_a_compact_model_is_written(capsys: pytest.CaptureFixture[str]) -> None:
+    command = ["solve", "bridge", "--no-figures", "--accuracy", "1e-2", "--out", "run"]
+    assert main([*command, "--export", "new/mine", "--states", "2"]) == 0
+    assert "Exported a compact model (2 states, within" in " ".join(capsys.readouterr().out.split())
+    found = json.loads(Path("new/mine/model.json").read_text())
+    assert found["states"] == 2
+    assert Path("new/mine/model.py").read_text().startswith('"""Compact model of "bridge": 2 states')
 
 
 def test_runaway_of_the_reduction_is_said(capsys: pytest.CaptureFixture[str]) -> None:

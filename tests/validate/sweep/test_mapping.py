@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from validate.sweep.design import Axis, Design, base
-from validate.sweep.job import Job
 from validate.sweep.mapping import Map, refine
-from validate.sweep.point import Row, Scope, Work
+from validate.sweep.point import Job, Row, Scope, Work
 from validate.sweep.store import Store
 
 Formula = Callable[[np.ndarray, np.ndarray], np.ndarray]
