@@ -15,7 +15,7 @@ from fem3d.heat import HeatProblem
 from meshes import grading, symmetry
 from scenes.sink import Sink
 from validate.stress.rows import Row
-from validate.verify.reference import STAGES
+from validate.verify.methods import METHODS
 
 GROUP = "time steps"
 STEPS = (1e-9, 1e-7, 1e-5, 1e-3, 1e-1, 1.0)  # s
@@ -85,11 +85,11 @@ def _sdirk(rates: np.ndarray, step: float) -> np.ndarray:
     """The stability function of the second path's method at every rate, by its stages."""
     z = -rates * step
     slopes: list[Any] = []
-    for stage in STAGES:
+    for stage in METHODS[3]:
         *before, own = stage
         start = 1 + sum((w * s for w, s in zip(before, slopes, strict=True)), np.zeros_like(z))
         slopes.append(z * start / (1 - own * z))
-    return np.asarray(1 + sum((w * s for w, s in zip(STAGES[-1], slopes, strict=True)), np.zeros_like(z)))
+    return np.asarray(1 + sum((w * s for w, s in zip(METHODS[3][-1], slopes, strict=True)), np.zeros_like(z)))
 
 
 def _grows(rates: np.ndarray, guess: float) -> float:

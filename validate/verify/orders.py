@@ -6,19 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from validate.verify import bricks, hexahedra
+from validate.verify import paths
 from validate.verify.answers import Row, observed_order, order_row
 from validate.verify.manufactured import Heating, Manufactured
 
 FAMILY = "order in space"
-CUTS = {
-    1: (4, 6),
-    2: (4, 6),
-    3: (5, 6),
-    4: (3, 4),
-    5: (3, 4),
-    6: (2, 3),
-}  # of each of two intervals along each axis, by degree
+CUTS = {1: (4, 6), 2: (4, 6), 3: (5, 6), 4: (3, 4), 5: (3, 4), 6: (2, 3)}  # of two intervals an axis, by degree
 COUPLED_CUTS = CUTS | {4: (4, 5)}  # the rise comes within the tolerance of its order from 4 cuts on only
 TRANSIENT_CUTS = {1: (4, 8), 2: (3, 6), 3: (3, 4), 4: (2, 3)}
 HEX_CUTS = {1: (3, 6), 2: (3, 5)}
@@ -26,38 +19,33 @@ HEX_TRANSIENT = {1: ((2, 4), (4, 8)), 2: ((2, 3), (4, 6))}  # cuts, and steps in
 MEANS = (1, 2, 4)  # degrees: those of twice their order take finer meshes at 3, and drown in rounding from 5 on
 
 
-def steady(solution: Manufactured, degrees: tuple[int, ...]) -> Iterator[Row]:
-    """This project's bricks on a steady solution."""
+def bricks(solution: Manufactured | Heating, *degrees: int) -> Iterator[Row]:
+    """This project's bricks on a steady solution, or on a transient, the worst of some instants."""
     for degree in degrees:
-        pair = (COUPLED_CUTS if solution.potential else CUTS)[degree]
-        coarse, fine = (bricks.errors(solution, degree, cuts) for cuts in pair)
-        yield from _rows(f"brick, steady, {solution.name}", degree, coarse, fine, pair)
+        if isinstance(solution, Manufactured):
+            kind, cuts = "steady", (COUPLED_CUTS if solution.potential else CUTS)[degree]
+            found = [paths.on_bricks(solution, degree, n) for n in cuts]
+        else:
+            kind, cuts = "transient", TRANSIENT_CUTS[degree]
+            times = np.array([0.1, 0.5, 2.0]) / solution.modes[0][0]
+            found = [paths.on_bricks_over_time(solution, degree, n, times) for n in cuts]
+        yield from _rows(f"brick, {kind}, {solution.name}", degree, found, cuts)
 
 
-def transient(heating: Heating, degrees: tuple[int, ...]) -> Iterator[Row]:
-    """This project's bricks on a transient, the worst of some instants."""
-    times = np.array([0.1, 0.5, 2.0]) / heating.modes[0][0]
+def hexahedra(solution: Manufactured | Heating, *degrees: int) -> Iterator[Row]:
+    """scikit-fem's hexahedra on a steady solution, or by the method of order 3 in time, space and time refined
+    together."""
     for degree in degrees:
-        coarse, fine = (bricks.transient_errors(heating, degree, cuts, times) for cuts in TRANSIENT_CUTS[degree])
-        yield from _rows(f"brick, transient, {heating.name}", degree, coarse, fine, TRANSIENT_CUTS[degree])
-
-
-def hexahedron(solution: Manufactured, degrees: tuple[int, ...]) -> Iterator[Row]:
-    """scikit-fem's hexahedra on a steady solution."""
-    for degree in degrees:
-        cuts = HEX_CUTS[degree]
-        coarse, fine = (hexahedra.errors(solution, degree, n) for n in cuts)
-        yield from _rows(f"scikit-fem hexahedron, steady, {solution.name}", degree, coarse, fine, cuts)
-
-
-def hexahedron_transient(heating: Heating) -> Iterator[Row]:
-    """scikit-fem's hexahedra and the method of order 3 in time, space and time refined together."""
-    end = 1 / heating.modes[0][0]
-    for degree, (cuts, steps) in HEX_TRANSIENT.items():
-        coarse, fine = (
-            hexahedra.transient_errors(heating, degree, n, end, m) for n, m in zip(cuts, steps, strict=True)
-        )
-        yield from _rows(f"scikit-fem hexahedron, transient, {heating.name}", degree, coarse, fine, cuts)
+        if isinstance(solution, Manufactured):
+            kind, cuts = "steady", HEX_CUTS[degree]
+            found = [paths.on_hexahedra(solution, degree, n) for n in cuts]
+        else:
+            kind, (cuts, steps) = "transient", HEX_TRANSIENT[degree]
+            end = 1 / solution.modes[0][0]
+            found = [
+                paths.on_hexahedra_over_time(solution, degree, n, end, m) for n, m in zip(cuts, steps, strict=True)
+            ]
+        yield from _rows(f"scikit-fem hexahedron, {kind}, {solution.name}", degree, found, cuts)
 
 
 def theory(quantity: str, degree: int) -> int:
@@ -65,9 +53,8 @@ def theory(quantity: str, degree: int) -> int:
     return {"L2": degree + 1, "H1": degree}.get(quantity[-2:], 2 * degree)
 
 
-def _rows(
-    case: str, degree: int, coarse: dict[str, float], fine: dict[str, float], cuts: tuple[int, int]
-) -> Iterator[Row]:  # fmt: skip
+def _rows(case: str, degree: int, found: list[paths.Errors], cuts: tuple[int, int]) -> Iterator[Row]:
+    coarse, fine = found
     for quantity in coarse:
         if degree == 3 and quantity.startswith("potential"):
             # Its part of the next order is as large: 4.21 in L2 from 2 to 3 cuts, 4.18 from 6 to 7, and 3.15 in H1.

@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 from fem3d import element
 from meshes import connected
 from scenes.sink import Sink
-from validate.bench import growth, plots, problem, work, worker
+from validate.bench import growth, measure, plots, problem, work
 from validate.bench.entries import FREEFEM, GIVEN, NGSOLVE, OURS, REDUCTION, SCIKIT_FEM, WHOLE
 from validate.verify.methods import METHODS
 
@@ -97,7 +97,7 @@ def test_names_near_each_other_make_room():
 def test_a_solve_finds_nothing_of_the_scene_that_an_earlier_one_worked_out():
     connected.anchored(Sink().scene())
     table = element.factors(3)
-    worker.forget()
+    measure.forget()
     assert connected.anchored.cache_info().currsize == connected.coarsest.cache_info().currsize == 0
     assert element.factors(3) is table
 
