@@ -14,15 +14,13 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import LinearOperator, cg
 
 from fem3d.assembly import reactions
-from fem3d.factorization import Factors, Ordering, part
+from fem3d.factorization import Factors, Ordering, part, refined
 from fem3d.heat import HeatProblem
 from fem3d.integrals import Cells, Faces
 from scenes.model import Material
 
 SAME = 1e-9  # relative size below which a current field is taken for a sum of others
 SOLVED = 1e-12  # the error of a potential over that of its first guess, in the energy norm, if nothing looser is asked
-BESIDE = 3  # steps more that a potential takes by the factors of a conductor near its own
-
 Section = list[tuple[Faces, float, np.ndarray, np.ndarray]]
 """Faces inside a conductor, half the sign of their normal, and the law of the resistivity (facets, 1) there."""
 
@@ -65,7 +63,7 @@ class Conductor:
     ``matrix`` is that of the initial temperature. ``electrodes``: for each its part (functions,) of the currents that
     enter. ``sections``: the current probes inside. ``stands_for`` (cells, 1): how many such cells in series each one
     is, all of which the resistivity counts and the heat does not. Current densities are (3, cells, points). ``near``:
-    `solve_cold` of another one that differs from this by next to nothing, to do without one of its own.
+    the `solve_cold` of another conductor that differs from this by next to nothing, which spares a factorization.
     """
 
     heat: HeatProblem
@@ -105,6 +103,8 @@ class Conductor:
     @cached_property
     def solve_cold(self) -> Callable[[np.ndarray], np.ndarray]:
         """What gives the potential (free,) of the cold conductor for charges (free,) between earthed electrodes."""
+        if self.near is not None:
+            return refined(part(self.matrix, self.free), self.near)
         groups = self.heat.domain.space.entity[self.free]
         return Factors(part(self.matrix, self.free), groups, self.ordering).solve
 
@@ -142,7 +142,7 @@ class Conductor:
         The spectrum lies between the extremes of the cold over the hot resistivity, which bounds the error after any
         number of steps (Saad, Iterative Methods for Sparse Linear Systems, 2003, section 6.11); so many are taken.
         """
-        free, start, inverted = self.free, voltage.copy(), self.near or self.solve_cold
+        free, start = self.free, voltage.copy()
         resistivity = self.resistivity(rise)
 
         def charge(phi: np.ndarray) -> np.ndarray:
@@ -153,11 +153,11 @@ class Conductor:
             whole[free] = v
             return charge(whole)[free]
 
-        start[free] = -inverted((self.matrix @ voltage)[free]) if guess is None else guess[free]
-        steps = self._steps(resistivity / self.cold) + (BESIDE if self.near else 0)
+        start[free] = -self.solve_cold((self.matrix @ voltage)[free]) if guess is None else guess[free]
+        steps = self._steps(resistivity / self.cold)
         if steps:
             size = (len(free), len(free))
-            operator, inverse = (LinearOperator(size, f, dtype=float) for f in (inner, inverted))
+            operator, inverse = (LinearOperator(size, f, dtype=float) for f in (inner, self.solve_cold))
             start[free] += cg(operator, -charge(start)[free], rtol=0.0, atol=0.0, maxiter=steps, M=inverse)[0]
         density = -self.on.gradient(start) / resistivity
         through = {name: self._through(section, start, rise) for name, section in self.sections.items()}

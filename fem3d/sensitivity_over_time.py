@@ -161,9 +161,9 @@ class _Widened:
         if heat.size != self._base.heat.size:
             heat = heat.lower(self._level)
             conductor = conductor and conductor.lower(self._level, heat)
-        patterns: list[Pattern] = []
+        heat, patterns = replace(heat, near=self._base.heat.solve_steady), list[Pattern]()
         if conductor is not None and self._base.conductor is not None and self._base.patterns:
-            conductor = replace(conductor, near=self._base.conductor.solve_cold)
+            conductor = replace(conductor, heat=heat, near=self._base.conductor.solve_cold)
             lift = heat.inputs.at(np.zeros(1))[0] @ heat.lifts
             driven = [v for v in conductor.voltages if v.any()]
             potentials = [conductor.solve(lift, v) for v in driven]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from scenes.sink import Sink
 from scenes.varied import numbers, varied
 
 VOLTAGE = "drive.voltage"
+PROFILE = "profile"
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,16 +35,25 @@ class Course:
 @dataclass(frozen=True)
 class Slopes:
     """d ln quantity / d ln key, by key and quantity: ``steady`` with errors, and the ``course`` of the traces (of
-    rises, for temperatures) where the run has them; ``left_out`` says why a key has none."""
+    rises, for temperatures) where the run has them; ``left_out`` says why a key has none. ``profile``: what a sum of
+    the profile's rises changes with each key (K)."""
 
     steady: Table
     course: Course | None
     left_out: dict[str, str] = field(default_factory=dict)
+    profile: dict[str, float] = field(default_factory=dict)
 
 
-def of_sink(sink: Sink, result: Result, instants: Sequence[float] = (), keys: Sequence[str] | None = None) -> Slopes:
+def of_sink(
+    sink: Sink,
+    result: Result,
+    instants: Sequence[float] = (),
+    keys: Sequence[str] | None = None,
+    weights: np.ndarray | None = None,
+) -> Slopes:
     """The derivatives of a result of `fem3d.run.solve` by every physical key whose value is a number other than zero;
-    those of the traces at some ``instants`` (s) too. ``keys`` are these alone. Raises ConvergenceError."""
+    those of the traces at some ``instants`` (s) too. ``keys`` are these alone. With ``weights`` (places,) of the rises
+    of its profile also what their sum changes with each key, at places that go along. Raises ConvergenceError."""
     answer, count = result.details["answer"], result.details["spans_solved"]
     state, response = answer.fine.state, answer.response
     study = _study(sink, count)
@@ -50,7 +61,14 @@ def of_sink(sink: Sink, result: Result, instants: Sequence[float] = (), keys: Se
     others = {key: partial(_part, varied(sink, key, 1 + sensitivity.STEP), count) for key in keys or numbers(sink)}
     by, left_out = sensitivity.motions(study, given, others)
     known = {name: e for name, e in result.steady.items() if name in answer.fine.quantities}
-    steady, _ = sensitivity.steady_table(study, state, sensitivity.Known(known, {}), given, by)
+    rows = dict[str, np.ndarray]()
+    if weights is not None:
+        at = [tuple(point) for point in result.details["profile"]["points_m"]]
+        space: Any = state.heat.domain.space
+        rows[PROFILE] = sum(w * space.mean(x, x) for w, x in zip(weights, at, strict=True))
+    one = dict.fromkeys(rows, Estimate(1.0, 0.0))
+    steady, _ = sensitivity.steady_table(study, state, sensitivity.Known(known | one, {}, rows), given, by)
+    profile = {key: of.pop(PROFILE).value for key, of in steady.items() if PROFILE in of}
     if sink.spans > 1 and VOLTAGE in steady:
         # The power of a row is the current's times the voltage, which is the key itself.
         current = steady[VOLTAGE]["current_A"]
@@ -63,7 +81,7 @@ def of_sink(sink: Sink, result: Result, instants: Sequence[float] = (), keys: Se
         values = {key: alike.repeated(sink, count, of) for key, of in course.values.items()}
         errors = {key: alike.repeated(sink, count, of) for key, of in course.errors.items()}
         course = Course(course.times, values, errors)
-    return Slopes({key: alike.repeated(sink, count, of) for key, of in steady.items()}, course, left_out)
+    return Slopes({key: alike.repeated(sink, count, of) for key, of in steady.items()}, course, left_out, profile)
 
 
 def _logarithmic(found: sensitivity_over_time.Course, steady: Table, relative: Mapping[str, float]) -> Course:
