@@ -119,8 +119,8 @@ def judged(
     found: Sensitivities,
     definitions: Mapping[str, Callable[[Models], Comparison]] = DEFINITIONS,
 ) -> tuple[Check, ...]:
-    """The checks with their u_input, where all that their ``definitions`` ask for has derivatives; those of a row's spans
-    ask for another sink, too."""
+    """The checks with their u_input, where all that their ``definitions`` ask for has derivatives; those of spans have
+    none, as they ask for another sink, too."""
     keys, covariance = list(uncertain.relative), uncertain.covariance()
     made = [check for check in checks if check.id in definitions and check.id not in (PROFILE, BALANCE, *OF_THE_SPANS)]
     slopes: dict[str, np.ndarray] = {check.id: np.zeros(len(keys)) for check in made}

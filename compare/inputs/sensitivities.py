@@ -30,6 +30,8 @@ QUANTITIES = {
     "anchor_resistance_K_per_W": "anchor resistance",
 }
 PREFIX = "slope_"
+TEMPERATURE = "_temperature"
+"""How the keys of temperatures end."""
 NONE = 1e-6  # of a slope: less is none
 PART = 1e-5  # of the span of a profile, by which it is moved at one place; a central difference is off by its square
 
@@ -92,8 +94,9 @@ class Sensitivities:
         return {key: {name: _document(slope) for name, slope in of.items()} for key, of in self.steady.items()}
 
     def largest(self, quantity: str) -> float:
-        """The largest slope of a quantity by any key, in 3D where that is there."""
-        slopes = [of[quantity] for of in self.steady.values() if quantity in of]
+        """The largest slope of a quantity by any key, in 3D where that is there; but for temperatures, of which a
+        percent is kelvins, however few the rises are."""
+        slopes = [of[quantity] for key, of in self.steady.items() if quantity in of and not key.endswith(TEMPERATURE)]
         return max((abs(s.fem3d.value) if s.fem3d else s.size for s in slopes), default=0.0)
 
     def sorted(self, quantities: Iterable[str]) -> list[str]:
@@ -191,7 +194,7 @@ def of_device(device: Device, in_3d: Model | None) -> Sensitivities:
 
 def checks(scene: Sink | Device, found: Sensitivities, called: Mapping[str, str] = QUANTITIES) -> tuple[Check, ...]:
     """For each key that anything follows the check whether 1D follows it as 3D does: the largest difference of their
-    slopes over quantities, of the largest slope of that quantity by any key."""
+    slopes over quantities, of the largest slope of that quantity."""
     made = []
     largest = {name: found.largest(name) for name in called}
     tolerance = scene.tolerance("slope")

@@ -134,11 +134,12 @@ def sections(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) 
     if outcome.device_3d is not None:
         runs["in 3D"] = outcome.device_3d.runs.base
     found += [_quantities(run, model) for model, run in runs.items()]
-    if outcome.checks and style.page:
-        found.append(checks.on_page(outcome.checks, contrary))
-    elif outcome.checks:
-        found += [_checks(list(group)) for _, group in groupby(outcome.checks, sides)]
-        found.append(Section("Why", [_reasons(outcome.checks, contrary, style)]))
+    listed = checks.without_slopes(outcome.checks)
+    if listed and style.page:
+        found.append(checks.on_page(listed, contrary))
+    elif listed:
+        found += [_checks(list(group)) for _, group in groupby(listed, sides)]
+        found.append(Section("Why", [_reasons(listed, contrary, style)]))
     found += asked_for(outcome, style)
     if outcome.design is not None:
         found.append(_design(outcome.design, outcome, style))

@@ -36,7 +36,7 @@ def headline(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) ->
     """The answer of the run, then how many checks differ, and whether that was known."""
     said = [style.paint(wrapped(outcome.answer), "heading")]
     name = f"{sink_text(outcome.scene)}{_against(outcome)}"
-    listed_ones = without_slopes(outcome.checks)
+    listed_ones = checks.without_slopes(outcome.checks)
     own = [check for check in listed_ones if check.own]
     if own:
         said.append(_verdicts(name, own, contrary, outcome.scene.expected_to_differ is not None, style))
@@ -53,13 +53,8 @@ def sections(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) ->
     found = [quantities(outcome, style)]
     if outcome.against is not None:
         found.append(Section("Your data", [outcome.against.said()], headed=False))
-    found += checks.sections(without_slopes(outcome.checks), contrary, style)
+    found += checks.sections(checks.without_slopes(outcome.checks), contrary, style)
     return found + asked_for(outcome, style)
-
-
-def without_slopes(checks: Sequence[Check]) -> list[Check]:
-    """The checks but those of slopes, which have a table of their own."""
-    return [check for check in checks if not check.id.startswith("slope_")]
 
 
 def _against(outcome: Outcome[Sink]) -> str:
