@@ -33,8 +33,7 @@ Overrides = Sequence[str] | Mapping[str, object]
 """Such as ["sink.width=20um"] or {"sink.width": "20um"}."""
 
 S = TypeVar("S")
-_LINES = 24
-"""A screen of a text."""
+_LINES = 24  # a screen of a text
 
 
 class Columns(dict[str, "np.ndarray"]):

@@ -22,8 +22,7 @@ from validate.cli import common
 from validate.cli.terminal import FINE, progress, show
 
 ROUNDS, QUICK_ROUNDS = 3, 1
-FOLDER = Path("results/bench")
-"""For the plots, where no page is written."""
+FOLDER = Path("results/bench")  # for the plots, where no page is written
 
 
 OPTIONS = {

@@ -211,12 +211,10 @@ def export(arguments: argparse.Namespace, accuracy: float | None = None) -> Expo
         more = states is not None or given is not None
         refuse((more, f"{printable(option)} is of the model that --export DIR writes: give that, too"))
         return None
+    both = states is not None and given is not None
     refuse(
         (not arguments.export.strip(), '--export "" names no folder: give one, such as my-model'),
-        (
-            states is not None and given is not None,
-            "--states says how many states, --model-accuracy takes as many as it needs: give one of them",
-        ),
+        (both, "--states says how many states, --model-accuracy takes as many as it needs: give one of them"),
     )
     if given is not None:
         accuracy = ACCURACY.read("--model-accuracy", given)

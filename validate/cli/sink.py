@@ -32,14 +32,14 @@ if TYPE_CHECKING:
 
 
 _FIRST, *_BETWEEN, _LAST = REDUCTIONS
+_IN_PLACE = "in place of the 1D few-state model"
 OPTIONS = {
     **common.of_run("sink", "sink.width=20um", "relative accuracy of the 3D solution (default 1e-3 or the scene's)"),
     "--voltage V": 'voltage across the electrodes: 1, 2V or "500 mV"; for --set drive.voltage=V',
     "--against FILE": "compare your own traces with 3D: a COMSOL table, a CSV or other table, an ngspice file",
     "--column NAME=COLUMN ...": 'what a column of that file is, where its name does not tell: peak="T (K), Point 1"'
     ', "end rise (K)=3", drive.voltage=Va; as often as needed',
-    "--data-uncertainty U ...":
-        'the standard uncertainty of the data: 0.5K, 1%%, peak=0.5K or peak="a column"',
+    "--data-uncertainty U ...": 'the standard uncertainty of the data: 0.5K, 1%%, peak=0.5K or peak="a column"',
     "--calibrate KEY ...": "fit a key to that data in 3D, as often as needed, and go on with what is fitted",
     "--steady": "",
     "--only {3d,1d}": "one model only",
@@ -51,7 +51,7 @@ OPTIONS = {
                        "pad_width,oxide_width=0.9"),
     "--monte-carlo N": "with --uncertain, solve N samples of the inputs too: where is linear propagation off?",
     "--export DIR": "write the few-state model to DIR: JSON, a Python function, a SPICE subcircuit",
-    **common.of_model(*2 * ("in place of the 1D few-state model",)),
+    **common.of_model(_IN_PLACE, _IN_PLACE),
     "--fields": "write the 3D fields (fem3d.pvd with .vtu files, fem3d.vtkhdf)",
     "--field-times T,T...": "with --fields, times to store beside the usual ones: 0.1ms,2ms",
 }  # fmt: skip
@@ -87,8 +87,8 @@ def _request(arguments: argparse.Namespace, end_time: float) -> Request:
         (arguments.air and only, f"--air compares both models: leave out --only {only}"),
         (arguments.fields and only == "1d", "--fields writes the 3D model's fields: leave out --only 1d"),
         (
-            named and only == "3d",
-            f"--reduction {printable(str(arguments.reduction))} is a 1D model: leave out --only 3d",
+            only == "3d" and named,
+            f"--reduction {printable(arguments.reduction or '')} is a 1D model: leave out --only 3d",
         ),
     )
     reduction = canonical(arguments.reduction or "paper")
@@ -130,10 +130,7 @@ def _data(arguments: argparse.Namespace, sink: Sink, request: Request) -> Data |
     if arguments.against is None:
         common.refuse(
             (arguments.column, "--column says what a column of --against FILE is: give that, too"),
-            (
-                arguments.data_uncertainty,
-                "--data-uncertainty is that of the data of --against FILE: give that, too",
-            ),
+            (arguments.data_uncertainty, "--data-uncertainty is that of the data of --against FILE: give that, too"),
             (arguments.calibrate, "--calibrate fits keys to the data of --against FILE: give that, too"),
         )
         return None

@@ -16,8 +16,7 @@ if TYPE_CHECKING:
     from validate.report.table import Style
 
 FINE, DIFFERS, BAD_INPUT, NUMERICS, INTERRUPTED = 0, 1, 2, 3, 130
-_SLOW = 2.0
-"""Seconds from which on it is said how long something takes."""
+_SLOW = 2.0  # seconds from which on it is said how long something takes
 
 
 @contextmanager

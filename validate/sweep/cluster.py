@@ -17,8 +17,7 @@ from validate.sweep import solver
 if TYPE_CHECKING:
     from validate.sweep.point import Row, Work
 
-ANSWERS_WITHIN = 10.0
-"""Seconds that a scheduler has to answer."""
+ANSWERS_WITHIN = 10.0  # seconds that a scheduler has to answer
 
 
 class LostError(ArithmeticError):
@@ -150,5 +149,5 @@ def _rows(future: Any, work: Work) -> list[Row]:
 
 def _said(error: Exception) -> str:
     """What Dask says, to the end of its first sentence."""
-    said = str(error).strip().split("\n")[0].rpartition("reason: ")[2].rstrip(".")
+    said = str(error).strip().split("\n")[0].rpartition("reason: ")[2].rstrip(".:")
     return printable(said or type(error).__name__, 120)

@@ -26,14 +26,9 @@ from scenes.sink import Sink
 from scenes.units import UnitError, parse_quantity
 
 Value = float | str
-VOLTAGE = "drive.voltage"
-"""The key that points may differ in and still share their mesh and fields."""
-
-TOGETHER = 16
-"""Points of one task, at most: they are stored together, so this is also what a kill can cost."""
-
-MOST = 1_000_000
-"""The most points of a sweep."""
+VOLTAGE = "drive.voltage"  # the key that points may differ in and still share their mesh and fields
+TOGETHER = 16  # points of one task, at most: they are stored together, so this is also what a kill can cost
+MOST = 1_000_000  # the most points of a sweep
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,11 +24,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _LOST: dict[str, Any] = {"marker": "x", "ls": "", "color": "#d55e00", "ms": 5, "clip_on": False}
-DRAWS = 4096
-"""Points of the surface that the indices are estimated from; a surface costs nothing to ask."""
-
-FOLDS = 8
-"""Parts of the points, each left out once: the surface through all others says how well it predicts them."""
+DRAWS = 4096  # points of the surface that the indices are estimated from; a surface costs nothing to ask
+FOLDS = 8  # parts of the points, each left out once: the surface through all others says how well it predicts them
 
 
 def draw(table: Table) -> dict[str, Figure]:
@@ -62,12 +60,11 @@ def _lines(table: Table) -> Figure:
     for n in np.argsort(x, kind="stable").tolist():
         groups.setdefault(tuple(str(values[n]) for values in others), []).append(n)
     names = table.job.scope.reductions if table.relative else ("",)
-    lines = [(group, name, COLOURS[n % len(COLOURS)]) for n, (group, name) in enumerate(
-        (group, name) for group in groups for name in names)]  # fmt: skip
+    lines = [(group, name) for group in groups for name in names]
     factor = 100.0 if table.relative else 1.0
     for number, panel in enumerate(panels, 1):
         ax = figure.add_subplot(down, across, number)
-        for group, name, colour in lines:
+        for (group, name), colour in zip(lines, cycle(COLOURS)):
             if panel in table.series(name):
                 at = groups[group]
                 values, errors = (factor * given[at] for given in table.series(name)[panel])
@@ -83,8 +80,8 @@ def _lines(table: Table) -> Figure:
         if (number - 1) % across == 0:
             ax.set_ylabel("1D/3D - 1 (%)" if table.relative else "SI units")
     figure.subplots_adjust(wspace=0.32, hspace=0.5)
-    labels = [", ".join(filter(None, (*group, name if len(names) > 1 else ""))) for group, name, _ in lines]
-    handles = [Line2D([], [], color=line[2], label=label) for line, label in zip(lines, labels, strict=True) if label]
+    labels = [", ".join(filter(None, (*group, name if len(names) > 1 else ""))) for group, name in lines]
+    handles = [Line2D([], [], color=c, label=label) for label, c in zip(labels, cycle(COLOURS)) if label]
     if 1 < len(handles) <= len(COLOURS):
         figure.legend(handles=handles, loc="lower right", ncols=min(len(handles), 6), fontsize=9)
     return figure

@@ -20,59 +20,43 @@ from validate.sweep.point import Job, Row, Work, blame
 from validate.sweep.store import Store
 
 VERDICTS = ("agrees", "differs", "unresolved")
-FIRST = 9
-"""Cells along either key that are solved first, the corners of the map among them."""
-
-ROUND = 16
-"""Cells of a round; a quarter are where the interpolations disagree most, the rest where the verdict is open."""
-
-LOOKS = 2
-"""Rounds that look only for where they disagree, so that the error has been measured before it is relied on."""
-
+FIRST = 9  # cells along either key that are solved first, the corners of the map among them
+ROUND = 16  # cells of a round; a quarter are where the interpolations disagree most, the rest where the verdict is open
+LOOKS = 2  # rounds that look only for where they disagree, so that the error has been measured before it is relied on
 ENOUGH = 0.01
 """The part of the cells that may stay unresolved by interpolation; the last ones would each need a solution."""
 
-CAUTION = 0.5
-"""The least part of the disagreement that counts as the error, however well the predictions have been met."""
-
-RECENT = 48
-"""Predictions that are looked back on: those made on a coarser net say little of today's."""
+CAUTION = 0.5  # the least part of the disagreement that counts as the error, however well the predictions have been met
+RECENT = 48  # predictions that are looked back on: those made on a coarser net say little of today's
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
-    """Over the cells (n, m): the ``value``, NaN where there is none, its ``error``, of which ``own`` is that of the
-    solved values at the triangle's corners, and the greatest ``disagreement`` in the cell's triangle and its
-    neighbours, infinite where a corner of the triangle has no answer. ``lost`` are the cells all of whose corners have
-    none."""
+class Map:
+    """The row of each cell that is solved, by its number, and the tolerance. Over the cells (n, m) the ``value``, NaN
+    where there is none, its ``error``, of which ``own`` is that of the solved values at the triangle's corners, and the
+    greatest ``disagreement`` in the cell's triangle and its neighbours, infinite where a corner of the triangle has no
+    answer. ``lost`` are the cells all of whose corners have none."""
 
+    solved: dict[int, Row]
+    tolerance: float
     value: np.ndarray
     error: np.ndarray
     own: np.ndarray
     disagreement: np.ndarray
     lost: np.ndarray
 
-
-@dataclass(frozen=True, eq=False)
-class Map:
-    """Over the cells (n, m): the surface, the row of each cell that is solved, by its number, and the tolerance."""
-
-    surface: Surface
-    solved: dict[int, Row]
-    tolerance: float
-
     @cached_property
     def verdicts(self) -> np.ndarray:
         """ "agrees", "differs" or "unresolved"; where there is no answer the status of the cells around."""
-        size, error = np.abs(self.surface.value), self.surface.error
+        size, error = np.abs(self.value), self.error
         found = np.full(size.shape, "unresolved", dtype=object)
         found[size - error > self.tolerance] = "differs"
         found[size + error <= self.tolerance] = "agrees"
         numbers = np.array(list(self.solved))
-        if self.surface.lost.any():
+        if self.lost.any():
             from scipy.spatial import KDTree
 
-            lost = np.argwhere(self.surface.lost)
+            lost = np.argwhere(self.lost)
             nearest = KDTree(_places(numbers, size.shape)).query(lost)[1]
             found[tuple(lost.T)] = [self.solved[int(number)].status for number in numbers[nearest]]
         for number, row in self.solved.items():
@@ -86,7 +70,7 @@ class Map:
         the cells that have them."""
         from scipy.interpolate import NearestNDInterpolator, RBFInterpolator
 
-        shape = self.surface.value.shape
+        shape = self.value.shape
         told = {number: row.parts for number, row in self.solved.items() if row.parts}
         if not told:
             return np.full(shape, "", object)
@@ -109,9 +93,7 @@ def refine(job: Job, store: Store, gather: Callable[[Iterable[Work], int, str], 
     """Solves cells until few are unresolved, or as many are solved as may be. Cells that are refused, which costs
     nothing, don't count. ``gather`` solves tasks and stores their rows; it is told of how many in all, and what else to
     say."""
-    shape = job.design.shape
-    tolerance = job.base.at(()).tolerance(job.scope.check)  # type: ignore[union-attr]
-    limit = job.solves or 0
+    shape, limit = job.design.shape, job.solves or 0
     first = [np.unique(np.linspace(0, n - 1, min(FIRST, n, math.isqrt(limit))).round().astype(int)) for n in shape]
     wanted = np.ravel_multi_index(np.ix_(*first), shape).ravel()
     solved: dict[int, Row] = {}
@@ -121,21 +103,16 @@ def refine(job: Job, store: Store, gather: Callable[[Iterable[Work], int, str], 
     while True:
         work = (job.work([n], blamed=found is None) for n in wanted.tolist() if n not in store)
         gather(work, limit, "" if found is None else f", {np.mean(found.verdicts == 'unresolved'):.1%} unresolved")
-        solved |= {row.point: row for row in store.rows(wanted.tolist())}
-        rows = [row.values for row in solved.values()]
-        values, errors = (
-            np.array([row.get(f"{job.scope.check}_{name}", np.nan) for row in rows], float)
-            for name in ("difference", "u_num")
-        )
-        values[~np.isfinite(errors)] = np.nan
+        rows = {row.point: row for row in store.rows(wanted.tolist())}
         if found is not None:
             # How well these cells were predicted: what part of the disagreement the predictions were off by.
-            off = np.abs(found.surface.value.flat[wanted] - values[-len(wanted) :])
-            expected = found.surface.disagreement.flat[wanted]
+            off = np.abs(found.value.flat[wanted] - _known(job, rows)[0])
+            expected = found.disagreement.flat[wanted]
             known = np.isfinite(off) & np.isfinite(expected) & (expected > 0)
             ratios += (off[known] / expected[known]).tolist()
             share = max([CAUTION, *ratios[-RECENT:]]) if ratios else 1.0
-        found = Map(surface(shape, _places(list(solved), shape), values, errors, share), solved, tolerance)
+        solved |= rows
+        found = _interpolated(job, solved, share)
         rounds += 1
         paid = sum(row.status != "refused" for row in solved.values())
         wanted = _next(found, rounds, min(ROUND, limit - paid))
@@ -143,13 +120,23 @@ def refine(job: Job, store: Store, gather: Callable[[Iterable[Work], int, str], 
             return found
 
 
-def surface(shape: tuple[int, ...], cells: np.ndarray, values: np.ndarray, errors: np.ndarray, share: float) -> Surface:
-    """The surface through ``values`` (k,), known to within ``errors`` (k,), NaN where there is none, at ``cells``
-    (k, 2), the corners of the map among them; ``share`` is the part of the disagreement that counts as error."""
+def _known(job: Job, rows: dict[int, Row]) -> tuple[np.ndarray, np.ndarray]:
+    """(k,), (k,): the difference of the check in solved cells and its numerical error, NaN where there is none."""
+    values, errors = (
+        np.array([row.values.get(f"{job.scope.check}_{name}", np.nan) for row in rows.values()], float)
+        for name in ("difference", "u_num")
+    )
+    return np.where(np.isfinite(errors), values, np.nan), errors
+
+
+def _interpolated(job: Job, solved: dict[int, Row], share: float) -> Map:
+    """The map through the cells that are solved, the corners among them; ``share`` is the part of the disagreement that
+    counts as error."""
     from scipy.interpolate import LinearNDInterpolator, RBFInterpolator
     from scipy.spatial import Delaunay
 
-    everywhere = _places(np.arange(math.prod(shape)), shape)
+    shape, (values, errors) = job.design.shape, _known(job, solved)
+    cells, everywhere = _places(list(solved), shape), _places(np.arange(math.prod(shape)), shape)
     answered = np.isfinite(values)
     net = Delaunay(cells)
     within = net.find_simplex(everywhere)
@@ -170,25 +157,27 @@ def surface(shape: tuple[int, ...], cells: np.ndarray, values: np.ndarray, error
     smooth[at], apart[at] = values, np.where(answered, 0.0, np.inf)
     own = np.where(answered, errors, 0.0)[net.simplices].max(axis=1)[within].reshape(shape)
     own[at] = errors
-    return Surface(np.where(bad == 3, np.nan, smooth), share * apart + own, own, apart, bad == 3)
+    value = np.where(bad == 3, np.nan, smooth)
+    tolerance: float = job.base.at(()).tolerance(job.scope.check)  # type: ignore[union-attr]
+    return Map(solved, tolerance, value, share * apart + own, own, apart, bad == 3)
 
 
 def _next(found: Map, rounds: int, most: int) -> np.ndarray:
     """The numbers of the cells to solve next, apart from each other; none where enough is resolved."""
     from scipy.ndimage import distance_transform_edt
 
-    value = found.surface.value
+    value = found.value
     free = np.ones(value.shape, bool)
     free.flat[list(found.solved)] = False
     # Where the solved values' own error reaches the tolerance more of them would not tell.
-    told = ~(np.abs(np.abs(value) - found.tolerance) <= found.surface.own)
+    told = ~(np.abs(np.abs(value) - found.tolerance) <= found.own)
     unresolved = (found.verdicts == "unresolved") & free & told
     chosen: list[int] = []
     if unresolved.mean() <= ENOUGH and rounds > LOOKS:
         return np.array(chosen, int)
     # Where an answer ends there is no error to go by: the middle of the gap halves it.
-    edge = np.isinf(found.surface.disagreement) & ~found.surface.lost & free
-    rough = np.where(edge, 0.0, found.surface.error)
+    edge = np.isinf(found.disagreement) & ~found.lost & free
+    rough = np.where(edge, 0.0, found.error)
     gap = max(2, int(0.35 * np.sqrt(value.size / len(found.solved))))
 
     def take(score: np.ndarray, count: int) -> None:

@@ -22,9 +22,7 @@ from validate.sweep.table import COLOURS, Table, read, sentence
 if TYPE_CHECKING:
     from validate.sweep.mapping import Map
 
-MOST = 40_000
-"""Points that the page shows; of more it shows some, evenly chosen."""
-
+MOST = 40_000  # points that the page shows; of more it shows some, evenly chosen
 _CAPTIONS = {
     "figure_map": "Where the reduction is within the tolerance, and which assumption is to blame where it is not.",
     "figure_lines": "Differences from 3D over the varied key, with their errors; grey is within the tolerance.",

@@ -24,9 +24,7 @@ if TYPE_CHECKING:
     from validate.sweep.point import Row, Work
 
 IDLE = 60.0
-ATTEMPTS = 3
-"""How often a task is begun whose process dies, before it is said to be the task's fault."""
-
+ATTEMPTS = 3  # how often a task is begun whose process dies, before it is said to be the task's fault
 _GONE = (EOFError, OSError, pickle.UnpicklingError)
 """What is raised where the process at the other end of a pipe has ended."""
 

@@ -58,16 +58,16 @@ class Table:
         """The columns of map.csv, with a row for each cell; none where this is no map."""
         if self.cells is None:
             return {}
-        design, surface = self.job.design, self.cells.surface
+        design, cells = self.job.design, self.cells
         how = np.full(design.count, "interpolated", object)
-        how[list(self.cells.solved)] = "solved"
-        value = surface.value.ravel()
+        how[list(cells.solved)] = "solved"
+        value = cells.value.ravel()
         return design.columns(range(design.count)) | {
             "difference": value,
-            "error": np.where(np.isfinite(value), surface.error.ravel(), np.nan),
-            "verdict": self.cells.verdicts.ravel(),
+            "error": np.where(np.isfinite(value), cells.error.ravel(), np.nan),
+            "verdict": cells.verdicts.ravel(),
             "how": how,
-            "blame": self.cells.blames.ravel(),
+            "blame": cells.blames.ravel(),
         }
 
     @cached_property

@@ -8,7 +8,7 @@ from itertools import chain
 from typing import NamedTuple
 
 from validate.processes import side_by_side
-from validate.verify import exact_bodies, exact_walls, integrators, iso10211, orders, published
+from validate.verify import exact_bodies, exact_walls, integrators, orders, published
 from validate.verify.answers import Row
 from validate.verify.manufactured import conduction, heating, joule
 from validate.verify.second_code import sink_steady
@@ -56,9 +56,9 @@ CASES = (
     Case("published", "NAFEMS T3", published.nafems_t3),
     Case("published", "NAFEMS T4", published.nafems_t4),
     Case("published", "ISO 10211 case 1", published.iso_case_1),
-    Case("published", "ISO 10211 case 2", iso10211.case_2),
-    Case("published", "ISO 10211 case 3", iso10211.case_3),
-    Case("published", "ISO 10211 case 4", iso10211.case_4),
+    Case("published", "ISO 10211 case 2", published.iso_case_2),
+    Case("published", "ISO 10211 case 3", published.iso_case_3),
+    Case("published", "ISO 10211 case 4", published.iso_case_4),
     Case("second", "NGSolve", sink_steady),
 )  # fmt: skip
 

@@ -14,7 +14,7 @@ from fem3d.exponential import integrate
 from reduced1d.device.crank_nicolson import crank_nicolson, mesh_ratio
 from reduced1d.device.lumped import Slab
 from scenes.sink import Sink
-from validate.verify import paths
+from validate.verify import orders
 from validate.verify.answers import Row, observed_order, order_row
 from validate.verify.manufactured import Heating, joule
 from validate.verify.reference import FullOrder
@@ -56,12 +56,12 @@ def _fixed_steps(
 
 def diagonally_implicit(heating: Heating) -> Iterator[Row]:
     """Alexander's method of order 3 of the second path, on the semi-discrete problem of a heater: exact by modes."""
-    full, end = paths.second_path(heating.at(np.inf), 1, 1), 0.02
+    full, end = orders.second_path(heating.at(np.inf), 1, 1), 0.02
     exact = _exact_linear(full, end)
-    off = [float(np.abs(paths.marched(full, end, steps) - exact).max()) for steps in (8, 16)]
+    off = [float(np.abs(orders.marched(full, end, steps) - exact).max()) for steps in (8, 16)]
     yield order_row(FAMILY, "SDIRK of order 3 (second path)", "nodal rise, linear", 3, observed_order(off, 2.0))
-    coupled = paths.second_path(joule(), 1, 1)
-    runs = [paths.marched(coupled, 0.004, steps) for steps in (8, 16, 32)]
+    coupled = orders.second_path(joule(), 1, 1)
+    runs = [orders.marched(coupled, 0.004, steps) for steps in (8, 16, 32)]
     yield _of_three("SDIRK of order 3 (second path)", "nodal rise, resistivity of the temperature", 3, runs)
 
 

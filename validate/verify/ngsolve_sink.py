@@ -20,6 +20,7 @@ from ngsolve import dx, grad
 
 from meshes.grid import Grid
 from scenes.sink import Sink
+from validate.verify import reference
 from validate.verify.uniform import COPIES, Uniform
 
 MICRO = 1e-6
@@ -120,16 +121,11 @@ def mesh_of(grid: Grid) -> ng.Mesh:
     "end" the beam's (inside the solid), "middle" the plane that cuts the beam in half. The grid's degrees are for
     orders that vary."""
     found = netgen.Mesh(dim=3)
-    cells = np.argwhere(grid.solid)
-    shape = tuple(len(b) for b in grid.breaks)
-    indices = np.ravel_multi_index(tuple(np.moveaxis(cells[:, None] + CORNERS, -1, 0)), shape)
-    used, local = np.unique(indices, return_inverse=True)
-    local = local.reshape(-1, 8)
-    at = np.array([b[i] / MICRO for b, i in zip(grid.breaks, np.unravel_index(used, shape), strict=True)]).T
+    places, local, owner = reference.corners(grid, CORNERS)
+    at = places.T / MICRO
     points = [found.Add(netgen.MeshPoint(netgen.Pnt(*map(float, point)))) for point in at]
     for number, box in enumerate(grid.boxes):
         found.SetMaterial(number + 1, box.name)
-    owner = grid.owner[tuple(cells.T)]
     faces: dict[tuple[int, ...], tuple[np.ndarray, list[str]]] = {}
     for cell, number in zip(local, owner, strict=True):
         found.Add(netgen.Element3D(int(number) + 1, [points[i] for i in cell]))
@@ -149,7 +145,7 @@ def mesh_of(grid: Grid) -> ng.Mesh:
             continue
         found.Add(netgen.Element2D(NAMES.index(known) + 1, [points[i] for i in face]))
     made = ng.Mesh(found)
-    for element, cell in zip(made.Elements(), cells, strict=True):
+    for element, cell in zip(made.Elements(), np.argwhere(grid.solid), strict=True):
         made.SetElementOrders(ng.ElementId(element), tuple(int(d[i]) for d, i in zip(grid.degrees, cell, strict=True)))
     return made
 

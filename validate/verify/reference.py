@@ -32,14 +32,21 @@ CONVERGED, STEPPED = 3e-12, 1e-11  # of the rise: the tolerances of the iteratio
 ORDER = 3  # of the method in time
 
 
+def corners(grid: Grid, offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points (3, points) that are corners of the solid's cells, each cell's by their numbers (cells, ...) in the order
+    of ``offsets`` (..., 3) of 0 and 1, and the box (cells,) that owns each."""
+    cells = np.argwhere(grid.solid)
+    shape = tuple(len(b) for b in grid.breaks)
+    at = np.expand_dims(cells, tuple(range(1, offsets.ndim))) + offsets
+    used, local = np.unique(np.ravel_multi_index(tuple(np.moveaxis(at, -1, 0)), shape), return_inverse=True)
+    points = np.array([b[i] for b, i in zip(grid.breaks, np.unravel_index(used, shape), strict=True)])
+    return points, local.reshape(at.shape[:-1]), grid.owner[tuple(cells.T)]
+
+
 def hexahedra(grid: Grid) -> tuple[MeshHex, np.ndarray]:
     """The cells of the solid as scikit-fem's mesh, and the box (cells,) that owns each."""
-    cells = np.argwhere(grid.solid)
-    corners = cells[:, None, :] + MeshHex().p.T.astype(int)  # one cell: scikit-fem's order of the corners
-    shape = tuple(len(b) for b in grid.breaks)
-    used, local = np.unique(np.ravel_multi_index(tuple(np.moveaxis(corners, -1, 0)), shape), return_inverse=True)
-    points = [b[i] for b, i in zip(grid.breaks, np.unravel_index(used, shape), strict=True)]
-    return MeshHex(np.array(points), local.reshape(-1, 8).T), grid.owner[tuple(cells.T)]
+    points, local, owner = corners(grid, MeshHex().p.T.astype(int))  # one cell: scikit-fem's order of the corners
+    return MeshHex(points, local.T), owner
 
 
 @dataclass(frozen=True, eq=False)

@@ -68,16 +68,11 @@ def test_how_near_it_comes(name: str, reduction: str) -> None:
     assert peak < LIMITS[reduction][0]
     assert end < LIMITS[reduction][1]
     assert current < max(LIMITS[reduction])
-
-
-@pytest.mark.parametrize("name", SCENES)
-def test_the_plates_anchor_resistance(name: str) -> None:
-    case = solved(name)
-    key = "anchor_resistance_K_per_W"
-    found = ladder.solve(case.sink, "plate", steady_only=True, levels=case.levels).steady[key]
-    exact = case.fem3d.steady[key]
-    assert abs(found.value - exact.value) < 1e-3 * exact.value
-    assert found.error < 1e-3 * exact.value
+    if reduction == "plate":
+        key = "anchor_resistance_K_per_W"
+        found = ladder.solve(case.sink, "plate", steady_only=True, levels=case.levels).steady[key]
+        exact = case.fem3d.steady[key].value
+        assert max(abs(found.value - exact), found.error) < 1e-3 * exact
 
 
 def without_thickness(sink: Sink) -> Sink:

@@ -72,10 +72,6 @@ def test_the_fastest_at_an_error_counts_and_a_peer_is_held_against_both_of_ours(
     assert work.verdict(None, last["fastest"]) == "no entry gets there"
 
 
-def test_only_points_that_no_other_beats_are_joined():
-    assert plots.fastest([(1e-2, 1.0), (1e-3, 3.0), (2e-2, 2.0), (1e-3, 4.0)]) == [(1e-2, 1.0), (1e-3, 3.0)]
-
-
 def test_reductions_are_named_points_and_no_line_joins_them(monkeypatch, tmp_path):
     drawn = []
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda figure, path, dpi: drawn.append(figure))
@@ -90,7 +86,8 @@ def test_reductions_are_named_points_and_no_line_joins_them(monkeypatch, tmp_pat
     assert joined == {REDUCTION: ["None"], NGSOLVE: ["None", "-"]}
 
 
-def test_names_near_each_other_make_room():
+def test_names_near_each_other_make_room_and_only_points_that_no_other_beats_are_joined():
+    assert plots.fastest([(1e-2, 1.0), (1e-3, 3.0), (2e-2, 2.0), (1e-3, 4.0)]) == [(1e-2, 1.0), (1e-3, 3.0)]
     assert plots.apart([(0.0, 50.0), (5.0, 48.0), (5.0, 47.0), (300.0, 49.0)]) == [0.0, 8.0, 17.0, 0.0]
 
 

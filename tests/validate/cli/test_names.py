@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 import pytest
 
+from tests.validate.cli import summary
 from validate.cli import main
 
 SAME = {"--help", "--out", "--no-figures", "--explain", "--dry-run", "--strict", "--quiet", "--json"}
@@ -97,18 +96,12 @@ def test_long_commands_are_cut_and_still_told_apart(monkeypatch: pytest.MonkeyPa
     assert len(one.name) < 90
 
 
-def summary(where: Path) -> dict[str, Any]:
-    found = json.loads((where / "summary.json").read_text())
-    assert isinstance(found, dict)
-    return found
-
-
 @pytest.mark.usefixtures("no_solver")
 def test_what_replaces_an_earlier_run_says_so(capsys: pytest.CaptureFixture[str]) -> None:
     first = ["sink", "--no-figures", "--out", "my run"]
     assert main(first) == 0
     assert "Replaces" not in capsys.readouterr().out
-    assert summary(Path("my run"))["command"] == "validate sink --no-figures --out 'my run'"
+    assert summary("my run")["command"] == "validate sink --no-figures --out 'my run'"
     assert "validate sink --no-figures --out &#x27;my run&#x27;" in Path("my run/report.html").read_text()
     main([*first, "--steady"])
     said = " ".join(capsys.readouterr().out.split())
@@ -125,7 +118,7 @@ def test_the_command_line_of_device_and_solve() -> None:
         "solve plate --no-figures --quiet",
     ):
         assert main([*command.split(), "--out", "there"]) == 0
-        assert summary(Path("there"))["command"] == f"validate {command} --out there"
+        assert summary("there")["command"] == f"validate {command} --out there"
         assert f"validate {command} --out there" in Path("there/report.html").read_text()
 
 
@@ -136,11 +129,3 @@ def test_a_dry_run_prints_the_plan_alone(command: str, capsys: pytest.CaptureFix
     assert out.startswith("Plan\n")
     assert "Results in" not in out
     assert not Path("results").exists()
-
-
-@pytest.mark.usefixtures("no_solver")
-def test_one_voltage_has_one_name(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["sink", "--voltage", "0.002", "--steady", "--no-figures"]) == 0
-    out = capsys.readouterr().out
-    assert "\nsink at 2 mV: " in out
-    assert "results/sink-2mV-steady/" in out

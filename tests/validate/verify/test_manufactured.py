@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from validate.verify import manufactured, paths
+from validate.verify import manufactured, orders
 from validate.verify.answers import observed_order
 
 POINTS = np.random.default_rng(1).uniform((0.1, 0.1, 0.02), (0.5, 0.5, 0.24), (20, 3)).T
@@ -57,17 +57,17 @@ def test_eigenfunctions_meet_in_the_layer_plane():
 
 def test_bricks_converge_in_theory_s_order_and_a_wrong_conductivity_does_not():
     solution = manufactured.conduction((1.5, 3.0))
-    coarse, fine = paths.on_bricks(solution, 2, 1), paths.on_bricks(solution, 2, 2)
+    coarse, fine = orders.on_bricks(solution, 2, 1), orders.on_bricks(solution, 2, 2)
     # The coarsest meshes are not yet in the asymptotic range; the command goes on from here.
     assert observed_order([coarse["rise, H1"], fine["rise, H1"]], 2.0) == pytest.approx(2, abs=0.25)
     other = manufactured.conduction((1.515, 3.03))
     wrong = replace(solution, scene=replace(solution.scene, boxes=other.scene.boxes))
-    off = [paths.on_bricks(wrong, 2, cuts)["rise, L2"] for cuts in (2, 3)]
+    off = [orders.on_bricks(wrong, 2, cuts)["rise, L2"] for cuts in (2, 3)]
     assert observed_order(off, 1.5) < 1.0
 
 
 def test_both_paths_have_the_same_errors_at_the_same_degree():
     solution = manufactured.conduction((2.0, 2.0))
-    one, other = paths.on_bricks(solution, 2, 1), paths.on_hexahedra(solution, 2, 1)
+    one, other = orders.on_bricks(solution, 2, 1), orders.on_hexahedra(solution, 2, 1)
     # The same space; the loads are integrated at different points, which matters less than the error itself.
     assert one["rise, H1"] == pytest.approx(other["rise, H1"], rel=1e-3)
