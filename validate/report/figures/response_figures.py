@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from reduced1d.device.steady import steady
+from reduced1d.device.lumped import steady
 from scenes.formats import scale
 from scenes.loop.runs import Run
 from validate.report.checks import drawn, with_mu
