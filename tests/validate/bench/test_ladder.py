@@ -26,7 +26,8 @@ from scenes.plan import Request
 from scenes.result import Result
 from scenes.sink import Sink
 from validate.bench.ladder_table import errors, scene, slow_row, thin_row
-from validate.report.budget import document, section
+from validate.report.asked import budget as document
+from validate.report.asked import why as section
 
 SCENES = {
     "default": (),
@@ -160,7 +161,7 @@ def test_the_budget_in_words_and_numbers() -> None:
 
     case = solved("default")
     found = budget(case.sink, "paper", case.fem3d, case.levels)
-    text = section(Outcome(case.sink, Request(), (), why=found), Style()).text(Style())
+    text = section(found, Outcome(case.sink, Request(), ()), Style()).text(Style())
     assert max(map(len, text.splitlines())) <= 80
     made = document(found)
     assert set(made["steady"]) == set(made["transient"]) == {"peak", "end", "current"}
@@ -183,8 +184,8 @@ def test_a_model_of_the_ladder_that_runs_away_is_named() -> None:
 
 @pytest.mark.parametrize("transient", [True, False])
 def test_the_budget_is_drawn(transient: bool, tmp_path: Path) -> None:
+    from validate.report.figures.asked_figures import why as draw
     from validate.report.figures.drawing import save, style
-    from validate.report.figures.why_figure import draw
 
     case = solved("default")
     fem3d = case.fem3d if transient else replace(case.fem3d, traces=None)

@@ -28,7 +28,7 @@ from scenes.loading import from_dict, load
 from scenes.plan import Request
 from tests.validate.cli import summary
 from validate.cli import main
-from validate.report.figures import response_figures, step_figures
+from validate.report.figures import device_figures as own
 from validate.report.table import Style, Table
 
 QUICK = ("--set", "control.sample_time=1ms", "--set", "control.sink_gain=0.5")
@@ -218,10 +218,7 @@ def test_no_text_of_a_figure_touches_another(setting: str) -> None:
     scene, request = load("device", ("sample_time=1ms", setting), of=DEVICE), Request()
     made = simulated(scene, request)
     outcome = Outcome(scene, request, (), checks=checks.evaluate(scene, request, made), simulated=made)
-    draw = (
-        response_figures.power, response_figures.flow, response_figures.slow,
-        step_figures.responses, step_figures.characteristic,
-    )  # fmt: skip
+    draw = (own.power, own.flow, own.slow, own.responses, own.characteristic)
     for name, figure in zip(FIGURES, draw, strict=True):
         boxes = _boxes(figure(outcome))
         touching = [(a, b) for (a, one), (b, two) in combinations(boxes, 2) if one.overlaps(two)]

@@ -73,6 +73,7 @@ def test_different_results_have_different_folders(command: str, monkeypatch: pyt
     assert len(set(folders)) == len(folders), sorted(folders)
     assert all(found.parent == Path("results") for found in folders)
     plain = {"sink": "sink-1V", "device": "device-273K", "solve": "bridge"}[command]
+    assert command != "sink" or Path("results/sink-1V-width20um") in folders
     assert folders[0].name == plain
     for option in SAME - {"--help", "--out"}:
         if (command, option) != ("solve", "--strict") and option != "--dry-run":
