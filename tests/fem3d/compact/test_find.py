@@ -95,8 +95,8 @@ def document(bar: Any) -> dict[str, Any]:
 
 
 def off(document: dict[str, Any], scene: Any, inputs: dict[str, Any], run: str) -> float:
-    """The largest distance of a model from a run at a quarter of its accuracy, over the stated error of ``run``."""
-    truth = solve_scene.solve(replace(scene, accuracy=ACCURACY / 4))
+    """The largest distance of a model from a run at a tenth of its accuracy, over the stated error of ``run``."""
+    truth = solve_scene.solve(replace(scene, accuracy=ACCURACY / 10))
     late = truth.traces.time >= document["range"]["from_s"]
     found = CompactModel(document).simulate(truth.traces.time[late], inputs)
     stated = document["error"][run]["over time"]
@@ -120,7 +120,7 @@ def test_inputs_that_it_was_not_made_with(bar: Any, document: dict[str, Any]) ->
     ramp = Schedule((0.0, 1e-3), (293.0, 313.0))
     jump = Schedule((1e-3, 1e-3), (1.0, 3.0))
     given = {"held.temperature": ramp, "out.voltage": jump, "in.voltage": 4.0, "air.ambient": 300.0}
-    truth = solve_scene.solve(replace(driven(bar, given), accuracy=ACCURACY / 4))
+    truth = solve_scene.solve(replace(driven(bar, given), accuracy=ACCURACY / 10))
     late = truth.traces.time >= document["range"]["from_s"]
     tables = {n: (v.times, v.values) if isinstance(v, Schedule) else v for n, v in given.items()}
     with pytest.warns(UserWarning, match="held.temperature"):
