@@ -23,7 +23,9 @@ from meshes.grid import Grid
 # add up to if each is at most three quarters of the one before.
 SURELY = 3.0
 MOST_LEVELS = 40
-AIM = 0.5  # of what is enough, at which a refinement aims: what it takes away is foreseen to a factor of two or so
+# Of what is enough, at which a refinement aims: what it takes away is foreseen to a factor of two or so, and one more
+# level costs more than some cells too many (`validate stress --scenes 160`: seconds of the slowest).
+AIM = 0.5
 
 Progress = Callable[[str], None]
 

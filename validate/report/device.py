@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from compare.verdict import Check
-from reduced1d.device.findings import shown
-from reduced1d.device.stability import largest_eigenvalue
+from reduced1d.device.stability import largest_eigenvalue, shown
 from scenes.formats import kelvin, milliseconds, percent, quantity
 from scenes.loop.result import QUANTITIES
 from scenes.loop.runs import BAND, Run
@@ -122,7 +121,7 @@ def sections(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) 
     return [
         Section("Findings", [sentences(outcome.runs.base.result.findings)]),
         *(_quantities(run, model) for model, run in runs.items()),
-        *checks.of_device(outcome.checks, contrary, style),
+        *checks.of_device(checks.without_slopes(outcome.checks), contrary, style),
         *asked_for(outcome, style),
         *([] if outcome.design is None else [_design(outcome, style)]),
         *(_settling(run, model) for model, run in runs.items() if style.page),
