@@ -61,7 +61,7 @@ def propagated(
     u_1d = {n: abs(reduced1d[n].value) * combined(s, covariance) for n, s in one.items()} if reduced1d else {}
     apart = {}
     if fem3d and reduced1d:
-        for name in three.keys() & one.keys():
+        for name in [n for n in three if n in one]:
             ratio = reduced1d[name].value / fem3d[name].value
             apart[name] = abs(ratio) * combined(one[name] - three[name], covariance)
     most = {n: _most(keys, s, covariance) for n, s in (one | three).items()}
