@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from validate.processes import single_threaded
-from validate.stress import coupling, drives, extremes, steps, sweep
+from validate.stress import compact_models, coupling, drives, extremes, steps, sweep
 from validate.stress.rows import Row, failed
 
 QUICK_SCENES = 24
@@ -21,6 +21,7 @@ def run(quick: bool, scenes: int, seed: int, jobs: int, progress: Callable[[str]
         "voltages": lambda: extremes.runaway(quick),
         "drives": lambda: drives.rows(quick),
         "accuracies": lambda: extremes.accuracies(quick),
+        "compact models": lambda: compact_models.rows(quick, seed),
     }
     found: list[Row] = []
     for name, part in parts.items():
