@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from scenes.compact.runtime import CompactModel
 from validate.cli import main
 
 
@@ -17,6 +18,19 @@ def test_a_model_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     found = json.loads((tmp_path / "new" / "mine" / "model.json").read_text())
     assert found["states"] == 2
     assert (tmp_path / "new" / "mine" / "model.py").read_text().startswith('"""Compact model of "bridge": 2 states')
+
+
+def test_a_model_of_the_sink(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Of its 3D problem: both electrodes and both undersides as inputs, the current as an output too."""
+    command = ["sink", "--steady", "--no-figures", "--accuracy", "1e-2", "--out", str(tmp_path / "run")]
+    assert main([*command, "--export", str(tmp_path / "mine"), "--states", "3"]) == 0
+    assert "Exported a compact model (3 states, within" in " ".join(capsys.readouterr().out.split())
+    model = CompactModel(json.loads((tmp_path / "mine" / "model.json").read_text()))
+    assert (model.states, len(model.inputs)) == (3, 4)
+    run = json.loads((tmp_path / "run" / "summary.json").read_text())["fem3d"]["steady"]
+    found = model.steady()
+    assert found["current"] == pytest.approx(run["current_A"]["value"], rel=2e-2)
+    assert 0 < model.document["error"]["the scene"]["steady"]["current"]["relative"] < 2e-2
 
 
 @pytest.mark.parametrize(
