@@ -111,7 +111,7 @@ def scale_of(sink: Sink, name: str, fem3d: Result, levels: Levels) -> float:
         return abs(value)
     if fem3d.traces is not None:
         return abs(value - float(fem3d.traces.values["current_A"][0]))
-    return abs(value - sink.voltage / levels.fine.plate.current.whole.resistance)
+    return abs(value - sink.voltage / levels.fine.plate.model.resistance)
 
 
 def of_current(sink: Sink) -> str:

@@ -1,33 +1,33 @@
-"""The checks of the paper's reduction of the sink against the 3D solution of the same sink, by id."""
+"""The checks of a sink, by id: those of the paper's equations and figures, and of several spans, of which the paper
+says that they "are all equivalent, and the theory below applies to them all". Each is against 3D, with the sentence
+that says why the two differ.
+
+The innermost span is that of the highest number, an outer one is span 1. Over time the largest difference from 10 us on
+is taken, as for the paper's figures (`compare.figure_checks`).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import combinations
+from typing import Any
 
-from compare import equation_checks, figure_checks, row_checks
+import numpy as np
+
+from compare import equation_checks, figure_checks
+from compare.figure_checks import SETTLED, Largest, at_rest, crossing_time, from_first, gap, resistances, rises_at
 from compare.plan import made_checks
-from compare.verdict import PAPERS, Check, Comparison, Models, judged
-from scenes.checks import OF_THE_PAPER, OF_THE_SPANS
+from compare.verdict import PAPERS, Check, Comparison, Models, judged, relative, spread, unit_of
+from reduced1d.ladder.lumps import half_island
+from scenes.checks import DEFAULT_TOLERANCES, ISLAND_TOLERANCES, OF_THE_PAPER, OF_THE_SPANS
+from scenes.formats import percent, quantity, signed
 from scenes.plan import Request
-from scenes.result import Result
-from scenes.sink import Sink
+from scenes.result import Estimate, Result
+from scenes.sink import Sink, different
 
-DEFINITIONS: dict[str, Callable[[Models], Comparison]] = {
-    "eq12": equation_checks.eq12,
-    "eq13": equation_checks.eq13,
-    "eq14": equation_checks.eq14,
-    "eq16": equation_checks.eq16,
-    "eq18": equation_checks.eq18,
-    "eq18_measured": equation_checks.eq18_measured,
-    "fig4": figure_checks.fig4,
-    "fig5": figure_checks.fig5,
-    "fig6_peak": figure_checks.fig6_peak,
-    "fig6_end": figure_checks.fig6_end,
-    "fig7_current": figure_checks.fig7_current,
-    "energy": equation_checks.energy,
-    **row_checks.DEFINITIONS,
-}
+WHAT = {"peak_inner": "inner peak", "peak_outer": "outer peak", "mean": "mean", "current": "current"}
 
 
 def evaluate(
@@ -40,11 +40,202 @@ def evaluate(
     row of them; without it the check of that is left out.
     """
     models = Models(sink, fem3d, reduced1d, single)
+    another = reduced1d is not None and reduced1d.model not in PAPERS
     # What a row's checks find is told whether they agree or not: two faults may offset each other.
-    found = [
-        judged(name, DEFINITIONS[name](models), sink, name in row_checks.DEFINITIONS)
+    found = (
+        judged(name, DEFINITIONS[name](models), sink, name in ISLAND_TOLERANCES)
         for name in made_checks(sink, request)
         if single is not None or name not in OF_THE_SPANS
-    ]
-    another = reduced1d is not None and reduced1d.model not in PAPERS
+    )
     return tuple(replace(check, own=not (another and check.id in OF_THE_PAPER)) for check in found)
+
+
+def key_of(sink: Sink, what: str) -> str:
+    """The steady quantity that a row's check is of."""
+    inner = f"span{different(sink.spans)}_peak_rise_K"
+    return {"peak_inner": inner, "peak_outer": "span1_peak_rise_K", "mean": "mean_rise_K", "current": "current_A"}[what]
+
+
+def _steady(what: str, models: Models) -> Comparison:
+    """A steady quantity of the 1D model less that of 3D, over the latter."""
+    key = key_of(models.sink, what)
+
+    def because(predicted: float) -> str:
+        unit = unit_of(key)
+        off = f"{quantity(predicted, unit)} against {quantity(models.steady(key), unit)} in 3D"
+        return f"{off}: {_causes(what, models)}"
+
+    return at_rest(models, key, f"{WHAT[what]}, of 3D's", because)
+
+
+def _over_time(what: str, models: Models) -> Comparison:
+    """The largest distance of a trace over the final 3D rise, or of the current over itself."""
+    key = key_of(models.sink, what)
+    title = f"{WHAT[what]} trace, of {'itself' if what == 'current' else 'final rise'}"
+    because = partial(_on_the_way, what)
+    final = models.fem3d.steady[key]
+    return figure_checks.over_time(models, key.replace("_rise_K", "_K"), final, title, "the final 3D value", because)
+
+
+def _pairs(models: Models) -> Iterator[tuple[str, str, tuple[Result, str], tuple[Result, str]]]:
+    """Two of the spans, or one of them and one sink alone: what they are called, and where their values are."""
+    assert models.single is not None
+    for what in ("peak", "mean"):
+        of = {"one sink alone": (models.single, what)}
+        of |= {f"span {n}": (models.fem3d, f"span{n}_{what}") for n in range(1, different(models.sink.spans) + 1)}
+        for (a, one), (b, other) in combinations(of.items(), 2):
+            yield f"the {what} of {a}", b, one, other
+
+
+def _equivalent(models: Models) -> Comparison:
+    """How far apart two of the spans, or a span and one sink alone, are in 3D: the largest relative difference of
+    their peaks and of their means."""
+    found = [
+        (first, second, a.steady[f"{one}_rise_K"], b.steady[f"{other}_rise_K"])
+        for first, second, (a, one), (b, other) in _pairs(models)
+    ]
+    first, second, one, other = max(found, key=lambda of: abs(relative(of[2].value, of[3].value)))
+    return Comparison(
+        "spans apart, or from one", one.value, other.value, "K", relative(one.value, other.value),
+        spread(relative, {"predicted": one, "measured": other}),
+        lambda: (
+            f"{first} is {quantity(one.value, 'K')}, that of {second} {quantity(other.value, 'K')}: {_apart(models)}"
+        ),
+        relative_to=f"that of {second}",
+    )  # fmt: skip
+
+
+def _equivalent_over_time(models: Models) -> Comparison:
+    """The same of their traces: the largest distance of two of them, over the final rise of the second."""
+    three, room = models.fem3d.traces, models.sink.room_temperature
+    assert three is not None
+    late, found = from_first(three.time), []
+    for first, second, *both in _pairs(models):
+        (x, x_error, _), (y, y_error, final) = (_course(result, name, late) for result, name in both)
+        i = int(np.abs(x - y).argmax())
+        inputs = {"distance": Estimate(float(x[i] - y[i]), x_error + y_error), "final": final}
+        u_num = spread(lambda distance, final: distance / final, inputs)
+        off = inputs["distance"].value / final.value
+        found.append((off, u_num, first, second, float(x[i]) - room, float(y[i]) - room, float(late[i])))
+    difference, u_num, first, second, one, other, time = max(found, key=lambda of: abs(of[0]))
+    return Comparison(
+        "spans apart, or from one, trace", one, other, "K", difference, u_num,
+        lambda: (
+            f"{first} is {quantity(one, 'K')} at {quantity(time, 's', 3)}, that of {second} {quantity(other, 'K')}; "
+            f"when steady {_apart(models)}"
+        ),
+        time, relative_to=f"the final value of {second}",
+    )  # fmt: skip
+
+
+def _course(result: Result, name: str, late: np.ndarray) -> tuple[np.ndarray, float, Estimate]:
+    """A 3D trace at some times (s), its error, with that of straight lines between its rows, and the final rise."""
+    traces, final, key = result.traces, result.steady[f"{name}_rise_K"], f"{name}_K"
+    assert traces is not None
+    error = traces.errors[key] + result.details["sink"].accuracy * abs(final.value)
+    return np.interp(late, traces.time, traces.values[key]), error, final
+
+
+def _apart(models: Models) -> str:
+    """Why spans differ from each other, and from one sink alone."""
+    found, end = models.fem3d.details["profile"], quantity(models.steady("end_rise_K"), "K")
+    anchor = quantity(models.steady("anchor_resistance_K_per_W"), "K/W")
+    island = quantity(float(np.interp(models.sink.length, found["y_m"], found["rise_K"])), "K", 3)
+    return (
+        f"a span ends {end} above room at a pad, through {anchor}, and {island} at an island, which the next one's "
+        f"heat enters too; and {_circuit(models)}"
+    )
+
+
+def _circuit(models: Models) -> str:
+    sink = models.sink
+    return (
+        f"the beam goes on over {sink.spans - 1} island{'s' * (sink.spans > 2)} of {sink.island * 1e6:.4g} um, "
+        f"{percent(1 - sink.spans * sink.length / sink.row_length)} of the row's resistance"
+    )
+
+
+def _causes(what: str, models: Models) -> str:
+    """Why the steady values differ, of the paper's model with what each part alone makes of them."""
+    if not models.papers():
+        return f"see --why; {_circuit(models)}"
+    if what == "current":
+        return f"1D has no resistance there, but {_circuit(models)}"
+    sink, one, key = models.sink, models.reduction().steady, key_of(models.sink, what)
+    ratio = models.steady("current_A") / one["current_A"].value
+    left = relative(one[key].value * ratio**2, models.steady(key))
+    said = (
+        f"1D leaves the islands out of the circuit, {_circuit(models)}, and so heats each span by "
+        f"{percent(1 / ratio**2 - 1, sign=True)}; with 3D's current it would be {percent(left, sign=True)} off"
+    )
+    wide = sink.island_width < sink.width * (1 - 1e-9)
+    narrow = ", leaves out that heat gathers from the whole beam's width" if wide else ", is taken at one temperature"
+    island = f"half a block alone, {quantity(half_island(sink), 'K/W')}{narrow}"
+    return f"{said}, for {island if what == 'peak_inner' else f'{resistances(models)}, and {island}'}"
+
+
+def _on_the_way(what: str, models: Models, trace: str, at: Largest, final: float) -> str:
+    """The time of the largest difference, and whether the steady one is its cause."""
+    sink, unit, rest = models.sink, unit_of(trace), gap(models, key_of(models.sink, what))
+    where = f"largest at {quantity(at.time, 's', 3)}, {signed(at.distance, unit)}; {signed(rest, unit)} when steady"
+    if what == "current":
+        return f"{where}: {_causes(what, models)}"
+    if rest * at.distance > 0 and abs(rest) > SETTLED * abs(at.distance):
+        return f"{where}: the steady state's gap"
+    number = 1 if what == "peak_outer" else different(sink.spans)
+    peaks, means = (rises_at(models, at.time, f"span{number}_{of}_K") for of in ("peak", "mean"))
+    heat = (models.reduction().steady["current_A"].value / models.steady("current_A")) ** 2 - 1
+    return (
+        f"{where}: 1D heats each span by {percent(heat, sign=True)}, and until heat has crossed it, L^2/(pi^2 D) = "
+        f"{crossing_time(sink)}, a profile is flatter in the middle and steeper at its ends than the fixed "
+        f"parabola of eq 9: in span {number} the peak is {peaks[0] / means[0]:.2f} of the mean in 1D then, "
+        f"{peaks[1] / means[1]:.2f} in 3D"
+    )
+
+
+_MODULES: tuple[Any, ...] = (equation_checks, figure_checks)
+DEFINITIONS: dict[str, Callable[[Models], Comparison]] = {
+    **{name: getattr(module, name) for name in DEFAULT_TOLERANCES for module in _MODULES if hasattr(module, name)},
+    **{f"islands_{what}": partial(_steady, what) for what in WHAT},
+    "islands_equivalent": _equivalent,
+    **{f"islands_{what}_over_time": partial(_over_time, what) for what in WHAT},
+    "islands_equivalent_over_time": _equivalent_over_time,
+}
+"""What makes each check; those of the paper's equations and figures are the functions of the same name."""
+
+FOLLOWED = {**{f"islands_{what}": called for what, called in WHAT.items()}, "islands_equivalent": "spans alike"}
+"""The checks that are followed, and what a curve of one is called."""
+SPANS = (2, 3, 5, 10, 30, 100)
+LENGTHS = (0.25, 0.5, 1.0, 2.0, 4.0)
+"""Times the sink's own island; those longer than a span are left out."""
+
+
+@dataclass(frozen=True)
+class Varied:
+    """The difference of each check (by id) for some ``values`` of a ``key``, of which ``own`` is the sink's."""
+
+    key: str
+    own: float
+    values: tuple[float, ...]
+    differences: tuple[dict[str, float], ...]
+
+
+def varied(sink: Sink, reduction: str, single: Result, say: Callable[[str], None]) -> tuple[Varied, Varied]:
+    """How the steady differences run with the number of spans, and with the length of an island: other rows, solved by
+    both models. Raises RunawayError where a row has no steady state."""
+    from fem3d.run import solve as solve_3d
+    from reduced1d import ladder
+
+    def differences(other: Sink) -> dict[str, float]:
+        say(f"{other.spans} spans with islands of {other.island * 1e6:.4g} um")
+        one = ladder.solve(other, reduction, steady_only=True)
+        models = Models(other, solve_3d(other, Request(transient=False)), one, single)
+        kept = [c for c in FOLLOWED if other.spans > 2 or c != "islands_peak_inner"]
+        return {check: DEFINITIONS[check](models).difference for check in kept}
+
+    lengths = tuple(factor * sink.island for factor in LENGTHS if factor * sink.island <= sink.length)
+    rows, islands = [replace(sink, spans=n) for n in SPANS], [replace(sink, island_length=a) for a in lengths]
+    return (
+        Varied("sink.spans", sink.spans, SPANS, tuple(map(differences, rows))),
+        Varied("sink.island_length", sink.island, lengths, tuple(map(differences, islands))),
+    )

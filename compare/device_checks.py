@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from compare.plan import made_device_checks
+from compare.plan import made_checks
 from compare.verdict import Check, Comparison, judged, relative
 from reduced1d.device.findings import shown
 from reduced1d.device.lumped import lump
@@ -32,11 +32,11 @@ METER_RANGES = 1.0, 20e-3
 def evaluate(device: Device, request: Request, runs: Runs) -> tuple[Check, ...]:
     """The checks that the run allows, in the order in which they are reported."""
     of = {"fig9": (runs.base,), "fig10": (runs.base,), "fig11": (runs.base, runs.slow)}
-    found = []
-    for name in made_device_checks(device, request):
-        reached = not_reached(of.get(name.partition("_")[0], ()))
-        found.append(judged(name, reached or DEFINITIONS[name](runs), device, always=True))
-    return tuple(found)
+    found = {
+        name: not_reached(of.get(name.partition("_")[0], ())) or DEFINITIONS[name](runs)
+        for name in made_checks(device, request)
+    }
+    return tuple(judged(name, comparison, device, always=True) for name, comparison in found.items())
 
 
 def not_reached(runs: Iterable[Run | None]) -> Comparison | None:
@@ -51,14 +51,14 @@ def not_reached(runs: Iterable[Run | None]) -> Comparison | None:
 def fig9_settling(runs: Runs) -> Comparison:
     """The paper: the sensor takes about 0.1 s to settle after the outer step. It says no band; here it is 1 %."""
     run = runs.base
-    found = [(fraction, run.settled(fraction)) for fraction in (BAND, 1e-3, 1e-4)]
-    bands = ", ".join(f"{percent(part, 1)} in {milliseconds(time)}" for part, (time, _) in found if time < math.inf)
-    said = f"paper: it takes about {PAPER_SETTLING:g} s, no band given; here the sensor's power "
-    if _powerless(run):
-        said += "is none, before the step and after it"
-    else:
-        said += f"settles after the step to within a part of it, {bands}" if bands else _unsettled(run)
-    time, error = found[0][1]
+    found = {fraction: run.settled(fraction) for fraction in (BAND, 1e-3, 1e-4)}
+    bands = ", ".join(
+        f"{percent(part, 1)} in {milliseconds(time)}" for part, (time, _) in found.items() if time < math.inf
+    )
+    does = f"settles after the step to within a part of it, {bands}" if bands else _unsettled(run)
+    does = "is none, before the step and after it" if _powerless(run) else does
+    said = f"paper: it takes about {PAPER_SETTLING:g} s, no band given; here the sensor's power {does}"
+    time, error = found[BAND]
     return Comparison("settling time", PAPER_SETTLING, time, "s", *_against(PAPER_SETTLING, time, error, run), said)
 
 
@@ -159,17 +159,16 @@ def fig13_slope(runs: Runs) -> Comparison:
     """The paper: the steady power is linear in the outer temperature; its slope is -k A/t of the polymer."""
     conductance = lump(runs.base.device).polymer.conductance
     slope, _, error, bend = _line(runs)
-    said = "paper: a straight line; here "
+    said, found = "no slope can be told", math.nan
     if math.isfinite(error):
-        said += (
+        found = slope
+        said = (
             f"the steady power falls by {quantity(abs(slope), 'W/K', 7)}, k A/t of the polymer is "
             f"{quantity(conductance, 'W/K', 7)}; it bends by at most {quantity(bend, 'W', 2)}; linear because "
-            f"conduction is, whatever R(T) is (the paper puts it down to R(T)){_yet(*_below(runs))}"
+            "conduction is, whatever R(T) is (the paper puts it down to R(T))"
         )
-    else:
-        said += f"no slope can be told{_yet(*_below(runs))}"
+    said = f"paper: a straight line; here {said}{_yet(*_below(runs))}"
     off = relative(-conductance, slope)
-    found = slope if math.isfinite(error) else math.nan
     return Comparison("slope of power", -conductance, found, "W/K", off, error, said)
 
 
@@ -193,16 +192,6 @@ def fig13_limit(runs: Runs) -> Comparison:
     return Comparison("end of the range", setpoint, zero, "K", off, error, said)
 
 
-def meter_resistance(runs: Runs) -> Comparison:
-    """The step of the sensor's resistance at its steady state, in the meter's ranges that fit."""
-    return _at_most("NI 4070, gold", METER_RESISTANCE, runs.base, "resistance", "ohm")
-
-
-def meter_power(runs: Runs) -> Comparison:
-    """The step of the sensor's power there."""
-    return _at_most("NI 4070, power", METER_POWER, runs.base, "power", "W")
-
-
 def meter_rate(runs: Runs) -> Comparison:
     """How often the controllers need a reading: once per sample."""
     device = runs.base.device
@@ -215,17 +204,7 @@ def meter_rate(runs: Runs) -> Comparison:
     )
     fading = -math.log(abs(there)) * METER_RATE
     said += f"takes {quantity(1 / fading, 's', 2)} to settle by a factor e" if fading > 0 else "is unstable"
-    missing = min(relative(METER_RATE, needed), 0.0)
-    return Comparison("NI 4070, rate", METER_RATE, needed, "S/s", missing, 0.0, said, sense="at most")
-
-
-DEFINITIONS: dict[str, Callable[[Runs], Comparison]] = {
-    check.__name__: check
-    for check in (
-        fig9_settling, fig9_balance, fig10_steady, fig11_slow, fig12_same_time, fig13_slope, fig13_limit,
-        meter_resistance, meter_power, meter_rate,
-    )
-}  # fmt: skip
+    return _one_sided("NI 4070, rate", METER_RATE, needed, "S/s", said)
 
 
 def _at_most(title: str, claim: float, run: Run, name: str, unit: str) -> Comparison:
@@ -247,7 +226,11 @@ def _at_most(title: str, claim: float, run: Run, name: str, unit: str) -> Compar
         said += f", beyond {quantity(current, 'A', 2)}: the next range serves" if taken > current else ""
     except ValueError as error:
         said += str(error) if state.sensor_power_W else "no power, and there is nothing to be read"
-    return Comparison(title, claim, step, unit, min(relative(claim, step), 0.0), 0.0, said, sense="at most")
+    return _one_sided(title, claim, step, unit, said)
+
+
+def _one_sided(title: str, claim: float, found: float, unit: str, said: str) -> Comparison:
+    return Comparison(title, claim, found, unit, min(relative(claim, found), 0.0), 0.0, said, sense="at most")
 
 
 def _unsettled(run: Run) -> str:
@@ -332,3 +315,12 @@ def _overshoot(run: Run) -> float:
 
 def _decay(rate: float) -> str:
     return f"{'decays' if rate >= 0 else 'grows'} at {abs(rate):.3g} 1/s"
+
+
+DEFINITIONS: dict[str, Callable[[Runs], Comparison]] = {
+    **{check.__name__: check for check in (fig9_settling, fig9_balance, fig10_steady, fig11_slow, fig12_same_time)},
+    **{check.__name__: check for check in (fig13_slope, fig13_limit)},
+    "meter_resistance": lambda runs: _at_most("NI 4070, gold", METER_RESISTANCE, runs.base, "resistance", "ohm"),
+    "meter_power": lambda runs: _at_most("NI 4070, power", METER_POWER, runs.base, "power", "W"),
+    "meter_rate": meter_rate,
+}

@@ -24,34 +24,32 @@ _RISES = {"peak": "peak_rise_K", "end": "end_rise_K"}
 
 def eq12(models: Models) -> Comparison:
     """Power from the 3D current and rises, I^2 R (1 + a [2/3 dT0 + dT_end]), against the 3D power."""
-    sink, measured = models.sink, models.fem3d.steady["power_W"]
+    sink, measured = models.sink, models.steady("power_W")
     rho, a = equations.room_resistivity(sink.silicon, sink.room_temperature)
 
     def formula(current: float, peak: float, end: float) -> float:
         return equations.power(current, peak - end, end, rho, a, sink.length, sink.cross_section)
 
     def because(predicted: float) -> str:
-        both = f"{quantity(predicted, 'W')} against {quantity(measured.value, 'W')}"
         if sink.electrodes == "pad-edge":
-            pads, whole = measured.value - _beam_power(models), quantity(measured.value, "W")
             return (
-                f"the current also heats the pads, with {quantity(pads, 'W')} of the {whole} in all; eq 12 "
-                f"knows the beam only, {quantity(predicted, 'W')}"
+                f"the current also heats the pads, with {quantity(measured - _beam_power(models), 'W')} of the "
+                f"{quantity(measured, 'W')} in all; eq 12 knows the beam only, {quantity(predicted, 'W')}"
             )
         peak, end = models.steady("peak_rise_K"), models.steady("end_rise_K")
         mean = equations.equivalent_rise(peak - end, end)
         return (
             f"eq 12 takes the power from the parabola's mean, {quantity(mean, 'K')}, where the 3D mean is "
-            f"{quantity(models.steady('mean_rise_K'), 'K')}: {both}"
+            f"{quantity(models.steady('mean_rise_K'), 'K')}: {quantity(predicted, 'W')} against "
+            f"{quantity(measured, 'W')}"
         )
 
-    inputs = models.estimates(current="current_A", **_RISES)
-    return of_formula("power from I, peak, end", "W", formula, inputs, measured, because)
+    title = "power from I, peak, end"
+    return of_formula(models, "power_W", title, formula, because, current="current_A", **_RISES)
 
 
 def eq13(models: Models) -> Comparison:
     """Equivalent rise 2/3 dT0 + dT_end against the 3D mean rise of the beam."""
-    measured = models.fem3d.steady["mean_rise_K"]
 
     def formula(peak: float, end: float) -> float:
         return equations.equivalent_rise(peak - end, end)
@@ -59,19 +57,17 @@ def eq13(models: Models) -> Comparison:
     def because(predicted: float) -> str:
         return (
             f"a parabola through the 3D peak and end has the mean {quantity(predicted, 'K')}, the 3D profile "
-            f"{quantity(measured.value, 'K')}: {not_parabolic(models)}"
+            f"{quantity(models.steady('mean_rise_K'), 'K')}: {not_parabolic(models)}"
         )
 
-    return of_formula("mean rise from peak, end", "K", formula, models.estimates(**_RISES), measured, because)
+    return of_formula(models, "mean_rise_K", "mean rise from peak, end", formula, because, **_RISES)
 
 
 def eq14(models: Models) -> Comparison:
     """The printed series resistance of an anchor against the 3D one, end rise over heat through that end."""
-    sink, measured = models.sink, models.fem3d.steady["anchor_resistance_K_per_W"]
-    printed = anchor_series_resistance(sink)
+    sink, found = models.sink, models.steady("anchor_resistance_K_per_W")
 
     def because(predicted: float) -> str:
-        found = measured.value
         both = f"eq 14 gives {quantity(predicted, 'K/W')}, 3D {quantity(found, 'K/W')}"
         if sink.electrodes == "pad-edge":
             return (
@@ -90,12 +86,13 @@ def eq14(models: Models) -> Comparison:
             f"the oxide's near side and through its whole area that eq 14 assumes{air}"
         )
 
-    return of_formula("anchor resistance by size", "K/W", lambda: printed, {}, measured, because)
+    printed = anchor_series_resistance(sink)
+    return of_formula(models, "anchor_resistance_K_per_W", "anchor resistance by size", lambda: printed, because)
 
 
 def eq16(models: Models) -> Comparison:
     """Heat through one end from the parabola's slope, 4 k A_c dT0 / L, against the 3D flow through that end."""
-    sink, measured = models.sink, models.fem3d.steady["end_flow_W"]
+    sink = models.sink
 
     def formula(peak: float, end: float) -> float:
         return equations.end_flow(peak - end, sink.silicon.thermal_conductivity, sink.cross_section, sink.length)
@@ -103,10 +100,10 @@ def eq16(models: Models) -> Comparison:
     def because(predicted: float) -> str:
         return (
             f"the parabola's slope gives {quantity(predicted, 'W')} through an end, 3D "
-            f"{quantity(measured.value, 'W')}: {not_parabolic(models)}"
+            f"{quantity(models.steady('end_flow_W'), 'W')}: {not_parabolic(models)}"
         )
 
-    return of_formula("end's heat from peak, end", "W", formula, models.estimates(**_RISES), measured, because)
+    return of_formula(models, "end_flow_W", "end's heat from peak, end", formula, because, **_RISES)
 
 
 def eq18(models: Models) -> Comparison:
@@ -121,7 +118,7 @@ def eq18(models: Models) -> Comparison:
             f"{quantity(found, 'K/W')}, the same equation gives {quantity(eq18_measured(models).predicted, 'K')}"
         )
 
-    return _eq18("end from mean, eq 14's R", models, Estimate(printed, 0.0), because)
+    return _eq18(models, "end from mean, eq 14's R", because, Estimate(printed, 0.0))
 
 
 def eq18_measured(models: Models) -> Comparison:
@@ -133,18 +130,16 @@ def eq18_measured(models: Models) -> Comparison:
             f"{quantity(models.steady('end_rise_K'), 'K')}: {not_parabolic(models)}"
         )
 
-    return _eq18("end from mean, 3D's R", models, models.fem3d.steady["anchor_resistance_K_per_W"], because)
+    return _eq18(models, "end from mean, 3D's R", because, "anchor_resistance_K_per_W")
 
 
-def _eq18(title: str, models: Models, resistance: Estimate, because: Callable[[float], str]) -> Comparison:
-    sink, measured = models.sink, models.fem3d.steady["end_rise_K"]
+def _eq18(models: Models, title: str, because: Callable[[float], str], resistance: str | Estimate) -> Comparison:
+    sink, k = models.sink, models.sink.silicon.thermal_conductivity
 
     def formula(mean: float, R: float) -> float:
-        k = sink.silicon.thermal_conductivity
         return equations.end_rise_from_equivalent(mean, R, k, sink.cross_section, sink.length)
 
-    inputs = models.estimates(mean="mean_rise_K") | {"R": resistance}
-    return of_formula(title, "K", formula, inputs, measured, because)
+    return of_formula(models, "end_rise_K", title, formula, because, mean="mean_rise_K", R=resistance)
 
 
 def energy(models: Models) -> Comparison:

@@ -1,5 +1,5 @@
 """Checks of the paper's Figures 4 to 7: what the two models' curves say, against each other; each with the
-sentence that says why they differ.
+sentence that says why the two differ.
 
 Where a largest difference over time is asked for it is sought at the times of the 3D traces from 10 us on (and at
 10 us itself). Its error has four parts, added: that of the 3D trace, that of the 1D trace (rounding), that of the final
@@ -15,11 +15,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from compare.equation_checks import not_parabolic
-from compare.verdict import FIRST_TIME, PAPERS, Comparison, Models, of_formula, spread
+from compare.verdict import FIRST_TIME, Comparison, Models, of_formula, spread, unit_of
 from reduced1d.equations import parabola
 from reduced1d.sink import anchor_series_resistance
 from scenes.formats import percent, quantity, signed
 from scenes.result import Estimate, Traces
+from scenes.sink import Sink
 
 SETTLED = 0.9
 """The part of the largest difference from which on the steady one is taken to explain it."""
@@ -27,22 +28,20 @@ SETTLED = 0.9
 
 def fig4(models: Models) -> Comparison:
     """The steady peak rise of the two models."""
-    p, m = models.reduction().steady, models.fem3d.steady
 
     def because(_: float) -> str:
         """The gap in two parts: that of the ends, and that above the ends."""
-        if not _papers(models):
-            return _of_another(models, "peak_rise_K", "K")
-        gap = {key: p[key].value - m[key].value for key in ("peak_rise_K", "end_rise_K", "power_W")}
-        above = gap["peak_rise_K"] - gap["end_rise_K"]
+        if not models.papers():
+            return _of_another(models, "peak_rise_K")
+        peak, end = gap(models, "peak_rise_K"), gap(models, "end_rise_K")
+        power = gap(models, "power_W") / models.steady("power_W")
         return (
-            f"the 1D peak is {signed(gap['peak_rise_K'], 'K')} off: {signed(gap['end_rise_K'], 'K')} of that are the "
-            f"ends' (eqs 14 and 18), {signed(above, 'K')} the rise from end to peak (eqs 9 and 17; the power is "
-            f"{percent(gap['power_W'] / m['power_W'].value, sign=True)} off)"
+            f"the 1D peak is {signed(peak, 'K')} off: {signed(end, 'K')} of that are the ends' (eqs 14 and 18), "
+            f"{signed(peak - end, 'K')} the rise from end to peak (eqs 9 and 17; the power is "
+            f"{percent(power, sign=True)} off)"
         )
 
-    inputs = {"peak": p["peak_rise_K"]}
-    return of_formula("steady peak, of 3D's", "K", lambda peak: peak, inputs, m["peak_rise_K"], because)
+    return at_rest(models, "peak_rise_K", "steady peak, of 3D's", because)
 
 
 def fig5(models: Models) -> Comparison:
@@ -53,13 +52,8 @@ def fig5(models: Models) -> Comparison:
     """
     y, rise, fitted = profile(models)
     dT0 = float(fitted.max() - fitted.min())
-    square = np.trapezoid((rise - fitted) ** 2, y) / models.sink.length
-    distance = float(np.sqrt(square))
+    distance = float(np.sqrt(np.trapezoid((rise - fitted) ** 2, y) / models.sink.length))
     error = max(models.fem3d.steady[key].error for key in ("peak_rise_K", "end_rise_K", "mean_rise_K"))
-    u_num = spread(
-        lambda distance, dT0: distance / dT0,
-        {"distance": Estimate(distance, 2 * error), "dT0": Estimate(dT0, 2 * error)},
-    )
     i = int(np.argmax(np.abs(rise - fitted)))
 
     def because() -> str:
@@ -68,6 +62,7 @@ def fig5(models: Models) -> Comparison:
             f"{quantity(float(y[i]) * 1e6, 'um', 3)}: {not_parabolic(models)}"
         )
 
+    u_num = spread(_part, {"distance": Estimate(distance, 2 * error), "final": Estimate(dT0, 2 * error)})
     return Comparison(
         "parabola's misfit, of dT0", 0.0, distance, "K", distance / dT0, u_num, because,
         relative_to="dT0, the 3D peak less the end rise",
@@ -108,6 +103,11 @@ def fig7_current(models: Models) -> Comparison:
     return over_time(models, "current_A", final, title, of, _on_the_way)
 
 
+def at_rest(models: Models, key: str, title: str, because: Callable[[float], str]) -> Comparison:
+    """A steady quantity of the 1D model less that of 3D, over the latter."""
+    return of_formula(models, key, title, lambda value: value, because, value=models.reduction().steady[key])
+
+
 @dataclass(frozen=True)
 class Largest:
     """The largest distance |1D - 3D| of two traces, with its sign, both values, its time (s) and the bound of what a
@@ -120,16 +120,20 @@ class Largest:
     beyond: float
 
 
+def from_first(time: np.ndarray) -> np.ndarray:
+    """The times (s) from 10 us on, that one among them."""
+    return np.concatenate([[FIRST_TIME], time[time > FIRST_TIME]])
+
+
 def largest_distance(predicted: Traces, measured: Traces, key: str) -> Largest:
     """The largest distance of a quantity from 10 us on, at the times of ``measured``, which ``predicted`` shares.
 
     ValueError where the times differ.
     """
-    time = measured.time
-    if not np.array_equal(predicted.time, time):
+    if not np.array_equal(predicted.time, measured.time):
         raise ValueError("the two models' traces must be at the same times")
-    late = np.concatenate([[FIRST_TIME], time[time > FIRST_TIME]])
-    p, m = (np.interp(late, time, traces.values[key]) for traces in (predicted, measured))
+    late = from_first(measured.time)
+    p, m = (np.interp(late, measured.time, traces.values[key]) for traces in (predicted, measured))
     off = p - m
     i = int(np.argmax(np.abs(off)))
     return Largest(float(off[i]), float(p[i]), float(m[i]), float(late[i]), _beyond(late, np.abs(off), i))
@@ -154,103 +158,98 @@ def over_time(
     names; ``because`` is asked why, given the quantity, the distance and the final value."""
     reduction, solution = models.traces()
     at = largest_distance(reduction, solution, key)
-    error = solution.errors[key] + reduction.errors[key] + at.beyond
-
-    def part(distance: float, final: float) -> float:
-        return distance / abs(final) if final else float("inf")
-
-    u_num = spread(part, {"distance": Estimate(at.distance, error), "final": final})
-    unit, room = ("A", 0.0) if key == "current_A" else ("K", models.sink.room_temperature)
+    distance = Estimate(at.distance, solution.errors[key] + reduction.errors[key] + at.beyond)
+    room = 0.0 if key == "current_A" else models.sink.room_temperature
     return Comparison(
-        title, at.predicted - room, at.measured - room, unit, part(at.distance, final.value), u_num,
-        lambda: because(models, key, at, final.value), at.time, relative_to=relative_to,
+        title, at.predicted - room, at.measured - room, unit_of(key), _part(at.distance, final.value),
+        spread(_part, {"distance": distance, "final": final}), lambda: because(models, key, at, final.value), at.time,
+        relative_to=relative_to,
     )  # fmt: skip
+
+
+def _part(distance: float, final: float) -> float:
+    return distance / abs(final) if final else float("inf")
+
+
+def gap(models: Models, key: str) -> float:
+    """The steady value of the 1D model less that of 3D."""
+    return models.reduction().steady[key].value - models.steady(key)
 
 
 def _on_the_way(models: Models, key: str, at: Largest, final: float) -> str:
     """The time of the largest difference, how much of it is the steady state's, and what the reduction leaves out."""
-    unit, whole = "K", "rise"
+    sink, unit, whole = models.sink, unit_of(key), "rise"
     if key == "current_A":
-        unit, whole = "A", "change" if models.sink.silicon.temperature_coefficient else "value"
-    p, m = models.reduction(), models.fem3d
-    name = {"peak_K": "peak_rise_K", "end_K": "end_rise_K", "current_A": "current_A"}[key]
-    steady = p.steady[name].value - m.steady[name].value
+        whole = "change" if sink.silicon.temperature_coefficient else "value"
+    name = key.replace("_K", "_rise_K")
+    steady = gap(models, name)
     when, of = quantity(at.time, "s", 3), f"a final {whole} of {quantity(final, unit)}"
     where = f"largest at {when}, {signed(at.distance, unit)} of {of}"
-    if not _papers(models):
-        return f"{where}: {_of_another(models, name, unit)}"
+    if not models.papers():
+        return f"{where}: {_of_another(models, name)}"
     if at.distance * steady > 0 and abs(steady) >= SETTLED * abs(at.distance):
         cause = {
             "peak_K": "the steady state's gap (see fig4)",
-            "end_K": f"the steady state's gap; {_resistances(models)}",
+            "end_K": f"the steady state's gap; {resistances(models)}",
             "current_A": "the steady state's gap, from the mean rise that sets the resistance",
         }[key]
-        if key == "current_A" and models.sink.electrodes == "pad-edge":
+        if key == "current_A" and sink.electrodes == "pad-edge":
             cause = "the pads are part of the circuit, and the 1D model has none"
-        return f"{where}: {cause}{_before(models, key)}"
+        if key == "peak_K":
+            one, three = rises_at(models, FIRST_TIME, key)
+            cause += (
+                f"; at {quantity(FIRST_TIME, 's', 2)} it is {percent(one / three - 1, sign=True)} of the rise by then, "
+                "as eq 9's parabola is there from the start"
+            )
+        return f"{where}: {cause}"
     return f"{where}, {signed(steady, unit)} in the steady state: {_while_heating(models, key, at)}"
 
 
-def _papers(models: Models) -> bool:
-    """Whether the reduction is the paper's own."""
-    return models.reduction().model in PAPERS
-
-
-def _of_another(models: Models, name: str, unit: str) -> str:
+def _of_another(models: Models, name: str) -> str:
     """What can be said of any reduction: its steady gap, and where to look for the rest."""
     p = models.reduction()
-    gap = p.steady[name].value - models.fem3d.steady[name].value
-    remarks = "; ".join(p.details.get("warnings", ()))
-    return f"{p.model} is {signed(gap, unit)} off in the steady state; " + (remarks or "--why splits it by assumption")
+    remarks = "; ".join(p.details.get("warnings", ())) or "--why splits it by assumption"
+    return f"{p.model} is {signed(gap(models, name), unit_of(name))} off in the steady state; {remarks}"
 
 
-def _before(models: Models, key: str) -> str:
-    """How far off the 1D peak is at the first time compared, relative to the rise it has by then."""
-    if key != "peak_K":
-        return ""
-    rise, first = _rises_at(models, FIRST_TIME), quantity(FIRST_TIME, "s", 2)
-    off = rise["1D", key] / rise["3D", key] - 1
-    return (
-        f"; at {first} it is {percent(off, sign=True)} of the rise by then, as eq 9's parabola is there from the start"
+def rises_at(models: Models, time: float, key: str) -> list[float]:
+    """A rise (K) at a time (s), in 1D and in 3D."""
+    room = models.sink.room_temperature
+    return [float(np.interp(time, traces.time, traces.values[key])) - room for traces in models.traces()]
+
+
+def crossing_time(sink: Sink) -> str:
+    """How long heat takes along a beam."""
+    return quantity(
+        sink.length**2 * sink.silicon.heat_capacity / (math.pi**2 * sink.silicon.thermal_conductivity), "s", 3
     )
-
-
-def _rises_at(models: Models, time: float) -> dict[tuple[str, str], float]:
-    """Peak and mean rise (K) of both models at a time (s)."""
-    return {
-        (model, name): float(np.interp(time, traces.time, traces.values[name])) - models.sink.room_temperature
-        for model, traces in zip(("1D", "3D"), models.traces(), strict=True)
-        for name in ("peak_K", "mean_K")
-    }
 
 
 def _while_heating(models: Models, key: str, at: Largest) -> str:
     """What the reduction gets wrong on the way to the steady state."""
-    sink = models.sink
-    rise = _rises_at(models, at.time)
+    sink, mean = models.sink, rises_at(models, at.time, "mean_K")
     if key == "peak_K":
-        ratio = {model: rise[model, "peak_K"] / rise[model, "mean_K"] for model in ("1D", "3D")}
-        diffusion = sink.length**2 * sink.silicon.heat_capacity / (math.pi**2 * sink.silicon.thermal_conductivity)
+        one, three = (peak / m for peak, m in zip(rises_at(models, at.time, key), mean, strict=True))
         return (
-            f"eq 9's fixed parabola puts the peak at {ratio['1D']:.2f} of the mean from the start, in 3D it is at "
-            f"{ratio['3D']:.2f} then, as heat takes L^2/(pi^2 D) = {quantity(diffusion, 's', 3)} along the beam"
+            f"eq 9's fixed parabola puts the peak at {one:.2f} of the mean from the start, in 3D it is at "
+            f"{three:.2f} then, as heat takes L^2/(pi^2 D) = {crossing_time(sink)} along the beam"
         )
-    pads = 2 * sink.pad_length * sink.pad_width * sink.thickness / (sink.length * sink.cross_section)
+    pads = percent(2 * sink.pad_length * sink.pad_width * sink.thickness / (sink.length * sink.cross_section))
     if key == "end_K" and at.distance < 0:
         heated = ", and the current heats the pads too" if sink.electrodes == "pad-edge" else ""
-        return f"the 3D ends are hotter then; {_resistances(models)}{heated}"
+        return f"the 3D ends are hotter then; {resistances(models)}{heated}"
     if key == "end_K":
         return (
-            f"the 1D ends follow the mean at once; in 3D the heat must first reach them and warm the pads, which hold "
-            f"{percent(pads)} of the beam's heat capacity and are left out in 1D"
+            "the 1D ends follow the mean at once; in 3D the heat must first reach them and warm the pads, which hold "
+            f"{pads} of the beam's heat capacity and are left out in 1D"
         )
     return (
-        f"the mean rise that sets the resistance is {quantity(rise['1D', 'mean_K'], 'K')} in 1D and "
-        f"{quantity(rise['3D', 'mean_K'], 'K')} in 3D then; the pads' heat capacity, {percent(pads)} of the beam's, is "
-        "left out in 1D"
+        f"the mean rise that sets the resistance is {quantity(mean[0], 'K')} in 1D and {quantity(mean[1], 'K')} in 3D "
+        f"then; the pads' heat capacity, {pads} of the beam's, is left out in 1D"
     )
 
 
-def _resistances(models: Models) -> str:
+def resistances(models: Models) -> str:
+    """Of an anchor, as printed and in 3D."""
     printed, found = anchor_series_resistance(models.sink), models.steady("anchor_resistance_K_per_W")
     return f"eq 14's anchor has {quantity(printed, 'K/W')}, 3D's {quantity(found, 'K/W')}"

@@ -1,20 +1,27 @@
-"""How hot each material gets, the warning where that is past what its data hold to, and when a scene is hottest."""
+"""How hot each material gets, the warnings where that is past what its data hold to, and when a scene is hottest."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from reduced1d.painted import Reduction
+from reduced1d.equations import end_rise_from_equivalent
+from reduced1d.painted import Reduction, of_result
+from reduced1d.sink import anchor_series_resistance
+from scenes.device import Device
 from scenes.dimensions import TIME
+from scenes.loop.result import DeviceResult
 from scenes.model import Material
-from scenes.result import Traces
+from scenes.result import Result, Traces
+from scenes.sink import Sink
 
 MOST = 100
 """How many instants of a transient are looked at beside those at which a trace is largest or least."""
+FEW = 16
+"""The same of a sink, whose temperatures grow evenly."""
 _AT_ONCE = 16
 
 
@@ -25,10 +32,58 @@ class Hottest:
     temperature: float
     time: float | None = None
 
-    @property
-    def when(self) -> str:
-        """In words."""
-        return "in the steady state" if self.time is None else f"at {TIME.show(float(f'{self.time:.3g}'))}"
+
+def of_sink(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tuple[str, ...]:
+    """The warnings of a sink's run, of the 3D model where that is solved."""
+    materials = sink.silicon, sink.oxide
+    if fem3d is not None:
+        return past(materials, fem3d.details["fields"].distinct, moments(fem3d.traces, FEW))
+    if reduced1d is None:
+        return ()
+    if sink.spans == 1:
+        return warnings(materials, of_painted(of_result(sink, reduced1d)))
+    hot = sink.room_temperature + reduced1d.steady["peak_rise_K"].value
+    return warnings(materials, {sink.silicon.name: Hottest(hot)})
+
+
+def of_device(device: Device, result: DeviceResult) -> tuple[str, ...]:
+    """The warnings of a device's run in 1D; the beam's middle is above its equivalent temperature, by eqs 13 and 18."""
+    sink, times = device.sink, result.time_s
+    mean, k = result.sink_K - sink.room_temperature, sink.silicon.thermal_conductivity
+    end = end_rise_from_equivalent(mean, anchor_series_resistance(sink), k, sink.cross_section, sink.length)
+    peak = end + 1.5 * (mean - end)
+    at = int(np.argmax(peak))
+    beam = of_painted(Reduction(sink, (float(end[at]), float(peak[at])), *[np.empty(0)] * 3))
+    reached = {name: Hottest(found.temperature, float(times[at])) for name, found in beam.items()}
+    external = device.external
+    outside = np.where(times < external.step_time, external.initial_temperature, external.final_temperature)
+    polymer = np.max([result.sink_K, result.sensor_K, outside], axis=0)
+    for name, trace in ((device.gold.name, result.sensor_K), (device.pdms.name, polymer)):
+        at = int(np.argmax(trace))
+        reached[name] = Hottest(float(trace[at]), float(times[at]))
+    return warnings((sink.silicon, sink.oxide, device.gold, device.pdms), reached)
+
+
+def past(materials: Sequence[Material], fields: Any, times: np.ndarray) -> tuple[str, ...]:
+    """The warnings of a 3D run. Nothing is sampled where no place can be too hot."""
+    limits = [m.valid_to for m in materials if m.valid_to is not None]
+    if not limits or fields.ceiling(times) <= min(limits):
+        return ()
+    return warnings(materials, by_material(fields, times))
+
+
+def warnings(materials: Iterable[Material], reached: Mapping[str, Hottest]) -> tuple[str, ...]:
+    """A sentence for each material that gets hotter than it is valid to."""
+    found = []
+    for m in dict.fromkeys(materials):
+        if m.valid_to is not None and m.name in reached and reached[m.name].temperature > m.valid_to:
+            top, time = reached[m.name].temperature, reached[m.name].time
+            when = "in the steady state" if time is None else f"at {TIME.show(float(f'{time:.3g}'))}"
+            found.append(
+                f"{m.name} reaches {top:,.0f} K {when}, past the {m.valid_to:,.0f} K of its valid_to, "
+                "where it softens, melts or decomposes: what is computed beyond that describes no real part"
+            )
+    return tuple(found)
 
 
 def moments(traces: Traces | None, most: int = MOST) -> np.ndarray:
@@ -44,19 +99,11 @@ def by_material(fields: Any, times: np.ndarray) -> dict[str, Hottest]:
     """The hottest place and moment of each material: of the steady state, if there is one, and of some times (s)."""
     found: dict[str, Hottest] = {}
     corners = {name: np.unique(fields.hexes[fields.material == k]) for k, name in enumerate(fields.material_names)}
-
-    def look(temperatures: np.ndarray, time: float | None) -> None:
-        for name, points in corners.items():
-            top = float(temperatures[points].max(initial=-np.inf))
-            if name not in found or top > found[name].temperature:
-                found[name] = Hottest(top, time)
-
     if fields.has_steady:
-        look(fields.steady, None)
-    for first in range(0, len(times), _AT_ONCE):
-        some = times[first : first + _AT_ONCE]
-        for time, temperatures in zip(some, fields.at(some), strict=True):
-            look(temperatures, float(time))
+        found = {name: Hottest(float(fields.steady[at].max(initial=-np.inf))) for name, at in corners.items()}
+    for time, temperatures in _snapshots(fields, times):
+        for name, at in corners.items():
+            _see(found, name, float(temperatures[at].max(initial=-np.inf)), time)
     return found
 
 
@@ -65,43 +112,30 @@ def of_painted(model: Reduction) -> dict[str, Hottest]:
     sink = model.sink
     beam = [0.0, sink.length / 2, sink.thickness / 2]
     oxide = [0.0, -sink.anchor_distance - sink.oxide_length / 2, -1e-6 * sink.oxide_thickness]
-    points = np.array([beam, oxide])
     found: dict[str, Hottest] = {}
     for time in (None, *model.time):
-        for material, rise in zip((sink.silicon, sink.oxide), model.rise(points, time), strict=True):
-            top = Hottest(sink.room_temperature + float(rise), time)
-            if material.name not in found or top.temperature > found[material.name].temperature:
-                found[material.name] = top
+        rises = model.rise(np.array([beam, oxide]), time)
+        for material, rise in zip((sink.silicon, sink.oxide), rises, strict=True):
+            _see(found, material.name, sink.room_temperature + float(rise), time)
     return found
 
 
 def farthest(fields: Any, times: np.ndarray, initial: float) -> tuple[float, bool]:
     """The time (s) at which the field is farthest from its ``initial`` temperature (K) anywhere, and whether above."""
     far, at, above = -1.0, float(times[-1]), True
-    for first in range(0, len(times), _AT_ONCE):
-        some = times[first : first + _AT_ONCE]
-        for time, rise in zip(some, fields.at(some) - initial, strict=True):
-            if np.abs(rise).max() > far:
-                far, at, above = float(np.abs(rise).max()), float(time), bool(rise.max() >= -rise.min())
+    for time, temperatures in _snapshots(fields, times):
+        rise = temperatures - initial
+        if np.abs(rise).max() > far:
+            far, at, above = float(np.abs(rise).max()), time, bool(rise.max() >= -rise.min())
     return at, above
 
 
-def past(materials: Sequence[Material], fields: Any, times: np.ndarray) -> list[str]:
-    """The warnings of a 3D run. Nothing is sampled where no place can be too hot."""
-    limits = [m.valid_to for m in materials if m.valid_to is not None]
-    if not limits or fields.ceiling(times) <= min(limits):
-        return []
-    return warnings(materials, by_material(fields, times))
+def _snapshots(fields: Any, times: np.ndarray) -> Iterator[tuple[float, np.ndarray]]:
+    for first in range(0, len(times), _AT_ONCE):
+        some = times[first : first + _AT_ONCE]
+        yield from zip(some.tolist(), fields.at(some), strict=True)
 
 
-def warnings(materials: Iterable[Material], reached: Mapping[str, Hottest]) -> list[str]:
-    """A sentence for each material that gets hotter than it is valid to."""
-    found = []
-    for m in dict.fromkeys(materials):
-        if m.valid_to is not None and m.name in reached and reached[m.name].temperature > m.valid_to:
-            top = reached[m.name]
-            found.append(
-                f"{m.name} reaches {top.temperature:,.0f} K {top.when}, past the {m.valid_to:,.0f} K of its valid_to, "
-                "where it softens, melts or decomposes: what is computed beyond that describes no real part"
-            )
-    return found
+def _see(found: dict[str, Hottest], name: str, temperature: float, time: float | None) -> None:
+    if name not in found or temperature > found[name].temperature:
+        found[name] = Hottest(temperature, time)

@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     from compare.against import Data
     from compare.air import Air
     from compare.budget import Budget
+    from compare.checks import Varied
     from compare.inputs.calibration import Fit
     from compare.inputs.propagation import Propagated
     from compare.inputs.sampling import Sampled
     from compare.inputs.sensitivities import Sensitivities
     from compare.inputs.validation import Validation
-    from compare.row_checks import Varied
     from compare.verdict import Check
     from fem3d.device.runs import Solved
     from reduced1d.device.design import Design

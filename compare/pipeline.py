@@ -1,22 +1,46 @@
 """From a request to an outcome, for every kind of scene: plan, models, checks, answer. Nothing is written.
 
-A kind of run is a module with ``plan(scene, request, data)`` and ``solve(scene, request, say, clock, data)``.
+Nothing here imports numpy before it solves: the renderer's process, which takes the longest to get ready, is started
+first.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from compare.outcome import Clock, Outcome
+from compare.plan import (
+    ONLY_1D,
+    design_reason,
+    drawn,
+    fields_reason,
+    needs,
+    of_device,
+    of_free,
+    of_sink,
+    skipped_figures,
+)
+from scenes import physics
 from scenes.device import Device
-from scenes.plan import Request, Step
+from scenes.errors import SceneError
+from scenes.model import AnyScene, GroupProbe, MeshScene, Probe
+from scenes.plan import Export, Request, Step
 from scenes.sink import Sink
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from compare.against import Data
+    from compare.inputs.sensitivities import Sensitivities
+    from fem3d.device.runs import Solved
+    from reduced1d.ladder.levels import Levels
+    from scenes.loop.runs import Runs
+    from scenes.result import Result
+
+S = TypeVar("S")
 
 
 def kind(scene: Any) -> str:
@@ -25,8 +49,21 @@ def kind(scene: Any) -> str:
 
 
 def plan(scene: Any, request: Request, data: Data | None = None) -> tuple[Step, ...]:
-    """What `answer` will do, before it does it, and what is written then."""
-    return _run(scene).plan(scene, request, data)
+    """What `answer` will do, before it does it, and what is written then. Raises SceneError for what isn't made of a
+    row of spans."""
+    if isinstance(scene, Device):
+        return of_device(scene, request)
+    if not isinstance(scene, Sink):
+        return of_free(scene, request, solver(scene).plan(scene, **_whole(scene, request)))
+    from reduced1d.ladder import refuse
+
+    refuse(scene, request.reduction)
+    steps: tuple[Step, ...] = (ONLY_1D,)
+    if "fem3d" in request.models:
+        from fem3d.run import plan as plan_3d
+
+        steps = plan_3d(scene, request)
+    return of_sink(scene, request, steps, data)
 
 
 def answer(
@@ -42,10 +79,328 @@ def answer(
     Raises SceneError for what a model refuses, and ArithmeticError (RunawayError, NumericsError) where its numerics
     fail.
     """
-    clock = clock or Clock()
-    outcome: Outcome[Any] = _run(scene).solve(scene, request, progress or (lambda _: None), clock, data)
-    return replace(outcome, timing=clock.all())
+    run = _Run(scene, request, progress or (lambda _: None), clock or Clock())
+    found: dict[str, Callable[[], Outcome[Any]]] = {
+        "sink": lambda: _sink(run, data), "device": lambda: _device(run), "free": lambda: _free(run),
+    }  # fmt: skip
+    outcome = found[kind(scene)]()
+    return replace(outcome, timing=run.clock.all())
 
 
-def _run(scene: Any) -> Any:
-    return import_module(f"compare.{kind(scene)}_run")
+@dataclass(frozen=True)
+class _Run(Generic[S]):
+    """What is solved, what is asked of it, who is told of the progress, and the clock of its stages."""
+
+    scene: S
+    request: Request
+    say: Callable[[str], None] = lambda _: None
+    clock: Clock = field(default_factory=Clock)
+
+
+def _sink(run: _Run[Sink], data: Data | None) -> Outcome[Sink]:
+    """Both models, the checks, with those of a user's own ``data``, and the answer."""
+    from compare.answer import answered
+    from reduced1d.ladder import refuse
+
+    sink, request, clock = run.scene, run.request, run.clock
+    refuse(sink, request.reduction)
+    fit = None
+    if request.calibrate and data is not None:
+        from compare.inputs import calibration, validation
+
+        run.say("fitting")
+        with clock.stage("fit"):
+            u_data = validation.data_uncertainty(sink, data, request.data_uncertainty)
+            keys = calibration.asked(sink, request.calibrate, data)
+            fit = calibration.fit(sink, data, u_data, keys, calibration.in_3d)
+        sink = fit.scene
+        run = replace(run, scene=sink)
+    levels = _levels(sink, request)
+    outcome = _compared(run, levels, data=data)
+    with clock.stage("checks"):
+        from compare import hottest
+
+        hot = hottest.of_sink(sink, outcome.fem3d, outcome.reduced1d)
+    with clock.stage("answer"):
+        outcome = answered(replace(outcome, warnings=(*outcome.warnings, *hot)), levels)
+    if request.air:
+        from compare.air import of_sink as air_of
+
+        with clock.stage("air"):
+            air = air_of(sink, run.say, request.transient)
+        outcome = replace(outcome, air=air, checks=(*outcome.checks, *air.checks))
+    if request.sensitivities or request.uncertain is not None:
+        run.say("sensitivities")
+        with clock.stage("sensitivities"):
+            from compare.inputs import sensitivities
+
+            found = sensitivities.of_sink(sink, outcome.fem3d, outcome.reduced1d)
+            outcome = _with_sensitivities(outcome, found)
+            if request.sensitivities:
+                made = sensitivities.checks(sink, found)
+                said = f"{outcome.answer} {sensitivities.sentence(made)}".rstrip()
+                outcome = replace(outcome, checks=(*outcome.checks, *made), answer=said)
+    if data is None or outcome.fem3d is None:
+        return outcome
+    from compare.against import definitions, evaluate
+
+    against = evaluate(sink, data, outcome.fem3d)
+    if request.uncertain is not None and outcome.propagated is not None:
+        from compare.inputs.propagation import judged
+
+        followed = outcome.propagated.sensitivities
+        against = judged(against, sink, outcome.fem3d, None, request.uncertain, followed, definitions(data))
+    warnings = (
+        *outcome.warnings,
+        *(f"{data.name}: {text}" for text in data.warnings),
+        *(fit.warnings() if fit else ()),
+    )
+    outcome = replace(outcome, checks=(*outcome.checks, *against), warnings=warnings, against=data, fit=fit)
+    if request.uncertain is None and not request.data_uncertainty:
+        return outcome
+    from compare.inputs import validation
+
+    u_data = validation.data_uncertainty(sink, data, request.data_uncertainty)
+    models = [(name, result) for name, result in (("3D", outcome.fem3d), ("1D", outcome.reduced1d)) if result]
+    return replace(outcome, validation=validation.validate(sink, data, u_data, models, outcome.propagated))
+
+
+def compared(sink: Sink, request: Request, earlier: Result | None = None) -> Outcome[Sink]:
+    """Both models and the checks alone: no answer in words, no warnings of what gets too hot. ``earlier`` is the 3D
+    result of the same sink at another voltage, whose meshes and fields may serve again. Raises as `answer` does."""
+    return _compared(_Run(sink, request), _levels(sink, request), earlier)
+
+
+def _compared(
+    run: _Run[Sink], levels: Levels | None, earlier: Result | None = None, data: Data | None = None
+) -> Outcome[Sink]:  # fmt: skip
+    sink, request, clock, say = run.scene, run.request, run.clock, run.say
+    solver_steps: tuple[Step, ...] = (ONLY_1D,)
+    outcome = Outcome(sink, request, ())
+    if request.export is not None and levels is not None:
+        with clock.stage("export"):
+            outcome = replace(outcome, exported=_exported_sink(run, request.export, levels))
+    fem3d = reduced1d = single = None
+    if "fem3d" in request.models:
+        with clock.stage("imports"):
+            from fem3d.errors import NumericsError, RunawayError
+            from fem3d.run import solve as solve_3d
+            from scenes.validity import cause
+        say("solving in 3D")
+        with clock.stage("fem3d"):
+            try:
+                fem3d = solve_3d(sink, request, say) if earlier is None else solve_3d(sink, request, say, earlier)
+            except NumericsError as error:
+                if isinstance(error, RunawayError):
+                    raise
+                hint = cause(sink, ", ask for less with --accuracy 1e-2, or see --only 1d")
+                raise NumericsError(f"{error}{hint}") from None
+        solver_steps = tuple(fem3d.details["plan"])
+    if "reduced1d" in request.models:
+        with clock.stage("reduced1d"):
+            reduced1d = _reduction(sink, request, fem3d, levels)
+    if fem3d is not None:
+        from compare.checks import evaluate, varied
+
+        with clock.stage("checks"):
+            if sink.spans > 1:
+                single = solve_3d(replace(sink, spans=1), request, say)
+            outcome = replace(outcome, checks=evaluate(sink, request, fem3d, reduced1d, single))
+        if request.why and levels is not None:
+            from compare.budget import budget
+
+            with clock.stage("why"):
+                outcome = replace(outcome, why=budget(sink, request.reduction, fem3d, levels, say))
+                if single is not None:
+                    outcome = replace(outcome, varied=varied(sink, request.reduction, single, say))
+    warnings = tuple(text for model in (fem3d, reduced1d) if model for text in model.details.get("warnings", ()))
+    steps = of_sink(sink, request, solver_steps, data)
+    return replace(outcome, plan=steps, fem3d=fem3d, reduced1d=reduced1d, warnings=warnings)
+
+
+def _levels(sink: Sink, request: Request) -> Levels | None:
+    """The plate, where any of what is asked for stands on it; it is solved when first used."""
+    if request.reduction == "paper" and not request.why and request.export is None:
+        return None
+    from reduced1d.ladder.levels import Levels
+
+    return Levels(sink)
+
+
+def _reduction(sink: Sink, request: Request, fem3d: Result | None, levels: Levels | None) -> Result:
+    """The 1D model, at the times of the 3D model's traces where there are any."""
+    from reduced1d.errors import RunawayError
+    from reduced1d.ladder import solve as solve_1d
+
+    times = fem3d.traces.time if fem3d is not None and fem3d.traces is not None else None
+    try:
+        return solve_1d(sink, request.reduction, steady_only=not request.transient, times=times, levels=levels)
+    except RunawayError as error:
+        if fem3d is None:
+            raise
+        raise RunawayError(f"in 1D (3D has a steady state, see --only 3d) {error}", error.limit_voltage) from None
+
+
+def _with_sensitivities(outcome: Outcome[Any], found: Sensitivities) -> Outcome[Any]:
+    """With how a sink's quantities or a free scene's probes follow its keys, where that is asked for, and what
+    uncertain keys make of them and of the checks."""
+    uncertain, three, one = outcome.request.uncertain, outcome.fem3d, outcome.reduced1d
+    warnings = (*outcome.warnings, *found.remarks())
+    if outcome.request.sensitivities:
+        outcome = replace(outcome, sensitivities=found)
+    if uncertain is not None:
+        from compare.inputs import propagation
+
+        in_3d, in_1d = (None if result is None else result.steady for result in (three, one))
+        made = propagation.propagated(uncertain, found, found.values or in_3d, in_1d)
+        checks = outcome.checks
+        if three is not None and checks:
+            checks = propagation.judged(checks, outcome.scene, three, one, uncertain, found)
+        if one is not None and one.model == "paper":
+            warnings += propagation.bent(outcome.scene, made)
+        outcome = replace(outcome, propagated=made, checks=checks)
+    return replace(outcome, warnings=warnings)
+
+
+def _device(run: _Run[Device]) -> Outcome[Device]:
+    """What the 1D model says, the paper's claims checked, a designer's questions answered."""
+    device, request, clock = run.scene, run.request, run.clock
+    with clock.stage("imports"):
+        from compare import device_checks, hottest
+        from reduced1d.device import design
+    with clock.stage("device"):
+        made = simulated(device, request, run.say)
+    solved = answers = followed = None
+    if request.in_3d:
+        from compare.device_3d_checks import evaluate_3d
+
+        with clock.stage("device in 3D"):
+            solved = _solved_in_3d(run)
+    with clock.stage("checks"):
+        found = device_checks.evaluate(device, request, made)
+        if solved is not None:
+            found += evaluate_3d(device, request, made, solved)
+    if not design_reason(request):
+        run.say("answering a designer's questions")
+        with clock.stage("design"):
+            answers = design.answer(device, request.largest_voltage, request.largest_power)
+    if request.sensitivities:
+        from compare.inputs import sensitivities
+
+        with clock.stage("sensitivities"):
+            followed = sensitivities.of_device(device)
+    return Outcome(
+        device, request, of_device(device, request), checks=found,
+        warnings=hottest.of_device(device, made.base.result), simulated=made, device_3d=solved, design=answers,
+        sensitivities=followed,
+    )  # fmt: skip
+
+
+def simulated(device: Device, request: Request, say: Callable[[str], None] = lambda _: None) -> Runs:
+    """Every run in 1D that a request needs."""
+    from reduced1d.device import runs
+
+    slow, steps = needs(device, request, "figure11"), needs(device, request, "figure12", "figure13")
+    return runs.make(device, request.scheme, request.meter, slow, steps, say)
+
+
+def _solved_in_3d(run: _Run[Device]) -> Solved:
+    """Every run in 3D that a request needs."""
+    from fem3d.device.runs import make
+    from reduced1d.device.meters import METERS, in_the_loop
+
+    device, request = run.scene, run.request
+    meter = METERS[request.meter] if request.meter else None
+    rounded = in_the_loop(device, meter, device.external.initial_temperature) if meter else (0.0, 0.0)
+    slow, steps = drawn(device, request, "figure11"), drawn(device, request, "figure12", "figure13")
+    return make(device, rounded, slow, steps, run.say)
+
+
+def _free(run: _Run[AnyScene]) -> Outcome[AnyScene]:
+    """The probes, the warnings, also of what gets too hot, and the time whose field is drawn."""
+    from compare import hottest
+
+    scene, request, clock = run.scene, run.request, run.clock
+    if request.export is not None:
+        from fem3d.compact.find import check
+        from scenes.compact import files
+
+        check(scene)
+        files.check(request.export.folder)
+    with clock.stage("imports"):
+        model = solver(scene)
+    run.say("solving in 3D")
+    with clock.stage("fem3d"):
+        result: Result = model.solve(scene, run.say, **_whole(scene, request))
+    shown, written, warnings = None, None, tuple(result.details.get("warnings", ()))
+    with clock.stage("checks"):
+        if physics.heat(scene):
+            fields, times = result.details["fields"], hottest.moments(result.traces)
+            warnings += hottest.past(physics.materials(scene), fields, times)
+            if result.traces is not None and "field" not in skipped_figures(scene, request):
+                shown = hottest.farthest(fields, times, scene.initial_temperature)
+    steps = of_free(scene, request, tuple(result.details["plan"]))
+    if request.export is not None:
+        with clock.stage("export"):
+            written = _exported(scene, request.export, run.say)
+    outcome = Outcome(scene, request, steps, result, warnings=warnings, shown=shown, exported=written)
+    if request.sensitivities or request.uncertain is not None:
+        run.say("sensitivities")
+        with clock.stage("sensitivities"):
+            from compare.inputs import sensitivities
+
+            outcome = _with_sensitivities(outcome, sensitivities.of_free(scene, result))
+    return outcome
+
+
+def reported(scene: AnyScene, request: Request) -> AnyScene:
+    """The scene with something to report: where it has no probes and field files are asked for, every box's mean
+    temperature (on a mesh that of every material's groups), which then also says how accurate the fields are. Raises
+    SceneError for a run that reports nothing."""
+    if scene.probes:
+        return scene
+    if fields_reason(request, "" if physics.heat(scene) else "no temperature"):
+        raise SceneError("the scene has no [[probe]], so there is nothing to report: add one, or give --fields")
+    if isinstance(scene, MeshScene):
+        groups = dict.fromkeys(group for body in scene.bodies for group in body.groups)
+        return replace(scene, probes=tuple(GroupProbe(f"mean {name}", group=name) for name in groups))
+    return replace(scene, probes=tuple(Probe(f"mean {b.name}", b.lower, b.upper) for b in scene.boxes))
+
+
+def solver(scene: AnyScene) -> Any:
+    """The module that plans and solves a scene: boxes have bricks, and a mesh is taken as it is."""
+    return import_module("fem3d.solve_mesh" if isinstance(scene, MeshScene) else "fem3d.solve_scene")
+
+
+def _whole(scene: AnyScene, request: Request) -> dict[str, bool]:
+    """What says that a scene of boxes is solved whole, where a number of one side changes that side alone."""
+    asked = request.sensitivities or request.uncertain is not None
+    return {"whole": True} if asked and not isinstance(scene, MeshScene) else {}
+
+
+def _exported_sink(run: _Run[Sink], asked: Export, levels: Levels) -> tuple[str, Path]:
+    """What has been written, and where: a compact model of the 3D problem with the current as an output too, or the
+    reduction's few states."""
+    sink, reduction = run.scene, run.request.reduction
+    if not asked.compact:
+        from reduced1d.export import export
+        from reduced1d.ladder import few_states_of
+
+        return few_states_of(reduction), export(levels, reduction, asked.folder)
+    if sink.spans > 1:
+        raise SceneError(f"--states and --model-accuracy make a model of one span, and sink.spans = {sink.spans}")
+    scene = sink.scene()
+    inlet = next(b for b in scene.boundaries if b.kind == "voltage")
+    current = Probe("current", inlet.lower, inlet.upper, "current")
+    return _exported(replace(scene, probes=(*scene.probes, current)), asked, run.say)
+
+
+def _exported(scene: AnyScene, export: Export, say: Callable[[str], None]) -> tuple[str, Path]:
+    """The compact model's own words, and the folder that it is written to."""
+    from fem3d.compact.find import compact
+    from scenes.compact import files, fmu
+    from scenes.compact.words import validity
+
+    document = compact(scene, export.states, export.accuracy or scene.accuracy, say)
+    without = "" if fmu.available() else f"; {fmu.MISSING}"
+    return f"a compact model ({validity(document)}{without})", files.write(document, export.folder)

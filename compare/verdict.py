@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import TYPE_CHECKING, Literal
 
 from scenes.formats import difference_text, percent
 
 if TYPE_CHECKING:
+    from scenes.device import Device
     from scenes.result import Estimate, Result, Traces
     from scenes.sink import Sink
 
@@ -62,9 +63,7 @@ def judge(difference: float, tolerance: float, u_num: float) -> Verdict:
     """
     if abs(difference) - u_num > tolerance:
         return "differs"
-    if abs(difference) + u_num <= tolerance:
-        return "agrees"
-    return "unresolved"
+    return "agrees" if abs(difference) + u_num <= tolerance else "unresolved"
 
 
 def relative(predicted: float, measured: float) -> float:
@@ -82,8 +81,7 @@ def spread(function: Callable[..., float], inputs: Mapping[str, Estimate]) -> fl
     independent. Where they would cancel, this is cautious.
     """
     values = {name: given.value for name, given in inputs.items()}
-    middle = function(**values)
-    total = 0.0
+    middle, total = function(**values), 0.0
     for name, given in inputs.items():
         moved = (function(**(values | {name: given.value + sign * given.error})) for sign in (1, -1))
         total += max(abs(value - middle) for value in moved)
@@ -100,10 +98,6 @@ class Models:
     reduced1d: Result | None
     single: Result | None = None
 
-    def estimates(self, **names: str) -> dict[str, Estimate]:
-        """Steady 3D quantities under the argument names of a formula."""
-        return {argument: self.fem3d.steady[key] for argument, key in names.items()}
-
     def steady(self, key: str) -> float:
         """A steady 3D value."""
         return self.fem3d.steady[key].value
@@ -113,6 +107,10 @@ class Models:
         if self.reduced1d is None:
             raise ValueError("this check needs the 1D model")
         return self.reduced1d
+
+    def papers(self) -> bool:
+        """Whether the reduction is the paper's own."""
+        return self.reduction().model in PAPERS
 
     def traces(self) -> tuple[Traces, Traces]:
         """Those of the 1D result and of the 3D one; ValueError where there are none."""
@@ -142,53 +140,44 @@ class Comparison:
     relative_to: str = ""
 
 
-def of_formula(
-    title: str,
-    unit: str,
-    formula: Callable[..., float],
-    inputs: Mapping[str, Estimate],
-    measured: Estimate,
-    reason: Callable[[float], str],
-) -> Comparison:
-    """A formula of 3D quantities against another 3D quantity: predicted / measured - 1.
+def unit_of(key: str) -> str:
+    """The unit that a quantity's name ends in: "anchor_resistance_K_per_W" is in K/W."""
+    return "K/W" if key.endswith("K_per_W") else key.rpartition("_")[2]
 
-    The error moves with every input's and the measured value's (``spread``). ``reason`` is given the
-    predicted value.
+
+def of_formula(
+    models: Models, key: str, title: str, formula: Callable[..., float], reason: Callable[[float], str],
+    **inputs: str | Estimate,
+) -> Comparison:  # fmt: skip
+    """A formula against the steady 3D quantity ``key``: predicted / measured - 1. Its ``inputs`` are 3D quantities, by
+    their names, or given. ``reason`` is given the predicted value.
+
+    The error moves with every input's and the measured value's (``spread``).
     """
-    predicted = formula(**{name: given.value for name, given in inputs.items()})
+    measured = models.fem3d.steady[key]
+    known = {name: models.fem3d.steady[given] if isinstance(given, str) else given for name, given in inputs.items()}
+    predicted = formula(**{name: given.value for name, given in known.items()})
 
     def difference(measured_: float, **values: float) -> float:
         return relative(formula(**values), measured_)
 
-    u_num = spread(difference, {**inputs, "measured_": measured})
     return Comparison(
-        title, predicted, measured.value, unit, relative(predicted, measured.value), u_num, lambda: reason(predicted),
-        relative_to="the 3D value",
+        title, predicted, measured.value, unit_of(key), relative(predicted, measured.value),
+        spread(difference, {**known, "measured_": measured}), lambda: reason(predicted), relative_to="the 3D value",
     )  # fmt: skip
 
 
-class Declaring(Protocol):
-    """A scene of any type, as far as it says what is expected of its checks."""
-
-    @property
-    def tolerances(self) -> dict[str, float]: ...
-    @property
-    def expected_to_differ(self) -> tuple[str, ...] | None: ...
-    def tolerance(self, check: str) -> float: ...
-
-
-def expected(scene: Declaring, check: str) -> Verdict | None:
+def expected(scene: Sink | Device, check: str) -> Verdict | None:
     """The verdict that a scene declares. Its list of checks that differ is complete: those not in it agree."""
     if scene.expected_to_differ is None:
         return None
     return "differs" if check in scene.expected_to_differ else "agrees"
 
 
-def judged(name: str, found: Comparison, scene: Declaring, always: bool = False) -> Check:
+def judged(name: str, found: Comparison, scene: Sink | Device, always: bool = False) -> Check:
     """What was found, with its verdict; ``always`` gives the reason whatever the verdict is."""
     tolerance = scene.tolerance(name)
-    verdict = judge(found.difference, tolerance, found.u_num)
-    because = ""
+    verdict, because = judge(found.difference, tolerance, found.u_num), ""
     if verdict == "differs" or always:
         because = found.reason if isinstance(found.reason, str) else found.reason()
     elif verdict == "unresolved":
@@ -202,7 +191,7 @@ def judged(name: str, found: Comparison, scene: Declaring, always: bool = False)
     )  # fmt: skip
 
 
-def contradicts(check: Check, scene: Declaring, strict: bool) -> bool:
+def contradicts(check: Check, scene: Sink | Device, strict: bool) -> bool:
     """Whether a check came out other than the scene declares.
 
     Only what is declared can be contradicted: a verdict that is the opposite of the declared one, or a difference
@@ -210,18 +199,14 @@ def contradicts(check: Check, scene: Declaring, strict: bool) -> bool:
     agree, and takes "unresolved" for a contradiction of either. An equation that is not the chosen model's
     contradicts nothing.
     """
-    if not check.own:
+    if not check.own or (check.verdict == "unresolved" and not strict):
         return False
-    if strict:
+    if strict or check.expected is not None:
         return check.verdict != (check.expected or "agrees")
-    if check.verdict == "unresolved":
-        return False
-    if check.expected is not None:
-        return check.verdict != check.expected
     declared = "slope" if check.id.startswith("slope_") else check.id
     return declared in scene.tolerances and check.verdict == "differs"
 
 
-def contrary(checks: Iterable[Check], scene: Declaring, strict: bool = False) -> list[Check]:
+def contrary(checks: Iterable[Check], scene: Sink | Device, strict: bool = False) -> list[Check]:
     """The checks that came out other than the scene declares."""
     return [check for check in checks if contradicts(check, scene, strict)]

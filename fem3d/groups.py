@@ -10,8 +10,8 @@ from fem3d.domain import Domain, Patch
 from fem3d.mapped import MappedSpace
 from meshes.grouped.locate import locate
 from meshes.grouped.place import Placed
-from scenes.free.parts import is_exit
 from scenes.model import GroupBoundary, GroupProbe
+from scenes.physics import is_exit
 
 
 @dataclass(frozen=True, eq=False)

@@ -52,6 +52,6 @@ def overridden(scene: Any, overrides: Sequence[str]) -> Any:
         return scene
     if isinstance(scene, (Sink, Device)):
         return loading.overridden(scene, overrides)
-    from scenes.free.loading import overridden as free_overridden
+    from scenes.free import overridden as free_overridden
 
     return free_overridden(scene, overrides)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from scenes.errors import SceneError, quoted
-from scenes.model import AnyScene, Material, MeshScene, Value, is_zero
+from scenes.model import AnyScene, Boundary, GroupBoundary, Material, MeshScene, Value, is_zero, values
+
+HEAT_KEYS = ("thermal_conductivity", "density", "specific_heat")
 
 
 def materials(scene: AnyScene) -> tuple[Material, ...]:
@@ -52,6 +54,24 @@ def heat(scene: AnyScene) -> bool:
 def capacity(scene: AnyScene) -> bool:
     """Whether density and specific heat matter."""
     return heat(scene) and not scene.steady
+
+
+def needed(scene: AnyScene) -> tuple[str, ...]:
+    """What the heat problem needs to know of each material."""
+    return HEAT_KEYS if capacity(scene) else HEAT_KEYS[:1] if heat(scene) else ()
+
+
+def is_exit(boundary: Boundary | GroupBoundary) -> bool:
+    """Whether heat can leave by a boundary in the end."""
+    return boundary.kind == "temperature" or (boundary.kind == "convection" and boundary.value != 0)
+
+
+def heats(boundary: Boundary | GroupBoundary, initial: float) -> bool:
+    """Whether a boundary changes a solid that is at an initial temperature (K)."""
+    if boundary.kind == "heat_flux":
+        return not is_zero(boundary.value)
+    outside = boundary.value if boundary.kind == "temperature" else boundary.ambient
+    return is_exit(boundary) and any(value != initial for value in values(outside))
 
 
 def _varies(material: Material) -> bool:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from html import escape
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -26,34 +27,23 @@ if TYPE_CHECKING:
     from scenes.model import AnyScene
     from scenes.result import Estimate, Result
     from scenes.uncertain import Uncertain
+    from validate.report.table import Style
 
 Overrides = Sequence[str] | Mapping[str, object]
 """Such as ["sink.width=20um"] or {"sink.width": "20um"}."""
 
 S = TypeVar("S")
-_LINES = 24
-"""A screen of a text."""
+_LINES = 24  # a screen of a text
 
 
-class Columns(Mapping[str, "np.ndarray"]):
+class Columns(dict[str, "np.ndarray"]):
     """Arrays of equal length by name: ``columns["time_s"]``, ``columns["fem3d_peak_K"]``; empty without a transient.
 
     ``columns("peak_K")`` is (times, 3D, 1D) of one quantity of a sink.
     """
 
-    def __init__(self, columns: Mapping[str, np.ndarray]) -> None:
-        self._columns = dict(columns)
-
-    def __getitem__(self, name: str) -> np.ndarray:
-        if name not in self._columns:
-            raise KeyError(f"no column {name!r}; there are {', '.join(self) or 'none, as there is no transient'}")
-        return self._columns[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._columns)
-
-    def __len__(self) -> int:
-        return len(self._columns)
+    def __missing__(self, name: str) -> np.ndarray:
+        raise KeyError(f"no column {name!r}; there are {', '.join(self) or 'none, as there is no transient'}")
 
     def __call__(self, quantity: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Times (s), 3D and 1D values of a quantity of a sink: "peak_K", "end_K", "mean_K", "current_A", "power_W";
@@ -66,7 +56,7 @@ class Columns(Mapping[str, "np.ndarray"]):
         return self["time_s"], self[f"fem3d_{quantity}"], self[f"reduced1d_{quantity}"]
 
     def __repr__(self) -> str:
-        rows = len(next(iter(self._columns.values()), ()))
+        rows = len(next(iter(self.values()), ()))
         return f"<traces, {rows} rows: {', '.join(self)}>" if self else "<no traces: no transient was solved>"
 
     def to_dataframe(self) -> Any:
@@ -75,19 +65,30 @@ class Columns(Mapping[str, "np.ndarray"]):
             import pandas
         except ImportError:
             raise ImportError("to_dataframe needs pandas: pip install pandas") from None
-        return pandas.DataFrame(self._columns)
+        return pandas.DataFrame(dict(self))
 
 
-@dataclass(frozen=True, repr=False)
+def _part(path: str, said: str) -> Any:
+    """A property that is a part of the outcome."""
+    return property(attrgetter(f"outcome.{path}"), doc=said)
+
+
 class _Found(Generic[S]):
     """What a run found. ``outcome`` has everything; the rest are short ways to it."""
 
-    outcome: Outcome[S]
+    scene: S = _part("scene", "The scene that was solved.")
+    sensitivities: Sensitivities | None = _part(
+        "sensitivities",
+        """How the models follow each key: ``steady["sink.width"]["end_rise_K"].fem3d.value``, of a free scene
+        ``steady["box.beam.upper.z"]["middle"]``; None unless asked for with ``sensitivities=True``.""",
+    )
+    uncertain: Propagated | None = _part(
+        "propagated",
+        "The u_input of quantities, and of the differences of models; None unless asked for with ``uncertain={...}``.",
+    )
 
-    @property
-    def scene(self) -> S:
-        """The scene that was solved."""
-        return self.outcome.scene
+    def __init__(self, outcome: Outcome[S]) -> None:
+        self.outcome = outcome
 
     @property
     def checks(self) -> dict[str, Check]:
@@ -101,18 +102,6 @@ class _Found(Generic[S]):
         from validate.report import of
 
         return Columns(of(self.scene).columns(self.outcome))
-
-    @property
-    def sensitivities(self) -> Sensitivities | None:
-        """How the models follow each key: ``steady["sink.width"]["end_rise_K"].fem3d.value``, of a free scene
-        ``steady["box.beam.upper.z"]["middle"]``; None unless asked for with ``sensitivities=True``."""
-        return self.outcome.sensitivities
-
-    @property
-    def uncertain(self) -> Propagated | None:
-        """The u_input of quantities, and of the differences of models; None unless asked for with
-        ``uncertain={...}``."""
-        return self.outcome.propagated
 
     def check(self, name: str) -> Check:
         """One check: its ``verdict``, ``difference`` (1D or equation against 3D, relative), ``u_num``, ``because``.
@@ -130,9 +119,9 @@ class _Found(Generic[S]):
 
     def report(self) -> str:
         """What the command prints about the run."""
-        from validate.report import table, text
+        from validate.report.text import found_text
 
-        return text.found_text(self.outcome, self._contrary(), table.Style())
+        return found_text(*self._told())
 
     def __repr__(self) -> str:
         return self._headline()
@@ -140,47 +129,35 @@ class _Found(Generic[S]):
     def _repr_html_(self) -> str:
         from validate.report import of
         from validate.report.html.parts import of_section
-        from validate.report.table import Style
 
-        sections = of(self.scene).sections(self.outcome, self._contrary(), Style(page=True))
         said = f"<p><strong>{escape(' '.join(self._headline().split()))}</strong></p>"
-        return "\n".join([said, *(of_section(section) for section in sections[:3])])
+        return "\n".join([said, *map(of_section, of(self.scene).sections(*self._told(page=True))[:3])])
 
     def _headline(self) -> str:
-        from validate.report import table, text
+        from validate.report.text import headline
 
-        return text.headline(self.outcome, self._contrary(), table.Style())
+        return headline(*self._told())
 
-    def _contrary(self) -> list[Check]:
+    def _told(self, **look: bool) -> tuple[Outcome[Any], list[Check], Style]:
+        """What a text about the run is made of."""
         from compare.verdict import contrary
+        from validate.report.table import Style
 
         outcome: Outcome[Any] = self.outcome
-        return contrary(outcome.checks, outcome.scene)
+        return outcome, contrary(outcome.checks, outcome.scene), Style(**look)
 
 
 class Run(_Found[Sink]):
     """What a run of a sink found; ``traces("peak_K")`` is (times, 3D, 1D)."""
 
-    @property
-    def answer(self) -> str:
-        """How far the 1D model is from 3D, where, and what is to blame, in a sentence."""
-        return self.outcome.answer
-
-    @property
-    def fem3d(self) -> Result:
-        """The 3D model's answer: ``steady["peak_rise_K"].value`` and ``.error``, ``traces``."""
-        return self.outcome.solved
-
-    @property
-    def reduced1d(self) -> Result:
-        """The 1D model's answer, of the same type."""
-        assert self.outcome.reduced1d is not None, "both models are solved"
-        return self.outcome.reduced1d
-
-    @property
-    def why(self) -> Budget | None:
-        """The difference in parts, one for each assumption; None unless asked for with ``why=True``."""
-        return self.outcome.why
+    answer: str = _part("answer", "How far the 1D model is from 3D, where, and what is to blame, in a sentence.")
+    fem3d: Result = _part(
+        "solved", 'The 3D model\'s answer: ``steady["peak_rise_K"].value`` and ``.error``, ``traces``.'
+    )
+    reduced1d: Result = _part("reduced1d", "The 1D model's answer, of the same type.")
+    why: Budget | None = _part(
+        "why", "The difference in parts, one for each assumption; None unless asked for with ``why=True``."
+    )
 
     def __repr__(self) -> str:
         from validate.report.sink import quantities
@@ -192,10 +169,7 @@ class Run(_Found[Sink]):
 class Solution(_Found["AnyScene"]):
     """What a run of a free scene found: ``solution["probe"]`` is a steady value with its error."""
 
-    @property
-    def steady(self) -> dict[str, Estimate]:
-        """Steady values by probe, in K, V, W or A; empty of a transient."""
-        return self.outcome.solved.steady
+    steady: dict[str, Estimate] = _part("solved.steady", "Steady values by probe, in K, V, W or A, if any.")
 
     def __getitem__(self, probe: str) -> Estimate:
         if probe not in self.steady:
@@ -254,7 +228,6 @@ def run(
     from reduced1d.ladder import canonical
 
     sink = _scene(scene, Sink, overrides, {"drive.voltage": voltage, "run.accuracy": accuracy})
-    _refuse_without(out, figures or fields)
     if steady and against is not None:
         raise SceneError("against compares over time: leave out steady=True")
     request = Request(
@@ -270,17 +243,6 @@ def run(
 
         data = read(Path(against), sink, [f"{name}={column}" for name, column in (columns or {}).items()])
     return Run(_outcome(sink, request, out, data))
-
-
-def _uncertain(scene: object, given: Mapping[str, str] | None) -> Uncertain | None:
-    """Standard uncertainties by key, {"sink.width": "1%"}, correlations by pairs, {"sink.width,sink.length": "0.9"};
-    {"materials": ""} is the scene's own table."""
-    if not given:
-        return None
-    from scenes.uncertain import read
-
-    own = [f"{key}={value}" if str(value) else key for key, value in given.items() if "," not in key]
-    return read(scene, own, [f"{key}={value}" for key, value in given.items() if "," in key])
 
 
 def solve(
@@ -301,10 +263,9 @@ def solve(
     {"box.beam.upper.z": "0.1um"}. Only into the folder ``out`` is anything written. Raises SceneError for bad input,
     ArithmeticError where the numerics fail.
     """
-    from compare.free_run import reported
+    from compare.pipeline import reported
 
     found = _scene(scene, None, overrides, {"run.accuracy": accuracy})
-    _refuse_without(out, figures or fields)
     # Without a folder a scene without probes reports every part's mean temperature.
     scene = reported(found, Request(fields=fields or out is None))
     request = Request(
@@ -334,7 +295,6 @@ def device(
     for name in asked:
         if name not in known:
             raise SceneError(f"device takes no {quoted(name)}: give {', '.join(known)}{did_you_mean(name, known)}")
-    _refuse_without(out, figures)
     return DeviceRun(_outcome(found, Request(figures=figures, **asked), out))
 
 
@@ -350,14 +310,22 @@ def _scene(given: Any, kind: type | None, overrides: Overrides, more: Mapping[st
     return found
 
 
-def _refuse_without(out: str | Path | None, wanted: bool) -> None:
-    if wanted and out is None:
-        raise SceneError("figures and fields need a folder to go to: give out=")
+def _uncertain(scene: object, given: Mapping[str, str] | None) -> Uncertain | None:
+    """Standard uncertainties by key, {"sink.width": "1%"}, correlations by pairs, {"sink.width,sink.length": "0.9"};
+    {"materials": ""} is the scene's own table."""
+    if not given:
+        return None
+    from scenes.uncertain import read
+
+    own = [f"{key}={value}" if str(value) else key for key, value in given.items() if "," not in key]
+    return read(scene, own, [f"{key}={value}" for key, value in given.items() if "," in key])
 
 
 def _outcome(scene: Any, request: Request, out: str | Path | None, data: Data | None = None) -> Outcome[Any]:
     """What a run finds, written into a folder where one is given."""
     if out is None:
+        if request.figures or request.fields:
+            raise SceneError("figures and fields need a folder to go to: give out=")
         from compare.pipeline import answer
 
         return answer(scene, request, data=data)

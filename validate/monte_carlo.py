@@ -12,8 +12,8 @@ from compare.inputs import sampling
 from scenes.errors import SceneError
 from scenes.varied import numbers
 from validate.processes import processors
-from validate.sweep.base import base
 from validate.sweep.cluster import Cluster
+from validate.sweep.design import base
 from validate.sweep.point import Scope, Work
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def added(outcome: Outcome[Sink], count: int, say: Callable[[str], None]) -> Out
     points = middle * (1 + sampling.draw(uncertain, count))
     scope = Scope((request.reduction,), not request.transient, blame=False, all_checks=False)
     given = base(sink)
-    tasks = (Work(given, scope, keys, (n,), (tuple(point),), False) for n, point in enumerate(points.tolist()))
+    tasks = (Work(given, scope, keys, (n,), (tuple(point),)) for n, point in enumerate(points.tolist()))
     rows = []
     with Cluster(min(processors(), count), None, None, say) as cluster:
         for tasks_rows in cluster.solve(tasks):

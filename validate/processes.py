@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from typing import TypeVar
+
+T = TypeVar("T")
 
 ONE_THREAD = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NGS_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1"
@@ -28,3 +31,17 @@ def single_threaded() -> Iterator[None]:
         for name in ONE_THREAD:
             del os.environ[name]
         os.environ.update(before)
+
+
+def side_by_side(work: Callable[[int], T], numbers: Sequence[int], jobs: int) -> Iterator[tuple[int, T]]:
+    """Each number with what the work on it came to, as they come, by ``jobs`` processes (1: this one)."""
+    from concurrent.futures import ProcessPoolExecutor, as_completed
+    from multiprocessing import get_context
+
+    if jobs == 1:
+        yield from ((number, work(number)) for number in numbers)
+        return
+    with single_threaded(), ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
+        futures = {pool.submit(work, number): number for number in numbers}
+        for future in as_completed(futures):
+            yield futures[future], future.result()

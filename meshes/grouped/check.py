@@ -10,8 +10,9 @@ from meshes.grouped.model import GroupedMesh
 from meshes.grouped.place import Placed
 from scenes import physics
 from scenes.errors import SceneError, did_you_mean, listed, quoted
-from scenes.free.parts import FLOATING, KEPT, UNFIXED, heats, is_exit
+from scenes.free.validity import FLOATING, KEPT, UNFIXED
 from scenes.model import GroupBoundary, GroupProbe, MeshScene, is_zero
+from scenes.physics import heats, is_exit
 
 
 def check(scene: MeshScene, mesh: GroupedMesh) -> Placed:

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from reduced1d.ladder.anchor import warnings
 from reduced1d.ladder.answer import over_time
 from reduced1d.ladder.few_states import FewStates
 from reduced1d.ladder.levels import Levels
 from reduced1d.ladder.moments import FIRST_TIME
-from reduced1d.ladder.validity import warnings
 from scenes.sink import Sink, different
 
 

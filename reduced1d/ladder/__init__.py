@@ -68,13 +68,9 @@ def few_states_of(name: str) -> str:
 
 
 def solve(
-    sink: Sink,
-    reduction: str = "paper",
-    *,
-    steady_only: bool = False,
-    times: np.ndarray | None = None,
+    sink: Sink, reduction: str = "paper", *, steady_only: bool = False, times: np.ndarray | None = None,
     levels: Levels | None = None,
-) -> Result:
+) -> Result:  # fmt: skip
     """The steady state and, unless ``steady_only``, the traces of a reduction of a sink, at ``times`` (s, ascending)
     or at times of its own up to the sink's end time.
 
@@ -86,33 +82,28 @@ def solve(
     """
     name = canonical(reduction)
     refuse(sink, name)
-    if name == "paper" and sink.spans > 1:
-        from reduced1d.ladder.answer import result
+    if name == "paper" and sink.spans == 1:
+        from reduced1d.sink import solve as solve_paper
+
+        found = solve_paper(sink, steady_only=steady_only, times=times)
+        return replace(found, model=name, details={**found.details, "states": 1})
+    from reduced1d.ladder.answer import result
+
+    if name == "paper":
         from reduced1d.ladder.lumps import lumps
         from reduced1d.sink import anchor_series_resistance
 
         row = lumps(sink, anchor_series_resistance(sink))
         return result(name, sink, row, row, steady_only, times)
-    if name == "paper":
-        from reduced1d.sink import solve as solve_paper
-
-        found = solve_paper(sink, steady_only=steady_only, times=times)
-        return replace(found, model=name, details={**found.details, "states": 1})
-
-    from reduced1d.ladder.answer import result
+    from reduced1d.ladder.anchor import fin_warnings, warnings
     from reduced1d.ladder.levels import Levels
-    from reduced1d.ladder.validity import fin_warnings, warnings
 
     levels = levels or Levels(sink)
     found = result(name, sink, build(levels.fine, name), build(levels.coarse, name), steady_only, times)
     said = warnings(sink, levels.fine.remainder)
     if sink.spans > 1 or name in ("anchored", "fin-massless", "fin"):
         said += fin_warnings(sink, levels.fine.one_node)
-    more = {
-        "unknowns": levels.fine.plate.unknowns,
-        "thin_plate_remainder": levels.fine.remainder,
-        "warnings": said,
-    }
+    more = {"unknowns": levels.fine.plate.unknowns, "thin_plate_remainder": levels.fine.remainder, "warnings": said}
     return replace(found, details={**found.details, **more})
 
 

@@ -1,4 +1,5 @@
-"""What an anchor, pad and oxide, is to the beam: a resistance, a capacity, and what the circuit does in it.
+"""What an anchor, pad and oxide, is to the beam: a resistance, a capacity, and what the circuit does in it; and where
+that and the plate stop being a good picture of the sink.
 
 Let theta be the steady rise when heat flows into the anchor through the beam's end, per watt through each end. Its mean
 over the end is the anchor resistance R. For slow changes the anchor's rise is the end's times theta / R, and with that
@@ -18,8 +19,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from reduced1d.equations import resistance, room_resistivity
-from reduced1d.ladder.plate import COPIES, Plate, along
-from reduced1d.ladder.quads import film
+from reduced1d.ladder.moments import FIRST_TIME
+from reduced1d.ladder.plate import COPIES, Plate, along, film
+from scenes.sink import Sink
+
+THIN = 1e-3
+"""The part of the anchor resistance that a plate's neglected terms may be: where more, it is not thin."""
+
+ONE_NODE = 0.05
+"""The same for the ends of a fin whose anchors are one node each."""
+
+SLENDER = 2.0
+"""The length over the width below which a beam has more than one rise across."""
 
 _ZETA_3 = 1.2020569031595942
 _SQUARE = np.array([[4, 2, -1], [2, 16, 2], [-1, 2, 4]]) / 30  # the integral of a quadratic's square, from three values
@@ -45,16 +56,16 @@ class Anchor:
 def anchor_of(plate: Plate) -> Anchor:
     """The anchor of a plate, for the current that the plate carries."""
     theta = _per_watt(plate)
-    R = float(plate.end @ theta)
+    R = float(plate.model.outputs["end"] @ theta)
     shape = theta / R
-    sink, beam, pads = plate.sink, plate.current.beam, plate.current.pads
+    sink, pads, air = plate.sink, plate.pads, plate.model.outputs["air"] - plate.model.outputs["air_beam"]
     resistivity, a = room_resistivity(sink.silicon, sink.room_temperature)
     # Where the current widens into the pad the beam has more resistance than a prism; it is counted at its end.
-    widening = beam.resistance - resistance(0.0, resistivity, a, sink.length, sink.cross_section)
+    widening = plate.model.resistance_beam - resistance(0.0, resistivity, a, sink.length, sink.cross_section)
     in_pads = (pads.resistance, pads.source @ shape, shape @ (pads.feedback @ shape)) if pads else (0.0, 0.0, 0.0)
     return Anchor(
         R, float(shape @ (plate.in_pads @ shape)) / 2, float(shape @ (plate.in_oxide @ shape)) / 2,
-        float((plate.air - plate.air_beam) @ shape) / 2, *(float(part + widening) for part in in_pads),
+        float(air @ shape) / 2, *(float(part + widening) for part in in_pads),
     )  # fmt: skip
 
 
@@ -83,7 +94,7 @@ def thin_plate_remainder(plate: Plate) -> float:
     sideways = BilinearForm(lambda u, v, w: dot(grad(u), grad(v))).assemble(basis.with_elements(np.flatnonzero(above)))
     in_oxide = sink.oxide_thickness / 3 * sink.oxide.thermal_conductivity * float(theta @ (sideways @ theta))
     # Both ends carry a watt, so that the quarters hold two anchors.
-    return COPIES / 2 * (at_edge + in_oxide) / float(plate.end @ theta)
+    return COPIES / 2 * (at_edge + in_oxide) / float(plate.model.outputs["end"] @ theta)
 
 
 def one_node_remainder(plate: Plate) -> float:
@@ -93,17 +104,58 @@ def one_node_remainder(plate: Plate) -> float:
     tells as much as the anchor's time constant m1/m0 is not short against the sink's slowest: their product is
     returned, which is seldom exceeded, and often far above what is found.
     """
-    inside = plate.in_pads + plate.in_oxide
-    fields = [plate.inverse.solve(plate.mean)]
+    inside, model = plate.in_pads + plate.in_oxide, plate.model
+    fields = [plate.inverse.solve(model.outputs["mean"])]
     for _ in range(2):
         fields.append(plate.inverse.solve(inside @ fields[-1]))
-    m0, m1, m2 = (float(plate.end @ field) for field in fields)
+    m0, m1, m2 = (float(model.outputs["end"] @ field) for field in fields)
     first = fields[0]
-    slowest = float(first @ (plate.conductance @ first)) / float(first @ (plate.capacity @ first))
+    slowest = float(first @ (model.conductance @ first)) / float(first @ (model.capacity @ first))
     return (m2 * m0 / m1**2 - 1) * m1 / m0 * slowest
 
 
 def _per_watt(plate: Plate) -> np.ndarray:
     """theta (n,) from a uniform heat in the beam: how the heat gets to the end does not matter there."""
-    field: np.ndarray = plate.inverse.solve(plate.mean)
-    return field / ((1 - float(plate.air_beam @ field)) / 2)
+    field: np.ndarray = plate.inverse.solve(plate.model.outputs["mean"])
+    return field / ((1 - float(plate.model.outputs["air_beam"] @ field)) / 2)
+
+
+def oxide_time(sink: Sink) -> float:
+    """The oxide's slowest time constant (s), its top held: (2 t_o / pi)^2 over its diffusivity."""
+    return (2 * sink.oxide_thickness / math.pi) ** 2 * sink.oxide.heat_capacity / sink.oxide.thermal_conductivity
+
+
+def warnings(sink: Sink, remainder: float) -> list[str]:
+    """A sentence for each assumption of the plate that a sink does not meet; ``remainder`` is the plate's own estimate
+    of what it neglects."""
+    found = []
+    if remainder > THIN:
+        found.append(
+            f"the thin-plate assumption ends here: with silicon of {sink.thickness * 1e6:.3g} um on oxide of "
+            f"{sink.oxide_thickness * 1e6:.3g} um, what the plate neglects may be {100 * remainder:.2g} % of the "
+            "anchor resistance"
+        )
+    if oxide_time(sink) > FIRST_TIME:
+        found.append(
+            f"the oxide takes {oxide_time(sink) * 1e6:.3g} us to warm through, more than the "
+            f"{FIRST_TIME * 1e6:.0f} us from which on traces are compared: the plate's third of its capacity is right "
+            "only for slower changes"
+        )
+    return found
+
+
+def fin_warnings(sink: Sink, one_node: float) -> list[str]:
+    """A sentence for each assumption of the fin alone that a sink does not meet; ``one_node`` is the estimate of what
+    its anchors neglect."""
+    found = []
+    if one_node > ONE_NODE:
+        found.append(
+            f"the anchors are too slow for one node each: on the way to the steady state the fin's ends may be off by "
+            f"{100 * one_node:.2g} % (plate and moments are not)"
+        )
+    if sink.length < SLENDER * sink.width:
+        found.append(
+            f"a beam {sink.width * 1e6:.3g} um wide and {sink.length * 1e6:.3g} um long is not slender: its rise is "
+            "not uniform across (plate and moments know that)"
+        )
+    return found

@@ -7,10 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from reduced1d.ladder.few_states import FewStates
+from reduced1d.ladder.few_states import FewStates, runaway_voltage, steady_state, trajectory
 from reduced1d.ladder.moments import FIRST_TIME
-from reduced1d.ladder.steady import runaway_voltage, steady_state
-from reduced1d.ladder.transient import trajectory
 from reduced1d.time_grid import time_grid
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink

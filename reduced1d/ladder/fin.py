@@ -18,18 +18,18 @@ of one half of an island serve for all of these, which is Galerkin's method too.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.polynomial import legendre
 
 from reduced1d.equations import room_resistivity
 from reduced1d.ladder.anchor import Anchor
-from reduced1d.ladder.few_states import FewStates, Matrices, in_modes
-from reduced1d.ladder.quads import film
+from reduced1d.ladder.few_states import FewStates
+from reduced1d.ladder.plate import film
+from reduced1d.line import Line
 from scenes.sink import Sink, decay, different
 
-_SPAN = (0.0, 0.02, 0.08, 0.3, 1.0)  # of half a span: heat spreads from its end at 10 us, and long after
+_SPAN = np.array([0.0, 0.02, 0.08, 0.3, 1.0])  # of half a span: heat spreads from its end at 10 us, and long after
 _DEGREES = (5, 6, 7, 8)
 _ISLAND = 4
 _PLACES = 41  # along a span, between which its top is looked for
@@ -44,160 +44,100 @@ def fin(
 
     Raises ValueError where the silicon does not conduct.
     """
-    line = _halved(sink, finer)
-    integral, (mass, stiffness) = line.integral(), line.products()
-    over = line.products("island")[0]
+    row = _halved(sink, finer)
     k, A_c = sink.silicon.thermal_conductivity, sink.cross_section
     resistivity, a = room_resistivity(sink.silicon, sink.room_temperature)
     per_length, air = resistivity / A_c, sink.convection_coefficient * sink.width
+    block = oxide_capacity * sink.oxide.heat_capacity * sink.oxide_thickness * sink.island_width / 3
+    down = film(sink) * sink.island_width
+    both, over = 2 * row.weights, row.islands  # the row has two halves
+    integral = row.line.integral(both)
     end = np.eye(len(integral))[0]
     node = np.outer(end, end)
     own = pad_capacity * anchor.pad + oxide_capacity * anchor.oxide
-    block = oxide_capacity * sink.oxide.heat_capacity * sink.oxide_thickness * sink.island_width / 3
-    down = film(sink) * sink.island_width
-    beam = 2 * per_length * integral
     outputs = {
-        "end": end, "mean": 2 / sink.spans / sink.length * line.integral("span"),
-        "air": 2 * air * integral + 2 * anchor.air * end,
+        "end": end, "mean": row.line.integral(both * ~over) / sink.spans / sink.length,
+        "air": air * integral + 2 * anchor.air * end,
     }  # fmt: skip
     if sink.spans == 1:
-        outputs |= {"peak": line.middle(1), "air_beam": 2 * air * integral}
+        outputs |= {"peak": row.along(1, [0.5])[0], "air_beam": air * integral}
     else:
-        outputs |= {"anchor_heat": end / anchor.resistance, **_of_spans(sink, line, down)}
-    matrices = Matrices(
-        2 * (sink.silicon.heat_capacity * A_c * mass + block * over + own * node),
-        2 * (k * A_c * stiffness + air * mass + down * over + node / anchor.resistance),
-        beam + anchor.source * end, 2 * per_length * mass + anchor.feedback * node,
-        per_length * sink.row_length + anchor.circuit, beam, per_length * sink.row_length, outputs,
-    )  # fmt: skip
-    return in_modes(matrices, a, sink.spans * sink.voltage)
+        outputs["anchor_heat"] = end / anchor.resistance
+        for number in range(1, different(sink.spans) + 1):
+            span = min(number, row.solved)
+            outputs[f"span{number}_middle"] = row.along(span, [0.5])[0]
+            outputs[f"span{number}_mean"] = row.mean(span)
+            outputs[f"span{number}_peak"] = row.along(span, np.linspace(0.0, 1.0, _PLACES))
+        for number in range(1, sink.spans // 2 + 1):
+            # A block keeps a third of its capacity: what enters the substrate as time passes is the film's alone.
+            outputs[f"island{number}_heat"] = down * sink.island * row.mean(min(number, row.solved), island=True)
+    return FewStates(
+        row.line.products(both * (sink.silicon.heat_capacity * A_c + block * over)) + 2 * own * node,
+        row.line.products(both * (air + down * over), both * k * A_c) + 2 / anchor.resistance * node,
+        per_length * integral + anchor.source * end,
+        row.line.products(both * per_length) + anchor.feedback * node,
+        per_length * sink.row_length + anchor.circuit, per_length * integral, per_length * sink.row_length, outputs,
+        a, sink.spans * sink.voltage,
+    ).in_modes()  # fmt: skip
 
 
-def _of_spans(sink: Sink, line: _Line, down: float) -> dict[str, np.ndarray]:
-    """The rises of each span, and the heat through each island, which conducts ``down`` (W/(m K))."""
-    found: dict[str, np.ndarray] = {}
-    for number in range(1, different(sink.spans) + 1):
-        own = min(number, line.solved)
-        found |= {
-            f"span{number}_middle": line.middle(own), f"span{number}_mean": line.mean("span", own),
-            f"span{number}_peak": line.along(own, np.linspace(0.0, 1.0, _PLACES)),
-        }  # fmt: skip
-    for number in range(1, sink.spans // 2 + 1):
-        # A block above which time passes keeps a third of its capacity: what enters the substrate is the film's alone.
-        found[f"island{number}_heat"] = down * sink.island * line.mean("island", min(number, line.solved))
-    return found
+@dataclass(frozen=True, eq=False)
+class _Row:
+    """Elements of half a row: how many each is in ``weights``, whether it is over one of the ``islands``, and the
+    ``numbers`` of spans and islands from the pad inwards, of which ``solved`` are told apart."""
 
-
-@dataclass
-class _Line:
-    """Intervals of half a row: their ``lengths`` (m), ``degrees``, both ``nodes``, how many each is in ``weights``, and
-    whose they are in ``owners``, of spans from the pad inwards, of which ``solved`` are told apart.
-
-    The functions are those of the nodes and, on each interval, the integrals of Legendre's polynomials.
-    """
-
+    line: Line
+    weights: np.ndarray
+    islands: np.ndarray
+    numbers: np.ndarray
     solved: int
-    lengths: list[float] = field(default_factory=list)
-    degrees: list[int] = field(default_factory=list)
-    nodes: list[tuple[int, int]] = field(default_factory=list)
-    weights: list[int] = field(default_factory=list)
-    owners: list[tuple[str, int]] = field(default_factory=list)
 
-    def add(self, owner: tuple[str, int], parts: np.ndarray, degrees: list[int], first: int, weight: int = 1) -> int:
-        """Appends intervals that begin at a node, each of that weight; the node where they end."""
-        for length, degree in zip(parts.tolist(), degrees, strict=True):
-            last = max((b for _, b in self.nodes), default=0) + 1
-            self.nodes.append((first, last))
-            self.lengths.append(length)
-            self.degrees.append(degree)
-            self.weights.append(weight)
-            self.owners.append(owner)
-            first = last
-        return first
-
-    def _functions(self, of: int) -> list[int]:
-        """The numbers of an interval's functions."""
-        first = len(self.nodes) + 1 + sum(p - 1 for p in self.degrees[:of])
-        return [*self.nodes[of], *range(first, first + self.degrees[of] - 1)]
-
-    @property
-    def size(self) -> int:
-        """How many functions there are."""
-        return len(self.nodes) + 1 + sum(p - 1 for p in self.degrees)
-
-    def _of(self, kind: str, number: int) -> list[int]:
-        """The intervals of a kind, or of one span or island; all where none is said."""
-        return [i for i, (a, b) in enumerate(self.owners) if kind in ("", a) and number in (0, b)]
-
-    def integral(self, kind: str = "", number: int = 0) -> np.ndarray:
-        """(n,): the integrals of the functions."""
-        found = np.zeros(self.size)
-        for i in self._of(kind, number):
-            x, w = legendre.leggauss(self.degrees[i] + 1)
-            found[self._functions(i)] += self.weights[i] * self.lengths[i] / 2 * _shapes(self.degrees[i], x)[0] @ w
-        return found
-
-    def products(self, kind: str = "", number: int = 0) -> tuple[np.ndarray, np.ndarray]:
-        """(n, n) twice: the integrals of products of the functions, and of those of their slopes."""
-        mass, stiffness = np.zeros((self.size, self.size)), np.zeros((self.size, self.size))
-        for i in self._of(kind, number):
-            h, p, weight = self.lengths[i], self.degrees[i], self.weights[i]
-            x, w = legendre.leggauss(p + 1)
-            f, slopes = _shapes(p, x)
-            own = np.ix_(self._functions(i), self._functions(i))
-            mass[own] += weight * h / 2 * (f * w) @ f.T
-            stiffness[own] += weight * 2 / h * (slopes * w) @ slopes.T
-        return mass, stiffness
-
-    def mean(self, kind: str, number: int) -> np.ndarray:
+    def mean(self, number: int, island: bool = False) -> np.ndarray:
         """(n,): the mean over a span or an island."""
-        found = self.integral(kind, number)
-        mean: np.ndarray = found / found[: len(self.nodes) + 1].sum()
-        return mean
+        own = (self.numbers == number) & (self.islands == island)
+        return self.line.integral(1.0 * own) / np.array(self.line.lengths)[own].sum()
 
-    def middle(self, number: int) -> np.ndarray:
-        """(n,): the value in the middle of a span."""
-        return self.along(number, np.array([0.5]))[0]
-
-    def along(self, number: int, places: np.ndarray) -> np.ndarray:
+    def along(self, number: int, places: np.ndarray | list[float]) -> np.ndarray:
         """(places, n): values at some places of a span (from 0 to 1), of which its second half may mirror the first."""
-        own = self._of("span", number)
-        edges = np.concatenate([[0.0], np.cumsum([self.lengths[i] for i in own])])
+        own = np.flatnonzero((self.numbers == number) & ~self.islands).tolist()
+        edges = np.cumsum([0.0, *(self.line.lengths[i] for i in own)])
         whole = edges[-1] if len(own) > len(_DEGREES) else 2 * edges[-1]
-        at = np.where(places * whole > edges[-1], 1 - places, places) * whole
-        found = np.zeros((len(at), self.size))
-        within = np.clip(np.searchsorted(edges, at, side="right") - 1, 0, len(own) - 1)
-        for row, (i, y) in enumerate(zip(within.tolist(), at.tolist(), strict=True)):
-            x = 2 * (y - edges[i]) / (edges[i + 1] - edges[i]) - 1
-            found[row, self._functions(own[i])] = _shapes(self.degrees[own[i]], np.array([x]))[0][:, 0]
-        return found
+        found = []
+        for place in places:
+            y = whole * (1 - place if place * whole > edges[-1] else place)
+            i = min(max(int(np.searchsorted(edges, y, side="right")) - 1, 0), len(own) - 1)
+            found.append(self.line.at(own[i], 2 * (y - edges[i]) / (edges[i + 1] - edges[i]) - 1)[0])
+        return np.array(found)
 
 
-def _halved(sink: Sink, finer: int) -> _Line:
-    """The intervals of half a row, with degrees so much higher."""
+def _halved(sink: Sink, finer: int) -> _Row:
+    """The elements of half a row, with degrees so much higher."""
     inner, apart = different(sink.spans), math.ceil(math.log(_ALIKE) / math.log(decay(sink))) + finer // 2
-    alike = apart < inner
-    line = _Line(min(apart, inner))
+    alike, solved = apart < inner, min(apart, inner)
     half, island = np.diff(_SPAN) * sink.length / 2, np.array([sink.island / 2])
     degrees, over = [p + finer for p in _DEGREES], [_ISLAND + finer]
     # Halves of spans and islands deeper than the middle of the first span of those that are alike.
-    deeper = (sink.spans - 2 * line.solved + 1) * alike
+    deeper = (sink.spans - 2 * solved + 1) * alike
+    found: list[tuple[float, int, tuple[int, int], int, bool, int]] = []
+
+    def add(number: int, parts: np.ndarray, degrees: list[int], first: int, weight: int = 1, isle: bool = False) -> int:
+        """Appends elements from a node on; the node where they end."""
+        for length, degree in zip(parts.tolist(), degrees, strict=True):
+            last = len(found) + 1  # every element brings one node, its end
+            found.append((length, degree, (first, last), weight, isle, number))
+            first = last
+        return first
+
     node = 0
-    for number in range(1, line.solved + 1):
-        first, last = node, number == line.solved
-        node = line.add(("span", number), half, degrees, node, 1 + deeper * last)
+    for number in range(1, solved + 1):
+        first, last = node, number == solved
+        node = add(number, half, degrees, node, 1 + deeper * last)
         if last and (alike or sink.spans % 2):
             break
-        node = line.add(("span", number), half[::-1], degrees[::-1], node)
-        node = line.add(("island", number), island, over, node)
-        node = node if last else line.add(("island", number), island, over, node)
+        node = add(number, half[::-1], degrees[::-1], node)
+        node = add(number, island, over, node, isle=True)
+        node = node if last else add(number, island, over, node, isle=True)
     if alike:
-        line.add(("island", line.solved), island, over, first, deeper)
-    return line
-
-
-def _shapes(p: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(p + 1, points) twice: the functions of an interval of degree p at points in (-1, 1), and their slopes."""
-    v, one = legendre.legvander(x, p).T, np.ones(len(x))
-    f = np.array([(1 - x) / 2, (1 + x) / 2, *((v[k] - v[k - 2]) / (2 * k - 1) for k in range(2, p + 1))])
-    return f, np.array([-one / 2, one / 2, *(v[k - 1] for k in range(2, p + 1))])
+        add(solved, island, over, first, deeper, isle=True)
+    lengths, orders, nodes, weights, isles, numbers = zip(*found, strict=True)
+    return _Row(Line(lengths, orders, nodes), np.array(weights), np.array(isles), np.array(numbers), solved)

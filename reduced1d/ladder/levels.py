@@ -7,12 +7,12 @@ from functools import cached_property
 
 import numpy as np
 
-from reduced1d.ladder import moments, quads
 from reduced1d.ladder.anchor import Anchor, anchor_of, one_node_remainder, thin_plate_remainder
-from reduced1d.ladder.few_states import FewStates
+from reduced1d.ladder.few_states import FewStates, steady_state
 from reduced1d.ladder.fin import fin
 from reduced1d.ladder.lumps import lumps
-from reduced1d.ladder.plate import Plate, assemble
+from reduced1d.ladder.moments import PLATE_STATES, hot, moment_fields
+from reduced1d.ladder.plate import COARSE, FINE, Grading, Plate, assemble
 from scenes.sink import Sink
 
 
@@ -24,13 +24,13 @@ class Level:
     """
 
     sink: Sink
-    grading: quads.Grading
+    grading: Grading
     plate_states: int
     finer: int
 
     @cached_property
     def _hot(self) -> tuple[Plate, np.ndarray]:
-        return moments.hot(self._assembled)
+        return hot(self._assembled)
 
     @cached_property
     def _assembled(self) -> Plate:
@@ -68,9 +68,13 @@ class Level:
     def moments(self, states: int) -> FewStates:
         """The plate, of a row the fin, with some states (fewer where they would depend on each other)."""
         if self.sink.spans > 1:
-            return moments.fewer(self.fin(), states)
-        plate, rise = self._hot
-        return moments.project(plate, moments.moment_fields(plate, rise, states))
+            model = self.fin()
+            cold, rise = model.source / model.rates, steady_state(model)[0]
+        else:
+            plate, rise = self._hot
+            model = plate.model
+            cold = plate.inverse.solve(model.source)
+        return model.on(moment_fields(model, cold, rise, states)).in_modes()
 
     def whole_plate(self) -> FewStates:
         """The plate, on so many fields that it is the plate."""
@@ -94,10 +98,8 @@ class Levels:
 
     @cached_property
     def fine(self) -> Level:
-        if self.rough:
-            return self.coarse
-        return Level(self.sink, quads.FINE, moments.PLATE_STATES, 2)
+        return self.coarse if self.rough else Level(self.sink, FINE, PLATE_STATES, 2)
 
     @cached_property
     def coarse(self) -> Level:
-        return Level(self.sink, quads.COARSE, moments.PLATE_STATES - 6, 0)
+        return Level(self.sink, COARSE, PLATE_STATES - 6, 0)

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from reduced1d.equations import resistance, room_resistivity, unequal_ends, unequal_peak
-from reduced1d.ladder.few_states import FewStates, Matrices, in_modes
+from reduced1d.ladder.few_states import FewStates
 from reduced1d.sink import air_conductance
 from scenes.sink import Sink, different
 
@@ -36,44 +36,32 @@ def lumps(sink: Sink, anchor_resistance: float, circuit: bool = False) -> FewSta
     kinds = [
         ((anchor_resistance, anchor_resistance if sink.spans == 1 else island), min(sink.spans, 2)),
         ((island, island), sink.spans - 2),
-    ]
-    of = [(ends, count) for ends, count in kinds if count > 0]
+    ][: 1 + (sink.spans > 2)]
     # Of each kind: dT0, the rise of the outer end and that of the inner one, per equivalent rise.
-    shapes = [unequal_ends(1.0, *ends, k, A_c, L) for ends, _ in of]
-    number = np.array([float(count) for _, count in of])
-    flows = np.array([rises[1] / ends[0] + rises[2] / ends[1] for rises, (ends, _) in zip(shapes, of, strict=True)])
+    shapes = [unequal_ends(1.0, *ends, k, A_c, L) for ends, _ in kinds]
+    number = np.array([float(count) for _, count in kinds])
+    flows = np.array([rises[1] / ends[0] + rises[2] / ends[1] for rises, (ends, _) in zip(shapes, kinds, strict=True)])
     over = resistance(0.0, resistivity, a, (sink.spans - 1) * sink.island, A_c)
-    states, cold = np.eye(len(of)), number * resistance(0.0, resistivity, a, L, A_c)
+    states, cold = np.eye(len(kinds)), number * resistance(0.0, resistivity, a, L, A_c)
     air = number * air_conductance(sink)
     outputs = {"end": states[0] * shapes[0][1], "mean": number / sink.spans, "air": air}
     if sink.spans == 1:
         outputs |= {"peak": states[0] * unequal_peak(*shapes[0]), "air_beam": air}
     else:
         outputs["anchor_heat"] = outputs["end"] / anchor_resistance
-        outputs |= _of_spans(sink, states, shapes, island)
-    matrices = Matrices(
+        for span in range(1, different(sink.spans) + 1):
+            own = min(span, 2) - 1
+            dT0, outer, inner = shapes[own]
+            outputs[f"span{span}_peak"] = states[own] * unequal_peak(dT0, outer, inner)
+            outputs[f"span{span}_middle"] = states[own] * (dT0 + (outer + inner) / 2)
+            outputs[f"span{span}_mean"] = states[own]
+        for isle in range(1, sink.spans // 2 + 1):
+            # What the span before it brings, and the one after it, which has it for an outer end.
+            before, after = min(isle, 2) - 1, min(isle + 1, sink.spans - isle, 2) - 1
+            rises = states[before] * shapes[before][2] + states[after] * shapes[after][1 if after else 2]
+            outputs[f"island{isle}_heat"] = rises / island
+    return FewStates(
         np.diag(number * sink.silicon.heat_capacity * L * A_c), np.diag(number * flows + air), cold,
         np.diag(cold), float(cold.sum()) + circuit * over, cold, float(cold.sum()), outputs,
-    )  # fmt: skip
-    return in_modes(matrices, a, sink.spans * sink.voltage)
-
-
-def _of_spans(
-    sink: Sink, states: np.ndarray, shapes: list[tuple[float, float, float]], island: float
-) -> dict[str, np.ndarray]:
-    """The rises of each span, and the heat through each island, from the pad inwards."""
-    found: dict[str, np.ndarray] = {}
-    for span in range(1, different(sink.spans) + 1):
-        own = min(span, 2) - 1
-        dT0, outer, inner = shapes[own]
-        found |= {
-            f"span{span}_peak": states[own] * unequal_peak(dT0, outer, inner),
-            f"span{span}_middle": states[own] * (dT0 + (outer + inner) / 2),
-            f"span{span}_mean": states[own],
-        }
-    for number in range(1, sink.spans // 2 + 1):
-        # What the span before it brings, and the one after it, which has it for an outer end.
-        before, after = min(number, 2) - 1, min(number + 1, sink.spans - number, 2) - 1
-        second = shapes[after][2] if after == 0 else shapes[after][1]
-        found[f"island{number}_heat"] = (states[before] * shapes[before][2] + states[after] * second) / island
-    return found
+        a, sink.spans * sink.voltage,
+    ).in_modes()  # fmt: skip

@@ -13,13 +13,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.sparse import csc_matrix, diags
 
-from reduced1d.equations import room_resistivity
-from reduced1d.ladder.few_states import OUTPUTS, FewStates, Matrices, in_modes
-from reduced1d.ladder.plate import Plate, factorize
-from reduced1d.ladder.steady import steady_state
-from reduced1d.ladder.stream import current_through_pads
+from reduced1d.ladder.few_states import FewStates, steady_state
+from reduced1d.ladder.plate import Plate, current_through_pads, factorize
 
 FIRST_TIME = 10e-6
 """From this time (s) on the response is to be right."""
@@ -33,43 +29,15 @@ _PATTERN = 1e-6  # of the rise: the change that ends that for the current's patt
 _MOST_PATTERNS = 30
 
 
-class Fields:
-    """Fields orthonormal in a conductance (n, n); ``values`` is (n, fields)."""
-
-    def __init__(self, conductance: csc_matrix) -> None:
-        self._conductance = conductance
-        self._fields: list[np.ndarray] = []
-        self._flows: list[np.ndarray] = []
-
-    @property
-    def values(self) -> np.ndarray:
-        return np.array(self._fields).T
-
-    def add(self, field: np.ndarray) -> np.ndarray | None:
-        """The field's part that is new, normalized; ``None``, and nothing added, where nothing is."""
-        whole = math.sqrt(field @ (self._conductance @ field))
-        # Twice is enough (Kahan) for orthogonality to rounding.
-        for _ in range(2 if self._fields else 0):
-            field = field - np.array(self._fields).T @ (np.array(self._flows) @ field)
-        flow = self._conductance @ field
-        size = math.sqrt(max(float(field @ flow), 0.0))
-        if not size > _DEPENDENT * whole:
-            return None
-        self._fields.append(field / size)
-        self._flows.append(flow / size)
-        return self._fields[-1]
-
-
-def project(plate: Plate, fields: np.ndarray) -> FewStates:
-    """The plate with rises that are combinations of fields (n, states)."""
-    whole, beam = plate.current.whole, plate.current.beam
-    matrices = Matrices(
-        fields.T @ (plate.capacity @ fields), fields.T @ (plate.conductance @ fields),
-        whole.source @ fields, fields.T @ (whole.feedback @ fields), whole.resistance,
-        beam.source @ fields, beam.resistance, {name: getattr(plate, name) @ fields for name in OUTPUTS},
-    )  # fmt: skip
-    _, a = room_resistivity(plate.sink.silicon, plate.sink.room_temperature)
-    return in_modes(matrices, a, plate.sink.voltage)
+def added(fields: np.ndarray, field: np.ndarray, model: FewStates) -> np.ndarray | None:
+    """Fields (n, states), orthonormal in the model's conductance, with one more: what is new in it; ``None`` where
+    nothing is."""
+    whole = math.sqrt(field @ (model.conductance @ field))
+    # Twice is enough (Kahan) for orthogonality to rounding.
+    for _ in range(2):
+        field = field - fields @ (fields.T @ (model.conductance @ field))
+    size = math.sqrt(max(float(field @ (model.conductance @ field)), 0.0))
+    return np.column_stack([fields, field / size]) if size > _DEPENDENT * whole else None
 
 
 def hot(plate: Plate) -> tuple[Plate, np.ndarray]:
@@ -80,67 +48,39 @@ def hot(plate: Plate) -> tuple[Plate, np.ndarray]:
     if plate.sink.electrodes == "beam-end":
         # Straight along the beam whatever the temperature, but for 4e-7 at 1 V (the 3D model's number).
         return plate, _steady_rise(plate)
-    plate = plate.carrying(current_through_pads(plate))
+    plate = plate.carrying(*current_through_pads(plate))
     rise = _steady_rise(plate)
-    for _ in range(_MOST_PATTERNS if plate.sink.silicon.temperature_coefficient else 0):
-        plate = plate.carrying(current_through_pads(plate, rise))
+    for _ in range(_MOST_PATTERNS if plate.model.coefficient else 0):
+        plate = plate.carrying(*current_through_pads(plate, rise))
         before, rise = rise, _steady_rise(plate)
         if np.abs(rise - before).max() <= _PATTERN * np.abs(rise).max():
-            return plate, rise
+            break
     return plate, rise
 
 
 def _steady_rise(plate: Plate) -> np.ndarray:
     """From the fields G^-1 s, (G^-1 S) G^-1 s ... in whose span it is, as many as change it."""
-    fields, whole = Fields(plate.conductance), plate.current.whole
-    new = fields.add(plate.inverse.solve(whole.source))
-    rise = np.zeros(plate.unknowns)
-    while new is not None:
-        before, rise = rise, _steady_in(plate, fields.values)
-        change = np.abs(rise - before).max()
-        if change <= _SETTLED * np.abs(rise).max() or not plate.sink.silicon.temperature_coefficient:
+    model, rise = plate.model, np.zeros(plate.unknowns)
+    fields = added(np.empty((plate.unknowns, 0)), plate.inverse.solve(model.source), model)
+    while fields is not None:
+        before, small = rise, model.on(fields)
+        squared = steady_state(small.in_modes())[1] ** 2
+        heating = np.eye(small.states) - model.coefficient * squared * small.feedback
+        rise = fields @ np.linalg.solve(heating, squared * small.source)
+        if np.abs(rise - before).max() <= _SETTLED * np.abs(rise).max() or not model.coefficient:
             break
-        new = fields.add(plate.inverse.solve(whole.feedback @ new))
+        fields = added(fields, plate.inverse.solve(model.feedback @ fields[:, -1]), model)
     return rise
 
 
-def _steady_in(plate: Plate, fields: np.ndarray) -> np.ndarray:
-    """The steady rise (n,) among combinations of fields that are orthonormal in the conductance."""
-    model = project(plate, fields)
-    squared = steady_state(model)[1] ** 2
-    whole = plate.current.whole
-    heating = np.eye(model.states) - model.coefficient * squared * fields.T @ (whole.feedback @ fields)
-    return fields @ np.linalg.solve(heating, squared * (whole.source @ fields))
+def moment_fields(model: FewStates, cold: np.ndarray, steady: np.ndarray, count: int) -> np.ndarray:
+    """(n, count): a steady field, then the moments at the rate p; ``cold`` is what the source does at its slowest."""
+    from scipy.sparse import csc_matrix
 
-
-def moment_fields(plate: Plate, steady_rise: np.ndarray, count: int) -> np.ndarray:
-    """(n, count): the steady field, then the moments at the rate p."""
-    source = plate.current.whole.source
-    return _fields(plate.conductance, plate.capacity, source, plate.inverse.solve(source), steady_rise, count)
-
-
-def fewer(model: FewStates, count: int) -> FewStates:
-    """A model of many states on the same fields of its own. Raises RunawayError."""
-    conductance, capacity = (diags(v, format="csc") for v in (model.rates, np.ones(model.states)))
-    rise = steady_state(model)[0]
-    fields = _fields(conductance, capacity, model.source, model.source / model.rates, rise, count)
-    matrices = Matrices(
-        fields.T @ fields, fields.T @ (conductance @ fields), model.source @ fields,
-        fields.T @ model.feedback @ fields, model.resistance, model.source_beam @ fields, model.resistance_beam,
-        {name: row @ fields for name, row in model.outputs.items()},
-    )  # fmt: skip
-    return in_modes(matrices, model.coefficient, model.voltage)
-
-
-def _fields(
-    conductance: csc_matrix, capacity: csc_matrix, source: np.ndarray, cold: np.ndarray, steady: np.ndarray, count: int
-) -> np.ndarray:
-    """(n, count): a steady field, then the moments; ``cold`` is what the source does at its slowest."""
-    slowest = float(cold @ (conductance @ cold)) / float(cold @ (capacity @ cold))
-    inverse = factorize((conductance + math.sqrt(slowest / FIRST_TIME) * capacity).tocsc())
-    fields = Fields(conductance)
-    fields.add(steady)
-    new = fields.add(inverse.solve(source)) if count > 1 else None
-    while new is not None and len(fields.values.T) < count:
-        new = fields.add(inverse.solve(capacity @ new))
-    return fields.values
+    slowest = float(cold @ (model.conductance @ cold)) / float(cold @ (model.capacity @ cold))
+    inverse = factorize(csc_matrix(model.conductance + math.sqrt(slowest / FIRST_TIME) * model.capacity))
+    fields, field = np.empty((model.states, 0)), steady
+    while fields.shape[1] < count and (more := added(fields, field, model)) is not None:
+        fields = more
+        field = inverse.solve(model.source if fields.shape[1] == 1 else model.capacity @ fields[:, -1])
+    return fields

@@ -5,7 +5,7 @@ the foot where there is oxide, gives for the mean rise T(x, y, t) over the thick
 
     t rho c dT/dt + c_ox dT/dt = div([k t + k_ox] grad T) - h T - h_air T + q t,
 
-    1/h = t_o/k_o + t/(3 k)       oxide in series with the silicon's own thickness (``quads.film``),
+    1/h = t_o/k_o + t/(3 k)       oxide in series with the silicon's own thickness (``film``),
     c_ox = t_o rho_o c_o / 3      a third of the oxide's capacity, and
     k_ox = t_o k_o / 3            a third of its conductance along the layer,
 
@@ -16,14 +16,16 @@ it. A quarter is solved, between the two mirror planes; all integrals here are o
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from reduced1d.equations import room_resistivity
-from reduced1d.ladder.quads import Grading, Quarter, film, quarter
+from reduced1d.ladder.few_states import FewStates
 from scenes.sink import Sink
 
 if TYPE_CHECKING:
@@ -31,10 +33,38 @@ if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
 
 COPIES = 4.0  # the sink in quarters
+SLIVER = 1e-3
+"""Planes closer than this part of the narrowest size are one plane."""
 
 
-@dataclass(frozen=True, eq=False)
-class Heat:
+class Grading(NamedTuple):
+    """How fine a mesh is: the first cell at the corner of beam and pad, and that at the oxide's outline, as parts of
+    the narrowest size there; the largest ratio of neighbouring cells, in general and, where they are longer than the
+    outline's, above the oxide; the longest cell, as a part of half the beam."""
+
+    corner: float
+    outline: float
+    ratio: float
+    above: float
+    longest: float
+
+
+FINE = Grading(0.0005, 0.25, 2.0, 1.4, 0.1)
+COARSE = Grading(0.003, 0.5, 2.8, 2.0, 0.15)
+"""Two meshes whose answers differ by more than the error of the finer one."""
+
+
+class Quarter(NamedTuple):
+    """A mesh (m) of x >= 0, y <= length / 2, and which of its elements are ``beam``, ``pad`` and, of these, above
+    ``oxide`` (booleans, one per element)."""
+
+    mesh: skfem.MeshQuad
+    beam: np.ndarray
+    pad: np.ndarray
+    oxide: np.ndarray
+
+
+class Heat(NamedTuple):
     """The heat of 1 A in a part of the cold sink: in all the ``resistance`` (ohm), the ``source`` (n,) for each basis
     function, and the ``feedback`` (n, n) for each two."""
 
@@ -44,59 +74,33 @@ class Heat:
 
 
 @dataclass(frozen=True, eq=False)
-class Current:
-    """The heat of a current in the beam and, where they are part of the circuit, in the pads."""
-
-    beam: Heat
-    pads: Heat | None = None
-
-    @cached_property
-    def whole(self) -> Heat:
-        """In both."""
-        if self.pads is None:
-            return self.beam
-        return Heat(
-            self.beam.resistance + self.pads.resistance,
-            self.beam.source + self.pads.source,
-            (self.beam.feedback + self.pads.feedback).tocsc(),
-        )
-
-
-@dataclass(frozen=True, eq=False)
 class Plate:
-    """The matrices (n, n): ``conductance`` (W/K), ``capacity`` (J/K) with its parts ``in_pads`` and ``in_oxide``; the
-    rows (n,) that give the rises ``peak``, ``end``, ``mean`` (K) and the heat (W) to the ``air`` and that from the beam
-    alone, ``air_beam``; and the ``current``."""
+    """The ``model`` on all basis functions, with the parts of its capacity ``in_pads`` and ``in_oxide`` (J/K) and the
+    heat of the current in the ``pads``, where they are part of the circuit; the factorized conductance: a steady rise
+    is ``inverse.solve(heat)``."""
 
     sink: Sink
     quarter: Quarter
     basis: skfem.Basis
-    conductance: csc_matrix
-    capacity: csc_matrix
+    model: FewStates
     in_pads: csc_matrix
     in_oxide: csc_matrix
-    peak: np.ndarray
-    end: np.ndarray
-    mean: np.ndarray
-    air: np.ndarray
-    air_beam: np.ndarray
-    current: Current
+    inverse: Any
+    pads: Heat | None = None
 
     @property
     def unknowns(self) -> int:
         """How many basis functions there are."""
-        return len(self.peak)
+        return self.model.states
 
-    @cached_property
-    def inverse(self) -> Any:
-        """The factorized conductance; ``inverse.solve(heat)`` is a steady rise."""
-        return factorize(self.conductance)
-
-    def carrying(self, current: Current) -> Plate:
+    def carrying(self, beam: Heat, pads: Heat) -> Plate:
         """The same plate with another current."""
-        found = replace(self, current=current)
-        found.__dict__["inverse"] = self.inverse
-        return found
+        resistance, source, feedback = (of_beam + of_pads for of_beam, of_pads in zip(beam, pads, strict=True))
+        model = replace(
+            self.model, resistance=resistance, source=source, feedback=feedback.tocsc(),
+            resistance_beam=beam.resistance, source_beam=beam.source,
+        )  # fmt: skip
+        return replace(self, model=model, pads=pads)
 
 
 def factorize(matrix: csc_matrix) -> Any:
@@ -106,8 +110,19 @@ def factorize(matrix: csc_matrix) -> Any:
     return splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 
 
+def film(sink: Sink) -> float:
+    """The oxide as a film coefficient (W/(m2 K)) under the silicon's mean temperature: 1/h = t_o/k_o + t/(3 k).
+
+    The oxide's own resistance, and that of the silicon's thickness: with heat taken off below and none above, the
+    temperature is a parabola across the layer, whose mean is q t / (3 k) above its foot.
+    """
+    silicon = sink.thickness / (3 * sink.silicon.thermal_conductivity)
+    return 1 / (sink.oxide_thickness / sink.oxide.thermal_conductivity + silicon)
+
+
 def assemble(sink: Sink, grading: Grading) -> Plate:
-    """The plate of a sink on a mesh of biquadratic quadrilaterals, with the current of the cold sink.
+    """The plate of a sink on a mesh of biquadratic quadrilaterals, with the current of the cold sink between electrodes
+    at the beam's ends: straight, and so heating each place by its resistivity.
 
     Raises ValueError where the silicon does not conduct.
     """
@@ -116,9 +131,9 @@ def assemble(sink: Sink, grading: Grading) -> Plate:
 
     part = quarter(sink, grading)
     basis = Basis(part.mesh, ElementQuad2(), intorder=4)
-    beam, pads, above = (basis.with_elements(np.flatnonzero(of)) for of in (part.beam, part.pad, part.oxide))
+    beam, pads, above = (basis.with_elements(np.flatnonzero(of)) for of in part[1:])
     silicon, oxide, t = sink.silicon, sink.oxide, sink.thickness
-    h, h_air, third = film(sink), sink.convection_coefficient, sink.oxide_thickness / 3
+    h_air, third = sink.convection_coefficient, sink.oxide_thickness / 3
     stiffness = BilinearForm(lambda u, v, w: dot(grad(u), grad(v)))
     mass = BilinearForm(lambda u, v, w: u * v)
     integral = LinearForm(lambda v, w: v)
@@ -127,32 +142,29 @@ def assemble(sink: Sink, grading: Grading) -> Plate:
     conductance = (
         COPIES * (silicon.thermal_conductivity * t * stiffness.assemble(basis))
         + COPIES * (oxide.thermal_conductivity * third * stiffness.assemble(above))
-        + h * mass_above + h_air * (mass_beam + mass_pads)
-    )  # fmt: skip
+        + film(sink) * mass_above + h_air * (mass_beam + mass_pads)
+    ).tocsc()  # fmt: skip
     in_pads, in_oxide = silicon.heat_capacity * t * mass_pads, oxide.heat_capacity * third * mass_above
     over_beam = integral.assemble(beam)
     nodes, lengths = along(basis, _beam_end(sink, part))
     end = np.zeros(basis.N)
     np.add.at(end, nodes, np.array([1, 4, 1])[:, None] / 6 * lengths)  # Simpson's rule, exact for the quadratic
     x, y = basis.doflocs
-    peak = np.zeros(basis.N)
-    peak[np.argmin(x + sink.length / 2 - y)] = 1.0
-    return Plate(
-        sink, part, basis, conductance.tocsc(), (silicon.heat_capacity * t * mass_beam + in_pads + in_oxide).tocsc(),
-        in_pads, in_oxide, peak,
-        end=end / end.sum(),
-        mean=over_beam / over_beam.sum(),
-        air=COPIES * h_air * (over_beam + integral.assemble(pads)),
-        air_beam=COPIES * h_air * over_beam,
-        current=uniform_current(sink, over_beam, mass_beam),
-    )  # fmt: skip
-
-
-def uniform_current(sink: Sink, over_beam: np.ndarray, mass_beam: csc_matrix) -> Current:
-    """The current between electrodes at the beam's ends: straight, and so heating each place by its resistivity."""
-    heat = room_resistivity(sink.silicon, sink.room_temperature)[0] / (sink.width**2 * sink.thickness)
+    outputs = {
+        "peak": np.eye(1, basis.N, int(np.argmin(x + sink.length / 2 - y)))[0],
+        "end": end / end.sum(),
+        "mean": over_beam / over_beam.sum(),
+        "air": COPIES * h_air * (over_beam + integral.assemble(pads)),
+        "air_beam": COPIES * h_air * over_beam,
+    }
+    resistivity, a = room_resistivity(silicon, sink.room_temperature)
+    heat = resistivity / (sink.width**2 * t)
     source = COPIES * heat * over_beam
-    return Current(Heat(float(source.sum()), source, (heat * mass_beam).tocsc()))
+    model = FewStates(
+        (silicon.heat_capacity * t * mass_beam + in_pads + in_oxide).tocsc(), conductance, source,
+        (heat * mass_beam).tocsc(), float(source.sum()), source, float(source.sum()), outputs, a, sink.voltage,
+    )  # fmt: skip
+    return Plate(sink, part, basis, model, in_pads, in_oxide, factorize(conductance))
 
 
 def along(basis: skfem.Basis, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -172,6 +184,134 @@ def _beam_end(sink: Sink, part: Quarter) -> np.ndarray:
     first, second = mesh.f2t
     of_beam = part.beam[first] | ((second >= 0) & part.beam[second])
     low = mesh.p[1][mesh.facets].max(axis=0)
-    cell = np.diff(np.unique(mesh.p[1])).min()
-    found: np.ndarray = np.flatnonzero(of_beam & (low < cell / 2))
-    return found
+    return np.flatnonzero(of_beam & (low < np.diff(np.unique(mesh.p[1])).min() / 2))
+
+
+def current_through_pads(plate: Plate, rise: np.ndarray | None = None) -> tuple[Heat, Heat]:
+    """What the current between the pads' outer faces does in beam and pads, for a given rise (n,), ``None`` for none.
+
+    With the sheet current density (A/m) written as j = (dpsi/dy, -dpsi/dx) it is free of sources whatever psi is. Of
+    all those, the one of least heat at a given total current is the one that flows (Thomson's principle):
+
+        div(rho_e / t grad psi) = 0,   psi = 0 on the mirror x = 0,   psi = I/2 on the insulated sides,
+
+    and the natural condition, no current along the boundary, holds on the electrodes and on the mirror y = L/2. The
+    resistivity enters linearly, and a psi that is off by e gives a resistance that is too large by e^2. The heat is
+    told for the cold resistivity, as `Heat` is; the pattern is the hot one's.
+    """
+    from skfem import BilinearForm, LinearForm
+    from skfem.helpers import dot, grad
+
+    sink, basis = plate.sink, plate.basis
+    resistivity, a = room_resistivity(sink.silicon, sink.room_temperature)
+    hot = 1.0 if rise is None else 1.0 + a * np.asarray(basis.interpolate(rise))
+    matrix = BilinearForm(lambda u, v, w: w["hot"] * dot(grad(u), grad(v))).assemble(basis, hot=hot).tocsc()
+    psi, free = _sides(plate)
+    psi[free] = factorize(matrix[free][:, free]).solve(-(matrix @ psi)[free])
+    slope = grad(basis.interpolate(psi))
+    # The density of a 1 A current's heat per area of the layer.
+    density = resistivity / sink.thickness * dot(slope, slope)
+    source = LinearForm(lambda v, w: w["heat"] * v)
+    feedback = BilinearForm(lambda u, v, w: w["heat"] * u * v)
+
+    def heat(where: np.ndarray) -> Heat:
+        elements = np.flatnonzero(where)
+        part = basis.with_elements(elements)
+        vector = COPIES * source.assemble(part, heat=density[elements])
+        return Heat(float(vector.sum()), vector, COPIES * feedback.assemble(part, heat=density[elements]).tocsc())
+
+    return heat(plate.quarter.beam), heat(plate.quarter.pad)
+
+
+def _sides(plate: Plate) -> tuple[np.ndarray, np.ndarray]:
+    """psi (n,) with its values on the insulated sides and zero elsewhere, and which of it are free."""
+    sink, basis, mesh = plate.sink, plate.basis, plate.basis.mesh
+    small = [np.diff(np.unique(each)).min() / 2 for each in mesh.p]
+    outer = mesh.boundary_facets()
+    x, y = mesh.p[:, mesh.facets[:, outer]].mean(axis=1)
+    mirror, open_ends = x < small[0], (y > sink.length / 2 - small[1]) | (y < small[1] - sink.pad_length)
+    psi = np.zeros(basis.N)
+    sides = basis.get_dofs(outer[~(mirror | open_ends)]).all()
+    psi[sides] = 0.5
+    given = np.union1d(sides, basis.get_dofs(outer[mirror]).all())
+    return psi, np.setdiff1d(np.arange(basis.N), given)
+
+
+def quarter(sink: Sink, grading: Grading) -> Quarter:
+    """The mesh of a sink, graded towards where the plate's solution bends.
+
+    Only the corner where the beam meets a pad of another width is singular (exponent 2/3), and there cells shrink
+    geometrically. Across the oxide's outline the field has a kink in its second derivative, and decays within the
+    healing length sqrt(k t / h): cells there are a part of it.
+    """
+    from skfem import MeshQuad
+
+    w, pad, oxide = sink.width / 2, sink.pad_width / 2, sink.oxide_width / 2
+    near, far, length = sink.anchor_distance, sink.anchor_distance + sink.oxide_length, sink.pad_length
+    narrow = min(w, pad)
+    healing = math.sqrt(sink.silicon.thermal_conductivity * sink.thickness / film(sink))
+    outline = grading.outline * min(healing, oxide, sink.oxide_length / 2)
+    corner = grading.corner * narrow
+    small = SLIVER * min(narrow, sink.oxide_length / 2, oxide)
+    longest = grading.longest * sink.length / 2
+
+    def free(distance: float) -> float:
+        return (grading.ratio - 1) * distance
+
+    def above(distance: float) -> float:
+        return min(free(distance), max(outline, (grading.above - 1) * distance))
+
+    def beside(distance: float) -> float:
+        return min(free(distance), longest)
+
+    x = _lines(
+        [(0.0, None), (narrow, corner), (max(w, pad), None), (oxide, outline)], small,
+        lambda at: above if at < oxide else free,
+    )  # fmt: skip
+    y = _lines(
+        [(-length, None), (-far, outline), (-near, outline), (0.0, corner), (sink.length / 2, None)], small,
+        lambda at: above if -far < at < -near else beside,
+    )  # fmt: skip
+    mesh = MeshQuad.init_tensor(x, y)
+    cx, cy = mesh.p[:, mesh.t].mean(axis=1)
+    mesh = mesh.restrict(np.flatnonzero(((cy > 0) & (cx < w)) | ((cy < 0) & (cx < pad))))
+    cx, cy = mesh.p[:, mesh.t].mean(axis=1)
+    return Quarter(mesh, cy > 0, cy < 0, (cx < oxide) & (cy < -near) & (cy > -far))
+
+
+def _lines(
+    planes: list[tuple[float, float | None]], small: float, grows_at: Callable[[float], Callable[[float], float]]
+) -> np.ndarray:
+    """Coordinates through the planes, the cells at each no longer than its value (``None``: as long as others let),
+    and between them as long as ``grows_at`` of the middle says for a distance from the nearer plane."""
+    merged: list[tuple[float, float | None]] = []
+    for at, first in sorted(planes, key=lambda plane: plane[0]):
+        if merged and at - merged[-1][0] < small:
+            previous, other = merged[-1]
+            merged[-1] = (previous, min((v for v in (first, other) if v is not None), default=None))
+        else:
+            merged.append((at, first))
+    found = [merged[0][0]]
+    for (a, at_a), (b, at_b) in pairwise(merged):
+        found += [*_between(a, b, at_a, at_b, grows_at((a + b) / 2)), b]
+    return np.array(found)
+
+
+def _between(
+    a: float, b: float, at_a: float | None, at_b: float | None, grows: Callable[[float], float]
+) -> list[float]:  # fmt: skip
+    """Cells that grow from each end, the shorter side first, until they meet; one that is not graded follows the
+    other, or the growth at the whole distance."""
+    left, right = [a], [b]
+    while True:
+        gap = right[-1] - left[-1]
+        following = [
+            grows(b - a) if first is None else max(first, grows(abs(side[-1] - side[0])))
+            for first, side in ((at_a, left), (at_b, right))
+        ]
+        if min(following) >= 0.6 * gap:
+            return sorted(left[1:] + right[1:])
+        if following[0] <= following[1]:
+            left.append(left[-1] + following[0])
+        else:
+            right.append(right[-1] - following[1])

@@ -55,24 +55,19 @@ def solve(levels: Levels, rung: Rung, steady_only: bool, times: np.ndarray | Non
 
 
 _WITHOUT_CIRCUIT = "fin-massless, no current in the pads"
+_WITH_ISLANDS = "anchored, islands in the circuit"
 _PLATE = Rung(
     "plate", "rest (thin plate)", "the silicon layer is averaged over its thickness",
     "the average over the layer's thickness",
 )  # fmt: skip
 _FEW = Rung("moments", "few states", "the response is made of a few fields", "the small number of states")
 _ALL = [
-    Rung(
-        "paper", "anchor resistance", "eq 14 takes the anchor for two prisms in series",
-        "the anchor resistance (eq 14)",
-    ),
-    Rung(
-        "anchored", "fixed parabola", "eq 9 holds the profile to a steady parabola at every instant",
-        "the fixed parabola (eq 9)",
-    ),
-    Rung(
-        _WITHOUT_CIRCUIT, "pads in the circuit", "the pads carry the current too, and the model has none there",
-        "the missing current in the pads",
-    ),
+    Rung("paper", "anchor resistance", "eq 14 takes the anchor for two prisms in series",
+         "the anchor resistance (eq 14)"),
+    Rung("anchored", "fixed parabola", "eq 9 holds the profile to a steady parabola at every instant",
+         "the fixed parabola (eq 9)"),
+    Rung(_WITHOUT_CIRCUIT, "pads in the circuit", "the pads carry the current too, and the model has none there",
+         "the missing current in the pads"),
     Rung("fin-massless", "pad capacity", "the pads are taken to hold no heat", "the pads' missing heat capacity"),
     Rung(
         "fin, pad capacity only", "oxide capacity", "the oxide is taken to hold no heat",
@@ -81,24 +76,15 @@ _ALL = [
     Rung("fin", "anchor as one node", "the anchor warms up in one fixed shape", "the anchor taken as one node"),
     _PLATE,
 ]  # fmt: skip
-_WITH_ISLANDS = "anchored, islands in the circuit"
-_OF_ROWS = {
+_OF_ROWS: dict[str, tuple[Rung, ...]] = {
     "anchored": (
-        Rung(
-            "anchored", "islands in the circuit", "the beam has no resistance over the islands",
-            "the missing resistance of the beam over the islands",
-        ),
-        Rung(
-            _WITH_ISLANDS, "fixed parabola", "eq 9 holds each span to a steady parabola on blocks of its own",
-            "the fixed parabola (eq 9)",
-        ),
+        Rung("anchored", "islands in the circuit", "the beam has no resistance over the islands",
+             "the missing resistance of the beam over the islands"),
+        Rung(_WITH_ISLANDS, "fixed parabola", "eq 9 holds each span to a steady parabola on blocks of its own",
+             "the fixed parabola (eq 9)"),
     ),
-    "fin": (
-        Rung(
-            "fin", "rest (uniform across)", "the rise is the same across the beam, over narrower islands too",
-            "the rise taken as the same across the beam",
-        ),
-    ),
+    "fin": (Rung("fin", "rest (uniform across)", "the rise is the same across the beam, over narrower islands too",
+                 "the rise taken as the same across the beam"),),
     "plate": (),
 }  # fmt: skip
 """What stands in a row's ladder for some of these: no plate is made of a row, and the fin is the last before 3D."""

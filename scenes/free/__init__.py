@@ -1,9 +1,55 @@
-"""Free 3D scenes: any union of boxes with conditions and probes, read from TOML and checked before anything is solved.
+"""Free 3D scenes: any union of boxes with conditions and probes, or a mesh with groups, read from TOML and checked
+before anything is solved."""
 
-`load` reads a file, `from_dict` what `as_dict` returns; `asks` says which physics a scene asks for.
-"""
+from __future__ import annotations
 
-from scenes.free.loading import as_dict as as_dict
-from scenes.free.loading import check as check
-from scenes.free.loading import from_dict as from_dict
-from scenes.free.loading import load as load
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from scenes import examples
+from scenes.free import document
+from scenes.free.document import as_dict as as_dict
+from scenes.free.tables import BOXES, ON_MESH
+from scenes.loading import file_name, file_text, toml
+from scenes.model import AnyScene, Scene
+from scenes.overrides import override
+from scenes.schema import Schema
+
+
+def load(source: str | Path, overrides: Sequence[str] = ()) -> AnyScene:
+    """The scene of a file, with what "KEY=VALUE" overrides say put over it, checked.
+
+    ``source`` is the name of an example or a path to a TOML file; a scene without a name is called after its file, and
+    the mesh of one with a [mesh], which is not read here, lies beside it. Raises SceneError.
+    """
+    example = isinstance(source, str) and source in examples.names()
+    found = toml(examples.text(str(source)) if example else file_text(source, examples.names()), source)
+    name, folder = (str(source), "") if example else (file_name(Path(source)), str(Path(source).parent))
+    return from_dict(found, name, folder, overrides)
+
+
+def from_dict(
+    given: Mapping[str, Any], name: str = "scene", folder: str = "", overrides: Sequence[str] = ()
+) -> AnyScene:
+    """The scene of nested tables such as `as_dict` returns, with overrides put over it, checked; raises SceneError."""
+    schema = schema_of(given)
+    values = schema.read(override(schema.flatten(given), overrides, schema))
+    return document.on_mesh(values, name, folder) if "mesh" in given else check(document.of_boxes(values, name))
+
+
+def overridden(scene: AnyScene, overrides: Sequence[str]) -> AnyScene:
+    """A scene with "KEY=VALUE" overrides put over it as `load` puts them over a file's, checked; raises SceneError."""
+    return from_dict(as_dict(scene), scene.name, getattr(scene, "folder", ""), overrides)
+
+
+def check(scene: Scene) -> Scene:
+    """What `scenes.free.validity.check` makes of a scene of boxes; raises SceneError."""
+    from scenes.free import validity
+
+    return validity.check(scene)
+
+
+def schema_of(given: Mapping[str, Any]) -> Schema:
+    """What a document may say: a [mesh] makes the difference."""
+    return ON_MESH if "mesh" in given else BOXES

@@ -1,17 +1,19 @@
-"""The grid of all planes of a scene: which box owns each cell, and which cells lie on either side of a flat box.
+"""The grid of all planes of a scene: which box owns each cell, which cells lie on either side of a flat box, and which
+parts of the solid hang together.
 
 Planes closer than 1e-9 of the extent along their axis are one.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from scenes.errors import SceneError
-from scenes.model import Point, Scene
+from scenes.model import Boundary, Point, Probe, Scene, Value
 
 VOID = -1
 ROUNDING = 1e-9
@@ -26,6 +28,7 @@ class Sheet:
     ``faces`` number the faces and ``vertices`` (one longer along both) the grid's vertices.
     """
 
+    axis: int
     below: np.ndarray
     above: np.ndarray
     faces: np.ndarray
@@ -37,32 +40,44 @@ class Sheet:
 
     def corners(self, chosen: np.ndarray) -> set[int]:
         """The grid's vertices of some faces."""
-        found: set[int] = set()
-        for i in (0, 1):
-            for j in (0, 1):
-                part = self.vertices[i : i + chosen.shape[0], j : j + chosen.shape[1]]
-                found |= set(part[chosen].tolist())
-        return found
+        v = self.vertices
+        return set(np.concatenate([part[chosen] for part in (v[:-1, :-1], v[:-1, 1:], v[1:, :-1], v[1:, 1:])]).tolist())
+
+    def edges(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The edges of some faces, by number, and which face each belongs to (four of each to a face)."""
+        first, second = (d for d in range(3) if d != self.axis)
+        at, across, along = (self.vertices[s] for s in (np.s_[:-1, :-1], np.s_[1:, :-1], np.s_[:-1, 1:]))
+        edges = [3 * at + first, 3 * along + first, 3 * at + second, 3 * across + second]
+        return np.concatenate([e[chosen] for e in edges]), np.tile(self.faces[chosen], 4)
 
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """The planes along each axis (m, ascending) and the number of the box that owns each cell."""
+    """The planes of a scene along each axis (m, ascending) and the number of the box that owns each cell."""
 
-    planes: tuple[np.ndarray, np.ndarray, np.ndarray]
+    scene: Scene
+    planes: tuple[np.ndarray, ...]
     owner: np.ndarray
 
     @cached_property
-    def small(self) -> tuple[float, float, float]:
+    def small(self) -> tuple[float, ...]:
         """The lengths (m) along the axes that count as nothing."""
-        x, y, z = (ROUNDING * float(p[-1] - p[0]) for p in self.planes)
-        return x, y, z
+        return tuple(ROUNDING * float(p[-1] - p[0]) for p in self.planes)
+
+    @cached_property
+    def conducting(self) -> np.ndarray:
+        """(boxes + 1,): which boxes conduct, and False for VOID, by the owner's number."""
+        return np.array([*(box.material.resistivity is not None for box in self.scene.boxes), False])
+
+    @cached_property
+    def solid(self) -> np.ndarray:
+        """(boxes + 1,): True for every box, False for VOID."""
+        return np.array([True] * len(self.scene.boxes) + [False])
 
     def inside(self, lower: Point, upper: Point) -> bool:
         """Whether a box lies within the extent of the solid."""
-        return all(
-            p[0] - s <= a and b <= p[-1] + s for p, s, a, b in zip(self.planes, self.small, lower, upper, strict=True)
-        )
+        along = zip(self.planes, self.small, lower, upper, strict=True)
+        return all(p[0] - s <= a and b <= p[-1] + s for p, s, a, b in along)
 
     def span(self, axis: int, lower: float, upper: float) -> tuple[int, int]:
         """The range of planes between two coordinates of the scene, clipped to the grid."""
@@ -75,7 +90,6 @@ class Grid:
     def cells(self, lower: Point, upper: Point) -> np.ndarray:
         """The owners of the cells that touch a box of any dimension: those inside it along the axes along which it
         extends, those on either side (VOID beyond the grid) along the others."""
-        padded = np.pad(self.owner, 1, constant_values=VOID)
         window = []
         for axis in range(3):
             first, last = self.span(axis, lower[axis], upper[axis])
@@ -85,72 +99,113 @@ class Grid:
                 window.append(slice(first, last + 2) if first == last else slice(last, last + 1))
             else:
                 window.append(slice(first + 1, last + 1))
-        return padded[tuple(window)]
+        return np.pad(self.owner, 1, constant_values=VOID)[tuple(window)]
 
-    def sheet(self, axis: int, lower: Point, upper: Point) -> Sheet:
-        """A flat box, normal to an axis; without faces where it misses the grid."""
-        spans = [self.span(d, lower[d], upper[d]) for d in range(3)]
-        others = [d for d in range(3) if d != axis]
-        at, planes = spans[axis][0], self.planes[axis]
-        within = planes[0] - self.small[axis] <= lower[axis] <= planes[-1] + self.small[axis]
-        shape = [max(spans[d][1] - spans[d][0], 0) if within else 0 for d in others]
-        sides = []
-        for cell in (at - 1, at):
-            window = [slice(a, max(a, b)) for a, b in spans]
-            window[axis] = slice(cell, cell + 1)
-            there = within and 0 <= cell < self.owner.shape[axis]
-            sides.append(self.owner[tuple(window)].reshape(shape) if there else np.full(shape, VOID))
-        sizes = [len(p) for p in self.planes]
-        where = np.ix_(*(np.arange(spans[d][0], spans[d][0] + n + 1) for d, n in zip(others, shape, strict=True)))
-        index: list[np.ndarray] = [np.array(at)] * 3
-        for d, along in zip(others, where, strict=True):
-            index[d] = along
-        vertices = np.asarray((index[0] * sizes[1] + index[1]) * sizes[2] + index[2])
-        return Sheet(sides[0], sides[1], 3 * vertices[:-1, :-1] + axis, vertices)
+    def flat(self, lower: Point, upper: Point) -> tuple[int, ...]:
+        """The axes along which a box has no extent."""
+        return tuple(d for d in range(3) if upper[d] - lower[d] <= self.small[d])
+
+    def sheet(self, item: Boundary | Probe, values: np.ndarray | None = None) -> Sheet | None:
+        """A flat box, without faces where it misses the grid; ``None`` for what is not flat. ``values`` of the cells
+        stand for the numbers of their owners."""
+        flat = self.flat(item.lower, item.upper)
+        if len(flat) != 1:
+            return None
+        (axis,) = flat
+        planes, at = self.planes[axis], item.lower[axis]
+        within = planes[0] - self.small[axis] <= at <= planes[-1] + self.small[axis]
+        spans = [self.span(d, item.lower[d], item.upper[d]) for d in range(3)]
+        ranges = [np.arange(a, max(a, b) if within else a) for a, b in spans]
+        given, sides = self.owner if values is None else values, []
+        for cell in (spans[axis][0] - 1, spans[axis][0]):
+            ranges[axis] = np.array([cell])
+            there = 0 <= cell < given.shape[axis]
+            found = given[np.ix_(*ranges)] if there else np.full([len(r) for r in ranges], VOID)
+            sides.append(found.squeeze(axis))
+        corners = [np.arange(r[0], r[-1] + 2) if len(r) else np.array([0]) for r in ranges]
+        corners[axis] = ranges[axis]
+        vertices = np.ravel_multi_index(np.ix_(*corners), [len(p) for p in self.planes]).squeeze(axis)
+        return Sheet(axis, sides[0], sides[1], 3 * vertices[:-1, :-1] + axis, vertices)
+
+    def acting(self, sheet: Sheet, kind: str) -> np.ndarray:
+        """The faces of a boundary at which its condition acts."""
+        if kind in ("heat_flux", "convection"):
+            return self.solid[sheet.below] ^ self.solid[sheet.above]
+        return sheet.beside(self.conducting if kind == "voltage" else self.solid)
+
+    def parts(self, wanted: np.ndarray, cuts: Sequence[Boundary] = ()) -> np.ndarray:
+        """(cells): a number from 1 on for each set of cells with a ``wanted`` owner that are joined by faces which no
+        cut covers, 0 elsewhere."""
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import connected_components
+
+        inside = wanted[self.owner]
+        number = np.cumsum(inside.ravel()).reshape(inside.shape) * inside
+        cut = np.concatenate([s.faces.ravel() for b in cuts if (s := self.sheet(b))] or [np.empty(0, int)])
+        pairs = []
+        for axis in range(3):
+            low, high = (np.moveaxis(number, axis, 0)[s] for s in (slice(None, -1), slice(1, None)))
+            joined = (low > 0) & (high > 0)
+            if len(cut):
+                at = [np.arange(n) for n in self.owner.shape]
+                at[axis] = at[axis][1:]
+                faces = 3 * np.ravel_multi_index(np.ix_(*at), [len(p) for p in self.planes]) + axis
+                joined &= ~np.isin(np.moveaxis(faces, axis, 0), cut)
+            pairs.append(np.stack([low[joined], high[joined]]) - 1)
+        rows, columns = np.concatenate(pairs, axis=1)
+        count = int(inside.sum())
+        graph = coo_array((np.ones(len(rows), bool), (rows, columns)), shape=(count, count))
+        found = np.zeros(inside.shape, int)
+        found[inside] = 1 + connected_components(graph, directed=False)[1]
+        return found
+
+    def parts_at(self, labels: np.ndarray, boundary: Boundary) -> set[int]:
+        """The labels of the cells on which a boundary acts."""
+        sheet, beside = self.sheet(boundary), self.sheet(boundary, labels)
+        assert sheet is not None
+        assert beside is not None
+        acts = self.acting(sheet, boundary.kind)
+        return {*beside.below[acts].tolist(), *beside.above[acts].tolist()} - {0, VOID}
+
+    def electrified(self) -> tuple[np.ndarray, dict[int, set[Value]]]:
+        """A label for each cell of a conductor, electrodes being cuts, and the voltages at the cells of each label."""
+        electrodes = [b for b in self.scene.boundaries if b.kind == "voltage"]
+        labels, voltages = self.parts(self.conducting, electrodes), dict[int, set[Value]]()
+        for b in electrodes:
+            for label in self.parts_at(labels, b):
+                voltages.setdefault(label, set()).add(b.value)
+        return labels, voltages
 
 
 def grid_of(scene: Scene) -> Grid:
     """The grid of a scene; SceneError where it would be too large to look at."""
-    planes = [_planes(scene, axis) for axis in range(3)]
+    planes = tuple(np.array(planes_of(scene, axis)) for axis in range(3))
     count = int(np.prod([len(p) - 1.0 for p in planes]))
     if count > _MOST_CELLS:
         raise SceneError(
             f"the planes of boxes, boundaries and probes cut the scene into {count} cells: give fewer, or let more of "
             f"them coincide ({_MOST_CELLS} cells are the most)"
         )
-    x, y, z = planes
-    grid = Grid((x, y, z), np.full((len(x) - 1, len(y) - 1, len(z) - 1), VOID, np.int32))
+    grid = Grid(scene, planes, np.full([len(p) - 1 for p in planes], VOID, np.int32))
     for number, box in enumerate(scene.boxes):
         grid.owner[tuple(slice(*grid.span(d, box.lower[d], box.upper[d])) for d in range(3))] = number
     return grid
 
 
-def flat_axis(grid: Grid, lower: Point, upper: Point) -> int | None:
-    """The axis along which a box has no extent, if there is exactly one."""
-    found = [d for d in range(3) if upper[d] - lower[d] <= grid.small[d]]
-    return found[0] if len(found) == 1 else None
-
-
-def _planes(scene: Scene, axis: int) -> np.ndarray:
-    boxes = [c for b in scene.boxes for c in (b.lower[axis], b.upper[axis])]
-    low, high = min(boxes), max(boxes)
-    small = ROUNDING * (high - low)
+def planes_of(scene: Scene, axis: int) -> list[float]:
+    """Where cells end along an axis (m): at faces of boxes, conditions and extended probes."""
+    found = [c for b in scene.boxes for c in (b.lower[axis], b.upper[axis])]
+    low, high = min(found), max(found)
     others = [(b.lower, b.upper) for b in scene.boundaries]
     others += [(p.lower, p.upper) for p in scene.probes if p.lower != p.upper]
-    found = boxes + [c for pair in others for c in (pair[0][axis], pair[1][axis]) if low < c < high]
-    found.sort()
-    kept = found[:1]
-    for c in found[1:]:
-        if c - kept[-1] > small:
+    found += [corner[axis] for pair in others for corner in pair if low < corner[axis] < high]
+    return distinct(found, ROUNDING * (high - low))
+
+
+def distinct(coordinates: Sequence[float], small: float) -> list[float]:
+    """Coordinates in order, without those that are hardly apart from another."""
+    kept: list[float] = []
+    for c in sorted(coordinates):
+        if not kept or c - kept[-1] > small:
             kept.append(c)
-    return np.array(kept)
-
-
-def conducting(scene: Scene) -> np.ndarray:
-    """(boxes + 1,): which boxes conduct, and False for VOID, by the owner's number."""
-    return np.array([*(box.material.resistivity is not None for box in scene.boxes), False])
-
-
-def solid(scene: Scene) -> np.ndarray:
-    """(boxes + 1,): True for every box, False for VOID."""
-    return np.array([True] * len(scene.boxes) + [False])
+    return kept

@@ -39,7 +39,7 @@ CONDITIONS: dict[str, Varying | Convection] = {
 
 RESISTIVITY = Quantity(d.RESISTIVITY, 1e-12, 1e9, word="insulator")
 HEAT_SOURCE = Varying(Quantity(d.HEAT_SOURCE, 0.0, 1e20, signed=True))
-HEAT_KEYS = ("thermal_conductivity", "density", "specific_heat")
+
 
 _SCENE_AND_RUN = (
     Key("scene.name", "name", NAME),

@@ -2,18 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
+
+import numpy as np
 
 from scenes import physics
-from scenes.dimensions import extent
-from scenes.errors import SceneError, quoted
-from scenes.model import Boundary, Box, Point, Probe, Scene
-
-if TYPE_CHECKING:
-    from scenes.free.grid import Grid
+from scenes.dimensions import extent, point
+from scenes.errors import SceneError, listed, quoted
+from scenes.free.grid import ROUNDING, Grid, Sheet, grid_of
+from scenes.model import Boundary, Box, Point, Probe, Scene, Value, is_zero
 
 T = TypeVar("T", Box, Boundary, Probe)
+
+UNFIXED = (
+    "conducts, but no boundary fixes a voltage there|conduct, but no boundary fixes a voltage there",
+    "give one, or leave out its material's resistivity",
+)
+FLOATING = (
+    "is joined to nothing that a boundary or a heat source acts on|are joined to nothing that a boundary or a heat "
+    "source acts on",
+    "let it touch the rest with a face, or give it a boundary",
+)
+KEPT = (
+    "has no exit for heat, so there is no steady state|have no exit for heat, so there is no steady state",
+    "give a boundary with a temperature or a convection, or run.end_time in place of steady",
+)
 
 
 def check(scene: Scene) -> Scene:
@@ -23,75 +38,231 @@ def check(scene: Scene) -> Scene:
     touch nothing they could act on, or that contradict each other; probes of what is not there; parts that are left
     floating, and what nothing drives. Lengths below 1e-9 of the extent count as nothing.
     """
-    from scenes.free import conditions, parts, probes
-    from scenes.free.grid import grid_of
-
     _check_extents(scene)
     grid = grid_of(scene)
-    _check_hidden(scene, grid)
+    seen = set(np.unique(grid.owner).tolist())
+    if hidden := [box.name for number, box in enumerate(scene.boxes) if number not in seen]:
+        raise SceneError(
+            f"box {quoted(hidden[0])} is entirely covered by later ones, which win: leave it out, or put it after them"
+        )
     if physics.electric(scene):
         for material in dict.fromkeys(physics.materials(scene)):
-            label = f"material {quoted(material.name)}"
             where = f"scene.initial_temperature = {scene.initial_temperature:g} K"
+            label = f"material {quoted(material.name)}"
             physics.check_resistivity(material, label, where, scene.initial_temperature)
-    conditions.check(scene, grid)
-    probes.check(scene, grid)
-    parts.check(scene, grid)
-    parts.check_driven(scene, grid)
-    return _tidy(scene, grid)
+    _check_boundaries(grid)
+    for probe in scene.probes:
+        _check_probe(grid, probe)
+    _check_parts(grid)
+    return _tidy(grid)
 
 
 def _check_extents(scene: Scene) -> None:
     """Refuses boxes of no or negative extent."""
-    from scenes.free.grid import ROUNDING
-
     for axis in range(3):
         low, high = min(b.lower[axis] for b in scene.boxes), max(b.upper[axis] for b in scene.boxes)
         for box in scene.boxes:
             if not box.upper[axis] - box.lower[axis] > ROUNDING * (high - low):
                 kind = "no" if box.upper[axis] >= box.lower[axis] else "a negative"
-                raise SceneError(
-                    f"box {quoted(box.name)} has {kind} extent, {extent(axis, box.lower, box.upper)}: give an upper "
-                    "corner above the lower one"
-                )
+                _refuse_extent("box", box, kind, axis)
 
 
-def _check_hidden(scene: Scene, grid: Grid) -> None:
-    """Refuses boxes of which later ones leave nothing."""
-    import numpy as np
-
-    seen = set(np.unique(grid.owner).tolist())
-    for number, box in enumerate(scene.boxes):
-        if number not in seen:
-            raise SceneError(
-                f"box {quoted(box.name)} is entirely covered by later ones, which win: leave it out, or put it "
-                "after them"
-            )
-
-
-def _tidy(scene: Scene, grid: Grid) -> Scene:
-    """The same scene with every corner that is within rounding of a plane of the grid on it, and none beyond the
-    extent of the solid. What has been checked on the grid holds for it, and tidying it again changes nothing."""
-    return replace(
-        scene,
-        boxes=tuple(_tidied(grid, box) for box in scene.boxes),
-        boundaries=tuple(_tidied(grid, boundary) for boundary in scene.boundaries),
-        probes=tuple(_tidied(grid, probe) for probe in scene.probes),
+def _refuse_extent(what: str, item: T, kind: str, axis: int) -> None:
+    raise SceneError(
+        f"{what} {quoted(item.name)} has {kind} extent, {extent(axis, item.lower, item.upper)}: give an upper corner "
+        "above the lower one"
     )
 
 
-def _tidied(grid: Grid, item: T) -> T:
-    return replace(item, lower=_corner(grid, item.lower), upper=_corner(grid, item.upper))
+def _check_boundaries(grid: Grid) -> None:
+    """Refuses, by name, boundaries that are not flat, that act on nothing, or that contradict each other."""
+    sheets: list[tuple[Boundary, Sheet, np.ndarray]] = []
+    for b in grid.scene.boundaries:
+        for axis in range(3):
+            if b.upper[axis] - b.lower[axis] < -grid.small[axis]:
+                _refuse_extent("boundary", b, "a negative", axis)
+        name, sheet = f"boundary {quoted(b.name)}", grid.sheet(b)
+        if sheet is None:
+            raise SceneError(f"{name} is not flat: give corners that are equal along exactly one of x, y, z")
+        if not sheet.beside(grid.solid).any():
+            raise SceneError(f"{name} touches no solid: give corners on a face of a box, or inside one")
+        acts = grid.acting(sheet, b.kind)
+        if not acts.any():
+            raise SceneError(
+                f"{name}.voltage touches nothing that conducts: give its box's material a resistivity, or corners on a "
+                "conductor"
+                if b.kind == "voltage"
+                else f"{name}.{b.kind} has solid on both sides everywhere, and acts on exposed faces only: give "
+                "corners on the surface"
+            )
+        sheets.append((b, sheet, acts))
+    # Where electrodes of different voltage touch, though but at an edge, an infinite current would flow; different
+    # temperatures may lie side by side.
+    for one, other in _contradicting(sheets, "voltage", Sheet.corners):
+        raise SceneError(
+            f"boundaries {quoted(one.name)} and {quoted(other.name)} touch on a conductor with different voltages, "
+            f"{_shown(one.value, 'V')} and {_shown(other.value, 'V')}: leave a gap between them"
+        )
+    for one, other in _contradicting(sheets, "temperature", lambda sheet, at: set(sheet.faces[at].tolist())):
+        raise SceneError(
+            f"boundaries {quoted(one.name)} and {quoted(other.name)} overlap with different temperatures, "
+            f"{_shown(one.value, 'K')} and {_shown(other.value, 'K')}: give corners that do not overlap"
+        )
+    fixed = [sheet.faces.ravel() for b, sheet, _ in sheets if b.kind == "temperature"]
+    for b, sheet, acts in sheets:
+        if b.kind in ("heat_flux", "convection") and fixed and np.isin(sheet.faces[acts], np.concatenate(fixed)).all():
+            raise SceneError(
+                f"boundary {quoted(b.name)}.{b.kind} lies where other boundaries fix the temperature, "
+                "and changes nothing: leave it out, or give corners that do not overlap theirs"
+            )
 
 
-def _corner(grid: Grid, corner: Point) -> Point:
-    x, y, z = (_coordinate(grid, axis, c) for axis, c in enumerate(corner))
-    return x, y, z
+def _contradicting(
+    sheets: list[tuple[Boundary, Sheet, np.ndarray]], kind: str, places: Callable[[Sheet, np.ndarray], set[int]]
+) -> Iterator[tuple[Boundary, Boundary]]:
+    """Boundaries of a kind with different values that act on some of the same ``places``, the earlier one first."""
+    taken: list[tuple[Boundary, set[int]]] = []
+    for boundary, sheet, acts in sheets:
+        if boundary.kind == kind:
+            own = places(sheet, acts)
+            yield from ((other, boundary) for other, its in taken if other.value != boundary.value and own & its)
+            taken.append((boundary, own))
 
 
-def _coordinate(grid: Grid, axis: int, c: float) -> float:
-    planes = grid.planes[axis]
-    nearest = float(planes[abs(planes - c).argmin()])
-    if abs(nearest - c) <= 1.5 * grid.small[axis]:
-        return nearest
-    return min(max(c, float(planes[0])), float(planes[-1]))
+def _shown(value: Value, unit: str) -> str:
+    return f"{value:g} {unit}" if isinstance(value, (int, float)) else "one that varies in time"
+
+
+def _check_probe(grid: Grid, probe: Probe) -> None:
+    """Refuses a probe outside the solid or the conductors, and a flow over what is not flat."""
+    for axis in range(3):
+        if probe.upper[axis] < probe.lower[axis]:
+            _refuse_extent("probe", probe, "a negative", axis)
+    if probe.quantity in ("heat_flow", "current"):
+        _check_flow(grid, probe)
+        return
+    # A temperature or a potential is needed everywhere in the probe.
+    there, owners = grid.inside(probe.lower, probe.upper), grid.cells(probe.lower, probe.upper)
+    flat = grid.flat(probe.lower, probe.upper)
+    found = grid.solid[owners].any(axis=flat)
+    if not there or not found.all():
+        where = f"at {point(probe.lower)}" if len(flat) == 3 else "everywhere in its box"
+        some = "lies outside the solid" if not there or not found.any() else "reaches outside the solid"
+        raise SceneError(f"probe {quoted(probe.name)} {some}: there has to be solid {where}")
+    if probe.quantity == "potential" and not grid.conducting[owners].any(axis=flat).all():
+        _refuse_insulated(probe, "the potential")
+
+
+def _refuse_insulated(probe: Probe, what: str) -> None:
+    raise SceneError(
+        f"probe {quoted(probe.name)} asks for {what} where nothing conducts: give a place in a conductor, or its "
+        "box's material a resistivity"
+    )
+
+
+def _check_flow(grid: Grid, probe: Probe) -> None:
+    sheet, electric = grid.sheet(probe), probe.quantity == "current"
+    if sheet is None:
+        raise SceneError(
+            f"probe {quoted(probe.name)} asks for a {probe.quantity.replace('_', ' ')} through what is not flat: give "
+            "lower and upper corners that are equal along exactly one of x, y, z"
+        )
+    if not sheet.beside(grid.solid).any():
+        raise SceneError(f"probe {quoted(probe.name)} lies outside the solid: give corners in it or on its surface")
+    wanted = sheet.beside(grid.conducting if electric else grid.solid)
+    if not wanted.any():
+        _refuse_insulated(probe, "a current")
+    # A sheet through the solid that elsewhere lies on a condition which faces against the axis: the one counts along
+    # the axis, the other against it.
+    below, above = grid.solid[sheet.below], grid.solid[sheet.above]
+    against = sheet.faces[below & ~above & wanted]
+    for b in grid.scene.boundaries if (below & above & wanted).any() else ():
+        own = grid.sheet(b)
+        if (b.kind == "voltage") == electric and own is not None and np.isin(against, own.faces).any():
+            raise SceneError(
+                f"probe {quoted(probe.name)} lies partly inside the solid, where it counts along the axis, and partly "
+                f"on boundary {quoted(b.name)}, where it counts into the solid: give one probe for each"
+            )
+    if not electric:
+        _refuse_infinite(grid, probe, sheet)
+
+
+def _refuse_infinite(grid: Grid, probe: Probe, sheet: Sheet) -> None:
+    """Where two fixed temperatures meet at an edge, heat flows like one over the distance: without bound through one of
+    them, or through a section that ends there; what passes both together is finite."""
+    through = sheet.edges(sheet.beside(grid.solid))
+    found: list[tuple[Boundary, tuple[np.ndarray, np.ndarray]]] = []
+    for a in (b for b in grid.scene.boundaries if b.kind == "temperature"):
+        own = grid.sheet(a)
+        assert own is not None
+        of_a = own.edges(grid.acting(own, a.kind))
+        for b, of_b in found:
+            if a.value == b.value:
+                continue
+            meet = np.intersect1d(np.intersect1d(of_a[0], of_b[0]), through[0])
+            around = [faces[np.isin(edges, meet)] for edges, faces in (of_a, of_b)]
+            if not np.isin(np.concatenate(around), through[1]).all():
+                raise SceneError(
+                    f"probe {quoted(probe.name)} reaches the edge at which boundaries {quoted(b.name)} and "
+                    f"{quoted(a.name)} meet with different temperatures, where infinite heat flows: leave a gap "
+                    "between them, or give corners short of that edge, or such that cover both"
+                )
+        found.append((a, of_a))
+
+
+def _check_parts(grid: Grid) -> None:
+    """Refuses, by their boxes' names, conductors without a fixed voltage, floating parts and parts without an exit; and
+    a scene that stays as it starts: all at the initial temperature, and no voltage across a conductor."""
+    scene = grid.scene
+
+    def touched(labels: np.ndarray, which: Callable[[Boundary], bool]) -> set[int]:
+        return set().union(*(grid.parts_at(labels, b) for b in scene.boundaries if which(b)))
+
+    def refuse(labels: np.ndarray, fine: set[int], why: tuple[str, str]) -> None:
+        for label in range(1, int(labels.max()) + 1):
+            if label not in fine:
+                names = [scene.boxes[number].name for number in np.unique(grid.owner[labels == label])]
+                called = f"{'box' if len(names) == 1 else 'boxes'} {listed(names)}"
+                raise SceneError(f"{called} {why[0].split('|')[len(names) > 1]}: {why[1]}")
+
+    electric = physics.electric(scene)
+    if electric:
+        conductors = grid.parts(grid.conducting)
+        refuse(conductors, touched(conductors, lambda b: b.kind == "voltage"), UNFIXED)
+    labels = grid.parts(grid.solid)
+    hot = np.array([*(not is_zero(box.heat_source) for box in scene.boxes), False])
+    heated = set(np.unique(labels[hot[grid.owner]]).tolist())
+    refuse(labels, touched(labels, lambda b: True) | heated, FLOATING)
+    if scene.steady and physics.heat(scene):
+        refuse(labels, touched(labels, physics.is_exit), KEPT)
+    driven = hot.any() or any(physics.heats(b, scene.initial_temperature) for b in scene.boundaries)
+    if not driven and not any(len(voltages) > 1 for voltages in grid.electrified()[1].values()):
+        has = "no voltage across a conductor, " if electric else ""
+        raise SceneError(
+            f"nothing happens in this scene: it has {has}no heat source, no flux, and no temperature other than "
+            f"scene.initial_temperature = {scene.initial_temperature:g} K: give at least one"
+        )
+
+
+def _tidy(grid: Grid) -> Scene:
+    """The same scene with every corner that is within rounding of a plane of the grid on it, and none beyond the
+    extent of the solid. What has been checked on the grid holds for it, and tidying it again changes nothing."""
+
+    def coordinate(axis: int, c: float) -> float:
+        planes = grid.planes[axis]
+        nearest = float(planes[abs(planes - c).argmin()])
+        if abs(nearest - c) <= 1.5 * grid.small[axis]:
+            return nearest
+        return min(max(c, float(planes[0])), float(planes[-1]))
+
+    def corner(at: Point) -> Point:
+        x, y, z = (coordinate(axis, c) for axis, c in enumerate(at))
+        return x, y, z
+
+    def tidied(items: tuple[T, ...]) -> tuple[T, ...]:
+        return tuple(replace(item, lower=corner(item.lower), upper=corner(item.upper)) for item in items)
+
+    scene = grid.scene
+    return replace(
+        scene, boxes=tidied(scene.boxes), boundaries=tidied(scene.boundaries), probes=tidied(scene.probes)
+    )  # fmt: skip

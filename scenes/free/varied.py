@@ -13,7 +13,7 @@ from typing import Any
 
 from scenes import physics
 from scenes.dimensions import LENGTH
-from scenes.free.tables import HEAT_KEYS, HEAT_SOURCE, LISTS
+from scenes.free.tables import HEAT_SOURCE, LISTS
 from scenes.kinds import KELVIN, Convection, Quantity, Varying
 from scenes.model import AnyScene, Material, MeshScene, Scene, Schedule, Value, values
 
@@ -60,9 +60,8 @@ def _largest(value: Value) -> float:
 
 def _materials(scene: AnyScene) -> Iterator[tuple[str, Number]]:
     """What the physics that is asked for needs to know of each material."""
-    keys = HEAT_KEYS if physics.capacity(scene) else HEAT_KEYS[:1] if physics.heat(scene) else ()
     for material in dict.fromkeys(physics.materials(scene)):
-        own = list(keys)
+        own = list(physics.needed(scene))
         if physics.electric(scene) and material.resistivity is not None:
             own += ["resistivity", "temperature_coefficient"]
             own += ["reference_temperature"] if material.temperature_coefficient else []

@@ -13,7 +13,7 @@ from functools import cache
 import pytest
 
 from compare.checks import evaluate
-from compare.sink_run import compared
+from compare.pipeline import compared
 from compare.verdict import Check
 from scenes.checks import DEFAULT_TOLERANCES
 from scenes.loading import load

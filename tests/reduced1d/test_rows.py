@@ -17,6 +17,7 @@ from reduced1d.ladder import fin
 from reduced1d.ladder.answer import over_time, steady
 from reduced1d.ladder.levels import Levels
 from reduced1d.ladder.lumps import half_island, lumps
+from reduced1d.ladder.plate import film
 from reduced1d.sink import anchor_series_resistance
 from scenes.errors import SceneError
 from scenes.sink import Sink
@@ -85,8 +86,6 @@ def test_the_fin_of_a_row_solves_its_equation() -> None:
     sink = Sink(spans=3, silicon=silicon, convection_coefficient=300.0)
     found = ladder.solve(sink, "fin", steady_only=True)
     anchor = found.steady["anchor_resistance_K_per_W"].value
-    from reduced1d.ladder.quads import film
-
     k, area, rho = silicon.thermal_conductivity, sink.cross_section, silicon.resistivity or 0.0
     current = found.steady["current_A"].value
     assert current == pytest.approx(3.0 / (rho * sink.row_length / area), rel=1e-10)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ ACCURACIES = (1e-3, 1e-4, 1e-5, 1e-6)
 SCHEMES = ((1e-6, 25, 10), (5e-7, 50, 10), (2.5e-7, 100, 10))
 END, QUICK_END = 0.05, 0.005  # s: the start from cold, where the schemes differ most
 FINEST = 1e-8
+Values = dict[str, Any]
 
 
 def run(quick: bool, count: int, progress: Callable[[str], None]) -> dict[str, Any]:
@@ -22,41 +24,48 @@ def run(quick: bool, count: int, progress: Callable[[str], None]) -> dict[str, A
     accurate scheme at FINEST; and ``uncertainty``, how far from it the paper's scheme stays when its two finest grids
     are extrapolated at first order in space, at most and at the end: the only check by another scheme."""
     end = {"end_time": QUICK_END if quick else END}
-    finest = Entry(ACCURATE, "finest", "device_run", {**end, "scheme": "accurate", "accuracy": FINEST})
     progress("device: reference")
-    reference = measure.once(finest)
-    entries = [
-        Entry(ACCURATE, f"accuracy {a:.0e}", "device_run", {**end, "scheme": "accurate", "accuracy": a})
-        for a in ACCURACIES
-    ] + [
-        Entry(PAPER, f"dt {dt * 1e6:g} us, {nx} intervals", "device_run",
-              {**end, "scheme": "paper", "dt": dt, "nx": nx, "nt": nt})
-        for dt, nx, nt in SCHEMES[: 2 if quick else None]
-    ]  # fmt: skip
+    reference = measure.once(Entry(ACCURATE, "finest", "device", {**end, "accuracy": FINEST}))
+    entries = [Entry(ACCURATE, f"accuracy {a:.0e}", "device", {**end, "accuracy": a}) for a in ACCURACIES]
+    for dt, nx, nt in SCHEMES[: 2 if quick else None]:
+        entries.append(Entry(PAPER, f"dt {dt * 1e6:g} us, {nx} intervals", "device", {**end, "scheme": (dt, nx, nt)}))
+
+    def errors(values: Values) -> tuple[float, float]:
+        """The largest of both, over time and at the end."""
+        off = np.array([np.array(values[q]) - reference["values"][q] for q in ("sink", "sensor")])
+        off = np.abs(off) / reference["set_rise"]
+        return float(off.max()), float(off[:, -1].max())
+
     measured = measure.in_turns(entries, count, progress, not quick)
-    rows = [
-        {"tool": m.entry.tool, "label": m.entry.label, "failure": m.failure, "median_s": m.median_s,
-         "error": _error(m.found, reference) if m.found else None,
-         "error_at_end": _error(m.found, reference, slice(-1, None)) if m.found else None}
-        for m in measured
-    ]  # fmt: skip
-    return {"rows": rows, "end_time_s": end["end_time"], "uncertainty": _extrapolated(measured, reference)}
+    rows = []
+    for m in measured:
+        row = {"tool": m.entry.tool, "label": m.entry.label, "failure": m.failure, "median_s": m.median_s}
+        over, last = errors(m.found["values"]) if m.found else (None, None)
+        rows.append(row | {"error": over, "error_at_end": last})
+    grids = [m.found["values"] for m in measured if m.entry.tool == PAPER and m.found][-2:]
+    uncertainty = None
+    if len(grids) == 2:
+        uncertainty = errors({q: 2 * np.array(grids[1][q]) - grids[0][q] for q in ("sink", "sensor")})
+    return {"rows": rows, "end_time_s": end["end_time"], "uncertainty": uncertainty}
 
 
-def _error(found: dict[str, Any], reference: dict[str, Any], samples: slice = slice(None)) -> float:
-    pairs = ((found["values"][q][samples], reference["values"][q][samples]) for q in ("sink", "sensor"))
-    return max(_apart(a, b) for a, b in pairs) / float(reference["set_rise"])
+def prepare(options: dict[str, Any]) -> tuple[Callable[[], np.ndarray], Callable[[np.ndarray], dict[str, Any]]]:
+    """Simulate to the ``end_time``, by the accurate scheme at an ``accuracy`` or by the paper's ``scheme``; read the
+    rises (K) of sink and sensor at every sample. The paper's runs here without the accurate one that measures it."""
+    from reduced1d.device.accurate import solve_accurate
+    from reduced1d.device.paper import PaperScheme, paper_traces
+    from scenes.keys import DEVICE
+    from scenes.loading import load
 
+    device = replace(load("device", [], of=DEVICE), end_time=options["end_time"])
 
-def _apart(a: list[float], b: list[float]) -> float:
-    return float(np.abs(np.array(a) - np.array(b)).max())
+    def solve() -> np.ndarray:
+        if "scheme" in options:
+            return paper_traces(device, PaperScheme(*options["scheme"]))[0][:, :2].T
+        found = solve_accurate(replace(device, accuracy=options["accuracy"]))
+        return np.array([found.sink_K, found.sensor_K]) - device.sink.room_temperature
 
+    def read(rises: np.ndarray) -> dict[str, Any]:
+        return {"values": {"sink": rises[0].tolist(), "sensor": rises[1].tolist()}, "set_rise": device.set_rise}
 
-def _extrapolated(measured: list[measure.Measured], reference: dict[str, Any]) -> tuple[float, float] | None:
-    grids = [m.found for m in measured if m.entry.tool == PAPER and m.found]
-    if len(grids) < 2:
-        return None
-    coarse, fine = grids[-2]["values"], grids[-1]["values"]
-    values = {q: (2 * np.array(fine[q]) - np.array(coarse[q])).tolist() for q in fine}
-    found = {"values": values}
-    return _error(found, reference), _error(found, reference, slice(-1, None))
+    return solve, read

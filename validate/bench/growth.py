@@ -25,23 +25,19 @@ LARGE = 4000  # unknowns above which exponents are fitted
 def run(quick: bool, count: int, installed: frozenset[str], progress: Callable[[str], None]) -> dict[str, Any]:
     """``rows`` for each path and size, in their order, and their ``exponents``."""
     entries = [
-        Entry(name, f"{cuts}", "growth_solve", {"path": path, "degree": degree, "cuts": cuts})
+        Entry(name, f"{cuts}", "tools.growth_solve", {"path": path, "degree": degree, "cuts": cuts})
         for name, path, degree in (PATHS if not quick else QUICK)
         for cuts in (CUTS if degree == 2 else FOR_DEGREE_4)[: 2 if quick else None]
         if path != "ngsolve" or NGSOLVE in installed
     ]
-    rows = [
-        {"path": m.entry.tool, "failure": m.failure, "peak_MB": m.peak_MB, **_numbers(m.found)}
-        for m in measure.in_turns(entries, count, progress, patient=False)
-    ]
+    rows = []
+    for m in measure.in_turns(entries, count, progress, patient=False):
+        row = {"path": m.entry.tool, "failure": m.failure, "peak_MB": m.peak_MB}
+        if m.found:
+            row |= {key: m.found[key] for key in ("unknowns", "phases")}
+            row["own_MB"] = m.found["peak_MB"] - m.found["imported_MB"]
+        rows.append(row)
     return {"rows": rows, "exponents": exponents(rows)}
-
-
-def _numbers(found: dict[str, Any]) -> dict[str, Any]:
-    if not found:
-        return {}
-    own = found["peak_MB"] - found["imported_MB"]
-    return {"unknowns": found["unknowns"], "phases": found["phases"], "own_MB": own}
 
 
 def exponents(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -52,13 +48,11 @@ def exponents(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
         mine = [r for r in rows if r["path"] == path and not r["failure"] and r["unknowns"] >= LARGE]
         if len(mine) < 2:
             continue
-        n = np.log([r["unknowns"] for r in mine])
-        phases = mine[0]["phases"]
-        slopes = {p: float(np.polyfit(n, np.log([max(r["phases"][p], 1e-6) for r in mine]), 1)[0]) for p in phases}
-        slopes["memory"] = float(np.polyfit(n, np.log([max(r["own_MB"], 0.1) for r in mine]), 1)[0])
-        last = mine[-1]["phases"]
-        found.append({
-            "path": path, "exponents": slopes, "rises": max(phases, key=lambda p: slopes[p]),
-            "largest": max(last, key=lambda p: last[p]),
-        })  # fmt: skip
+        n, phases = np.log([r["unknowns"] for r in mine]), mine[0]["phases"]
+        sizes = {p: [max(r["phases"][p], 1e-6) for r in mine] for p in phases}
+        sizes["memory"] = [max(r["own_MB"], 0.1) for r in mine]
+        slopes = {name: float(np.polyfit(n, np.log(size), 1)[0]) for name, size in sizes.items()}
+        largest = max(phases, key=mine[-1]["phases"].__getitem__)
+        rises = max(phases, key=slopes.__getitem__)
+        found.append({"path": path, "exponents": slopes, "rises": rises, "largest": largest})
     return found

@@ -9,7 +9,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,7 +19,6 @@ from compare.verdict import FIRST_TIME
 from scenes.formats import percent, quantity
 
 if TYPE_CHECKING:
-    from reduced1d.ladder.levels import Levels
     from scenes.result import Result
     from scenes.sink import Sink
 
@@ -35,6 +34,7 @@ SCENES = {
 MODELS = ("paper", "anchored", "fin-massless", "fin", "plate", "moments:3", "moments:4")
 PADS = ("100um", "150um", "300um", "600um", "1200um")
 THICKNESSES = ("1um", "2um", "5um", "10um", "20um", "50um")
+RESISTANCE = "anchor_resistance_K_per_W"
 
 _HEAD = """\
 # Reductions of the sink, from the paper's to the plate
@@ -78,27 +78,27 @@ def main() -> None:
     parser.add_argument("--accuracy", default="1e-5", help="of the 3D solutions (default 1e-5)")
     parser.add_argument("--out", default="docs/reductions.md", help="the page (default docs/reductions.md)")
     arguments = parser.parse_args()
-    text = "".join(page(arguments.accuracy, lambda said: print(said, file=sys.stderr, flush=True)))
-    Path(arguments.out).write_text(text, encoding="utf-8")
+    Path(arguments.out).write_text("".join(page(arguments.accuracy)), encoding="utf-8")
 
 
-def page(accuracy: str, say: Callable[[str], None] = lambda _: None) -> Iterator[str]:
+def page(accuracy: str) -> Iterator[str]:
     """The page, piece by piece."""
     from reduced1d.ladder import describe
 
     models = "\n".join(f"| `{name}` | {describe(name)} |" for name in MODELS)
     yield _HEAD.format(accuracy=accuracy, models=models, times=len(grid(0.02)), repeats=REPEATS)
-    for title, settings in SCENES.items():
-        say(title)
-        yield from scene(title, settings, accuracy)
-    yield _THIN
-    for thickness in THICKNESSES:
-        say(f"thickness {thickness}")
-        yield thin_row(thickness)
-    yield _SLOW
-    for size in PADS:
-        say(f"pads of {size}")
-        yield slow_row(size)
+    parts: list[tuple[str, Callable[[], Iterator[str] | list[str]]]] = [
+        *((title, lambda title=title: scene(title, SCENES[title], accuracy)) for title in SCENES),  # type: ignore[misc]
+        ("thicknesses", lambda: [_THIN, *map(thin_row, THICKNESSES)]),
+        ("pads", lambda: [_SLOW, *map(slow_row, PADS)]),
+    ]
+    for said, part in parts:
+        print(said, file=sys.stderr, flush=True)
+        yield from part()
+
+
+def _row(cells: Sequence[str]) -> str:
+    return f"| {' | '.join(cells)} |\n"
 
 
 def scene(title: str, settings: list[str], accuracy: str) -> Iterator[str]:
@@ -115,41 +115,39 @@ def scene(title: str, settings: list[str], accuracy: str) -> Iterator[str]:
     steady = timed(lambda: solve_3d(coarse, Request(transient=False)))
     shown = f" (`{' '.join(f'--set {text}' for text in settings)}`)" if settings else ""
     yield f"\n## {title}{shown}\n\n{own_error(fem3d)}\n\n"
-    yield "| model | states | peak | end | current | anchor resistance | build | build / 3D steady | evaluate |\n"
-    yield "|---|---|---|---|---|---|---|---|---|\n"
+    heads = ("model", "states", "peak", "end", "current", "anchor resistance", "build", "build / 3D steady", "evaluate")
+    yield _row(heads) + "|---" * len(heads) + "|\n"
     assert fem3d.traces is not None
     levels = Levels(sink)
     for name in MODELS:
         found = ladder.solve(sink, name, times=fem3d.traces.time, levels=levels)
-        off = " | ".join(percent(value) for value in errors(found, fem3d))
-        key = "anchor_resistance_K_per_W"
-        R = percent(found.steady[key].value / fem3d.steady[key].value - 1, sign=True)
         build, evaluate = times_of(sink, name)
-        built = f"{1e3 * build:.0f} ms | {build / steady:.2f}" if build else "- | -"
+        built = (f"{1e3 * build:.0f} ms", f"{build / steady:.2f}") if build else ("-", "-")
         states = f"{found.details['states']}" + (f" (of {found.details['unknowns']})" if name == "plate" else "")
-        yield f"| `{name}` | {states} | {off} | {R} | {built} | {1e3 * evaluate:.1f} ms |\n"
+        off = percent(found.steady[RESISTANCE].value / fem3d.steady[RESISTANCE].value - 1, sign=True)
+        yield _row([f"`{name}`", states, *map(percent, errors(found, fem3d)), off, *built, f"{1e3 * evaluate:.1f} ms"])
 
 
 def scales(fem3d: Result) -> dict[str, float]:
     """What differences are relative to, by trace."""
     assert fem3d.traces is not None
     cold = float(fem3d.traces.values["current_A"][0])
+    final = {name: estimate.value for name, estimate in fem3d.steady.items()}
     return {
-        "peak_K": fem3d.steady["peak_rise_K"].value,
-        "end_K": fem3d.steady["end_rise_K"].value,
-        "current_A": abs(fem3d.steady["current_A"].value - cold),
-    }
+        "peak_K": final["peak_rise_K"], "end_K": final["end_rise_K"], "current_A": abs(final["current_A"] - cold),
+    }  # fmt: skip
 
 
 def errors(found: Result, fem3d: Result) -> list[float]:
     """The largest distances of peak, end and current, relative."""
-    assert found.traces is not None
-    assert fem3d.traces is not None
-    late = fem3d.traces.time >= FIRST_TIME
-    return [
-        float(np.abs(found.traces.values[key] - fem3d.traces.values[key])[late].max()) / scale
-        for key, scale in scales(fem3d).items()
-    ]
+    return [_apart(found, fem3d, key) / scale for key, scale in scales(fem3d).items()]
+
+
+def _apart(one: Result, other: Result, key: str) -> float:
+    """The largest distance of two traces at the same times from FIRST_TIME on."""
+    assert one.traces is not None
+    assert other.traces is not None
+    return float(np.abs(one.traces.values[key] - other.traces.values[key])[other.traces.time >= FIRST_TIME].max())
 
 
 def times_of(sink: Sink, name: str) -> tuple[float | None, float]:
@@ -161,12 +159,8 @@ def times_of(sink: Sink, name: str) -> tuple[float | None, float]:
     times = grid(sink.end_time)
     if name == "paper":
         return None, timed(lambda: ladder.solve(sink, name, times=times))
-
-    def build(levels: Levels) -> object:
-        return ladder.build(levels.fine, name)
-
     model = ladder.build(Levels(sink).fine, name)
-    return timed(lambda: build(Levels(sink))), timed(lambda: over_time(model, times))
+    return timed(lambda: ladder.build(Levels(sink).fine, name)), timed(lambda: over_time(model, times))
 
 
 def timed(call: Callable[[], object]) -> float:
@@ -187,34 +181,31 @@ def grid(end: float) -> np.ndarray:
 def own_error(fem3d: Result) -> str:
     """The 3D solution's estimated errors, in the measure of the table."""
     assert fem3d.traces is not None
-    peak, end, current = (
-        percent(fem3d.traces.errors[key] / scale) for key, scale in scales(fem3d).items()
-    )  # fmt: skip
-    R = fem3d.steady["anchor_resistance_K_per_W"]
-    own = percent(R.error / R.value)
+    peak, end, current = (percent(fem3d.traces.errors[key] / scale) for key, scale in scales(fem3d).items())
+    R = fem3d.steady[RESISTANCE]
     return (
         f"3D: final rises {quantity(fem3d.steady['peak_rise_K'].value, 'K', 5)} (peak) and "
         f"{quantity(fem3d.steady['end_rise_K'].value, 'K', 5)} (end), anchor resistance {quantity(R.value, 'K/W', 6)}; "
-        f"own error at most {peak} in the peak, {end} in the end, {current} in the current, {own} "
-        f"in the anchor resistance ({fem3d.details['unknowns']} unknowns)."
+        f"own error at most {peak} in the peak, {end} in the end, {current} in the current, "
+        f"{percent(R.error / R.value)} in the anchor resistance ({fem3d.details['unknowns']} unknowns)."
     )
 
 
 def thin_row(thickness: str, accuracy: str = "1e-4") -> str:
-    """A row of the last table, in the steady state."""
+    """A row of the table of thicknesses, in the steady state."""
     from fem3d.run import solve as solve_3d
     from reduced1d import ladder
     from scenes.loading import load
     from scenes.plan import Request
 
     sink = load("sink", [f"sink.thickness={thickness}", f"run.accuracy={accuracy}"])
-    fem3d = solve_3d(sink, Request(transient=False)).steady["anchor_resistance_K_per_W"]
+    exact = solve_3d(sink, Request(transient=False)).steady[RESISTANCE]
     found = ladder.solve(sink, "plate", steady_only=True)
-    off = found.steady["anchor_resistance_K_per_W"].value / fem3d.value - 1
-    return (
-        f"| {thickness.replace('um', ' um')} | {percent(off, sign=True)} | {percent(fem3d.error / fem3d.value)} "
-        f"| {percent(found.details['thin_plate_remainder'])} | {'yes' if found.details['warnings'] else 'no'} |\n"
-    )
+    return _row([
+        thickness.replace("um", " um"), percent(found.steady[RESISTANCE].value / exact.value - 1, sign=True),
+        percent(exact.error / exact.value), percent(found.details["thin_plate_remainder"]),
+        "yes" if found.details["warnings"] else "no",
+    ])  # fmt: skip
 
 
 def slow_row(size: str) -> str:
@@ -226,16 +217,13 @@ def slow_row(size: str) -> str:
     sink = load("sink", [f"anchor.pad_length={size}", f"anchor.pad_width={size}"])
     levels, times = Levels(sink), grid(sink.end_time)
     plate, fin, few = (ladder.solve(sink, name, times=times, levels=levels) for name in ("plate", "fin", "moments:4"))
-    off = []
-    for found in (fin, few):
-        for key in ("peak", "end"):
-            assert plate.traces is not None
-            assert found.traces is not None
-            apart = np.abs(found.traces.values[f"{key}_K"] - plate.traces.values[f"{key}_K"])[times >= FIRST_TIME]
-            off.append(percent(float(apart.max()) / plate.steady[f"{key}_rise_K"].value))
+    off = [
+        percent(_apart(found, plate, f"{key}_K") / plate.steady[f"{key}_rise_K"].value)
+        for found in (fin, few)
+        for key in ("peak", "end")
+    ]
     warns = "yes" if any("one node" in text for text in fin.details["warnings"]) else "no"
-    cells = [size.replace("um", " um"), *off, percent(levels.fine.one_node), warns]
-    return f"| {' | '.join(cells)} |\n"
+    return _row([size.replace("um", " um"), *off, percent(levels.fine.one_node), warns])
 
 
 if __name__ == "__main__":

@@ -1,4 +1,11 @@
-"""Entries measured in processes of their own, in turns, so that whatever else the machine does falls on all alike."""
+"""Entries measured in processes of their own, in turns, so that whatever else the machine does falls on all alike.
+
+``python -m validate.bench.measure SPECIFICATION`` is such a process and prints one line of JSON. The specification,
+JSON too: ``tool`` (a module of validate.bench), ``options`` for it, ``launched`` (s since the epoch), ``most`` (how
+many timed solves at most) and ``patience`` (s on the wall): solves are repeated until that has passed. The first warms
+up and does not count, unless it alone takes all the patience; no solve finds what an earlier one has worked out on the
+scene or the mesh. Times are of the processor, but for tools that take theirs themselves.
+"""
 
 from __future__ import annotations
 
@@ -9,9 +16,12 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from importlib import import_module
+from pathlib import Path
 from typing import Any
 
+from meshes import connected, singular
 from validate.bench.entries import Entry
 from validate.processes import ONE_THREAD
 
@@ -19,6 +29,7 @@ TIME_LIMIT = 900.0  # s
 PATIENCE = 1.0  # s a worker repeats its solve for
 MOST = 5  # repeats in one worker
 LONG = 20.0  # s: entries that take longer are measured once
+NONE = float("nan")
 
 
 class EntryError(ArithmeticError):
@@ -28,13 +39,9 @@ class EntryError(ArithmeticError):
 def once(entry: Entry, most: int = 0, patience: float = 0.0) -> dict[str, Any]:
     """What one worker found and took; EntryError where it failed or took longer than TIME_LIMIT."""
     given = {
-        "tool": entry.module,
-        "options": entry.options,
-        "launched": time.time(),
-        "most": most,
-        "patience": patience,
-    }
-    command = [sys.executable, "-m", "validate.bench.worker", json.dumps(given)]
+        "tool": entry.module, "options": entry.options, "launched": time.time(), "most": most, "patience": patience,
+    }  # fmt: skip
+    command = [sys.executable, "-m", "validate.bench.measure", json.dumps(given)]
     try:
         done = subprocess.run(
             command, capture_output=True, text=True, timeout=TIME_LIMIT, env=os.environ | ONE_THREAD, check=False
@@ -54,10 +61,10 @@ class Measured:
     there is nothing."""
 
     entry: Entry
-    seconds: tuple[float, ...]
-    start_up_s: float
-    peak_MB: float  # noqa: N815 - a unit keeps its capitals
-    found: dict[str, Any]
+    seconds: tuple[float, ...] = (NONE,)
+    start_up_s: float = NONE
+    peak_MB: float = NONE  # noqa: N815 - a unit keeps its capitals
+    found: dict[str, Any] = field(default_factory=dict)
     failure: str = ""
 
     @property
@@ -68,7 +75,6 @@ class Measured:
 
 def in_turns(entries: Sequence[Entry], rounds: int, progress: Callable[[str], None], patient: bool) -> list[Measured]:
     """Every entry, ``rounds`` times, one after another; workers that aren't ``patient`` solve once."""
-    patience = PATIENCE if patient else 0.0
     results: list[list[dict[str, Any]]] = [[] for _ in entries]
     failures = ["" for _ in entries]
     for turn in range(rounds):
@@ -77,17 +83,56 @@ def in_turns(entries: Sequence[Entry], rounds: int, progress: Callable[[str], No
                 continue
             progress(f"round {turn + 1} of {rounds}: {entry.tool}, {entry.label}")
             try:
-                results[i].append(once(entry, MOST, patience))
+                results[i].append(once(entry, MOST, PATIENCE if patient else 0.0))
             except EntryError as error:
                 failures[i] = str(error)
-    return [_together(*each) for each in zip(entries, results, failures, strict=True)]
+    return [
+        Measured(entry, failure=failure) if failure else Measured(
+            entry, tuple(s for result in found for s in result["seconds"]),
+            statistics.median(r["start_up_s"] for r in found), max(r["peak_MB"] for r in found), found[-1],
+        )
+        for entry, found, failure in zip(entries, results, failures, strict=True)
+    ]  # fmt: skip
 
 
-def _together(entry: Entry, results: list[dict[str, Any]], failure: str) -> Measured:
-    if failure or not results:
-        return Measured(entry, (float("nan"),), float("nan"), float("nan"), {}, failure or "not measured")
-    seconds = tuple(s for result in results for s in result["seconds"])
-    return Measured(
-        entry, seconds, statistics.median(r["start_up_s"] for r in results), max(r["peak_MB"] for r in results),
-        results[-1],
-    )  # fmt: skip
+def work(argument: str) -> dict[str, Any]:
+    """Runs the entry of a specification: what came out."""
+    given = json.loads(argument)
+    tool = import_module(f"validate.bench.{given['tool']}")
+    start_up, imported = time.time() - given["launched"], peak_memory()
+    solve, read = tool.prepare(given["options"])
+    patient = time.perf_counter() + given["patience"]
+    seconds: list[float] = []
+    while len(seconds) <= given["most"] and (not seconds or time.perf_counter() < patient):
+        forget()
+        started = time.process_time()
+        answer = solve()
+        seconds.append(time.process_time() - started)
+    found = {"start_up_s": start_up, "seconds": seconds[1:] or seconds, "peak_MB": peak_memory()}
+    return {**found, "imported_MB": imported, **read(answer)}
+
+
+def forget() -> None:
+    """Empty the caches of what belongs to a scene: a solve that is timed again must not find what an earlier one has
+    worked out. Tables of reference elements serve every scene, and other programs keep theirs too."""
+    for cache in (connected.coarsest, connected.anchored, connected._electrified, singular.exponent):
+        cache.cache_clear()
+
+
+def peak_memory() -> float:
+    """The largest resident size of this process so far, in MB.
+
+    Linux counts in ru_maxrss what the parent held when it started this process, but not in VmHWM.
+    """
+    status = Path("/proc/self/status")
+    if status.exists():
+        line = next(line for line in status.read_text(encoding="utf-8").splitlines() if line.startswith("VmHWM"))
+        return int(line.split()[1]) / 1024
+    import resource
+
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / (1024 * 1024 if sys.platform == "darwin" else 1024)
+
+
+if __name__ == "__main__":
+    print(json.dumps(work(sys.argv[1])))

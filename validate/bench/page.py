@@ -3,37 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from validate.bench import work
 from validate.bench.entries import FREEFEM, GIVEN, NGSOLVE, OURS, REDUCTION, WHOLE
-from validate.report.table import Row, Style, Table
+from validate.report.table import Row, Section, Style, Table
 
 Lines = list[str]
 Entry = Mapping[str, Any]
+Parts = list[str | Table]  # of a page
 SHORT = {WHOLE: "whole run", GIVEN: "mesh given"}
 WORK = {"transient": "The whole transient of the sink", "steady": "The sink's steady state"}
 
 
-@dataclass(frozen=True)
-class Section:
-    """A part: its title, what its numbers are, its tables, each with what is said before it, and what is said last."""
-
-    title: str
-    about: str
-    tables: list[tuple[str, Table]]
-    last: str = ""
-
-
 def markdown(found: Mapping[str, Any], figures: Mapping[str, str]) -> str:
     """The page; ``figures`` are paths to those that were drawn, by part."""
-    lines = ["# Run time against error", "", *_preface(found)]
+    lines = ["# Run time against error", "", *_lines(_preface(found))]
     if WORK.keys() & found.keys():
         lines += WHAT_EACH_DOES
-    for name in (*WORK, *SECTIONS):
+    for name, (title, parts, _) in SECTIONS.items():
         if name in found:
-            lines += _work(name, found[name]) if name in WORK else _paragraphs(SECTIONS[name](found[name]))
+            lines += [f"## {title}", "", *_lines(parts(name, found[name]))]
             if name in figures:
                 lines += [f"![{name}]({figures[name]})", ""]
     return "\n".join(lines).rstrip() + "\n"
@@ -41,26 +31,18 @@ def markdown(found: Mapping[str, Any], figures: Mapping[str, str]) -> str:
 
 def text(found: Mapping[str, Any]) -> str:
     """The parts that were measured, in tables of at most 80 columns."""
-    lines: Lines = []
-    for name in (*WORK, *SECTIONS):
-        if name in found:
-            lines += _work_in_short(WORK[name], found[name]) if name in WORK else _in_short(SECTIONS[name](found[name]))
-            lines.append("")
-    return "\n".join(lines).rstrip()
+    shown = []
+    for name, (title, parts, short) in SECTIONS.items():
+        if name in found and short is not None:
+            shown.append(Section(*short(title, found[name])).text(Style()))
+        elif name in found:
+            made = parts(name, found[name])
+            shown.append(Section(title, [next(p for p in made if isinstance(p, Table))]).text(Style()))
+    return "\n\n".join(shown)
 
 
-def _paragraphs(section: Section) -> Lines:
-    lines = [f"## {section.title}", "", section.about, ""]
-    for before, table in section.tables:
-        lines += [*([before, ""] if before else []), *table.markdown()]
-    return [*lines, *([section.last, ""] if section.last else [])]
-
-
-def _in_short(section: Section) -> Lines:
-    lines = [section.title]
-    for _, table in section.tables[:1]:
-        lines.append(table.text(Style()))
-    return [*lines, *([section.last] if section.last else [])]
+def _lines(parts: Parts) -> Lines:
+    return [line for part in parts for line in (part.markdown() if isinstance(part, Table) else [part, ""])]
 
 
 def _table(
@@ -71,21 +53,18 @@ def _table(
     return Table(heads, [*((name(entry), *cells(entry)) for entry in found if not entry["failure"]), *failed])
 
 
-def _preface(found: Mapping[str, Any]) -> Lines:
+def _preface(found: Mapping[str, Any]) -> Parts:
     machine = found["machine"]
     absent = [tool for tool, key in ((NGSOLVE, "ngsolve"), (FREEFEM, FREEFEM)) if machine[key] == "not installed"]
-    lines = [
+    parts: Parts = [
         f"Made by `validate bench{' --quick' if found['quick'] else ''}`. Scene: the default sink at 1 V. Each entry "
         "runs in processes of its own, in turns with the others. A time is the median over them, in seconds of "
         "processor time of one thread, which other work on the machine disturbs less than the clock on the wall. "
         "Start-up (interpreter and imports; on the wall) is not in it and has a column of its own. The first solve of "
         "a process warms up and does not count where it takes less than a second on the wall.",
-        "",
-        *Table(("", ""), list(machine.items())).markdown(),
+        Table(("", ""), list(machine.items())),
     ]
-    if absent:
-        lines += [f"Not installed here, so not compared: {' and '.join(absent)}.", ""]
-    return lines
+    return parts + ([f"Not installed here, so not compared: {' and '.join(absent)}."] if absent else [])
 
 
 WHAT_EACH_DOES = (
@@ -111,7 +90,7 @@ WHAT_EACH_DOES = (
 )
 
 
-def _work(name: str, part: Mapping[str, Any]) -> Lines:
+def _work(name: str, part: Mapping[str, Any]) -> Parts:
     """Times beside errors: the fastest at each error, and all entries."""
     reference, rows = part["reference"], part["rows"]
     known = reference["uncertainty"]
@@ -126,18 +105,16 @@ def _work(name: str, part: Mapping[str, Any]) -> Lines:
         if known is not None
         else "no other program is installed to check it, so it says little of this toolkit's own errors"
     )
-    lines = [
-        f"## {WORK[name]}", "", f"Error: {what}. Reference: {reference['made_by']}, which is no entry; {doubt}.", "",
-    ]  # fmt: skip
+    parts: Parts = [f"Error: {what}. Reference: {reference['made_by']}, which is no entry; {doubt}."]
     if part["targets"]:
         tools = work.taking_part(rows)
         fastest = Table(("error", *tools), [_fastest(at, tools) for at in part["targets"]])
-        lines += ["The fastest entry of each at an error no larger than:", "", *fastest.markdown()]
+        parts += ["The fastest entry of each at an error no larger than:", fastest]
     whole = [row for row in rows if row["tool"] == WHOLE and not row["failure"]]
     each = "; ".join(f"{r['label']}: {r['claimed']:.1e}, {r['error']:.1e}" for r in whole)
-    lines += [f"What whole runs were asked for, estimated and had: {each}.", ""] if whole else []
+    parts += [f"What whole runs were asked for, estimated and had: {each}."] if whole else []
     head = ("entry", "unknowns", "steps", "error", "time, s", "least to most (solves)", "start-up, s", "peak MB")
-    return [*lines, *_table(head, rows, _named, _entry).markdown()]
+    return [*parts, _table(head, rows, _named, _entry)]
 
 
 def _fastest(at: Mapping[str, Any], tools: Sequence[str]) -> tuple[str, ...]:
@@ -159,7 +136,7 @@ def _entry(row: Mapping[str, Any]) -> tuple[str, ...]:
     )  # fmt: skip
 
 
-def _work_in_short(title: str, part: Mapping[str, Any]) -> Lines:
+def _work_in_short(title: str, part: Mapping[str, Any]) -> tuple[str, Parts]:
     rows = part["rows"]
     tools = work.taking_part(rows)
     times: list[Row | Sequence[str]] = [
@@ -168,81 +145,79 @@ def _work_in_short(title: str, part: Mapping[str, Any]) -> Lines:
         for at in part["targets"]
     ]  # fmt: skip
     times += [Row([_named(row)], below=row["failure"]) for row in rows if row["failure"]]
-    lines = [
-        f"{title}: seconds of the fastest whose error is at most",
-        Table(("", *(SHORT.get(tool, tool) for tool in tools)), times).text(Style()),
+    models = [row for row in rows if row["tool"] == REDUCTION and not row["failure"]]
+    numbers = [(row["label"], f"{row['error']:.1e}", f"{row['median_s']:.3g}") for row in models]
+    parts: Parts = [
+        Table(("", *(SHORT.get(tool, tool) for tool in tools)), times),
         "Processor time; a dash: none is as accurate. The first two are this toolkit's.",
     ]
-    models = [
-        (row["label"], f"{row['error']:.1e}", f"{row['median_s']:.3g}")
-        for row in rows
-        if row["tool"] == REDUCTION and not row["failure"]
-    ]
-    return [*lines, "", Table(("1D model", "error", "time, s"), models).text(Style())] if models else lines
+    parts += [Table(("1D model", "error", "time, s"), numbers)] if models else []
+    return f"{title}: seconds of the fastest whose error is at most", parts
 
 
-def _device(part: Mapping[str, Any]) -> Section:
+def _device(_: str, part: Mapping[str, Any]) -> Parts:
     doubt = part["uncertainty"]
     checked = "" if doubt is None else (
         f" The paper's scheme, extrapolated from its two finest grids at first order in space, stays within "
         f"{doubt[0]:.1e} of it over time, and within {doubt[1]:.1e} at the end, in the steady state that controllers "
         "hold: early on, its differences at the faces of layers that are still cold converge more slowly."
     )  # fmt: skip
-    table = _table(
-        ("entry", "over time", "at the end", "time, s"), part["rows"], _named,
-        lambda r: (f"{r['error']:.1e}", f"{r['error_at_end']:.1e}", f"{r['median_s']:.3g}"),
-    )  # fmt: skip
     about = (
         f"From cold to {part['end_time_s'] * 1e3:g} ms. Error: the largest of sink and sensor, over time and at the "
         "end, relative to the set rise. Reference: the accurate scheme at an accuracy of 1e-08, so it is judged by "
         f"itself.{checked}"
     )
-    return Section("The whole sensor in 1D", about, [("", table)])
+    return [about, _table(
+        ("entry", "over time", "at the end", "time, s"), part["rows"], _named,
+        lambda r: (f"{r['error']:.1e}", f"{r['error_at_end']:.1e}", f"{r['median_s']:.3g}"),
+    )]  # fmt: skip
 
 
-def _growth(part: Mapping[str, Any]) -> Section:
+def _growth(_: str, part: Mapping[str, Any]) -> Parts:
     phases = ("assembly", "factorization", "one solve")
-    table = _table(
-        ("path", "unknowns", *phases, "MB"), part["rows"], lambda r: r["path"],
-        lambda r: (str(r["unknowns"]), *(f"{r['phases'][p]:.2g}" for p in phases), f"{r['own_MB']:.0f}"),
-    )  # fmt: skip
-    slopes = Table(("path", *phases, "memory", "rises fastest", "takes most at the largest"), [
-        (e["path"], *(f"{e['exponents'][p]:.2f}" for p in (*phases, "memory")), e["rises"], e["largest"])
-        for e in part["exponents"]
-    ])  # fmt: skip
     about = (
         "The heat problem of the quarter on cells cut further and further, seconds by phase (the mesh is given), and "
         "the memory above that of the imports."
     )
-    said = "Exponents: slopes of log time, and of log memory, over log unknowns, from 4,000 on."
-    return Section("Growth with the unknowns", about, [("", table), *([(said, slopes)] if slopes.rows else [])])
+    parts: Parts = [about, _table(
+        ("path", "unknowns", *phases, "MB"), part["rows"], lambda r: r["path"],
+        lambda r: (str(r["unknowns"]), *(f"{r['phases'][p]:.2g}" for p in phases), f"{r['own_MB']:.0f}"),
+    )]  # fmt: skip
+    if part["exponents"]:
+        parts += ["Exponents: slopes of log time, and of log memory, over log unknowns, from 4,000 on.", Table(
+            ("path", *phases, "memory", "rises fastest", "takes most at the largest"),
+            [(e["path"], *(f"{e['exponents'][p]:.2f}" for p in (*phases, "memory")), e["rises"], e["largest"])
+             for e in part["exponents"]],
+        )]  # fmt: skip
+    return parts
 
 
-def _skips(part: Sequence[Mapping[str, Any]]) -> Section:
-    table = _table(
-        ("skipped", "with, s", "without, s", "ratio"), part, lambda r: r["skip"],
-        lambda r: (f"{r['on_s']:.3g}", f"{r['off_s']:.3g}", f"{r['off_s'] / r['on_s']:.2f}"),
-    )  # fmt: skip
+def _skips(_: str, part: Sequence[Mapping[str, Any]]) -> Parts:
     about = (
         "The same run in turns with the skip and without it. Solver: seconds of processor time after imports; whole "
         "commands: on the wall. Without the transient, the figures, the fields and the 3D model less is reported; the "
         "other skips leave the answer within its estimated error."
     )
-    return Section("What each skip of the plan saves", about, [("", table)])
+    return [about, _table(
+        ("skipped", "with, s", "without, s", "ratio"), part, lambda r: r["skip"],
+        lambda r: (f"{r['on_s']:.3g}", f"{r['off_s']:.3g}", f"{r['off_s'] / r['on_s']:.2f}"),
+    )]  # fmt: skip
 
 
-def _start_up(part: Mapping[str, Any]) -> Section:
-    table = Table(("ratio", "median", "least to most"), [
-        (r["name"], f"{r['median']:.2f}", f"{r['smallest']:.2f} to {r['largest']:.2f}") for r in part["ratios"]
-    ])  # fmt: skip
-    about = "Ratios of wall-clock times, each pair of processes one after the other."
-    last = f"Largest memory of the cold run without figures: {part['peak_MB']:.0f} MB."
-    return Section("Start-up", about, [("", table)], last)
+def _start_up(_: str, part: Mapping[str, Any]) -> Parts:
+    ratios = [(r["name"], f"{r['median']:.2f}", f"{r['smallest']:.2f} to {r['largest']:.2f}") for r in part["ratios"]]
+    return [
+        "Ratios of wall-clock times, each pair of processes one after the other.",
+        Table(("ratio", "median", "least to most"), ratios),
+        f"Largest memory of the cold run without figures: {part['peak_MB']:.0f} MB.",
+    ]
 
 
-SECTIONS: dict[str, Callable[[Any], Section]] = {
-    "device": _device,
-    "growth": _growth,
-    "skips": _skips,
-    "start-up": _start_up,
+SECTIONS: dict[str, tuple[str, Callable[[str, Any], Parts], Callable[..., tuple[str, Parts]] | None]] = {
+    **{name: (title, _work, _work_in_short) for name, title in WORK.items()},
+    "device": ("The whole sensor in 1D", _device, None),
+    "growth": ("Growth with the unknowns", _growth, None),
+    "skips": ("What each skip of the plan saves", _skips, None),
+    "start-up": ("Start-up", _start_up, None),
 }
+"""By part its title, what is on the page, and what a terminal shows in place of the first table there."""

@@ -17,6 +17,7 @@ from meshes import grading, symmetry
 from meshes.grid import Grid
 from scenes.model import Scene
 from scenes.sink import Sink
+from validate.verify import methods
 
 QUANTITIES = ("peak_rise_K", "end_rise_K", "mean_rise_K", "current_A")
 END = 0.02  # s, of the default sink
@@ -46,6 +47,16 @@ def at_times(times: np.ndarray) -> list[int]:
     return found
 
 
+def solved(options: Mapping[str, Any], problem: Any, unknowns: int) -> list[list[float]]:
+    """The quantities of a `verify.uniform` problem at each of TIMES, or of its steady state alone."""
+    if not options["transient"]:
+        return [problem.quantities(methods.settle(problem, unknowns, options["tolerance"]))]
+    times = step_times(options["steps"])
+    states = methods.march(problem, unknowns, times, options["method"], options["tolerance"])
+    wanted = at_times(times)
+    return [problem.quantities(rise) for i, (rise, _) in enumerate(states) if i in wanted]
+
+
 def numbers(options: Mapping[str, Any], unknowns: int, rows: Sequence[Sequence[float]] | np.ndarray) -> dict[str, Any]:
     """What a tool reads out of its answer: the quantities of each instant, or of the steady state, in a row."""
     steps = len(step_times(options["steps"])) - 1 if options["transient"] else 0
@@ -53,16 +64,9 @@ def numbers(options: Mapping[str, Any], unknowns: int, rows: Sequence[Sequence[f
     return {"values": values, "unknowns": unknowns, "steps": steps}
 
 
-def steady_errors(found: Values, reference: Values) -> dict[str, float]:
-    """The error of each quantity, relative to the final rise, of the current to itself; both have lists of one."""
-    return {q: abs(found[q][-1] - reference[q][-1]) / abs(reference[q][-1]) for q in QUANTITIES}
-
-
-def trace_errors(found: Values, reference: Values, steady: Values) -> dict[str, float]:
-    """The largest error of each quantity at TIMES, relative to its ``steady`` value."""
-    return {
-        q: float(np.abs(np.array(found[q]) - np.array(reference[q])).max()) / abs(steady[q][-1]) for q in QUANTITIES
-    }
+def errors(found: Values, reference: Values, steady: Values) -> dict[str, float]:
+    """The largest error of each quantity at all instants, or in the steady state, relative to its ``steady`` value."""
+    return {q: float(np.abs(np.subtract(found[q], reference[q])).max()) / abs(steady[q][-1]) for q in QUANTITIES}
 
 
 def quarter(sink: Sink) -> Scene:

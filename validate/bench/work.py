@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from validate.bench import entries, measure
-from validate.bench.entries import GIVEN, NGSOLVE, OURS, PEERS, WHOLE, Entry
-from validate.bench.problem import steady_errors, trace_errors
+from validate.bench.entries import GIVEN, NGSOLVE, OURS, PEERS, WHOLE
+from validate.bench.problem import errors
 
 TARGETS = (1e-2, 1e-3, 1e-4, 1e-5)
 WORDS = {WHOLE: "our whole run", GIVEN: "our solve on a given mesh"}
@@ -25,24 +24,20 @@ def work_precision(
     against = find(transient, quick, installed, progress)
     measured = measure.in_turns(entries.sink_entries(transient, quick, installed), count, progress, not quick)
     rows = [_row(m, against) for m in measured]
-    uncertainty = None if math.isnan(against.uncertainty) else against.uncertainty
-    return {
-        "reference": {"made_by": against.made_by, "checked_by": against.checked_by, "uncertainty": uncertainty},
-        "rows": rows,
-        "targets": targets(rows),
-    }
+    said = {key: getattr(against, key) for key in ("made_by", "checked_by", "uncertainty")}
+    return {"reference": said, "rows": rows, "targets": targets(rows)}
 
 
 def _row(measured: measure.Measured, against: Reference) -> dict[str, Any]:
     found = {"tool": measured.entry.tool, "label": measured.entry.label, "failure": measured.failure}
     if measured.failure:
         return found
-    errors = against.errors(measured.found["values"])
+    off = errors(measured.found["values"], against.values, against.steady)
     return found | {
         "median_s": measured.median_s, "fastest_s": min(measured.seconds), "slowest_s": max(measured.seconds),
         "solves": len(measured.seconds), "start_up_s": measured.start_up_s, "peak_MB": measured.peak_MB,
-        "unknowns": measured.found["unknowns"], "steps": measured.found["steps"], "error": max(errors.values()),
-        "errors": errors, "claimed": measured.found.get("claimed"),
+        "unknowns": measured.found["unknowns"], "steps": measured.found["steps"], "error": max(off.values()),
+        "errors": off, "claimed": measured.found.get("claimed"),
     }  # fmt: skip
 
 
@@ -53,37 +48,26 @@ class Reference:
     values: Values
     steady: Values
     made_by: str
-    uncertainty: float
+    uncertainty: float | None
     checked_by: str
-    transient: bool
-
-    def errors(self, values: Values) -> dict[str, float]:
-        """The error of each quantity of an entry."""
-        if self.transient:
-            return trace_errors(values, self.values, self.steady)
-        return steady_errors(values, self.values)
 
 
 def find(transient: bool, quick: bool, installed: frozenset[str], progress: Callable[[str], None]) -> Reference:
     """NGSolve's where it is installed, its uncertainty the distance of this toolkit's at its finest; without NGSolve
-    this toolkit's alone, and no uncertainty (NaN). Raises measure.EntryError where neither comes to an end."""
+    this toolkit's alone, and no uncertainty (None). Raises measure.EntryError where neither comes to an end."""
     accuracy = 1e-4 if quick else 1e-6
-    options = {"accuracy": accuracy, "transient": transient}
-    own = _values(Entry(WHOLE, f"accuracy {accuracy:.0e}", "own_sink", options), progress)
+    finest = entries.own(transient, f"accuracy {accuracy:.0e}", accuracy=accuracy)
+    progress(f"reference: {finest.tool}, {finest.label}")
+    own = measure.once(finest)
     name = f"this toolkit at an accuracy of {accuracy:.0e}"
     if NGSOLVE not in installed:
-        return Reference(own["values"], own["steady"], name, float("nan"), "no other program", transient)
+        return Reference(own["values"], own["steady"], name, None, "no other program")
     entry = entries.reference(transient, quick)
-    found = _values(entry, progress)
-    steady = {q: [v[-1]] for q, v in found["values"].items()}
-    made = Reference(found["values"], steady, f"{NGSOLVE} ({entry.label})", float("nan"), name, transient)
-    apart = max(made.errors(own["values"]).values())
-    return Reference(made.values, steady, made.made_by, apart, name, transient)
-
-
-def _values(entry: Entry, progress: Callable[[str], None]) -> dict[str, Any]:
     progress(f"reference: {entry.tool}, {entry.label}")
-    return measure.once(entry)
+    values = measure.once(entry)["values"]
+    steady = {q: [v[-1]] for q, v in values.items()}
+    apart = max(errors(own["values"], values, steady).values())
+    return Reference(values, steady, f"{NGSOLVE} ({entry.label})", apart, name)
 
 
 def targets(rows: list[Row]) -> list[dict[str, Any]]:

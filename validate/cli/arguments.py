@@ -7,9 +7,10 @@ import re
 import shlex
 from collections.abc import Mapping, Sequence
 from importlib import import_module
-from typing import NoReturn
+from typing import Any, NoReturn
 
-from scenes.errors import SceneError, nearest, printable
+from scenes.errors import SceneError, did_you_mean, printable
+from validate.cli.common import add
 
 COMMANDS = {
     "sink": "compare the 1D model of the active sink with 3D",
@@ -24,8 +25,8 @@ COMMANDS = {
     "scene": "print a built-in scene as TOML",
     "completion": "print what a shell needs to complete this command",
 }
-"""The commands, one file each: `describe` gives a parser its texts and options, `run` does the work. Only the module of
-the command that is asked for gets imported."""
+"""The commands, one file each: its docstring is the text of its help, `OPTIONS` says what it takes, as
+`common.add` reads that, and `run` does the work. Only the module of the command that is asked for gets imported."""
 
 
 class _Parser(argparse.ArgumentParser):
@@ -37,47 +38,33 @@ class _Parser(argparse.ArgumentParser):
 
 def parse(argv: Sequence[str]) -> argparse.Namespace:
     """The arguments as ``command`` and its options; raises SceneError for any that are wrong."""
-    joined = _join_negative(argv)
+    joined: list[str] = []
+    for argument in argv:
+        # argparse takes what has a dash and is no number for an option.
+        if joined and joined[-1] in ("--voltage", "--accuracy") and re.match(r"-[\d.]", argument):
+            joined[-1] += f"={argument}"
+        else:
+            joined.append(argument)
     name = next((argument for argument in joined if not argument.startswith("-")), None)
     parser, commands = _parsers(name)
     if name is None and not {"-h", "--help", "--version"} & set(joined):
         parser.error(f"no command is given: give {' or '.join(commands)}")
     if name is not None and name not in commands:
-        near = nearest(name, commands)
-        hint = f', did you mean "{near}"?' if near else ""
-        parser.error(f'"{printable(name)}" is not a command: give {" or ".join(commands)}{hint}')
+        known = f"give {' or '.join(commands)}{did_you_mean(name, commands)}"
+        parser.error(f'"{printable(name)}" is not a command: {known}')
     found, unknown = parser.parse_known_args(joined)
-    if unknown:
-        _refuse(commands[found.command], unknown[0])
-    found.command_line = shlex.join(["validate", *argv])
-    return found
-
-
-def _refuse(parser: argparse.ArgumentParser, argument: str) -> NoReturn:
-    if not argument.startswith("-"):
-        parser.error(f'"{printable(argument)}" is one argument too many')
-    options = [option for option in parser._option_string_actions if option.startswith("--")]
-    near = nearest(argument.partition("=")[0], options)
-    hint = f', did you mean "{near}"?' if near else ""
-    parser.error(f'unknown option "{printable(argument)}"{hint}')
-
-
-def _join_negative(argv: Sequence[str]) -> list[str]:
-    """With "--voltage -2V" as "--voltage=-2V": argparse takes what has a dash and is no number for an option."""
-    joined: list[str] = []
-    for argument in argv:
-        if joined and joined[-1] in ("--voltage", "--accuracy") and re.match(r"-[\d.]", argument):
-            joined[-1] += f"={argument}"
-        else:
-            joined.append(argument)
-    return joined
-
-
-class _Version(argparse.Action):
-    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
+    if found.version:
         from validate.report.summary import version
 
         parser.exit(0, f"validate {version()}\n")
+    if unknown:
+        own, argument = commands[found.command], unknown[0]
+        if not argument.startswith("-"):
+            own.error(f'"{printable(argument)}" is one argument too many')
+        options = [option for option in own._option_string_actions if option.startswith("--")]
+        own.error(f'unknown option "{printable(argument)}"{did_you_mean(argument.partition("=")[0], options)}')
+    found.command_line = shlex.join(["validate", *argv])
+    return found
 
 
 def _parsers(chosen: str | None) -> tuple[argparse.ArgumentParser, Mapping[str, argparse.ArgumentParser]]:
@@ -90,14 +77,12 @@ def _parsers(chosen: str | None) -> tuple[argparse.ArgumentParser, Mapping[str, 
         "  validate solve mine.toml    any structure of boxes in 3D (validate scene bridge > mine.toml)\n\n"
         "exit status: 0 every check came out as the scene declares, 1 one did not, 2 bad input, 3 the numerics failed",
     )  # fmt: skip
-    parser.add_argument("--version", action=_Version, nargs=0, help="print the version and leave")
+    parser.add_argument("--version", action="store_true", help="print the version and leave")
     adder = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=_Parser)
-    commands = {
-        name: adder.add_parser(
-            name, allow_abbrev=False, formatter_class=argparse.RawDescriptionHelpFormatter, help=help_text
-        )
-        for name, help_text in COMMANDS.items()
-    }
+    look: dict[str, Any] = {"allow_abbrev": False, "formatter_class": argparse.RawDescriptionHelpFormatter}
+    commands = {name: adder.add_parser(name, help=said, **look) for name, said in COMMANDS.items()}
     if chosen in commands:
-        import_module(f"validate.cli.{chosen}").describe(commands[chosen])
+        module = import_module(f"validate.cli.{chosen}")
+        commands[chosen].description, _, commands[chosen].epilog = (module.__doc__ or "").partition("\n\n")
+        add(commands[chosen], module.OPTIONS)
     return parser, commands

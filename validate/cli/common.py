@@ -4,66 +4,96 @@ from __future__ import annotations
 
 import argparse
 import json
+import time
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scenes.errors import SceneError, printable, quoted, reason
-from validate.cli.terminal import DIFFERS, FINE, Progress, show, style
+from validate.cli.terminal import DIFFERS, FINE, progress, show, style
 
 if TYPE_CHECKING:
     from compare.against import Data
-    from scenes.plan import Export, Request, Step
+    from scenes.plan import Export, Request
     from scenes.uncertain import Uncertain
 
-PLAN = ("--explain", "--dry-run")
 MOST_STATES = 400  # that can be asked for; a model has no more than its structure needs
-STATUS = "exit status: 0 every check came out as the scene declares, 1 one did not, 2 bad input, 3 the numerics failed"
-
-
-_SHARED: dict[str, dict[str, Any]] = {
-    "--set": {"action": "append", "default": [], "metavar": "KEY=VALUE", "dest": "settings"},
-    "--accuracy": {"metavar": "A"},
-    "--out": {"metavar": "DIR", "help": "the results folder; a run that is there is replaced"},
-    "--steady": {"action": "store_true", "help": "the steady state only, no transient"},
-    "--no-figures": {"action": "store_false", "dest": "figures", "help": "no figures"},
-    "--explain": {"help": "print first what will be solved and what is skipped, and why; then run"},
-    "--dry-run": {"help": "print that plan alone: nothing is solved or written"},
-    "--strict": {"help": "exit with 1 for any check not as declared (undeclared: expected to agree), or unresolved"},
-    "--jobs": {"metavar": "N", "help": "processes at once (default: one a processor)"},
-    "--markdown": {"metavar": "FILE", "help": "write the table as a page of the documentation too"},
-    "--quiet": {"help": "print one line only"},
-    "--json": {"help": "print summary.json in place of the tables"},
+_SHARED = {
+    "--out DIR": "the results folder; a run that is there is replaced",
+    "--steady": "the steady state only, no transient",
+    "--no-figures": "no figures",
+    "--explain": "print first what will be solved and what is skipped, and why; then run",
+    "--dry-run": "print that plan alone: nothing is solved or written",
+    "--strict": "exit with 1 for any check not as declared (undeclared: expected to agree), or unresolved",
+    "--jobs N": "processes at once (default: one a processor)",
+    "--markdown FILE": "write the table as a page of the documentation too",
+    "--quiet": "print one line only",
+    "--json": "print summary.json in place of the tables",
 }
-"""The options that several commands have, each declared once."""
+"""The helps of options that several commands have."""
 OF_A_TABLE = {
-    "--jobs": "", "--markdown": "", "--quiet": "print the outcome only, one line", "--json": "print the table as JSON",
+    "--jobs N": "", "--markdown FILE": "", "--quiet": "print the outcome only, one line",
+    "--json": "print the table as JSON",
 }  # fmt: skip
 
 
-def shared(parser: argparse.ArgumentParser, options: Mapping[str, str]) -> None:
-    """Adds some of these by name, each with a help of the command's own where that is not empty."""
-    for name, said in options.items():
-        given = _SHARED[name] | ({"help": said} if said else {})
-        parser.add_argument(name, **given if "metavar" in given else {"action": "store_true"} | given)
+def add(parser: argparse.ArgumentParser, options: Mapping[str, str]) -> None:
+    """Adds options with their helps (empty for those above), in the words of a usage line: "--voltage V" takes a value,
+    "--only {3d,1d}" one of these, "--column NAME=COLUMN ..." is given as often as needed, "--check ID!" must be given,
+    "--steady" is a switch, and "--no-figures" switches ``figures`` off. What has no dashes stands by itself, in
+    brackets where it may be left out: "[scene SCENE.toml]"."""
+    for usage, said in options.items():
+        name, _, value = usage.strip("[]!").removesuffix(" ...").partition(" ")
+        given: dict[str, Any] = {"help": said or _SHARED[usage]}
+        if value.startswith("{"):
+            given["choices"] = value.strip("{}").split(",")
+        elif value:
+            given["metavar"] = value
+        elif name.startswith("--no-"):
+            given |= {"action": "store_false", "dest": name.removeprefix("--no-")}
+        else:
+            given["action"] = "store_true"
+        if usage.endswith(" ..."):
+            given |= {"action": "append", "default": []}
+        if usage.endswith("!"):
+            given["required"] = True
+        if usage.startswith("["):
+            given["nargs"] = "?"
+        parser.add_argument(name, **given)
 
 
-def options(parser: argparse.ArgumentParser, scene: str, example: str, accuracy: str) -> None:
-    """Adds those of a run: the default ``scene``, an ``example`` of an override, what ``--accuracy`` means."""
-    parser.add_argument("scene", nargs="?", default=scene, metavar="SCENE.toml",
-                        help=f'a scene file (default: the built-in "{scene}")')  # fmt: skip
-    given = {"--set": f"override a key of the scene, as often as needed: {example}", "--accuracy": accuracy}
-    quiet = {"--quiet": "print the answer and the verdict only, in one line"}
-    shared(parser, given | dict.fromkeys(("--out", "--no-figures", *PLAN, "--strict"), "") | quiet | {"--json": ""})
+def of_run(scene: str, example: str, accuracy: str) -> dict[str, str]:
+    """The options of a run: the default ``scene``, an ``example`` of an override, what ``--accuracy`` means."""
+    return {
+        "[scene SCENE.toml]": f'a scene file (default: the built-in "{scene}")',
+        "--set KEY=VALUE ...": f"override a key of the scene, as often as needed: {example}",
+        "--accuracy A": accuracy, "--out DIR": "", "--no-figures": "", "--explain": "", "--dry-run": "", "--strict": "",
+        "--quiet": "print the answer and the verdict only, in one line", "--json": "",
+    }  # fmt: skip
 
 
-def uncertain_options(add: Callable[..., Any], example: str, pair: str) -> None:
-    """Adds those that say how well keys are known, with an ``example`` of that, and a ``pair`` that goes together."""
-    add("--uncertain", action="append", default=[], metavar="KEY=U",
-        help=f"the standard uncertainty of a key, as often as needed: {example}")  # fmt: skip
-    add("--correlated", action="append", default=[], metavar="KEY,KEY=R",
-        help=f"the correlation of two uncertain keys, from -1 to 1: {pair}")  # fmt: skip
+def of_inputs(example: str, pair: str) -> dict[str, str]:
+    """The options that say how well keys are known, with an ``example`` of that, and a ``pair`` that goes together."""
+    return {
+        "--uncertain KEY=U ...": f"the standard uncertainty of a key, as often as needed: {example}",
+        "--correlated KEY,KEY=R ...": f"the correlation of two uncertain keys, from -1 to 1: {pair}",
+    }
+
+
+def of_model(states: str, accuracy: str) -> dict[str, str]:
+    """The options of a compact model, with what holds where they are left out."""
+    return {
+        "--states N": f"with --export, how many states a compact model has ({states})",
+        "--model-accuracy A": f"with --export, the relative accuracy of a compact model ({accuracy})",
+    }
+
+
+def refuse(*faults: tuple[object, str]) -> None:
+    """SceneError with the sentence of the first fault that is one."""
+    for is_one, sentence in faults:
+        if is_one:
+            raise SceneError(sentence)
 
 
 def uncertain(arguments: argparse.Namespace, scene: object) -> Uncertain | None:
@@ -80,18 +110,14 @@ def settings(arguments: argparse.Namespace, *more: tuple[str, str | None], accur
     set one key."""
     given = [(key, value) for key, value in (*more, (accuracy, arguments.accuracy)) if value is not None]
     for key, value in given:
-        for setting in arguments.settings:
-            if _sets(setting, key):
+        for setting in arguments.set:
+            # By the key's path, the end of that, or as an item of its section.
+            other, _, said = (part.strip() for part in setting.partition("="))
+            item = key.removeprefix(f"{other}.")
+            if other == key or key.endswith(f".{other}") or (item != key and item in said):
                 option = f"--{key.rpartition('.')[2].removesuffix('_3d')} {value}"
                 raise SceneError(f"{option} and --set {printable(setting)} both set {key}: give one of them")
-    return [*arguments.settings, *(f"{key}={value}" for key, value in given)]
-
-
-def _sets(setting: str, path: str) -> bool:
-    """Whether an override is of a key: by its path, the end of that, or as an item of its section."""
-    key, _, value = (part.strip() for part in setting.partition("="))
-    item = path.removeprefix(f"{key}.")
-    return key == path or path.endswith(f".{key}") or (item != path and item in value)
+    return [*arguments.set, *(f"{key}={value}" for key, value in given)]
 
 
 def run(
@@ -106,19 +132,23 @@ def run(
     """Explains, solves, writes and reports a scene as asked, and returns the exit status. The folder's name has the
     ``overrides`` in it and, of a user's own ``data``, the file ``given`` and what is said of its columns;
     ``then`` adds to what was found."""
-    from validate.report import names
+    from validate.report import names, text
 
-    folder = out(arguments) or names.of(scene, request, overrides, given)
-    planned = _explained(arguments, scene, request, data)
+    folder, planned = out(arguments) or names.of(scene, request, overrides, given), None
+    asked = [f"--{name}" for name in ("explain", "dry-run", "quiet", "json") if vars(arguments)[name.replace("-", "_")]]
+    refuse((len(asked) > 1, f"{' and '.join(asked)} print different things: give one of them"))
+    if arguments.explain or arguments.dry_run:
+        from compare.pipeline import plan
+
+        planned = plan(scene, request, data)
+        show(text.plan_text(planned, style()) + ("\n" if arguments.explain else ""))
     if arguments.dry_run:
         return FINE
     from validate.report.output import run
 
-    with Progress(arguments.quiet) as progress:
-        more = None if then is None else partial(then, say=progress)
-        outcome = run(scene, request, folder, progress, data, more)
+    with progress(arguments.quiet) as say:
+        outcome = run(scene, request, folder, say, data, then and partial(then, say=say))
     from compare.verdict import contrary
-    from validate.report import text
 
     against = contrary(outcome.checks, scene, getattr(arguments, "strict", False))
     if arguments.json:
@@ -137,31 +167,6 @@ def out(arguments: argparse.Namespace) -> Path | None:
     return Path(arguments.out) if arguments.out else None
 
 
-def _explained(
-    arguments: argparse.Namespace, scene: Any, request: Request, data: Data | None
-) -> tuple[Step, ...] | None:  # fmt: skip
-    """The plan, printed; ``None`` where that is not asked for. SceneError where several things to print are."""
-    asked = [name for name in ("explain", "dry_run", "quiet", "json") if getattr(arguments, name)]
-    if len(asked) > 1:
-        told = " and ".join(f"--{name.replace('_', '-')}" for name in asked)
-        raise SceneError(f"{told} print different things: give one of them")
-    if not arguments.explain and not arguments.dry_run:
-        return None
-    from compare.pipeline import plan
-    from validate.report import text
-
-    planned = plan(scene, request, data)
-    show(text.plan_text(planned, style()) + ("\n" if arguments.explain else ""))
-    return planned
-
-
-def jobs(given: str | None) -> int:
-    """How many processes to use; SceneError for what is no positive number."""
-    from validate.processes import processors
-
-    return processors() if given is None else whole("--jobs", given, 1, 256)
-
-
 def whole(option: str, given: str, least: int, most: int) -> int:
     """A whole number that was given; SceneError for what is none, or out of range."""
     if not given.isascii() or not given.isdigit() or not least <= int(given) <= most:
@@ -169,30 +174,30 @@ def whole(option: str, given: str, least: int, most: int) -> int:
     return int(given)
 
 
-def show_rows(
-    arguments: argparse.Namespace, report: Any, rows: Sequence[Any], seconds: float, page: Callable[..., str]
-) -> None:
-    """Prints the rows of a table in the form that was asked for, of those that ``report`` has, and writes their
-    ``page``; SceneError where that can't be done."""
+def table(arguments: argparse.Namespace, report: Any, rows: Callable[..., Sequence[Any]], **told: Any) -> Sequence[Any]:
+    """The rows of a table, which a number of processes find, printed in the form that was asked for, of those that
+    ``report`` has, and written as a page, which is ``told`` more; SceneError where that can't be done."""
+    from validate.processes import processors
     from validate.report.summary import provenance
 
+    jobs = processors() if arguments.jobs is None else whole("--jobs", arguments.jobs, 1, 256)
+    started = time.perf_counter()
+    with progress() as say:
+        found = rows(jobs, say)
+    seconds = time.perf_counter() - started
     if arguments.markdown is not None:
+        page = report.markdown(found, provenance(), **told).rstrip("\n") + "\n"
         try:
-            Path(arguments.markdown).write_text(page(rows, provenance()).rstrip("\n") + "\n", encoding="utf-8")
+            Path(arguments.markdown).write_text(page, encoding="utf-8")
         except OSError as error:
             raise SceneError(f"--markdown {quoted(arguments.markdown)} can't be written: {reason(error)}") from None
     if arguments.json:
-        show(json.dumps(report.document(rows, provenance(), seconds), indent=1, allow_nan=False))
+        show(json.dumps(report.document(found, provenance(), seconds), indent=1, allow_nan=False))
     elif arguments.quiet:
-        show(report.headline(rows))
+        show(report.headline(found))
     else:
-        show(f"{report.text(rows, style())}\n\n{seconds:.0f} s")
-
-
-def of_model(add: Callable[..., Any], states: str, accuracy: str) -> None:
-    """Adds the options of a compact model, with what holds where they are left out."""
-    add("--states", metavar="N", help=f"with --export, how many states a compact model has ({states})")
-    add("--model-accuracy", metavar="A", help=f"with --export, the relative accuracy of a compact model ({accuracy})")
+        show(f"{report.text(found, style())}\n\n{seconds:.0f} s")
+    return found
 
 
 def export(arguments: argparse.Namespace, accuracy: float | None = None) -> Export | None:
@@ -202,14 +207,15 @@ def export(arguments: argparse.Namespace, accuracy: float | None = None) -> Expo
 
     states, given = arguments.states, arguments.model_accuracy
     if arguments.export is None:
-        if states is not None or given is not None:
-            option = f"--states {states}" if states is not None else f"--model-accuracy {given}"
-            raise SceneError(f"{printable(option)} is of the model that --export DIR writes: give that, too")
+        option = f"--model-accuracy {given}" if states is None else f"--states {states}"
+        more = states is not None or given is not None
+        refuse((more, f"{printable(option)} is of the model that --export DIR writes: give that, too"))
         return None
-    if not arguments.export.strip():
-        raise SceneError('--export "" names no folder: give one, such as my-model')
-    if states is not None and given is not None:
-        raise SceneError("--states says how many states, --model-accuracy takes as many as it needs: give one of them")
+    both = states is not None and given is not None
+    refuse(
+        (not arguments.export.strip(), '--export "" names no folder: give one, such as my-model'),
+        (both, "--states says how many states, --model-accuracy takes as many as it needs: give one of them"),
+    )
     if given is not None:
         accuracy = ACCURACY.read("--model-accuracy", given)
     count = None if states is None else whole("--states", states, 1, MOST_STATES)

@@ -1,83 +1,75 @@
-"""`validate device`: the whole sensor in 1D, and what the paper says of it."""
+"""Simulate the paper's whole sensor in 1D, and in 3D with --3d: sink, insulator, sensor, polymer and their
+controllers, and say what of Figures 9 to 13 comes out; with the limits of gains, range and resolution.
+
+examples:
+  validate device
+  validate device --3d --accuracy 1e-4
+  validate device --figure 11 --set control.sample_time=2ms
+  validate device --scheme paper --figure 9
+  validate device --max-power 20mW --meter PXI-4070
+
+results: summary.json, traces.csv and figures in results/<scene>-<what distinguishes it>/
+exit status: 0 every check came out as the scene declares, 1 one did not, 2 bad input, 3 the numerics failed
+"""
 
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from scenes.errors import SceneError
 from validate.cli import common
 
 if TYPE_CHECKING:
-    from scenes import dimensions
     from scenes.plan import Request
 
 
-def describe(parser: argparse.ArgumentParser) -> None:
-    """What the command takes."""
-    parser.description = (
-        "Simulate the paper's whole sensor in 1D, and in 3D with --3d: sink, insulator, sensor, polymer and their\n"
-        "controllers, and say what of Figures 9 to 13 comes out; with the limits of gains, range and resolution."
-    )
-    parser.epilog = (
-        "examples:\n"
-        "  validate device\n"
-        "  validate device --3d --accuracy 1e-4\n"
-        "  validate device --figure 11 --set control.sample_time=2ms\n"
-        "  validate device --scheme paper --figure 9\n"
-        "  validate device --max-power 20mW --meter PXI-4070\n\n"
-        "results: summary.json, traces.csv and figures in results/<scene>-<what distinguishes it>/\n"
-    ) + common.STATUS
-    add = parser.add_argument
-    common.options(
-        parser, "device", "control.sample_time=1ms",
-        "accuracy of the temperatures, relative to the set rise; with --3d that of the 3D model",
-    )  # fmt: skip
-    add("--3d", action="store_true", dest="in_3d", help="in 3D too, and how far 1D is off")
-    add("--figure", action="append", default=[], choices=("9", "10", "11", "12", "13"), dest="about",
-        help="this figure and its checks only, as often as needed")  # fmt: skip
-    add("--scheme", choices=("accurate", "paper"), default="accurate",
-        help="the accurate scheme (default), or the paper's own and how far it is off")  # fmt: skip
-    add("--meter", choices=("PXI-4070", "MAX1367"), help="round the resistances to what a meter resolves")
-    add("--sensitivities", action="store_true", help="how the steady state in 1D follows each key: d ln Q / d ln key")
-    add("--max-voltage", metavar="V", help="the sensor's largest voltage, for the range: 100mV")
-    add("--max-power", metavar="W", help="the sensor's largest power, for the range: 20mW")
+OPTIONS = {
+    **common.of_run("device", "control.sample_time=1ms",
+                    "accuracy of the temperatures, relative to the set rise; with --3d that of the 3D model"),
+    "--3d": "in 3D too, and how far 1D is off",
+    "--figure {9,10,11,12,13} ...": "this figure and its checks only, as often as needed",
+    "--scheme {accurate,paper}": "the accurate scheme (default), or the paper's own and how far it is off",
+    "--meter {PXI-4070,MAX1367}": "round the resistances to what a meter resolves",
+    "--sensitivities": "how the steady state in 1D follows each key: d ln Q / d ln key",
+    "--max-voltage V": "the sensor's largest voltage, for the range: 100mV",
+    "--max-power W": "the sensor's largest power, for the range: 20mW",
+}  # fmt: skip
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Simulates, checks, writes and reports."""
-    from dataclasses import replace
-
     from scenes.keys import DEVICE
     from scenes.loading import load
 
-    key = "run.accuracy_3d" if arguments.in_3d else "run.accuracy"
-    device = load(arguments.scene, common.settings(arguments, accuracy=key), of=DEVICE)
-    request = _request(arguments)
+    in_3d = vars(arguments)["3d"]
+    key = "run.accuracy_3d" if in_3d else "run.accuracy"
+    device = load(arguments.scene or "device", common.settings(arguments, accuracy=key), of=DEVICE)
+    request = replace(_request(arguments), in_3d=in_3d)
     if request.meter:
         # The scene says nothing about a device with a meter in its loop.
         device = replace(device, expected_to_differ=None)
-    return common.run(arguments, device, request, arguments.settings)
+    return common.run(arguments, device, request, arguments.set)
 
 
 def _request(arguments: argparse.Namespace) -> Request:
     """What is asked for; SceneError where one thing leaves out another."""
     from compare.plan import DEVICE_FIGURES, LATE, design_reason
-    from scenes import dimensions
+    from scenes.dimensions import POWER, VOLTAGE
+    from scenes.kinds import Quantity
     from scenes.plan import Request
 
-    request = Request(
-        in_3d=arguments.in_3d,
-        sensitivities=arguments.sensitivities,
-        scheme=arguments.scheme,
-        about=tuple(name for name in DEVICE_FIGURES if name.removeprefix("figure") in arguments.about),
-        figures=arguments.figures,
-        meter=arguments.meter,
-        largest_voltage=_most("--max-voltage", arguments.max_voltage, dimensions.VOLTAGE),
-        largest_power=_most("--max-power", arguments.max_power, dimensions.POWER),
-        command=arguments.command_line,
+    limits = {"--max-voltage": (arguments.max_voltage, VOLTAGE), "--max-power": (arguments.max_power, POWER)}
+    voltage, power = (
+        float("inf") if given is None else Quantity(dimension, 1e-12, 1e6).read(option, given) or 0.0
+        for option, (given, dimension) in limits.items()
     )
-    for option, given in (("--max-voltage", arguments.max_voltage), ("--max-power", arguments.max_power)):
+    request = Request(
+        sensitivities=arguments.sensitivities, scheme=arguments.scheme or "accurate", figures=arguments.figures,
+        about=tuple(name for name in DEVICE_FIGURES if name.removeprefix("figure") in arguments.figure),
+        meter=arguments.meter, largest_voltage=voltage, largest_power=power, command=arguments.command_line,
+    )  # fmt: skip
+    for option, (given, _) in limits.items():
         if given is not None and design_reason(request):
             other = "--figure" if request.about else "--scheme paper"
             raise SceneError(f"{option} is of the range, which {other} leaves out: give one of them")
@@ -85,10 +77,3 @@ def _request(arguments: argparse.Namespace) -> Request:
     if late:
         raise SceneError(f"--figure {late[0].removeprefix('figure')} needs the accurate scheme")
     return request
-
-
-def _most(option: str, given: str | None, dimension: dimensions.Dimension) -> float:
-    from scenes.kinds import Quantity
-
-    value = None if given is None else Quantity(dimension, 1e-12, 1e6).read(option, given)
-    return float("inf") if value is None else value

@@ -1,4 +1,14 @@
-"""`validate map`: the line over two keys on which the 1D model leaves a tolerance."""
+"""Find where over two keys the 1D model is within a tolerance of 3D: a map of cells, some hundred of them
+solved, where the line runs and where neighbours disagree, the others interpolated, each with its error.
+
+examples:
+  validate map sink --vary sink.width=10um:200um --vary anchor.oxide_length=10um:140um --check fig4 \\
+    --tolerance 5%
+  validate map sink --vary drive.voltage=0.1:10:log --vary sink.length=0.2mm:2mm --check fig6_end
+
+results: map.csv, points.csv (what was solved), sweep.json, a figure and report.html
+exit status: 0 finished (points without an answer are rows that say why), 2 bad input, 3 no point has an answer
+"""
 
 from __future__ import annotations
 
@@ -6,43 +16,31 @@ import argparse
 from dataclasses import replace
 
 from scenes.errors import SceneError, quoted
-from validate.cli import sweep
-from validate.cli.common import whole
+from validate.cli import common, sweep
 
 CELLS, SOLVES = 100, 400
 
 
-def describe(parser: argparse.ArgumentParser) -> None:
-    """What the command takes."""
-    parser.description = (
-        "Find where over two keys the 1D model is within a tolerance of 3D: a map of cells, some hundred of them\n"
-        "solved, where the line runs and where neighbours disagree, the others interpolated, each with its error."
-    )
-    parser.epilog = (
-        "examples:\n"
-        "  validate map sink --vary sink.width=10um:200um --vary anchor.oxide_length=10um:140um --check fig4 \\\n"
-        "    --tolerance 5%\n"
-        "  validate map sink --vary drive.voltage=0.1:10:log --vary sink.length=0.2mm:2mm --check fig6_end\n\n"
-        "results: map.csv, points.csv (what was solved), sweep.json, a figure and report.html\n"
-    ) + sweep.EXIT
-    sweep.options(parser, "KEY=FROM:TO[:log], twice")
-    add = parser.add_argument
-    add("--check", metavar="ID", required=True, help="the check whose line is wanted: fig4, fig6_end, eq14 ...")
-    add("--tolerance", metavar="T", help="its tolerance, 5%% (default: the scene's)")
-    add("--cells", metavar="N", help=f"cells along either key, or NxM (default {CELLS})")
-    add("--solves", metavar="N", help=f"at most so many 3D solutions (default {SOLVES})")
+OPTIONS = {
+    **sweep.shared("KEY=FROM:TO[:log], twice"),
+    "--check ID!": "the check whose line is wanted: fig4, fig6_end, eq14 ...",
+    "--tolerance T": "its tolerance, 5%% (default: the scene's)",
+    "--cells N": f"cells along either key, or NxM (default {CELLS})",
+    "--solves N": f"at most so many 3D solutions (default {SOLVES})",
+}
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Maps, writes and reports."""
     from scenes.checks import OVER_TIME
-    from validate.sweep.axes import Axis, parse
-    from validate.sweep.design import Design
-    from validate.sweep.job import checked
+    from validate.sweep.design import Design, parse
+    from validate.sweep.point import checked
 
-    cells = _cells(arguments.cells)
-    solves = whole("--solves", arguments.solves or str(SOLVES), 16, 1_000_000)
-    base = sweep.scene(arguments, [])
+    parts = (arguments.cells or str(CELLS)).split("x")
+    if len(parts) > 2:
+        raise SceneError(f"--cells {quoted(arguments.cells)} is not allowed: give N, or NxM")
+    cells = [common.whole("--cells", part, 2, 1000) for part in parts]
+    solves = common.whole("--solves", arguments.solves or str(SOLVES), 16, 1_000_000)
+    base = sweep.scene(arguments)
     if base.kind != "sink":
         raise SceneError(
             f"{quoted(arguments.scene)} has no 1D model, so there is no line to map: give a sink, or validate sweep"
@@ -55,14 +53,8 @@ def run(arguments: argparse.Namespace) -> int:
         setting = f"checks.tolerances.{arguments.check}={arguments.tolerance}"
         base.read(*setting.split("=", 1))
         base = replace(base, settings=(*base.settings, setting))
-    ranges = [parse(base, text, "range") for text in arguments.vary]
-    axes = tuple(Axis(given.key, given.cells(count), given.log) for given, count in zip(ranges, cells, strict=True))
-    return sweep.execute(arguments, base, Design(axes), solves, steady)
-
-
-def _cells(given: str | None) -> tuple[int, int]:
-    parts = (given or str(CELLS)).split("x")
-    if len(parts) > 2:
-        raise SceneError(f"--cells {quoted(given)} is not allowed: give N, or NxM")
-    counts = [whole("--cells", part, 2, 1000) for part in parts]
-    return counts[0], counts[-1]
+    axes = tuple(
+        parse(base, text, "range").taken((i + 0.5) / count for i in range(count))
+        for text, count in zip(arguments.vary, (cells[0], cells[-1]), strict=True)
+    )
+    return sweep.execute(arguments, base, Design(axes), steady, solves)

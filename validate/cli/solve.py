@@ -1,4 +1,17 @@
-"""`validate solve`: any scene of boxes, or on a mesh file, in 3D."""
+"""Solve any scene of boxes, or on a Gmsh or Nastran mesh, in 3D: heat, current or both; steady or
+over time; every probe with its estimated numerical error.
+
+examples:
+  validate scene bridge > mine.toml; validate solve mine.toml
+  validate solve bridge --set "boundary.left electrode.voltage=3V" --accuracy 1e-4
+  validate solve hotplate --end-time 2ms --explain
+  validate solve bridge --sensitivities
+  validate solve hotplate --export my-model --model-accuracy 1e-2
+
+results: summary.json, traces.csv (a column per probe) and figures in
+results/<scene>-<what distinguishes it>/
+exit status: 0 solved, 2 bad input, 3 the numerics failed
+"""
 
 from __future__ import annotations
 
@@ -7,50 +20,25 @@ import argparse
 from scenes.errors import SceneError
 from validate.cli import common
 
-
-def describe(parser: argparse.ArgumentParser) -> None:
-    """What the command takes."""
-    parser.description = (
-        "Solve any scene of boxes, or on a Gmsh or Nastran mesh, in 3D: heat, current or both; steady or\n"
-        "over time; every probe with its estimated numerical error."
-    )
-    parser.epilog = (
-        "examples:\n"
-        "  validate scene bridge > mine.toml; validate solve mine.toml\n"
-        '  validate solve bridge --set "boundary.left electrode.voltage=3V" --accuracy 1e-4\n'
-        "  validate solve hotplate --end-time 2ms --explain\n"
-        "  validate solve bridge --sensitivities\n"
-        "  validate solve hotplate --export my-model --model-accuracy 1e-2\n\n"
-        "results: summary.json, traces.csv (a column per probe) and figures in\n"
-        "results/<scene>-<what distinguishes it>/\n"
-        "exit status: 0 solved, 2 bad input, 3 the numerics failed"
-    )
-    add = parser.add_argument
-    add("scene", metavar="SCENE.toml", help="a scene file, or an example: bridge, plate, hotplate")
-    common.shared(parser, {
-        "--set": "override a key, as often as needed: run.accuracy=1e-4, boundary.NAME.voltage=2",
-        "--accuracy": "relative accuracy of every probe (default 1e-3 or the scene's)",
-        "--steady": "the steady state, whatever the scene says of time",
-    })  # fmt: skip
-    add("--end-time", metavar="T", help="over time from the start to T, such as 2ms, whatever the scene says of it")
-    common.shared(parser, {"--out": "", "--no-figures": ""})
-    add("--fields", action="store_true", help="write the 3D temperature fields (fem3d.pvd with .vtu files)")
-    add("--sensitivities", action="store_true",
-        help="how every probe follows each number of the scene: d ln probe / d ln key")  # fmt: skip
-    common.uncertain_options(add, "box.beam.upper.z=0.1um, boundary.drive.voltage=1%%",
-                             "box.beam.lower.x,box.beam.upper.x=-1")  # fmt: skip
-    add(
-        "--export",
-        metavar="DIR",
-        help="write a compact model of a few states to DIR: JSON, Python, SPICE, FMU; with its error",
-    )
-    common.of_model(add, "default: as few as --model-accuracy takes", "default: the scene's")
-    common.shared(parser, dict.fromkeys((*common.PLAN, "--quiet", "--json"), ""))
+OPTIONS = {
+    "scene SCENE.toml": "a scene file, or an example: bridge, plate, hotplate",
+    "--set KEY=VALUE ...": "override a key, as often as needed: run.accuracy=1e-4, boundary.NAME.voltage=2",
+    "--accuracy A": "relative accuracy of every probe (default 1e-3 or the scene's)",
+    "--steady": "the steady state, whatever the scene says of time",
+    "--end-time T": "over time from the start to T, such as 2ms, whatever the scene says of it",
+    "--out DIR": "", "--no-figures": "",
+    "--fields": "write the 3D temperature fields (fem3d.pvd with .vtu files)",
+    "--sensitivities": "how every probe follows each number of the scene: d ln probe / d ln key",
+    **common.of_inputs("box.beam.upper.z=0.1um, boundary.drive.voltage=1%%",
+                       "box.beam.lower.x,box.beam.upper.x=-1"),
+    "--export DIR": "write a compact model of a few states to DIR: JSON, Python, SPICE, FMU; with its error",
+    **common.of_model("default: as few as --model-accuracy takes", "default: the scene's"),
+    "--explain": "", "--dry-run": "", "--quiet": "", "--json": "",
+}  # fmt: skip
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Solves, writes and reports."""
-    from compare.free_run import reported
+    from compare.pipeline import reported
     from scenes.free import load
     from scenes.plan import Request
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from threading import Event, Thread
 from typing import TYPE_CHECKING
 
@@ -16,62 +16,55 @@ if TYPE_CHECKING:
     from validate.report.table import Style
 
 FINE, DIFFERS, BAD_INPUT, NUMERICS, INTERRUPTED = 0, 1, 2, 3, 130
-_SLOW = 2.0
-"""Seconds from which on it is said how long something takes."""
+_SLOW = 2.0  # seconds from which on it is said how long something takes
 
 
-class Progress:
-    """Says on a terminal's last line what is being done, and from two seconds on for how long; clears it at the end.
+@contextmanager
+def progress(quiet: bool = False) -> Iterator[Callable[[str], None]]:
+    """What says on a terminal's last line what is being done, and from two seconds on for how long; the line is cleared
+    at the end. Says nothing elsewhere, nor where it is to be ``quiet``."""
+    if quiet or not sys.stderr.isatty():
+        yield lambda _: None
+        return
+    start, said, done = time.monotonic(), "", Event()
 
-    Says nothing elsewhere, nor where it is to be ``quiet``.
-    """
-
-    def __init__(self, quiet: bool = False) -> None:
-        self._shown = not quiet and sys.stderr.isatty()
-        self._text, self._start = "", 0.0
-        self._done = Event()
-        self._ticker: Thread | None = None
-
-    def __enter__(self) -> Callable[[str], None]:
-        if not self._shown:
-            return lambda _: None
-        self._start = time.monotonic()
-        self._ticker = Thread(target=self._tick, daemon=True)
-        self._ticker.start()
-        return self._say
-
-    def __exit__(self, *_: object) -> None:
-        self._done.set()
-        if self._ticker is not None:
-            self._ticker.join()
-            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
-
-    def _say(self, text: str) -> None:
-        self._text = text
-        self._draw()
-
-    def _draw(self) -> None:
-        spent = time.monotonic() - self._start
+    def draw() -> None:
+        spent = time.monotonic() - start
         since = f" ({spent:.0f} s)" if spent >= _SLOW else ""
-        print(f"\r\x1b[K{printable(self._text, 70)}{since}", end="", file=sys.stderr, flush=True)
+        print(f"\r\x1b[K{printable(said, 70)}{since}", end="", file=sys.stderr, flush=True)
 
-    def _tick(self) -> None:
-        while not self._done.wait(0.5):
-            if time.monotonic() - self._start >= _SLOW:
-                self._draw()
+    def say(text: str) -> None:
+        nonlocal said
+        said = text
+        draw()
+
+    def tick() -> None:
+        while not done.wait(0.5):
+            if time.monotonic() - start >= _SLOW:
+                draw()
+
+    ticker = Thread(target=tick, daemon=True)
+    ticker.start()
+    try:
+        yield say
+    finally:
+        done.set()
+        ticker.join()
+        print("\r\x1b[K", end="", file=sys.stderr, flush=True)
 
 
 def complain(sentence: str, status: int) -> int:
     """Prints one sentence on standard error and returns the status."""
-    with contextlib.suppress(OSError, ValueError):
+    with suppress(OSError, ValueError):
         print(f"validate: {' '.join(sentence.split())}", file=sys.stderr)
     return status
 
 
 def show(text: str) -> None:
     """Prints, and doesn't mind a reader that has had enough (`| head`)."""
+    encoding = sys.stdout.encoding or "utf-8"
     try:
-        print(text.encode(_encoding(), "replace").decode(_encoding()), flush=True)
+        print(text.encode(encoding, "replace").decode(encoding), flush=True)
     except BrokenPipeError:
         # Python flushes standard output once more when it ends.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -83,11 +76,7 @@ def style() -> Style:
 
     colour = sys.stdout.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
     try:
-        "±✓✗".encode(_encoding())
+        "±✓✗".encode(sys.stdout.encoding or "utf-8")
     except UnicodeEncodeError:
         return Style(colour, ascii_only=True)
     return Style(colour)
-
-
-def _encoding() -> str:
-    return sys.stdout.encoding or "utf-8"

@@ -1,9 +1,10 @@
 """What a run leaves: texts, tables, figures, the page, summary, traces, fields, the folder.
 
 How a run of each kind is told and kept is one module for each, found by the kind of its scene. It has ``title``,
-``headline`` and ``sections`` for the terminal and the page, ``entries`` of summary.json, ``columns`` of
-traces.csv, ``FIGURES`` by their names in the plan, and ``draws_field``; where a field is drawn ``field`` and
-``field_figure``, where field files are written ``stored``, and ``more_columns`` where there are other files of columns.
+``headline`` and ``sections`` for the terminal and the page, ``entries`` of summary.json, ``columns`` of traces.csv
+(none: no file), ``FIGURES``, by their names in the plan what draws each in ``figures``, and the ``FIELD_FIGURE`` (none:
+empty); where there is one, which ``field`` it shows, and what ``stored`` field files have: their times (s), what rises
+are above (K), and a 1D model beside 3D.
 """
 
 from __future__ import annotations
@@ -17,15 +18,7 @@ if TYPE_CHECKING:
     from compare.outcome import Outcome
     from validate.report.table import Section, Style
 
-_ASKED_FOR = {
-    "propagated": "inputs.uncertain",
-    "fit": "inputs.calibration",
-    "validation": "inputs.validation",
-    "air": "air.section",
-    "sensitivities": "inputs.sensitivities",
-    "why": "budget.section",
-}
-"""What tells of each field of an Outcome that is there only where it was asked for."""
+_ASKED_FOR = ("propagated", "fit", "validation", "air", "sensitivities", "why")
 
 
 def of(scene: Any) -> Any:
@@ -35,9 +28,6 @@ def of(scene: Any) -> Any:
 
 def asked_for(outcome: Outcome[Any], style: Style) -> list[Section]:
     """The sections on what was found because it was asked for, whatever the kind of run."""
-    found = []
-    for name, place in _ASKED_FOR.items():
-        if getattr(outcome, name) is not None:
-            module, _, function = place.partition(".")
-            found.append(getattr(import_module(f"validate.report.{module}"), function)(outcome, style))
-    return found
+    found = {name: getattr(outcome, name) for name in _ASKED_FOR if getattr(outcome, name) is not None}
+    asked = import_module("validate.report.asked") if found else None
+    return [getattr(asked, name)(part, outcome, style) for name, part in found.items()]

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import groupby
 
 from compare.verdict import Check
@@ -23,7 +23,11 @@ NAMES = {
     "polymer_flux_W": ("heat into polymer", "W"),
 }
 """What a reader calls the quantities of the device, and their units."""
-_SIDES = {"equal": "", "at least": ">=", "at most": "<="}
+_KINDS = {
+    "slope": "how the models follow a key: 1D less 3D", "air": "the air left out: 3D without it less 3D with it",
+    "energy": "3D alone", "islands": "3D alone", "against": "your data less 3D",
+}  # fmt: skip
+"""What is compared in a check, by how its id begins."""
 _LONG = 20
 """Characters of an id from which on the titles stand below."""
 _NOTE = (
@@ -35,73 +39,78 @@ _NOTE = (
 def sections(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -> list[Section]:
     """The sink's checks by what is compared, and why those differ that do."""
     if style.page or not checks:
-        return [on_page(checks, contrary)] if checks else []
-    below, rows = any(len(check.id) >= _LONG for check in checks), []
-    for kind, group in groupby(_sorted(checks), kind_of):
-        rows += [Row([kind])] if kind else []
-        for c in group:
-            difference = difference_text(c.difference, c.u_num, style.plus_minus)
-            cells = [c.id, "" if below else c.title, difference, percent(c.tolerance, 1), c.verdict]
-            rows.append(Row(cells, c.verdict, c.title if below else ""))
-    table = Table(("check", "", "difference", "tolerance", ""), rows, "<<>><")
-    against = {check.id: declared(check) for check in contrary}
-    told = [(c.id, [text for text in (against.get(c.id, ""), c.because) if text]) for c in checks if c.own]
-    reasons = [f"{name}: {'; '.join(said)}" for name, said in told if said]
-    return [Section("Checks", [table], headed=False), Section("Why", [sentences(reasons)])]
+        return on_page(checks, contrary)
+    below = any(len(check.id) >= _LONG for check in checks)
+
+    def row(c: Check) -> Row:
+        difference = difference_text(c.difference, c.u_num, style.plus_minus)
+        cells = [c.id, "" if below else c.title, difference, percent(c.tolerance, 1), c.verdict]
+        return Row(cells, c.verdict, c.title if below else "")
+
+    table = Table(("check", "", "difference", "tolerance", ""), _by_kind(checks, row), "<<>><")
+    told = [(check.id, _said(check, contrary)) for check in checks if check.own]
+    reasons = sentences([f"{name}: {said}" for name, said in told if said])
+    return [Section("Checks", [table], headed=False), Section("Why", [reasons])]
 
 
-def on_page(checks: Sequence[Check], contrary: Sequence[Check]) -> Section:
+def of_device(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -> list[Section]:
+    """The device's: every claim of the paper with what 1D finds; every result of 1D with what 3D finds; the claim that
+    the device is built on with what 3D finds; then why, with the differences in full."""
+    if style.page or not checks:
+        return on_page(checks, contrary)
+    found = []
+    for whose, group in groupby(checks, sides):
+        rows = [
+            Row([c.id, c.title, claimed(c), amount(c.measured, c.unit), off_by(c), c.verdict], c.verdict) for c in group
+        ]
+        found.append(Section("Checks", [Table(("check", "", *whose, "off by", ""), rows, "<<>>><")], headed=False))
+    reasons = [f"{c.id}: {_said(c, contrary)}; {_in_full(c, style.plus_minus)}" for c in checks]
+    return [*found, Section("Why", [sentences(reasons)])]
+
+
+def on_page(checks: Sequence[Check], contrary: Sequence[Check]) -> list[Section]:
     """Every check with its values, and below it the reason where one is given."""
-    rows, relative = [], any(check.relative_to for check in checks)
-    for kind, group in groupby(_sorted(checks), kind_of):
-        rows += [Row([kind])] if kind else []
-        for c in group:
-            said = [text for text in (declared(c) if c in contrary else "", c.because) if text]
-            sense = "" if c.sense == "equal" or not math.isfinite(c.predicted) else f"{c.sense} "
-            rows.append(Row(
-                [c.id, c.title, sense + amount(c.predicted, c.unit, 5), amount(c.measured, c.unit, 5), _difference(c),
-                 *[c.relative_to] * relative, percent(c.tolerance, 1), c.verdict],
-                c.verdict, f"{'; '.join(said)}." if said else "",
-            ))  # fmt: skip
-    heads = ("check", "of", *_heads(checks), "difference", *["relative to"] * relative, "tolerance", "verdict")
-    return Section("Checks", [_NOTE, Table(heads, rows, f"<<>>>{'<' * relative}><")])
+    if not checks:
+        return []
+    whose, relative = {sides(check) for check in checks}, any(check.relative_to for check in checks)
+
+    def row(c: Check) -> Row:
+        said, off = _said(c, contrary), off_by(c)
+        sense = "" if c.sense == "equal" or not math.isfinite(c.predicted) else f"{c.sense} "
+        off = off if off.isalpha() else difference_text(c.difference, c.u_num, "\N{PLUS-MINUS SIGN}")
+        values = sense + amount(c.predicted, c.unit, 5), amount(c.measured, c.unit, 5), off
+        cells = [c.id, c.title, *values, *[c.relative_to] * relative, percent(c.tolerance, 1), c.verdict]
+        return Row(cells, c.verdict, f"{said}." if said else "")
+
+    both = whose.pop() if len(whose) == 1 else ("claimed", "found")
+    heads = ("check", "of", *both, "difference", *["relative to"] * relative, "tolerance", "verdict")
+    return [Section("Checks", [_NOTE, Table(heads, _by_kind(checks, row), f"<<>>>{'<' * relative}><")])]
 
 
-def _heads(checks: Sequence[Check]) -> tuple[str, str]:
-    """Whose the two values are."""
-    found = {sides(check) for check in checks}
-    return found.pop() if len(found) == 1 else ("claimed", "found")
+def _by_kind(checks: Sequence[Check], row: Callable[[Check], Row]) -> list[Row]:
+    """The rows of the checks, one model with the other first, under what is compared in them."""
+    rows = []
+    for kind, group in groupby(sorted(checks, key=lambda check: check.id not in OF_THE_REDUCTION), _kind_of):
+        rows += [*[Row([kind])] * bool(kind), *map(row, group)]
+    return rows
 
 
-def _sorted(checks: Sequence[Check]) -> list[Check]:
-    """One model with the other first."""
-    return sorted(checks, key=lambda check: check.id not in OF_THE_REDUCTION)
-
-
-def kind_of(check: Check) -> str:
+def _kind_of(check: Check) -> str:
     """What is compared in a check, in words."""
     if check.id in OF_THE_REDUCTION:
         return "one model against the other: 1D less 3D"
     if check.id in OF_THE_PAPER:
         whose = "the paper's equations" if check.own else "the paper's equations (not this model's)"
         return f"{whose}: 3D numbers in, relative to 3D's own"
-    kinds = {
-        "slope": "how the models follow a key: 1D less 3D", "air": "the air left out: 3D without it less 3D with it",
-        "energy": "3D alone", "islands": "3D alone", "against": "your data less 3D",
-    }  # fmt: skip
-    return kinds.get(check.id.partition("_")[0], "")
+    return _KINDS.get(check.id.partition("_")[0], "")
 
 
-def declared(check: Check) -> str:
-    """What the scene declares of a check that came out otherwise."""
-    if check.expected is not None and check.verdict != check.expected:
-        return f"the scene declares that it {check.expected} (checks.expect_differs)"
-    return ""
-
-
-def _difference(check: Check) -> str:
-    word = off_by(check)
-    return word if word.isalpha() else difference_text(check.difference, check.u_num, "\N{PLUS-MINUS SIGN}")
+def _said(check: Check, contrary: Sequence[Check]) -> str:
+    """What the scene declares of a check that came out otherwise, and why it differs."""
+    declared = ""
+    if check in contrary and check.expected is not None and check.verdict != check.expected:
+        declared = f"the scene declares that it {check.expected} (checks.expect_differs)"
+    return "; ".join(filter(None, (declared, check.because)))
 
 
 def sides(check: Check) -> tuple[str, str]:
@@ -113,7 +122,7 @@ def sides(check: Check) -> tuple[str, str]:
 
 def claimed(check: Check) -> str:
     """What the paper says a check's value is: "100.0 ms", or ">=50.70 ms" where it claims one side only."""
-    side = _SIDES[check.sense] if math.isfinite(check.predicted) else ""
+    side = {"equal": "", "at least": ">=", "at most": "<="}[check.sense] if math.isfinite(check.predicted) else ""
     return side + amount(check.predicted, check.unit)
 
 
@@ -137,7 +146,7 @@ def off_by(check: Check) -> str:
     return percent(check.difference, sign=True)
 
 
-def in_full(check: Check, plus_minus: str) -> str:
+def _in_full(check: Check, plus_minus: str) -> str:
     """The difference with its error, and what is tolerated: "paper/1D - 1 = +97.255 ± 0.006 %, tolerance 25 %"."""
     tolerance = f"tolerance {percent(check.tolerance, 2)}"
     if off_by(check).isalpha():
@@ -159,7 +168,6 @@ def judged(check: Check) -> str:
 
 def drawn(check: Check) -> str:
     """A check as a line under a figure's title; its sentence is in the report and in the terminal."""
-    found = amount(check.measured, check.unit)
-    off = off_by(check) if off_by(check).isalpha() else f"off by {off_by(check)}"
-    one, other = sides(check)
+    found, off, (one, other) = amount(check.measured, check.unit), off_by(check), sides(check)
+    off = off if off.isalpha() else f"off by {off}"
     return with_mu(f"{judged(check)}: {check.title}, {one} {claimed(check)}, {other} {found} ({off})")

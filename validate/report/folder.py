@@ -7,8 +7,8 @@ import os
 import re
 import shutil
 import uuid
+from contextlib import suppress
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 from scenes.errors import SceneError, quoted, reason
@@ -17,7 +17,8 @@ SCHEMA = 1
 """The version of summary.json."""
 
 _OURS = re.compile(
-    r"summary\.json|(traces|sensitivities)\.csv|(figure\w+|islands|islands_runs|air|why|sensitivity|validation)\.(png|svg)|fem3d\.(pvd|vtkhdf)|fem3d_\w+\.vtu|report\.html"
+    r"summary\.json|(traces|sensitivities)\.csv|(figure\w+|islands|islands_runs|air|why|sensitivity|validation)"
+    r"\.(png|svg)|fem3d\.(pvd|vtkhdf)|fem3d_\w+\.vtu|report\.html"
 )
 
 
@@ -40,10 +41,8 @@ class Folder:
     def __enter__(self) -> Folder:
         try:
             self._check_target()
-            for parent in reversed([p for p in self.partial.parents if not p.exists()]):
-                parent.mkdir()
-                self._parents.append(parent)
-            self.partial.mkdir()
+            self._parents = [parent for parent in self.partial.parents if not parent.exists()]
+            self.partial.mkdir(parents=True)
         except SceneError:
             raise
         except (OSError, ValueError) as error:
@@ -53,17 +52,14 @@ class Folder:
             ) from None
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: object) -> None:
         try:
             if isinstance(value, OSError) and value.filename is None:
                 # Where a disk is full the system names no file: it is the one that was being written last.
-                written = sorted(self.partial.iterdir(), key=lambda entry: entry.stat().st_mtime_ns)
-                name = written[-1].name if written else ""
+                written = max(self.partial.iterdir(), key=lambda entry: entry.stat().st_mtime_ns, default=Path())
                 raise SceneError(
-                    f"{quoted(self._given / name)} cannot be written ({reason(value)}): make room, or give a folder "
-                    "elsewhere with --out"
+                    f"{quoted(self._given / written.name)} cannot be written ({reason(value)}): make room, or give a "
+                    "folder elsewhere with --out"
                 ) from None
             if kind is None:
                 self._swap()
@@ -73,21 +69,20 @@ class Folder:
             self._clear()
 
     def _check_target(self) -> None:
-        target = self.target
+        target, shown = self.target, f"output folder {quoted(self._given)}"
         if not target.exists():
             return
-        shown = quoted(self._given)
         if not target.is_dir():
-            raise SceneError(f"output folder {shown} is a file: give a folder with --out")
+            raise SceneError(f"{shown} is a file: give a folder with --out")
         if not os.access(target, os.W_OK | os.X_OK):
             raise PermissionError("it is not writable")
         here = Path(os.path.realpath(os.curdir))
-        if os.path.ismount(target) or target == here or target in here.parents:
-            raise SceneError(f"output folder {shown} is where you are or a mount: give a folder inside it with --out")
-        if any(target.iterdir()) and not is_run(target):
+        if os.path.ismount(target) or here.is_relative_to(target):
+            raise SceneError(f"{shown} is where you are or a mount: give a folder inside it with --out")
+        if any(target.iterdir()) and not _run(target):
             raise SceneError(
-                f"output folder {shown} has files that are not a run of this program, and is left as it is: give a new "
-                "or empty folder with --out"
+                f"{shown} has files that are not a run of this program, and is left as it is: give a new or empty "
+                "folder with --out"
             )
 
     def _swap(self) -> None:
@@ -113,40 +108,27 @@ class Folder:
     def _clear(self) -> None:
         """Removes ``partial`` and the parents made for it that have remained empty."""
         shutil.rmtree(self.partial, ignore_errors=True)
-        for parent in reversed(self._parents):
-            try:
+        for parent in self._parents:
+            with suppress(OSError):
                 parent.rmdir()
-            except OSError:
-                return
 
 
-def is_run(folder: Path) -> bool:
-    """Whether a folder has the summary of a run."""
-    summary = _summary(folder)
-    return isinstance(summary.get("schema"), int) and "plan" in summary
-
-
-def _summary(folder: Path) -> dict[str, Any]:
-    """The summary in a folder; empty where there is none."""
+def _run(folder: Path) -> dict[str, Any]:
+    """The summary of the run in a folder; empty where there is none."""
     try:
         found = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return {}
-    return found if isinstance(found, dict) else {}
+    return found if isinstance(found, dict) and isinstance(found.get("schema"), int) and "plan" in found else {}
 
 
 def _replaced(old: Path, new: Path) -> str:
     """Which run has been replaced, and what of it the new one does not have; empty where there was none."""
-    if not is_run(old):
+    found = _run(old)
+    if not found:
         return ""
-    command = _summary(old).get("command")
-    which = (
-        "of the same command"
-        if command == _summary(new).get("command")
-        else f"there ({command})"
-        if command
-        else "there"
-    )
+    command = found.get("command")
+    which = "of the same command" if command == _run(new).get("command") else "there" + f" ({command})" * bool(command)
     gone = {_kind(entry.name) for entry in old.iterdir() if _OURS.fullmatch(entry.name)}
     gone -= {_kind(entry.name) for entry in new.iterdir()}
     return f"the earlier run {which}" + (f", gone with it: {', '.join(sorted(gone))}" if gone else "")

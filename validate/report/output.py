@@ -5,22 +5,23 @@ Nothing here imports numpy before the renderer's process has been started, which
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from compare import plan
 from compare.outcome import Clock, Outcome
 from compare.pipeline import answer
-from scenes.plan import Request, Step, noted
+from scenes.plan import Request, noted, step
 from validate.report import names, of
-from validate.report.figures.render import Field, Renderer
+from validate.report.figures.render import Renderer
 from validate.report.folder import Folder
 
 if TYPE_CHECKING:
     import numpy as np
+    from matplotlib.figure import Figure
 
     from compare.against import Data
 
@@ -39,8 +40,8 @@ def run(
     The folder is there, whole, when this returns, and as it was before when this raises. Raises SceneError for a folder
     that can't be used (before anything is solved), and what `compare.pipeline.answer` raises.
     """
-    say, clock, kind = progress or (lambda _: None), Clock(), of(scene)
-    with Folder(out or names.of(scene, request)) as folder, Renderer(kind.draws_field(scene, request)) as renderer:
+    say, clock, drawn = progress or (lambda _: None), Clock(), draws_field(scene, request)
+    with Folder(out or names.of(scene, request)) as folder, Renderer(drawn) as renderer:
         outcome = answer(scene, request, say, data, clock)
         outcome = outcome if then is None else then(outcome)
         say("writing the results")
@@ -50,63 +51,64 @@ def run(
 
 def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, clock: Clock) -> Outcome[Any]:
     """Writes the files; the outcome comes back with their names and the plan as carried out."""
-    kind, names = of(outcome.scene), []
+    kind, files = of(outcome.scene), list[str]()
     planned = {line.step for line in outcome.plan if line.state == "done"}
-    field = kind.field(outcome) if kind.draws_field(outcome.scene, outcome.request) else None
+    field = kind.field(outcome) if draws_field(outcome.scene, outcome.request) else None
     if field is not None:
         renderer.send(field)
     with clock.stage("files"):
-        columns = kind.columns(outcome)
-        if columns:
-            names.append(write_columns(folder / "traces.csv", columns))
-        for name, more in getattr(kind, "more_columns", lambda _: {})(outcome).items():
-            names.append(write_columns(folder / name, more))
+        course = outcome.sensitivities and outcome.sensitivities.course
+        tables = {"traces.csv": kind.columns(outcome), "sensitivities.csv": course.columns() if course else {}}
+        for name, columns in tables.items():
+            if columns:
+                _write_columns(folder / name, columns)
+                files.append(name)
         if "field files" in planned:
             from validate.report.fields import write_fields
 
-            names += write_fields(folder, outcome.solved, outcome.scene.accuracy, *kind.stored(outcome))
+            files += write_fields(folder, outcome.solved, outcome.scene.accuracy, *kind.stored(outcome))
     if outcome.request.figures and (field is not None or planned & kind.FIGURES.keys()):
-        with clock.stage("figures"):
-            files, notes = _draw(outcome, planned, folder, field, renderer)
-        names += files
-        outcome = replace(outcome, plan=noted(outcome.plan, notes))
-    outcome = replace(outcome, files=(*names, "report.html", "summary.json"), timing=clock.all())
+        from validate.report.figures.drawing import field_figure, save, style
+
+        drawn: list[str] = []
+        with clock.stage("figures"), style():
+            for name, place in kind.FIGURES.items():
+                if name in planned:
+                    drawn += save(_drawn(place, outcome), folder, name.replace(" ", "_"))
+            if field is not None:
+                # Last, because the picture comes from a process of its own.
+                image, name = renderer.image(), kind.FIELD_FIGURE
+                if image is None:
+                    note = step(name, field.instead, "" if field.instead else "no OpenGL to render with")
+                    outcome = replace(outcome, plan=noted(outcome.plan, [note]))
+                if image is not None or field.instead:
+                    files += save(field_figure(field, image), folder, name.replace(" ", "_"))
+        files += drawn
+    outcome = replace(outcome, files=(*files, "report.html", "summary.json"), timing=clock.all())
     from validate.report.html.page import write_report
-    from validate.report.summary import document
+    from validate.report.summary import document, write_document
 
     found = document(outcome)
     with clock.stage("files"):
         write_report(folder / "report.html", outcome, found, field)
-        (folder / "summary.json").write_text(json.dumps(found, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        write_document(folder / "summary.json", found)
     return outcome
 
 
-def _draw(
-    outcome: Outcome[Any], planned: set[str], folder: Path, field: Field | None, renderer: Renderer
-) -> tuple[list[str], list[Step]]:
-    """Draws the figures as .png and .svg; returns the files' names, and the plan's lines that turned out otherwise."""
-    from validate.report.figures.drawing import save, style
-
-    kind = of(outcome.scene)
-    files: list[str] = []
-    notes: list[Step] = []
-    with style():
-        for name, draw in kind.FIGURES.items():
-            if name in planned:
-                module, _, function = draw.rpartition(".")
-                figure = getattr(import_module(f"validate.report.{module}"), function)(outcome)
-                files += save(figure, folder, name.replace(" ", "_"))
-        if field is not None:
-            # Last, because the picture comes from a process of its own.
-            figure, note = kind.field_figure(outcome, field, renderer.image())
-            files = [*([] if figure is None else save(figure, folder, kind.FIELD_FIGURE.replace(" ", "_"))), *files]
-            notes += [] if note is None else [note]
-    return files, notes
+def _drawn(place: str, outcome: Outcome[Any]) -> Figure:
+    """The figure that "module.function" draws."""
+    module, _, function = place.partition(".")
+    return getattr(import_module(f"validate.report.figures.{module}"), function)(outcome)
 
 
-def write_columns(path: Path, columns: dict[str, np.ndarray]) -> str:
-    """Writes columns of equal length under their names, to full precision; returns the file's name."""
+def draws_field(scene: Any, request: Request) -> bool:
+    """Whether there will be a field to render."""
+    name = of(scene).FIELD_FIGURE.removeprefix("figure ")
+    return bool(name) and name not in plan.skipped_figures(scene, request)
+
+
+def _write_columns(path: Path, columns: dict[str, np.ndarray]) -> None:
+    """Writes columns of equal length under their names, to full precision."""
     rows = zip(*(column.tolist() for column in columns.values()), strict=True)
     lines = [",".join(columns), *(",".join(map(repr, row)) for row in rows)]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    return path.name

@@ -7,6 +7,7 @@ import math
 import platform
 import sys
 from dataclasses import asdict
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,50 +18,57 @@ from validate.report.folder import SCHEMA
 if TYPE_CHECKING:
     from compare.outcome import Outcome
     from compare.verdict import Check
+    from scenes.result import Result
 
 _LIBRARIES = {"numpy": "numpy", "scipy": "scipy", "skfem": "scikit-fem", "matplotlib": "matplotlib"}
+_ASKED_FOR = {
+    "calibration": "fit", "validation": "validation", "air": "air", "sensitivities": "sensitivities",
+    "against": "against",
+}  # fmt: skip
+"""Entries with the fields of an Outcome that make them, where they are there."""
 
 
 def write_document(path: Path, found: dict[str, Any]) -> None:
-    """Writes a summary."""
     path.write_text(json.dumps(found, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def document(outcome: Outcome[Any]) -> dict[str, Any]:
     """The summary as JSON types: full precision, and null for what is not a finite number."""
-    found: dict[str, Any] = as_json(
-        {
-            "schema": SCHEMA,
-            "command": outcome.request.command or None,
-            "scene": _as_dict(outcome.scene),
-            "plan": [asdict(step) for step in outcome.plan],
-            "provenance": provenance(),
-            **of(outcome.scene).entries(outcome),
-            "warnings": list(outcome.warnings),
-            "files": list(outcome.files),
-            "timing_s": outcome.timing,
-        }
-    )
-    return found
+    reader = import_module("scenes.free" if kind(outcome.scene) == "free" else "scenes.loading")
+    found: dict[str, Any] = {
+        "schema": SCHEMA,
+        "command": outcome.request.command or None,
+        "scene": reader.as_dict(outcome.scene),
+        "plan": [asdict(step) for step in outcome.plan],
+        "provenance": provenance(),
+        **of(outcome.scene).entries(outcome),
+    }
+    if outcome.why is not None:
+        from validate.report.asked import budget
+
+        found["why"] = budget(outcome.why)
+    if outcome.propagated is not None:
+        from validate.report.asked import entered
+
+        entered(found, outcome.propagated, outcome.sampled)
+    asked = {entry: getattr(outcome, name) for entry, name in _ASKED_FOR.items()}
+    found |= {entry: part.document() for entry, part in asked.items() if part is not None}
+    last = {"warnings": outcome.warnings, "files": outcome.files, "timing_s": outcome.timing}
+    made: dict[str, Any] = as_json(found | last)
+    return made
 
 
-def _as_dict(scene: Any) -> dict[str, Any]:
-    if kind(scene) == "free":
-        from scenes.free import as_dict
-
-        return as_dict(scene)
-    from scenes.loading import as_dict as sink_or_device
-
-    return sink_or_device(scene)
+def of_3d(result: Result, *details: str) -> dict[str, Any]:
+    """Steady values with their errors, and some of the details of a 3D result."""
+    named = {"dofs" if name == "unknowns" else name: result.details.get(name) for name in details}
+    return {"steady": {key: {"value": e.value, "error": e.error} for key, e in result.steady.items()}, **named}
 
 
 def provenance() -> dict[str, str]:
     """Versions of what computed the run: this program, Python and the libraries in use, and the kind of machine."""
     versions = {"validate": version(), "python": platform.python_version(), "machine": platform.machine()}
-    for module, name in _LIBRARIES.items():
-        if module in sys.modules:
-            versions[name] = str(getattr(sys.modules[module], "__version__", "unknown"))
-    return versions
+    loaded = {name: sys.modules[module] for module, name in _LIBRARIES.items() if module in sys.modules}
+    return versions | {name: str(getattr(module, "__version__", "unknown")) for name, module in loaded.items()}
 
 
 def version() -> str:

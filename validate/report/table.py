@@ -72,7 +72,7 @@ class Table:
         A verdict's mark stands in front, and its word in its colour at the end."""
         stacks = [head.split("\n") for head in self.heads]
         depth = max(map(len, stacks))
-        tops = [[stack[i - depth] if i >= depth - len(stack) else "" for stack in stacks] for i in range(depth)]
+        tops = list(zip(*([""] * (depth - len(stack)) + stack for stack in stacks), strict=True))
         full = [*tops, *(row.cells for row in self.marked if len(row.cells) == len(stacks))]
         widths = [max(map(len, column)) for column in zip(*full, strict=True)]
         gaps, room = max(len(widths) - 1, 1), WIDTH - 2
@@ -89,17 +89,15 @@ class Table:
             said = line(row.cells) if len(row.cells) == len(widths) else cut(row.cells[0], room)
             if row.verdict and said.endswith(row.verdict):
                 said = said.removesuffix(row.verdict) + style.paint(row.verdict, row.verdict)
-            lines.append(f"{style.mark(row.verdict)} {said}")
-            lines += [wrapped(row.below, "    ", "    ")] if row.below else []
+            lines += [f"{style.mark(row.verdict)} {said}", *[wrapped(row.below, "    ", "    ")] * bool(row.below)]
         return "\n".join(lines)
 
     def markdown(self) -> list[str]:
         """The lines, and an empty one after them; what is said below a single cell stands beside it."""
-        sides = ["---" if side == "<" else "--:" for side in self.aligned]
-        lines = [list(self.heads), sides]
+        lines = [list(self.heads), ["---" if side == "<" else "--:" for side in self.aligned]]
         for row in self.marked:
-            cells = [*row.cells, *([row.below] if len(row.cells) == 1 else [])]
-            lines.append([cell.replace("|", "\\|") for cell in cells] + [""] * (len(sides) - len(cells)))
+            cells = [*row.cells, *[row.below] * (len(row.cells) == 1)]
+            lines.append([cell.replace("|", "\\|") for cell in cells] + [""] * (len(self.heads) - len(cells)))
         return [*(f"| {' | '.join(cells)} |" for cells in lines), ""]
 
 

@@ -30,8 +30,7 @@ def headline(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> 
 def found_text(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> str:
     """Everything that a run found, its answer first, the warnings last."""
     sections = (section.text(style) for section in of(outcome.scene).sections(outcome, contrary, style))
-    parts = [headline(outcome, contrary, style), *sections, *warnings_text(outcome)]
-    return "\n\n".join(part for part in parts if part)
+    return "\n\n".join(filter(None, (headline(outcome, contrary, style), *sections, *warnings_text(outcome))))
 
 
 def warnings_text(outcome: Outcome[Any]) -> list[str]:
@@ -43,37 +42,34 @@ def outcome_text(
     outcome: Outcome[Any], contrary: Sequence[Check], style: Style, planned: tuple[Step, ...] | None = None
 ) -> str:
     """The same, and where it is kept; of a plan that has been printed (``planned``) what turned out otherwise."""
-    changed = [step for step in outcome.plan if planned is not None and step not in planned]
     parts = [found_text(outcome, contrary, style)]
-    if changed:
-        parts.append(plan_text(changed, style).replace("Plan", "As it turned out", 1))
+    changed = [step for step in outcome.plan if planned is not None and step not in planned]
+    parts += [plan_text(changed, style, "As it turned out")] * bool(changed)
     if outcome.exported is not None:
         what, folder = outcome.exported
         parts.append(wrapped(f"Exported {what} to {_shown(folder)}/"))
-    return "\n\n".join([*parts, where_text(outcome)])
+    return "\n\n".join([*parts, _where(outcome)])
 
 
-def plan_text(steps: Sequence[Step], style: Style) -> str:
+def plan_text(steps: Sequence[Step], style: Style, title: str = "Plan") -> str:
     """The plan: what is done and what is skipped, each with its reason."""
-    lines = [style.paint("Plan", "heading")]
+    lines = [style.paint(title, "heading")]
     for step in steps:
         text = f"{'-' if step.state == 'skipped' else '+'} {step.state:<8}{step.step}: {step.reason}"
         lines.append(textwrap.fill(text, WIDTH, initial_indent="  ", subsequent_indent=" " * 12))
     return "\n".join(lines)
 
 
-def where_text(outcome: Outcome[Any]) -> str:
+def _where(outcome: Outcome[Any]) -> str:
     """Where a run's results are, what is there, how long it took, and which earlier run they replace."""
     files, timing = outcome.files, outcome.timing
-    kinds = (["report.html"] if "report.html" in files else []) + ["summary.json"]
-    kinds += ["traces.csv"] if "traces.csv" in files else []
-    figures = {Path(file).stem for file in files if file.endswith(".svg")}
-    kinds += [f"{len(figures)} figure{'s' * (len(figures) > 1)}"] if figures else []
-    kinds += ["fem3d.pvd"] if "fem3d.pvd" in files else []
-    parts = [f"{name} {timing[key]:.1f} s" for key, name in _STAGES.items() if key in timing]
-    spent = f"Took {timing['total']:.1f} s" + (f" ({', '.join(parts)})" if parts else "")
+    kinds: list[str] = [name for name in ("report.html", "summary.json", "traces.csv") if name in files]
+    figures = sum(file.endswith(".svg") for file in files)
+    kinds += [f"{figures} figure{'s' * (figures > 1)}"] * bool(figures) + ["fem3d.pvd"] * ("fem3d.pvd" in files)
+    parts = ", ".join(f"{name} {timing[key]:.1f} s" for key, name in _STAGES.items() if key in timing)
+    said = f"{', '.join(kinds)}. Took {timing['total']:.1f} s{f' ({parts})' * bool(parts)}."
+    said += f" Replaces {outcome.replaced}." if outcome.replaced else ""
     # A path is not broken over lines, so that it can be copied.
-    said = f"{', '.join(kinds)}. {spent}." + (f" Replaces {outcome.replaced}." if outcome.replaced else "")
     return f"Results in {_shown(outcome.folder)}/\n" + wrapped(said, "  ", "  ")
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from validate.stress.rows import Row
+from validate.stress.report import Row
 
 GROUP = "compact models"
 ACCURACY, FINER = 3e-2, 0.2  # of a model, and the part of that to which the run is solved that it is held against

@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from fem3d.solve_scene import solve
-from scenes.model import Boundary, Box, Probe, Scene, Schedule, Value
+from scenes.model import Box, Probe, Scene, Schedule, Value
 from scenes.sink import SILICON
-from validate.stress.rows import Row
+from validate.stress.report import Row
+from validate.verify.exact_bodies import cold_electrodes
 from validate.verify.series import heated_middle
 
 GROUP = "drives"
@@ -65,10 +66,8 @@ def _against_series(name: str, voltage: Value, edges: list[tuple[float, float]],
 def _bar(voltage: Value, coefficient: float, end: float) -> Scene:
     upper = (20e-6, LENGTH, 2e-6)
     ends = [((0.0, y, 0.0), (upper[0], y, upper[2])) for y in (0.0, LENGTH)]
-    boundaries = [Boundary(f"cold {i}", "temperature", *at, ROOM) for i, at in enumerate(ends)]
-    boundaries += [Boundary("plus", "voltage", *ends[0], voltage), Boundary("minus", "voltage", *ends[1], 0.0)]
     middle = (10e-6, LENGTH / 2, 1e-6)
     material = replace(SILICON, temperature_coefficient=coefficient)
     times = tuple((end * np.linspace(0.02, 1.0, 50)).tolist())
-    return Scene("bar", (Box("bar", material, (0.0, 0.0, 0.0), upper),), tuple(boundaries),
+    return Scene("bar", (Box("bar", material, (0.0, 0.0, 0.0), upper),), cold_electrodes(ends, voltage),
                  (Probe("middle", middle, middle),), ROOM, end, ACCURACY, False, times)  # fmt: skip

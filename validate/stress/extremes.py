@@ -10,7 +10,7 @@ from fem3d.run import solve
 from scenes.plan import Request
 from scenes.result import Result
 from scenes.sink import Sink
-from validate.stress.rows import Row
+from validate.stress.report import Row
 
 STEADY = Request(transient=False)
 ACCURACY, FINER = 1e-3, 2e-4

@@ -3,13 +3,15 @@ estimated errors allow (at most 1 where it holds)."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
 from fem3d.solve_scene import solve
-from scenes.model import Boundary, Box, Point, Probe, Scene
+from scenes.model import Boundary, Box, Material, Point, Probe, Scene, Value
 from scenes.result import Result
 from validate.stress.random_scenes import ROOM, Drawn
 
@@ -25,20 +27,19 @@ def energy(drawn: Drawn, found: Result) -> float:
     """
     if found.traces is not None:
         return float(found.details["energy_imbalance"]) / (OVER_TIME * drawn.scene.accuracy)
-    total, error, passing = 0.0, 0.0, 0.0
-    volts = {b.name: float(b.value) for b in drawn.scene.boundaries if b.kind == "voltage"}  # type: ignore[arg-type]
-    for b in drawn.scene.boundaries:
-        if b.name == "plus":
-            continue
-        each = found.steady[f"into {b.name}"]
-        factor = volts["minus"] - volts["plus"] if b.kind == "voltage" else 1.0
-        total += factor * each.value
-        error += abs(factor) * each.error
-        passing += abs(factor * each.value)
-    for box in drawn.scene.boxes:
-        heat = float(box.heat_source) * float(np.prod(np.subtract(box.upper, box.lower)))  # type: ignore[arg-type]
-        total, passing = total + heat, passing + abs(heat)
-    return abs(total) / (error + BALANCE * passing)
+    scene = drawn.scene
+    volts = {b.name: float(b.value) for b in scene.boundaries if b.kind == "voltage"}  # type: ignore[arg-type]
+    heats = [
+        float(box.heat_source) * float(np.prod(np.subtract(box.upper, box.lower)))  # type: ignore[arg-type]
+        for box in scene.boxes
+    ]
+    error = 0.0
+    for b in scene.boundaries:
+        if b.name != "plus":
+            factor = volts["minus"] - volts["plus"] if b.kind == "voltage" else 1.0
+            heats.append(factor * found.steady[f"into {b.name}"].value)
+            error += abs(factor) * found.steady[f"into {b.name}"].error
+    return abs(sum(heats)) / (error + BALANCE * sum(map(abs, heats)))
 
 
 def never_colder(_: Drawn, found: Result) -> float:
@@ -72,30 +73,24 @@ def mirrored(drawn: Drawn, found: Result) -> float:
     def turn(lower: Point, upper: Point) -> tuple[Point, Point]:
         return (lower[1], lower[2], far - upper[0]), (upper[1], upper[2], far - lower[0])
 
-    return _apart(found, solve(_moved(drawn.scene, turn)), 1.0, 1.0, 1.0, drawn.scene.output_times)
+    return _apart(found, solve(_changed(drawn.scene, move=turn)), times=drawn.scene.output_times)
 
 
 def rescaled(drawn: Drawn, found: Result) -> float:
     """A thousand times the lengths with k, h, rho c, sources and fluxes to match has the same temperatures: the answer
     doesn't depend on the unit of length."""
     s = 1e3
-    materials = {
-        box.material: replace(
-            box.material, thermal_conductivity=box.material.thermal_conductivity / s,
-            resistivity=None if box.material.resistivity is None else box.material.resistivity * s,
-        )
-        for box in drawn.scene.boxes
-    }  # fmt: skip
-    scene = _moved(drawn.scene, lambda lower, upper: (_times(lower, s), _times(upper, s)))
-    boxes = tuple(
-        replace(box, material=materials[box.material], heat_source=float(box.heat_source) / s**3)  # type: ignore[arg-type]
-        for box in scene.boxes
-    )
-    boundaries = tuple(
-        replace(b, value=float(b.value) / s**2) if b.kind in ("heat_flux", "convection") else b  # type: ignore[arg-type]
-        for b in scene.boundaries
-    )
-    return _apart(found, solve(replace(scene, boxes=boxes, boundaries=boundaries)), 1.0, 1.0, 1.0)
+
+    def material(m: Material) -> Material:
+        resistivity = None if m.resistivity is None else m.resistivity * s
+        return replace(m, thermal_conductivity=m.thermal_conductivity / s, resistivity=resistivity)
+
+    def move(lower: Point, upper: Point) -> tuple[Point, Point]:
+        x, y, z, far_x, far_y, far_z = (s * c for c in (*lower, *upper))
+        return (x, y, z), (far_x, far_y, far_z)
+
+    factors = {"heat_source": s**-3, "heat_flux": s**-2, "convection": s**-2}
+    return _apart(found, solve(_changed(drawn.scene, factors, material, move)))
 
 
 def swapped(drawn: Drawn, found: Result) -> float:
@@ -105,21 +100,13 @@ def swapped(drawn: Drawn, found: Result) -> float:
         return 0.0
     other = {"plus": volts["minus"], "minus": volts["plus"]}
     boundaries = tuple(replace(b, value=other[b.name]) if b.name in other else b for b in drawn.scene.boundaries)
-    return _apart(found, solve(replace(drawn.scene, boundaries=boundaries)), 1.0, -1.0, 1.0)
+    return _apart(found, solve(replace(drawn.scene, boundaries=boundaries)), currents=-1.0)
 
 
 def squared(drawn: Drawn, _: Result) -> float:
     """Without temperature coefficients twice the voltage and four times the other heat make four times the rises."""
-    boxes = tuple(replace(b, material=replace(b.material, temperature_coefficient=0.0)) for b in drawn.scene.boxes)
-    scene = replace(drawn.scene, boxes=boxes)
-    factor = {"voltage": 2.0, "heat_flux": 4.0}
-    stronger = replace(
-        scene, boxes=tuple(replace(box, heat_source=4 * float(box.heat_source)) for box in boxes),  # type: ignore[arg-type]
-        boundaries=tuple(
-            replace(b, value=factor[b.kind] * float(b.value)) if b.kind in factor else b  # type: ignore[arg-type]
-            for b in scene.boundaries
-        ),
-    )  # fmt: skip
+    scene = _changed(drawn.scene, material=lambda m: replace(m, temperature_coefficient=0.0))
+    stronger = _changed(scene, {"heat_source": 4.0, "voltage": 2.0, "heat_flux": 4.0})
     return _apart(solve(scene), solve(stronger), 4.0, 2.0, 4.0)
 
 
@@ -141,18 +128,15 @@ def reciprocal(drawn: Drawn, _: Result) -> float:
 def honest(drawn: Drawn, found: Result) -> float:
     """Every value is within its estimated error of a solve that is ten times finer."""
     finer = solve(replace(drawn.scene, accuracy=drawn.scene.accuracy / 10))
-    return _apart(found, finer, 1.0, 1.0, 1.0, drawn.scene.output_times)
+    return _apart(found, finer, times=drawn.scene.output_times)
 
 
 def tests(drawn: Drawn) -> dict[str, Callable[[Drawn, Result], float]]:
     """Those that a scene is held to: all that need no further solve, and one by turns of those that do."""
-    if not drawn.scene.steady:
-        names = list(OVER_TIMES)
-        turn = names[drawn.seed // 20 % len(names)]
-        return {"energy closes over time": energy, turn: OVER_TIMES[turn]}
-    names = list(IN_TURN)
-    turn = names[drawn.seed % len(names)]
-    return ALWAYS | {turn: IN_TURN[turn]}
+    always, in_turn = (ALWAYS, IN_TURN) if drawn.scene.steady else ({"energy closes over time": energy}, OVER_TIMES)
+    number = drawn.seed if drawn.scene.steady else drawn.seed // 20
+    turn = list(in_turn)[number % len(in_turn)]
+    return always | {turn: in_turn[turn]}
 
 
 ALWAYS: dict[str, Callable[[Drawn, Result], float]] = {
@@ -169,8 +153,9 @@ OVER_TIMES: dict[str, Callable[[Drawn, Result], float]] = {
 
 
 def _apart(
-    one: Result, two: Result, rises: float, currents: float, flows: float, times: tuple[float, ...] = ()
-) -> float:
+    one: Result, two: Result, rises: float = 1.0, currents: float = 1.0, flows: float = 1.0,
+    times: tuple[float, ...] = (),
+) -> float:  # fmt: skip
     """The largest distance of two results over their errors, the first's rises, currents and flows being multiplied;
     of traces at some times (s)."""
     factors = {"rise": rises, "current": currents, "flow": flows}
@@ -196,17 +181,23 @@ def _numbers(found: Result, times: tuple[float, ...]) -> dict[str, tuple[np.ndar
     return {name: (np.interp(times, at, v), traces.errors[name]) for name, v in traces.values.items()}
 
 
-def _moved(scene: Scene, move: Callable[[Point, Point], tuple[Point, Point]]) -> Scene:
-    def moved(thing: Box | Boundary | Probe) -> dict[str, Point]:
-        lower, upper = move(thing.lower, thing.upper)
-        return {"lower": lower, "upper": upper}
+def _changed(
+    scene: Scene, factors: Mapping[str, float] = MappingProxyType({}),
+    material: Callable[[Material], Material] = lambda m: m,
+    move: Callable[[Point, Point], tuple[Point, Point]] = lambda lower, upper: (lower, upper),
+) -> Scene:  # fmt: skip
+    """The scene with its heat sources and values by kind multiplied, of other materials, at other places."""
 
-    return replace(
-        scene, boxes=tuple(replace(b, **moved(b)) for b in scene.boxes),  # type: ignore[arg-type]
-        boundaries=tuple(replace(b, **moved(b)) for b in scene.boundaries),  # type: ignore[arg-type]
-        probes=tuple(replace(p, **moved(p)) for p in scene.probes),  # type: ignore[arg-type]
-    )  # fmt: skip
+    def at(thing: Box | Boundary | Probe) -> dict[str, Any]:
+        return dict(zip(("lower", "upper"), move(thing.lower, thing.upper), strict=True))
 
+    def times(value: Value, kind: str) -> Value:
+        return float(value) * factors[kind] if kind in factors else value  # type: ignore[arg-type]
 
-def _times(point: Point, factor: float) -> Point:
-    return point[0] * factor, point[1] * factor, point[2] * factor
+    made = {box.material: material(box.material) for box in scene.boxes}
+    boxes = tuple(
+        replace(b, material=made[b.material], heat_source=times(b.heat_source, "heat_source"), **at(b))
+        for b in scene.boxes
+    )
+    boundaries = tuple(replace(b, value=times(b.value, b.kind), **at(b)) for b in scene.boundaries)
+    return replace(scene, boxes=boxes, boundaries=boundaries, probes=tuple(replace(p, **at(p)) for p in scene.probes))

@@ -7,13 +7,16 @@ under steps and ramps. Everything follows from a seed.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, product
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
+from scipy.sparse.csgraph import connected_components
 
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene, Schedule
+from validate.verify.manufactured import face
 
 ROOM, RISE = 293.0, 10.0
 MATERIALS = (
@@ -23,6 +26,7 @@ MATERIALS = (
     Material("heater", 60.0, 8000.0, 500.0, 1e-6, 1e-4), Material("metal", 240.0, 2700.0, 900.0, 2.8e-8, 4e-3),
 )  # fmt: skip
 Cell = tuple[int, int, int]
+Face = tuple[int, int, int]  # a cell's number, axis and side
 
 
 @dataclass(frozen=True)
@@ -58,39 +62,41 @@ def draw(seed: int, accuracy: float = 1e-2) -> Drawn:
             boxes[i] = replace(boxes[i], material=other)
     free = _free_faces(cells)
     rng.shuffle(free)
-    boundaries, heats = [], []
-    # The underside at a given temperature, and sometimes a film, so that the heat can leave.
     far = planes[0][-1], planes[1][-1], 0.0
-    boundaries.append(Boundary("cold", "temperature", (0.0, 0.0, 0.0), far, ROOM))
+    # The underside at a given temperature, and sometimes a film, so that the heat can leave.
+    boundaries, heats = [Boundary("cold", "temperature", (0.0, 0.0, 0.0), far, ROOM)], []
     free = [at for at in free if not (at[1:] == (2, 0) and cells[at[0]][2] == 0)]
+
+    def add(name: str, kind: Any, at: Face, value: float) -> None:
+        where = face(*_corners(planes, cells[at[0]]), *at[1:])
+        boundaries.append(Boundary(name, kind, *where, value, ROOM))
+
     if rng.random() < 0.4 and free:
         film = free.pop()
         h = 10 ** float(rng.uniform(1, 5))
-        boundaries.append(Boundary("film", "convection", *_face(planes, cells[film[0]], *film[1:]), h, ROOM))
+        add("film", "convection", film, h)
         behind = film[0], film[1], 1 - film[2]
         if behind in free and more.random() < 0.7:
             free.remove(behind)
-            h *= 10 ** float(more.uniform(-1, 1))
-            boundaries.append(Boundary("back", "convection", *_face(planes, cells[film[0]], *behind[1:]), h, ROOM))
-    strength = _strength(planes, boxes)
+            add("back", "convection", behind, h * 10 ** float(more.uniform(-1, 1)))
+    flux, source, voltage = _strength(planes, boxes)
     ends = _electrodes(boxes, cells, free) if rng.random() < 0.7 else None
     inner = ""
     if ends is not None:
-        for at in ends:
-            free.remove(at)
-        inside = _inside(boxes, cells, ends[1])
+        plus, minus = ends
+        free = [at for at in free if at not in ends]
+        inside = _inside(boxes, cells, minus)
         if inside and more.random() < 0.4:
-            inner, ends = "plus", (inside[int(more.integers(len(inside)))], ends[1])
-        for name, at, volts in zip(("plus", "minus"), ends, (strength.voltage, 0.0), strict=True):
-            boundaries.append(Boundary(name, "voltage", *_face(planes, cells[at[0]], *at[1:]), volts))
+            inner, plus = "plus", inside[int(more.integers(len(inside)))]
+        add("plus", "voltage", plus, voltage)
+        add("minus", "voltage", minus, 0.0)
         heats.append("current")
     if (rng.random() < 0.4 or not heats) and free:
-        hot = free.pop()
-        boundaries.append(Boundary("flux", "heat_flux", *_face(planes, cells[hot[0]], *hot[1:]), strength.flux))
+        add("flux", "heat_flux", free.pop(), flux)
         heats.append("flux")
     if rng.random() < 0.4 or not heats:
         i = int(rng.integers(len(boxes)))
-        boxes[i] = Box(boxes[i].name, boxes[i].material, boxes[i].lower, boxes[i].upper, strength.source)
+        boxes[i] = replace(boxes[i], heat_source=source)
         heats.append("source")
     probes = [Probe(f"mean {i}", box.lower, box.upper) for i, box in enumerate(boxes[:3])]
     probes += [
@@ -127,20 +133,13 @@ def _over_time(rng: np.random.Generator, scene: Scene, size: float) -> Scene:
     return replace(scene, boxes=boxes, boundaries=boundaries, steady=False, end_time=end, output_times=instants)
 
 
-class _Strength(NamedTuple):
-    """Heating of some ten kelvin: W/m2, W/m3, V."""
-
-    flux: float
-    source: float
-    voltage: float
-
-
-def _strength(planes: list[list[float]], boxes: list[Box]) -> _Strength:
-    """From the worst conductor of heat over the size of the whole, as an order of magnitude."""
+def _strength(planes: list[list[float]], boxes: list[Box]) -> tuple[float, float, float]:
+    """Heating of some ten kelvin (W/m2, W/m3, V): from the worst conductor of heat over the size of the whole, as an
+    order of magnitude."""
     size = max(p[-1] - p[0] for p in planes)
     k = min(box.material.thermal_conductivity for box in boxes)
     rho = min((box.material.resistivity for box in boxes if box.material.resistivity), default=1.0)
-    return _Strength(RISE * k / size, RISE * k / size**2, float(np.sqrt(8 * RISE * k * rho)))
+    return RISE * k / size, RISE * k / size**2, float(np.sqrt(8 * RISE * k * rho))
 
 
 def _planes(rng: np.random.Generator, intervals: int, base: float) -> list[float]:
@@ -153,8 +152,10 @@ def _planes(rng: np.random.Generator, intervals: int, base: float) -> list[float
 def _connected(rng: np.random.Generator, shape: list[int], count: int) -> list[Cell]:
     """Cells of a grid, each after the first a neighbour of an earlier one."""
     found: list[Cell] = [(0, 0, 0)]
+    x, y, z = map(range, shape)
+    everywhere = list(product(x, y, z))
     while len(found) < count:
-        around = sorted({n for cell in found for n in _neighbours(cell, shape)} - set(found))
+        around = [c for c in everywhere if c not in found and any(_steps(c, other) == 1 for other in found)]
         if not around:
             break
         found.append(around[int(rng.integers(len(around)))])
@@ -164,92 +165,65 @@ def _connected(rng: np.random.Generator, shape: list[int], count: int) -> list[C
     return found
 
 
+def _steps(a: Cell, b: Cell) -> int:
+    """From one cell to another through faces, were there no voids."""
+    return sum(abs(p - q) for p, q in zip(a, b, strict=True))
+
+
 def _by_faces(cells: list[Cell], a: Cell, b: Cell) -> bool:
     """Whether two cells that touch are joined by faces of cells around the place where they do."""
-    if max(abs(p - q) for p, q in zip(a, b, strict=True)) > 1:
-        return True
     low, high = np.minimum(a, b), np.maximum(a, b)
-    near = {c for c in cells if (low <= c).all() and (high >= c).all()}
-    reached, edge = {a}, [a]
-    while edge:
-        one = edge.pop()
-        new = {c for c in near - reached if sum(abs(p - q) for p, q in zip(c, one, strict=True)) == 1}
-        reached |= new
-        edge += sorted(new)
-    return b in reached
+    near = [c for c in cells if (low <= c).all() and (high >= c).all()]
+    return bool((high - low).max() > 1 or any({near.index(a), near.index(b)} <= piece for piece in _pieces(near)))
 
 
-def _neighbours(cell: Cell, shape: list[int]) -> list[Cell]:
-    found = []
-    for d, step in product(range(3), (-1, 1)):
-        other = [*cell]
-        other[d] += step
-        if 0 <= other[d] < shape[d]:
-            found.append((other[0], other[1], other[2]))
-    return found
+def _pieces(cells: Sequence[Cell]) -> list[set[int]]:
+    """The numbers of cells that are joined by faces, piece by piece, in the order of the first of each."""
+    touching = [[_steps(a, b) == 1 for b in cells] for a in cells]
+    count, labels = connected_components(np.array(touching))
+    return [set(np.flatnonzero(labels == piece).tolist()) for piece in range(count)]
 
 
-def _free_faces(cells: list[Cell]) -> list[tuple[int, int, int]]:
-    """(cell's number, axis, side) of all faces on the surface."""
-    found = []
-    for number, cell in enumerate(cells):
-        for d, side in product(range(3), (0, 1)):
-            other = [*cell]
-            other[d] += 2 * side - 1
-            if tuple(other) not in cells:
-                found.append((number, d, side))
-    return found
+def _conducting(boxes: list[Box], cells: list[Cell]) -> set[int]:
+    """The largest set of conducting cells joined by faces."""
+    able = [i for i, box in enumerate(boxes) if box.material.resistivity is not None]
+    return {able[i] for i in max(_pieces([cells[i] for i in able]), key=len)} if able else set()
 
 
-def _electrodes(
-    boxes: list[Box], cells: list[Cell], free: list[tuple[int, int, int]]
-) -> tuple[tuple[int, int, int], tuple[int, int, int]] | None:  # fmt: skip
+def _free_faces(cells: list[Cell]) -> list[Face]:
+    """All faces on the surface."""
+    return [
+        (number, d, side)
+        for number, (d, side) in product(range(len(cells)), product(range(3), (0, 1)))
+        if _beside(cells[number], d, 2 * side - 1) not in cells
+    ]
+
+
+def _beside(cell: Cell, axis: int, step: int) -> Cell:
+    x, y, z = (c + step * (d == axis) for d, c in enumerate(cell))
+    return x, y, z
+
+
+def _electrodes(boxes: list[Box], cells: list[Cell], free: list[Face]) -> tuple[Face, Face] | None:
     """Two faces on one conducting piece that don't touch, as far apart as any two."""
-    conducting = {i for i, box in enumerate(boxes) if box.material.resistivity is not None}
-    piece = _piece(cells, conducting)
-    able = [at for at in free if at[0] in piece]
+    piece = _conducting(boxes, cells)
     apart = [
-        (sum(abs(a - b) for a, b in zip(cells[p[0]], cells[q[0]], strict=True)), p, q)
-        for p in able for q in able
+        (_steps(cells[p[0]], cells[q[0]]), p, q)
+        for p, q in product([at for at in free if at[0] in piece], repeat=2)
         if p[1] == q[1] and p[2] != q[2] and cells[p[0]][p[1]] + p[2] != cells[q[0]][q[1]] + q[2]
-    ]  # fmt: skip
+    ]
     return max(apart)[1:] if apart else None
 
 
-def _inside(boxes: list[Box], cells: list[Cell], minus: tuple[int, int, int]) -> list[tuple[int, int, int]]:
+def _inside(boxes: list[Box], cells: list[Cell], minus: Face) -> list[Face]:
     """The faces between cells of one conducting piece that are parallel to an electrode on it, in another plane."""
     number, d, side = minus
-    piece = _piece(cells, {i for i, box in enumerate(boxes) if box.material.resistivity is not None})
-    found = []
-    for i in sorted(piece):
-        above = tuple(c + (e == d) for e, c in enumerate(cells[i]))
-        if above in cells and cells.index(above) in piece and cells[i][d] + 1 != cells[number][d] + side:
-            found.append((i, d, 1))
-    return found
-
-
-def _piece(cells: list[Cell], conducting: set[int]) -> set[int]:
-    """The largest set of conducting cells joined by faces."""
-    left, best = set(conducting), set[int]()
-    while left:
-        piece, edge = set[int](), [left.pop()]
-        while edge:
-            one = edge.pop()
-            piece.add(one)
-            near = {i for i in left if sum(abs(a - b) for a, b in zip(cells[i], cells[one], strict=True)) == 1}
-            left -= near
-            edge += sorted(near)
-        best = max(best, piece, key=len)
-    return best
+    piece = _conducting(boxes, cells)
+    joined = {cells[i] for i in piece}
+    plane = cells[number][d] + side
+    return [(i, d, 1) for i in sorted(piece) if _beside(cells[i], d, 1) in joined and cells[i][d] + 1 != plane]
 
 
 def _corners(planes: list[list[float]], cell: Cell) -> tuple[Point, Point]:
-    low = tuple(p[i] for p, i in zip(planes, cell, strict=True))
-    high = tuple(p[i + 1] for p, i in zip(planes, cell, strict=True))
-    return (low[0], low[1], low[2]), (high[0], high[1], high[2])
-
-
-def _face(planes: list[list[float]], cell: Cell, axis: int, side: int) -> tuple[Point, Point]:
-    lower, upper = (list(corner) for corner in _corners(planes, cell))
-    lower[axis] = upper[axis] = (lower, upper)[side][axis]
-    return (lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2])
+    (x, far_x), (y, far_y), (z, far_z) = (p[i : i + 2] for p, i in zip(planes, cell, strict=True))
+    return (x, y, z), (far_x, far_y, far_z)

@@ -1,13 +1,15 @@
-"""The table of the stress tests as text, as a page in markdown and as JSON."""
+"""What tests of robustness came to: rows of a table, as text, as a page in markdown and as JSON."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import groupby
-from typing import Any
+from typing import Any, Literal
 
 from validate.report.table import Style, Table, wrapped
-from validate.stress.rows import Row
+from validate.verify.report import as_document, page
 
 ABOUT = """\
 The table of one run of `validate stress`, which is what wrote this page. A row says what was run, over which extremes,
@@ -17,6 +19,42 @@ methods that are not this toolkit's and are there to be compared with: Crank-Nic
 _MARKS = {"holds": "agrees", "breaks": "differs", "failed": "differs", "as predicted": "unresolved"}
 
 
+Outcome = Literal["holds", "breaks", "as predicted", "failed"]
+
+
+@dataclass(frozen=True)
+class Row:
+    """A measure that should stay below a bound.
+
+    ``what`` was run over ``extremes``; ``measure`` names the worst number found, ``found``, and ``bound`` its limit.
+    ``ours`` is false for methods that are only there to be compared with: that one of them breaks is a finding, not a
+    fault. ``said`` tells more: where the worst is, what broke.
+    """
+
+    group: str
+    what: str
+    extremes: str
+    measure: str
+    found: float
+    bound: float
+    ours: bool = True
+    said: str = ""
+
+    @property
+    def verdict(self) -> Outcome:
+        """Whether the bound holds."""
+        if math.isnan(self.found):
+            return "failed"
+        if self.found <= self.bound:
+            return "holds"
+        return "breaks" if self.ours else "as predicted"
+
+
+def failed(group: str, what: str, error: BaseException) -> Row:
+    """A row for a test that ended in an error."""
+    return Row(group, what, "", "ended", math.nan, 0.0, True, f"{type(error).__name__}: {error}")
+
+
 def broken(rows: Sequence[Row]) -> list[Row]:
     """The rows that break although they should hold."""
     return [row for row in rows if row.verdict in ("breaks", "failed")]
@@ -24,11 +62,10 @@ def broken(rows: Sequence[Row]) -> list[Row]:
 
 def headline(rows: Sequence[Row]) -> str:
     """The outcome in one line."""
-    bad = broken(rows)
-    said = f"{sum(row.verdict == 'holds' for row in rows)} of {len(rows)} rows hold"
-    predicted = sum(row.verdict == "as predicted" for row in rows)
+    predicted, bad = sum(row.verdict == "as predicted" for row in rows), len(broken(rows))
+    said = f"{len(rows) - predicted - bad} of {len(rows)} rows hold"
     said += f", {predicted} break as predicted" if predicted else ""
-    return said + (f", {len(bad)} break." if bad else ".")
+    return said + (f", {bad} break." if bad else ".")
 
 
 def text(rows: Sequence[Row], style: Style) -> str:
@@ -47,27 +84,17 @@ def text(rows: Sequence[Row], style: Style) -> str:
 
 def markdown(rows: Sequence[Row], versions: dict[str, str], seed: int) -> str:
     """The page of the documentation."""
-    lines = ["# Numerical stability and robustness", "", ABOUT, f"**{headline(rows)}** Seed {seed}.", ""]
-    lines += [", ".join(f"{name} {value}" for name, value in versions.items()) + ".", ""]
+    heads = ("what", "extremes", "measure", "found", "bound", "verdict", "")
+    tables = []
     for group, of_group in groupby(rows, lambda row: row.group):
-        heads = ("what", "extremes", "measure", "found", "bound", "verdict", "")
         cells = [
             (row.what, row.extremes, row.measure, f"{row.found:.3g}", f"{row.bound:.3g}", row.verdict, row.said)
             for row in of_group
         ]
-        lines += [f"## {group.capitalize()}", "", *Table(heads, cells, "<<<>><<").markdown()]
-    return "\n".join(lines)
+        tables.append((group.capitalize(), Table(heads, cells, "<<<>><<")))
+    return page("Numerical stability and robustness", ABOUT, f"**{headline(rows)}** Seed {seed}.", versions, tables)
 
 
 def document(rows: Sequence[Row], versions: dict[str, str], seconds: float) -> dict[str, Any]:
     """The table as JSON types."""
-    from dataclasses import asdict
-
-    from validate.report.summary import as_json
-
-    found = as_json({
-        "schema": 1, "provenance": versions, "timing_s": seconds, "broken": len(broken(rows)),
-        "rows": [asdict(row) | {"verdict": row.verdict} for row in rows],
-    })  # fmt: skip
-    assert isinstance(found, dict)
-    return found
+    return as_document(rows, versions, seconds, ("verdict",), broken=len(broken(rows)))

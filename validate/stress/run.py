@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from validate.processes import single_threaded
-from validate.stress import compact_models, coupling, drives, extremes, steps, sweep
-from validate.stress.rows import Row, failed
+from validate.stress import compact_models, drives, extremes, steps, sweep
+from validate.stress.report import Row, failed
 
 QUICK_SCENES = 24
 
@@ -15,7 +14,7 @@ def run(quick: bool, scenes: int, seed: int, jobs: int, progress: Callable[[str]
     """The rows; ``quick`` takes fewer of each kind, ``scenes`` random ones from ``seed`` on."""
     parts: dict[str, Callable[[], Iterator[Row]]] = {
         "time steps": steps.rows,
-        "explicit coupling": lambda: coupling.rows(quick),
+        "explicit coupling": lambda: steps.coupling(quick),
         "aspect ratios": lambda: extremes.aspect_ratios(quick),
         "contrasts": lambda: extremes.contrasts(quick),
         "voltages": lambda: extremes.runaway(quick),
@@ -31,6 +30,4 @@ def run(quick: bool, scenes: int, seed: int, jobs: int, progress: Callable[[str]
                 found.append(row)
         except Exception as error:
             found.append(failed(name, name, error))
-    with single_threaded():
-        found += sweep.rows(sweep.sweep(seed, scenes, jobs, sweep.LIMIT, progress), sweep.LIMIT)
-    return found
+    return found + list(sweep.rows(sweep.sweep(seed, scenes, jobs, progress)))

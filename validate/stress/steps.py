@@ -1,8 +1,10 @@
-"""Time steps from 1 ns to 1 s: which integrators ring, and how far each is off."""
+"""Time steps from 1 ns to 1 s: which integrators ring, how far each is off, and where explicit coupling grows."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,14 +15,21 @@ from fem3d.domain import boxes
 from fem3d.exponential import integrate
 from fem3d.heat import HeatProblem
 from meshes import grading, symmetry
+from reduced1d.device.crank_nicolson import layer_step
+from reduced1d.device.lumped import Lumped, Slab, lump
+from reduced1d.device.paper import PaperScheme, stability_limit
+from scenes.device import Device
 from scenes.sink import Sink
-from validate.stress.rows import Row
-from validate.verify.reference import STAGES
+from validate.stress.report import Row
+from validate.verify.methods import METHODS
 
-GROUP = "time steps"
+GROUP, COUPLING = "time steps", "explicit coupling"
 STEPS = (1e-9, 1e-7, 1e-5, 1e-3, 1e-1, 1.0)  # s
 COUNTS = (10, 11, 40, 41)  # steps after which is looked; an L-stable method may overshoot in the first few
 RINGING = 1e-3  # of the final rise
+
+SIMULATED = 3000
+AGREES = 0.02  # of the predicted limit; the bisection and the count of steps leave that much
 
 Method = Callable[[np.ndarray, float], np.ndarray]  # decay rates, a step to the part of a constant load's rise missing
 
@@ -53,7 +62,12 @@ def rows() -> Iterator[Row]:
         yield Row(GROUP, name, f"steps of 1 ns to 1 s, decay rates {rates[0]:.1e} to {rates[-1]:.1e} 1/s",
                   f"overshoot over the final rise after {COUNTS[0]} steps", worst, RINGING, ours, said)  # fmt: skip
     limit = 2 / float(rates[-1])
-    found_limit = _grows(rates, limit)
+
+    def unstable(step: float) -> bool:
+        with np.errstate(over="ignore"):
+            return bool(np.abs((1 - rates * step) ** 20000).max() > 1.0)
+
+    found_limit = _limit(limit / 2.7, limit * 3.1, unstable, 1e-5)
     yield Row(GROUP, "explicit Euler", "bisection of its largest stable step",
               f"found / predicted 2/rate = {limit:.2e} s, less 1", abs(found_limit / limit - 1), 1e-3)  # fmt: skip
 
@@ -85,19 +99,55 @@ def _sdirk(rates: np.ndarray, step: float) -> np.ndarray:
     """The stability function of the second path's method at every rate, by its stages."""
     z = -rates * step
     slopes: list[Any] = []
-    for stage in STAGES:
+    for stage in METHODS[3]:
         *before, own = stage
         start = 1 + sum((w * s for w, s in zip(before, slopes, strict=True)), np.zeros_like(z))
         slopes.append(z * start / (1 - own * z))
-    return np.asarray(1 + sum((w * s for w, s in zip(STAGES[-1], slopes, strict=True)), np.zeros_like(z)))
+    return np.asarray(1 + sum((w * s for w, s in zip(METHODS[3][-1], slopes, strict=True)), np.zeros_like(z)))
 
 
-def _grows(rates: np.ndarray, guess: float) -> float:
-    """The largest step of explicit Euler at which 20000 steps don't grow, by bisection."""
-    low, high = guess / 2, guess * 2
-    while high - low > 1e-5 * high:
-        middle = (low + high) / 2
-        with np.errstate(over="ignore"):
-            stable = bool(np.abs((1 - rates * middle) ** 20000).max() <= 1.0)
-        low, high = (middle, high) if stable else (low, middle)
+def _limit(low: float, high: float, grows: Callable[[float], bool], tolerance: float) -> float:
+    """The step (s) beyond which something grows, by bisection."""
+    while high - low > tolerance * high:
+        middle = float(np.sqrt(low * high))
+        low, high = (low, middle) if grows(middle) else (middle, high)
     return low
+
+
+def coupling(quick: bool) -> Iterator[Row]:
+    """The paper's explicit coupling, its largest stable step predicted and found by simulation, in devices with sensors
+    of several thicknesses: films that see the layers' heat flows a step late."""
+    for thickness in (200e-9,) if quick else (50e-9, 200e-9, 1e-6):
+        device = replace(Device(), sensor_thickness=thickness)
+        predicted = stability_limit(device)
+        simulated = partial(grows, lump(device), scheme=PaperScheme())
+        found = _limit(predicted / 2.7, predicted * 3.1, simulated, 1e-3)
+        yield Row(COUPLING, "the paper's partitioned scheme", f"sensor of {thickness * 1e9:g} nm",
+                  f"largest stable step found / predicted {predicted * 1e6:.3g} us, less 1",
+                  abs(found / predicted - 1), AGREES, said=f"found {found * 1e6:.3g} us by simulation")  # fmt: skip
+
+
+def grows(lumped: Lumped, dt: float, scheme: PaperScheme) -> bool:
+    """Whether films and layers, each stepped by itself as the paper does, get ever farther from rest."""
+    sink, sensor, inner = 1.0, -1.0, [np.zeros(scheme.nx - 1), np.zeros(scheme.nx - 1)]
+    layers = [layer_step(slab, scheme.nx, scheme.nt, dt) for slab in (lumped.insulator, lumped.polymer)]
+    size = []
+    for _ in range(SIMULATED):
+        for i, faces in enumerate((np.array([sink, sensor]), np.array([sensor, 0.0]))):
+            inner[i] = layers[i].inner @ inner[i] + layers[i].ends @ faces
+        into = _flow(lumped.insulator, scheme, sink - inner[0][0])
+        through = _flow(lumped.insulator, scheme, inner[0][-1] - sensor)
+        out = _flow(lumped.polymer, scheme, sensor - inner[1][0])
+        loss = lumped.sink.conductance / lumped.sink.capacity * dt
+        # Runge-Kutta of order 4 for a linear loss and a constant flow.
+        decay, mean = 1 - loss + loss**2 / 2 - loss**3 / 6 + loss**4 / 24, 1 - loss / 2 + loss**2 / 6 - loss**3 / 24
+        sink = sink * decay - mean * dt / lumped.sink.capacity * into
+        sensor = sensor + dt / lumped.sensor.capacity * (through - out)
+        size.append(abs(sensor) + abs(sink))
+        if size[-1] > 1e6:
+            return True
+    return size[-1] > 2 * max(size[: SIMULATED // 10])
+
+
+def _flow(slab: Slab, scheme: PaperScheme, drop: float) -> float:
+    return slab.conductivity * slab.area * scheme.nx / slab.thickness * drop

@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from validate.stress.rows import Row
+from validate.processes import side_by_side
+from validate.stress.report import Row
 
 GROUP = "random scenes"
 LIMIT, PATIENCE = 60, 20  # s of computing a scene with its invariants may take, and times that by the clock
@@ -55,12 +56,11 @@ def examine(seed: int, limit: int = LIMIT) -> Outcome:
             violations[each] = test(drawn, found)
     except _TimeIsUpError:
         ended = "out of time"
-    except ConvergenceError as error:
-        ended, said = "error", f"{type(error).__name__}: {error}"
-    except NumericsError as error:  # thermal runaway, or an accuracy out of reach: a sentence that says why
-        ended, said = "refused by name", str(error)
     except Exception as error:
         ended, said = "error", f"{type(error).__name__}: {error}"
+        # Thermal runaway, or an accuracy out of reach: a sentence that says why.
+        if isinstance(error, NumericsError) and not isinstance(error, ConvergenceError):
+            ended, said = "refused by name", str(error)
     finally:
         signal.setitimer(signal.ITIMER_VIRTUAL, 0)
         signal.alarm(0)
@@ -69,23 +69,16 @@ def examine(seed: int, limit: int = LIMIT) -> Outcome:
     return Outcome(seed, violations, ended, said, time.process_time() - started, unknowns)
 
 
-def sweep(first: int, count: int, jobs: int, limit: int, progress: Callable[[str], None]) -> list[Outcome]:
+def sweep(first: int, count: int, jobs: int, progress: Callable[[str], None]) -> list[Outcome]:
     """The outcomes of ``count`` seeds from ``first`` on, by some processes."""
-    from concurrent.futures import ProcessPoolExecutor, as_completed
-    from multiprocessing import get_context
-
-    if jobs == 1:
-        return [examine(seed, limit) for seed in range(first, first + count)]
     found = []
-    with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
-        futures = [pool.submit(examine, seed, limit) for seed in range(first, first + count)]
-        for future in as_completed(futures):
-            found.append(future.result())
-            progress(f"{len(found)} of {count} random scenes")
+    for _, outcome in side_by_side(examine, range(first, first + count), jobs):
+        found.append(outcome)
+        progress(f"{len(found)} of {count} random scenes")
     return sorted(found, key=lambda outcome: outcome.seed)
 
 
-def rows(outcomes: list[Outcome], limit: int) -> Iterator[Row]:
+def rows(outcomes: list[Outcome]) -> Iterator[Row]:
     """One row per invariant with the worst scene, and rows for how scenes ended."""
     count, first = len(outcomes), min(o.seed for o in outcomes)
     extremes = f"{count} scenes, seeds {first} to {first + count - 1}"
@@ -100,16 +93,17 @@ def rows(outcomes: list[Outcome], limit: int) -> Iterator[Row]:
             said = f"violated by {len(broken)} of {len(held)}: seeds {', '.join(map(str, broken[:8]))}"
         yield Row(GROUP, name, f"{len(held)} of {extremes}", "violation over what errors allow",
                   float("inf") if worst != worst else worst, 1.0, said=said)  # fmt: skip
-    for ended, what in (("error", "ended with an error"), ("out of time", f"computed for more than {limit} s")):
-        seeds = [o for o in outcomes if o.ended == ended]
-        said = f"seeds {', '.join(str(o.seed) for o in seeds[:8])}" if seeds else ""
-        if ended == "error" and seeds:
-            said = f"seed {seeds[0].seed}: {seeds[0].said}"
-        yield Row(GROUP, what, extremes, "scenes", len(seeds), 0, said=said)
+    seeds = {ended: [o for o in outcomes if o.ended == ended] for ended in ("error", "out of time", "refused by name")}
+    first_of = {ended: f"seed {of[0].seed}: {of[0].said}" if of else "" for ended, of in seeds.items()}
+    late = ", ".join(str(o.seed) for o in seeds["out of time"][:8])
+    for what, ended, said in (
+        ("ended with an error", "error", first_of["error"]),
+        (f"computed for more than {LIMIT} s", "out of time", f"seeds {late}" if late else ""),
+    ):
+        yield Row(GROUP, what, extremes, "scenes", len(seeds[ended]), 0, said=said)
     slowest = max(outcomes, key=lambda o: o.seconds)
-    yield Row(GROUP, "the slowest scene with its invariants", extremes, "seconds", slowest.seconds, limit + 5,
+    yield Row(GROUP, "the slowest scene with its invariants", extremes, "seconds", slowest.seconds, LIMIT + 5,
               said=f"seed {slowest.seed}, {slowest.unknowns} unknowns")  # fmt: skip
-    refused = [o for o in outcomes if o.ended == "refused by name"]
-    if refused:
+    if refused := seeds["refused by name"]:
         yield Row(GROUP, "refused by name: runaway, or out of reach", extremes, "scenes", len(refused), count,
-                  said=f"seed {refused[0].seed}: {refused[0].said}")  # fmt: skip
+                  said=first_of["refused by name"])  # fmt: skip

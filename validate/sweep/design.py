@@ -1,22 +1,207 @@
-"""The points of a sweep: a grid, or a sample of a low-discrepancy sequence; and which of them are solved together."""
+"""Which designs are solved: a scene, its keys that vary, and the points that a grid or a sample makes of them."""
 
 from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from inspect import signature
+from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 
-from scenes.errors import SceneError
-from validate.sweep.axes import MOST, Axis
-from validate.sweep.base import VOLTAGE, Value
+from scenes import examples, free
+from scenes.any import type_of_file
+from scenes.errors import SceneError, quoted
+from scenes.free import schema_of
+from scenes.keys import DEVICE, SINK, TYPES
+from scenes.kinds import Count, Quantity
+from scenes.loading import as_dict, builtin_text, check, file_name, file_text, toml
+from scenes.model import AnyScene
+from scenes.overrides import locate, override
+from scenes.schema import Schema
+from scenes.sink import Sink
+from scenes.units import UnitError, parse_quantity
 
-TOGETHER = 16
-"""Points of one task, at most: they are stored together, so this is also what a kill can cost."""
+Value = float | str
+VOLTAGE = "drive.voltage"  # the key that points may differ in and still share their mesh and fields
+TOGETHER = 16  # points of one task, at most: they are stored together, so this is also what a kill can cost
+MOST = 1_000_000  # the most points of a sweep
+
+
+@dataclass(frozen=True)
+class Base:
+    """The scene that a sweep varies, as it can be sent to where it is solved: what stands in its file and the
+    ``settings`` ("KEY=VALUE") over it; ``folder`` is where its mesh lies."""
+
+    kind: Literal["sink", "free"]
+    name: str
+    document: Mapping[str, Any]
+    folder: str = ""
+    settings: tuple[str, ...] = ()
+
+    @property
+    def schema(self) -> Schema:
+        """What the scene's file may say."""
+        return SINK.schema if self.kind == "sink" else schema_of(self.document)
+
+    def at(self, settings: Sequence[str]) -> Sink | AnyScene:
+        """The scene with more settings, checked; raises SceneError."""
+        if self.kind == "free":
+            return free.from_dict(self.document, self.name, self.folder, (*self.settings, *settings))
+        # What a scene expects of its checks is said of that scene alone.
+        read = {"scene.name": self.name} | self._read(settings) | {"checks.expect_differs": None}
+        return check(SINK.schema.apply(read, SINK.default))
+
+    def read(self, key: str, text: str) -> tuple[str, Value]:
+        """The key by its full name, and a value of it in SI units, or as it stands where it is no number; of keys that
+        move together, joined by "+", all their names.
+
+        Raises SceneError for a key that there isn't and a value that it can't have; whether the scene as a whole can
+        is another matter.
+        """
+        if "+" in key:
+            read = [self.read(part.strip(), text) for part in key.split("+")]
+            return "+".join(name for name, _ in read), read[0][1]
+        self._read([f"{key}={text}"])
+        if key.partition(".")[0] not in self.schema.lists:
+            key = ".".join(filter(None, locate(key, text, self.schema)))
+        try:
+            return key, parse_quantity(text)[0]
+        except UnitError:
+            return key, text
+
+    def counts(self, key: str) -> bool:
+        """Whether a key takes whole numbers only."""
+        return isinstance(self._kind(key), Count)
+
+    def unit(self, key: str) -> str:
+        """The SI unit of a key's numbers, "" where that isn't known."""
+        kind = self._kind(key)
+        # Of a point its coordinates, of a value that may vary what varies.
+        kind = getattr(kind, "coordinate", getattr(kind, "quantity", kind))
+        return kind.dimension.unit if isinstance(kind, Quantity) else ""
+
+    def _kind(self, key: str) -> Any:
+        """What values a key takes, the first of several that move together; ``None`` where that isn't known."""
+        key = key.partition("+")[0]
+        if key in self.schema.paths:
+            return self.schema.paths[key].kind
+        table, *inner, last = key.split(".")
+        kinds = self.schema.lists.get(table, {})
+        return kinds.get(last) or (kinds.get(inner[-1]) if inner and last in "xyz" else None)
+
+    def _read(self, settings: Sequence[str]) -> dict[str, Any]:
+        """The values of the document with all settings, by path."""
+        flat = self.schema.flatten(self.document)
+        return self.schema.read(override(flat, (*self.settings, *settings), self.schema))
+
+
+def base(source: str | Path | Sink | AnyScene, settings: Sequence[str] = ()) -> Base:
+    """What `scenes.load`, `scenes.free.load` or their names stand for. Raises SceneError."""
+    if isinstance(source, Sink):
+        return Base("sink", source.name, as_dict(source), settings=tuple(settings))
+    if not isinstance(source, str | Path):
+        return Base("free", source.name, free.as_dict(source), str(Path.cwd()), tuple(settings))
+    name = str(source)
+    known = name in (*TYPES, *examples.names())
+    document = toml(builtin_text(name) if known else file_text(source, (SINK.name, *examples.names())), source)
+    of = type_of_file(document)
+    if of is DEVICE:
+        raise SceneError(f"{quoted(name)} is a device, which has no 3D model to sweep: give a sink or a scene of boxes")
+    folder = "" if known else str(Path(source).resolve().parent)
+    name = name if known else file_name(Path(source))
+    return Base("free" if of is None else "sink", name, document, folder, tuple(settings))
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A varied key with its ``values`` (SI numbers, or words), spaced evenly in their logarithm where ``log``. Of a
+    ``range`` they are its two ends."""
+
+    key: str
+    values: tuple[Value, ...]
+    log: bool = False
+    range: bool = False
+
+    @property
+    def numeric(self) -> bool:
+        """Whether all values are numbers."""
+        return all(isinstance(value, float) for value in self.values)
+
+    def at(self, place: float) -> Value:
+        """The value at a place in [0, 1): of a list of values, or within a range, there to twelve digits, so that 20 um
+        is 20 um and no plane of a scene misses another by rounding."""
+        if not self.range:
+            return self.values[min(int(place * len(self.values)), len(self.values) - 1)]
+        low, high = (float(value) for value in self.values)
+        found = low * (high / low) ** place if self.log else low + place * (high - low)
+        return min(max(float(f"{found:.12g}"), low), high)
+
+    def taken(self, places: Iterable[float]) -> Axis:
+        """A range as its values at some places."""
+        return Axis(self.key, tuple(self.at(place) for place in places), self.log)
+
+
+def parse(base: Base, text: str, form: str) -> Axis:
+    """An axis from a command's text: of the form "grid", "range", or "sample", which takes a range or a list.
+
+    Raises SceneError for what is not of the form, an unknown key, values that it can't have, an empty range, a
+    logarithm over zero and a count out of range.
+    """
+    key, equals, given = (part.strip() for part in text.partition("="))
+    wanted = "give KEY=FROM:TO[:log], such as sink.width=10um:200um"
+    if form == "grid":
+        wanted = "give KEY=FROM:TO:COUNT[:log] or KEY=a,b,c, such as sink.width=10um:200um:20"
+    if not (key and equals and given):
+        raise SceneError(f"--vary {quoted(text)} varies nothing: {wanted}")
+    if ":" not in given:
+        if form == "range":
+            raise SceneError(f"--vary {quoted(text)} is no range: {wanted}")
+        return listed(base, key, [part.strip() for part in given.split(",")])
+    parts = [part.strip() for part in given.split(":")]
+    log = parts[-1] == "log"
+    ends, counts = parts[:2], parts[2 : len(parts) - log]
+    if form != "grid" and counts:
+        why = "--sample says how many points there are" if form == "sample" else "--cells says how many cells there are"
+        raise SceneError(f"--vary {quoted(text)} has a count, and {why}: {wanted}")
+    if len(counts) != (form == "grid"):
+        raise SceneError(f"--vary {quoted(text)} has {'no' if not counts else 'more than one'} count: {wanted}")
+    found = _range(base, key, ends, log)
+    if form != "grid":
+        return found
+    (count,) = counts
+    if not count.isascii() or not count.isdigit() or not 1 <= int(count) <= MOST:
+        raise SceneError(f"the count of {key}, {quoted(count)}, is not allowed: give a whole number from 1 to {MOST}")
+    return found.taken(i / max(int(count) - 1, 1) for i in range(int(count)))
+
+
+def listed(base: Base, key: str, given: Sequence[object]) -> Axis:
+    """An axis of the values given one by one: texts with units, words or SI numbers."""
+    read = [base.read(key, value if isinstance(value, str) else repr(value).lower()) for value in given]
+    if not read:
+        raise SceneError(f"{key} is varied over no values: give at least one")
+    name, values = read[0][0], tuple(value for _, value in read)
+    if len(set(values)) < len(values):
+        again = next(value for n, value in enumerate(values) if value in values[:n])
+        raise SceneError(f"{name} is given {quoted(again)} twice: give each value once")
+    return Axis(name, values)
+
+
+def _range(base: Base, key: str, ends: Sequence[str], log: bool) -> Axis:
+    (name, low), (_, high) = (base.read(key, end) for end in ends)
+    shown = f"{name} from {ends[0]} to {ends[1]}"
+    if isinstance(low, str) or isinstance(high, str):
+        raise SceneError(f"{shown} is no range of numbers: give them one by one, as {name}=a,b,c")
+    if base.counts(name):
+        raise SceneError(f"{name} takes whole numbers, and {shown} has others: give them one by one, as {name}=1,2,3")
+    if not low < high:
+        raise SceneError(f"{shown} is an empty range: give the smaller end first")
+    if log and low <= 0:
+        raise SceneError(f"{shown} has no logarithm: give ends above zero, or leave out :log")
+    return Axis(name, (low, high), log, range=True)
 
 
 @dataclass(frozen=True)
@@ -32,9 +217,9 @@ class Design:
         """Raises SceneError for no axes, a key that is varied twice, and more points than MOST."""
         if not self.axes:
             raise SceneError("nothing is varied: give --vary KEY=FROM:TO:COUNT, such as sink.width=10um:200um:20")
-        for n, axis in enumerate(self.axes):
-            if any(axis.key == other.key for other in self.axes[:n]):
-                raise SceneError(f"{axis.key} is varied twice: give it one --vary")
+        for key in self.keys:
+            if self.keys.count(key) > 1:
+                raise SceneError(f"{key} is varied twice: give it one --vary")
         if not 1 <= self.count <= MOST:
             raise SceneError(f"{self.count} points are too many: give counts whose product is at most {MOST}")
 
@@ -55,12 +240,8 @@ class Design:
     def _drawn(self) -> np.ndarray:
         from scipy.stats import qmc
 
-        # The keyword has changed its name; both mean the same generator.
-        name = "rng" if "rng" in signature(qmc.Sobol.__init__).parameters else "seed"
-        engine = qmc.Sobol(len(self.axes), **{name: np.random.default_rng(self.seed)})
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # a number that is no power of 2
-            drawn: np.ndarray = engine.random(self.sample)
+        with warnings.catch_warnings(action="ignore", category=UserWarning):  # a number that is no power of 2
+            drawn: np.ndarray = qmc.Sobol(len(self.axes), seed=np.random.default_rng(self.seed)).random(self.sample)
         return drawn
 
     def point(self, number: int) -> tuple[Value, ...]:
@@ -70,28 +251,32 @@ class Design:
         places = np.unravel_index(number, self.shape)
         return tuple(axis.values[int(i)] for axis, i in zip(self.axes, places, strict=True))
 
+    def columns(self, numbers: Iterable[int]) -> dict[str, np.ndarray]:
+        """The values of some points, by key."""
+        points = [self.point(number) for number in numbers]
+        return {key: array([point[i] for point in points]) for i, key in enumerate(self.keys)}
+
     def tasks(self) -> Iterator[tuple[int, ...]]:
         """The points by task. Those of a grid that differ in voltage alone are together, from the highest voltage down,
         and which are does not depend on what has been solved before; all others are alone."""
-        voltages = self._voltages()
-        if voltages is None or self.sample is not None:
-            yield from ((number,) for number in range(self.count))
-            return
-        axis, order = voltages
-        numbers = np.moveaxis(np.arange(self.count).reshape(self.shape), axis, -1).reshape(-1, len(order))
-        for alike in numbers:
-            for first in range(0, len(order), TOGETHER):
-                yield tuple(int(alike[i]) for i in order[first : first + TOGETHER])
-
-    def _voltages(self) -> tuple[int, list[int]] | None:
-        """Which axis is the voltage, and its values' numbers from the largest magnitude down."""
+        alike = np.arange(self.count).reshape(-1, 1)
         for n, axis in enumerate(self.axes):
-            if axis.key == VOLTAGE and axis.numeric:
-                return n, sorted(range(len(axis.values)), key=lambda i: -abs(float(axis.values[i])))
-        return None
+            if axis.key == VOLTAGE and axis.numeric and self.sample is None:
+                order = np.argsort([-abs(float(value)) for value in axis.values], kind="stable")
+                alike = np.moveaxis(alike.reshape(self.shape), n, -1)[..., order].reshape(-1, len(order))
+        for numbers in alike:
+            for first in range(0, len(numbers), TOGETHER):
+                yield tuple(numbers[first : first + TOGETHER].tolist())
 
 
 def settings(keys: Sequence[str], point: Sequence[Value]) -> list[str]:
     """A point as settings of its scene; keys that move together are joined by "+"."""
     texts = (repr(value) if isinstance(value, float) else value for value in point)
     return [f"{part}={text}" for key, text in zip(keys, texts, strict=True) for part in key.split("+")]
+
+
+def array(column: Sequence[Any]) -> np.ndarray:
+    """Numbers as such with NaN for none; words with "" for none."""
+    if any(isinstance(value, str) for value in column):
+        return np.array(["" if value is None else value for value in column], object)
+    return np.array([np.nan if value is None else value for value in column], float)

@@ -2,23 +2,15 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from scenes.errors import SceneError
 from scenes.sink import Sink
-from validate.processes import processors
-from validate.sweep import axes
-from validate.sweep.axes import Axis
-from validate.sweep.base import Base, base
-from validate.sweep.design import Design
-from validate.sweep.job import Job, Means, checked
-from validate.sweep.output import Outcome, write
-from validate.sweep.point import Scope
+from validate.sweep.design import Design, base, listed, parse
+from validate.sweep.point import Job, Scope, checked
 from validate.sweep.run import run
 from validate.sweep.store import Store
 
@@ -58,7 +50,7 @@ def sweep(
     from reduced1d.ladder import canonical
 
     try:
-        import xarray  # noqa: F401
+        import xarray
     except ImportError:
         raise ImportError(
             "a sweep from Python needs xarray: pip install 'heated-microstructure-validation[sweep]'"
@@ -66,35 +58,23 @@ def sweep(
     if figures and out is None:
         raise SceneError("figures need a folder to go to: give out=")
     found = base(scene, [f"run.accuracy={accuracy!r}"])
-    design = Design(tuple(_axis(found, k, v, sample is not None) for k, v in (vary or {}).items()), sample, seed)
+    form = "grid" if sample is None else "sample"
+    axes = [
+        parse(found, f"{key}={given}", form) if isinstance(given, str) else listed(found, key, list(given))
+        for key, given in (vary or {}).items()
+    ]
+    design = Design(tuple(axes), sample, seed)
     names = [reduction] if isinstance(reduction, str) else reduction
     scope = Scope(tuple(map(canonical, names)), steady, checked(found, check, steady, design.keys), blame)
     job, say = Job(found, design, scope), progress or (lambda _: None)
-    started = time.monotonic()
-    with ExitStack() as stack:
-        folder = Path(out) if out is not None else Path(stack.enter_context(TemporaryDirectory())) / "sweep"
-        store = stack.enter_context(Store(folder, job.document(), fresh))
-        run(job, store, Means(workers or processors(), scheduler, point_timeout), say)
-        return dataset(job, write(job, store, None, figures, time.monotonic() - started))
-
-
-def _axis(found: Base, key: str, given: Sequence[Any] | str, sampled: bool) -> Axis:
-    if isinstance(given, str):
-        return axes.parse(found, f"{key}={given}", "sample" if sampled else "grid")
-    return axes.listed(found, key, list(given))
-
-
-def dataset(job: Job, outcome: Outcome) -> xarray.Dataset:
-    """The columns over the design's keys, with units; whole numbers of points only, as every sweep ends with."""
-    import xarray
-
-    table, design = outcome.table, job.design
-    dims = design.keys if design.sample is None else ("point",)
+    with TemporaryDirectory() as folder, Store(Path(out or Path(folder, "sweep")), job.document(), fresh) as store:
+        table, document = run(
+            job, store, say, workers=workers, scheduler=scheduler, seconds=point_timeout, figures=figures
+        )
+    dims = design.keys if sample is None else ("point",)
     columns = {name: (dims, column.reshape(design.shape)) for name, column in table.columns.items()}
-    coordinates: dict[str, Any] = {
-        axis.key: (axis.key, list(axis.values), {"units": table.units[axis.key]}) for axis in design.axes
-    }
-    if design.sample is not None:
-        coordinates = {key: ("point", values, {"units": table.units[key]}) for key, values in table.keys.items()}
-    attributes = {"sentence": outcome.sentence, "scene": job.base.name}
-    return xarray.Dataset(columns, coordinates, attributes)
+    places: dict[str, Any] = {axis.key: (axis.key, list(axis.values)) for axis in design.axes}
+    if sample is not None:
+        places = {key: ("point", values) for key, values in table.keys.items()}
+    coordinates = {key: (*place, {"units": table.units[key]}) for key, place in places.items()}
+    return xarray.Dataset(columns, coordinates, {"sentence": document["sentence"], "scene": found.name})

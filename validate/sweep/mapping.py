@@ -1,61 +1,67 @@
 """The line of a tolerance over two keys, found by solving where it runs: each round of cells is chosen from what all
-before it have shown, so that a map goes on as it would have after any interruption."""
+before it have shown, so that a map goes on as it would have after any interruption.
+
+The difference over the cells is interpolated from those that are solved, twice: piecewise linear on the triangles
+between them, and smooth through all of them (cubic radial functions). How far the two disagree anywhere in a triangle
+says how rough the surface is there; how much of that the smooth one is off by is measured on every cell that was solved
+after it had been predicted.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from validate.sweep.job import Job
-from validate.sweep.point import Row, Work, blame
+from validate.sweep.point import Job, Row, Work, blame
 from validate.sweep.store import Store
-from validate.sweep.surface import Record, Surface, surface
 
 VERDICTS = ("agrees", "differs", "unresolved")
-FIRST = 9
-"""Cells along either key that are solved first, the corners of the map among them."""
-
-ROUND = 16
-"""Cells of a round; a quarter are where the interpolations disagree most, the rest where the verdict is open."""
-
-LOOKS = 2
-"""Rounds that look only for where they disagree, so that the error has been measured before it is relied on."""
-
+FIRST = 9  # cells along either key that are solved first, the corners of the map among them
+ROUND = 16  # cells of a round; a quarter are where the interpolations disagree most, the rest where the verdict is open
+LOOKS = 2  # rounds that look only for where they disagree, so that the error has been measured before it is relied on
 ENOUGH = 0.01
 """The part of the cells that may stay unresolved by interpolation; the last ones would each need a solution."""
+
+CAUTION = 0.5  # the least part of the disagreement that counts as the error, however well the predictions have been met
+RECENT = 48  # predictions that are looked back on: those made on a coarser net say little of today's
 
 
 @dataclass(frozen=True, eq=False)
 class Map:
-    """Over the cells (n, m): the surface, the row of each cell that is solved, by its number, and the tolerance."""
+    """The row of each cell that is solved, by its number, and the tolerance. Over the cells (n, m) the ``value``, NaN
+    where there is none, its ``error``, of which ``own`` is that of the solved values at the triangle's corners, and the
+    greatest ``disagreement`` in the cell's triangle and its neighbours, infinite where a corner of the triangle has no
+    answer. ``lost`` are the cells all of whose corners have none."""
 
-    surface: Surface
     solved: dict[int, Row]
     tolerance: float
+    value: np.ndarray
+    error: np.ndarray
+    own: np.ndarray
+    disagreement: np.ndarray
+    lost: np.ndarray
 
     @cached_property
     def verdicts(self) -> np.ndarray:
         """ "agrees", "differs" or "unresolved"; where there is no answer the status of the cells around."""
-        size, error = np.abs(self.surface.value), self.surface.error
+        size, error = np.abs(self.value), self.error
         found = np.full(size.shape, "unresolved", dtype=object)
-        with np.errstate(invalid="ignore"):
-            found[size - error > self.tolerance] = "differs"
-            found[size + error <= self.tolerance] = "agrees"
+        found[size - error > self.tolerance] = "differs"
+        found[size + error <= self.tolerance] = "agrees"
         numbers = np.array(list(self.solved))
-        places = np.column_stack(np.unravel_index(numbers, size.shape))
-        if self.surface.lost.any():
+        if self.lost.any():
             from scipy.spatial import KDTree
 
-            lost = np.argwhere(self.surface.lost)
-            nearest = KDTree(places).query(lost)[1]
-            found[tuple(lost.T)] = [self.solved[int(numbers[i])].status for i in np.atleast_1d(nearest)]
-        for place, row in zip(map(tuple, places), self.solved.values(), strict=True):
+            lost = np.argwhere(self.lost)
+            nearest = KDTree(_places(numbers, size.shape)).query(lost)[1]
+            found[tuple(lost.T)] = [self.solved[int(number)].status for number in numbers[nearest]]
+        for number, row in self.solved.items():
             if row.status != "ok":
-                found[place] = row.status
+                found.flat[number] = row.status
         return found
 
     @cached_property
@@ -64,42 +70,49 @@ class Map:
         the cells that have them."""
         from scipy.interpolate import NearestNDInterpolator, RBFInterpolator
 
-        shape = self.surface.value.shape
-        rows = [row for row in self.solved.values() if row.parts]
-        if not rows:
+        shape = self.value.shape
+        told = {number: row.parts for number, row in self.solved.items() if row.parts}
+        if not told:
             return np.full(shape, "", object)
-        names = list(rows[0].parts or {})
-        at = np.column_stack(np.unravel_index([row.point for row in rows], shape)).astype(float)
-        parts = np.array([[(row.parts or {}).get(name, 0.0) for name in names] for row in rows])
-        everywhere = np.indices(shape).reshape(2, -1).T.astype(float)
-        through = RBFInterpolator(at, parts, kernel="linear") if len(rows) > 2 else NearestNDInterpolator(at, parts)
-        values = through(everywhere)
+        names = list(next(iter(told.values())))
+        at = _places(list(told), shape)
+        parts = np.array([[given.get(name, 0.0) for name in names] for given in told.values()])
+        through = RBFInterpolator(at, parts, kernel="linear") if len(told) > 2 else NearestNDInterpolator(at, parts)
+        values = through(_places(np.arange(math.prod(shape)), shape))
         words = np.array([blame(dict(zip(names, row, strict=True)))["blame"] for row in values], object).reshape(shape)
         words[~np.isin(self.verdicts, VERDICTS)] = ""
         return words
+
+
+def _places(numbers: Iterable[int] | np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """(k, 2): where some cells are."""
+    return np.column_stack(np.unravel_index(np.asarray(numbers), shape)).astype(float)
 
 
 def refine(job: Job, store: Store, gather: Callable[[Iterable[Work], int, str], None]) -> Map:
     """Solves cells until few are unresolved, or as many are solved as may be. Cells that are refused, which costs
     nothing, don't count. ``gather`` solves tasks and stores their rows; it is told of how many in all, and what else to
     say."""
-    shape = (job.design.shape[0], job.design.shape[1])
-    tolerance = job.base.at(()).tolerance(job.scope.check)  # type: ignore[union-attr]
-    limit = job.solves or 0
+    shape, limit = job.design.shape, job.solves or 0
     first = [np.unique(np.linspace(0, n - 1, min(FIRST, n, math.isqrt(limit))).round().astype(int)) for n in shape]
-    wanted = np.array([(i, j) for i in first[0] for j in first[1]])
-    record, rounds = Record(), 0
+    wanted = np.ravel_multi_index(np.ix_(*first), shape).ravel()
     solved: dict[int, Row] = {}
     found: Map | None = None
+    ratios: list[float] = []
+    rounds, share = 0, 1.0
     while True:
-        numbers = [int(n) for n in np.ravel_multi_index(tuple(wanted.T), shape)]
-        work = (job.work([n], found is None and job.scope.blame) for n in numbers if n not in store)
-        said = "" if found is None else f", {np.mean(found.verdicts == 'unresolved'):.1%} unresolved"
-        gather(work, limit, said)
-        solved |= {row.point: row for row in store.some(numbers)}
+        work = (job.work([n], blamed=found is None) for n in wanted.tolist() if n not in store)
+        gather(work, limit, "" if found is None else f", {np.mean(found.verdicts == 'unresolved'):.1%} unresolved")
+        rows = {row.point: row for row in store.rows(wanted.tolist())}
         if found is not None:
-            record.add(found.surface, wanted, _values(job, solved, numbers)[0])
-        found = _map(job, solved, shape, record.share, tolerance)
+            # How well these cells were predicted: what part of the disagreement the predictions were off by.
+            off = np.abs(found.value.flat[wanted] - _known(job, rows)[0])
+            expected = found.disagreement.flat[wanted]
+            known = np.isfinite(off) & np.isfinite(expected) & (expected > 0)
+            ratios += (off[known] / expected[known]).tolist()
+            share = max([CAUTION, *ratios[-RECENT:]]) if ratios else 1.0
+        solved |= rows
+        found = _interpolated(job, solved, share)
         rounds += 1
         paid = sum(row.status != "refused" for row in solved.values())
         wanted = _next(found, rounds, min(ROUND, limit - paid))
@@ -107,49 +120,74 @@ def refine(job: Job, store: Store, gather: Callable[[Iterable[Work], int, str], 
             return found
 
 
-def _values(job: Job, solved: dict[int, Row], numbers: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
-    """(k,), (k,): the difference of the check in some solved cells and its numerical error, NaN where there is none."""
-    check = job.scope.check
-    rows = [solved[n].values for n in numbers]
-    value, error = (
-        np.array([row.get(f"{check}_{name}", np.nan) for row in rows], float) for name in ("difference", "u_num")
+def _known(job: Job, rows: dict[int, Row]) -> tuple[np.ndarray, np.ndarray]:
+    """(k,), (k,): the difference of the check in solved cells and its numerical error, NaN where there is none."""
+    values, errors = (
+        np.array([row.values.get(f"{job.scope.check}_{name}", np.nan) for row in rows.values()], float)
+        for name in ("difference", "u_num")
     )
-    return np.where(np.isfinite(error), value, np.nan), error
+    return np.where(np.isfinite(errors), values, np.nan), errors
 
 
-def _map(job: Job, solved: dict[int, Row], shape: tuple[int, int], share: float, tolerance: float) -> Map:
-    numbers = list(solved)
-    values, errors = _values(job, solved, numbers)
-    cells = np.column_stack(np.unravel_index(numbers, shape))
-    return Map(surface(shape, cells, values, errors, share), solved, tolerance)
+def _interpolated(job: Job, solved: dict[int, Row], share: float) -> Map:
+    """The map through the cells that are solved, the corners among them; ``share`` is the part of the disagreement that
+    counts as error."""
+    from scipy.interpolate import LinearNDInterpolator, RBFInterpolator
+    from scipy.spatial import Delaunay
+
+    shape, (values, errors) = job.design.shape, _known(job, solved)
+    cells, everywhere = _places(list(solved), shape), _places(np.arange(math.prod(shape)), shape)
+    answered = np.isfinite(values)
+    net = Delaunay(cells)
+    within = net.find_simplex(everywhere)
+    bad = (~answered)[net.simplices].sum(axis=1)[within].reshape(shape)
+    smooth = np.full(shape, np.nan)
+    apart = np.full(shape, np.inf)
+    if answered.sum() >= 6:
+        sides = np.maximum(np.array(shape) - 1, 1)
+        through = RBFInterpolator(cells[answered] / sides, values[answered], kernel="cubic")
+        smooth = through(everywhere / sides).reshape(shape)
+        linear = LinearNDInterpolator(net, np.where(answered, values, 0.0))(everywhere).reshape(shape)
+        most = np.zeros(len(net.simplices))
+        np.maximum.at(most, within, np.abs(smooth - linear).ravel())
+        # A bend in the surface may lie where two triangles meet.
+        most = np.maximum(most, np.where(net.neighbors >= 0, most[net.neighbors], 0.0).max(axis=1))
+        apart = np.where(bad == 0, most[within].reshape(shape), np.inf)
+    at = tuple(cells.astype(int).T)
+    smooth[at], apart[at] = values, np.where(answered, 0.0, np.inf)
+    own = np.where(answered, errors, 0.0)[net.simplices].max(axis=1)[within].reshape(shape)
+    own[at] = errors
+    value = np.where(bad == 3, np.nan, smooth)
+    tolerance: float = job.base.at(()).tolerance(job.scope.check)  # type: ignore[union-attr]
+    return Map(solved, tolerance, value, share * apart + own, own, apart, bad == 3)
 
 
 def _next(found: Map, rounds: int, most: int) -> np.ndarray:
-    """(k, 2): the cells to solve next, apart from each other; none where enough is resolved."""
+    """The numbers of the cells to solve next, apart from each other; none where enough is resolved."""
     from scipy.ndimage import distance_transform_edt
 
-    value, shape = found.surface.value, found.surface.value.shape
-    free = np.ones(shape, bool)
+    value = found.value
+    free = np.ones(value.shape, bool)
     free.flat[list(found.solved)] = False
     # Where the solved values' own error reaches the tolerance more of them would not tell.
-    told = ~(np.abs(np.abs(value) - found.tolerance) <= found.surface.own)
+    told = ~(np.abs(np.abs(value) - found.tolerance) <= found.own)
     unresolved = (found.verdicts == "unresolved") & free & told
+    chosen: list[int] = []
     if unresolved.mean() <= ENOUGH and rounds > LOOKS:
-        return np.empty((0, 2), int)
+        return np.array(chosen, int)
     # Where an answer ends there is no error to go by: the middle of the gap halves it.
-    edge = np.isinf(found.surface.disagreement) & ~found.surface.lost & free
-    rough = np.where(edge, 0.0, found.surface.error)
+    edge = np.isinf(found.disagreement) & ~found.lost & free
+    rough = np.where(edge, 0.0, found.error)
     gap = max(2, int(0.35 * np.sqrt(value.size / len(found.solved))))
-    chosen: list[tuple[int, int]] = []
 
     def take(score: np.ndarray, count: int) -> None:
         for _ in range(count):
             score = np.where(free, score, 0.0)
-            at = np.unravel_index(int(np.argmax(score)), shape)
-            if not score[at] > 0:
+            best = int(np.argmax(score))
+            if not score.flat[best] > 0:
                 return
-            i, j = int(at[0]), int(at[1])
-            chosen.append((i, j))
+            i, j = np.unravel_index(best, value.shape)
+            chosen.append(best)
             free[max(i - gap, 0) : i + gap + 1, max(j - gap, 0) : j + gap + 1] = False
 
     if rounds > LOOKS:
@@ -157,4 +195,4 @@ def _next(found: Map, rounds: int, most: int) -> np.ndarray:
             take(np.where(edge, distance_transform_edt(free), 0.0), most // 4)
         take(np.where(unresolved, rough, 0.0), most * 3 // 4 - len(chosen))
     take(rough, most - len(chosen))
-    return np.array(chosen, int).reshape(-1, 2)
+    return np.array(chosen, int)

@@ -1,17 +1,17 @@
-"""The points of one task, solved one after the other: a row of numbers for each, or why there are none."""
+"""What a sweep is asked, and its points, solved one after the other: each a row of numbers, or why there is none."""
 
 from __future__ import annotations
 
+import json
 import time
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, cast
 
-from scenes.errors import SceneError
+from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.plan import Request
 from scenes.sink import Sink
-from validate.sweep.base import Base, Value
-from validate.sweep.design import settings
+from validate.sweep.design import Base, Design, Value, settings
 
 if TYPE_CHECKING:
     from compare.verdict import Check
@@ -61,51 +61,106 @@ class Work:
     keys: tuple[str, ...]
     numbers: tuple[int, ...]
     points: tuple[tuple[Value, ...], ...]
-    blamed: bool = True
+
+
+@dataclass(frozen=True)
+class Job:
+    """What is asked for: a ``design`` of a ``base``, and the ``scope`` of each point. Of a map the design is the cells,
+    and not many more than ``solves`` of them are solved."""
+
+    base: Base
+    design: Design
+    scope: Scope
+    solves: int | None = None
+
+    def document(self) -> dict[str, Any]:
+        """All of it as JSON types: what a folder's earlier run must have been asked as well."""
+        from validate.report.summary import version
+
+        base, design = self.base, self.design
+        found = {
+            "program": version(),
+            "kind": "sweep" if self.solves is None else "map",
+            "scene": {"name": base.name, "kind": base.kind, "document": base.document},
+            "settings": base.settings,
+            "vary": {axis.key: {"values": axis.values, "log": axis.log, "range": axis.range} for axis in design.axes},
+            **({} if design.sample is None else {"sample": design.sample, "seed": design.seed}),
+            **asdict(self.scope),
+            **({} if self.solves is None else {"solves": self.solves}),
+        }
+        plain: dict[str, Any] = json.loads(json.dumps(found, default=str))
+        return plain
+
+    def work(self, numbers: Sequence[int], blamed: bool = True) -> Work:
+        """A task."""
+        points = tuple(self.design.point(number) for number in numbers)
+        scope = replace(self.scope, blame=self.scope.blame and blamed)
+        return Work(self.base, scope, self.design.keys, tuple(numbers), points)
+
+
+def checked(base: Base, given: str | None, steady: bool, varied: Collection[str] = ()) -> str:
+    """The check that was asked for; SceneError for one that there isn't, or that no design of the sweep has, whose
+    ``varied`` keys are these."""
+    from compare.plan import checks_of, skipped_checks
+    from scenes.checks import DEFAULT_TOLERANCES, ISLAND_TOLERANCES
+
+    scene: Any = base.at(())
+    free = base.kind == "free"
+    known = [probe.name for probe in scene.probes] if free else [*DEFAULT_TOLERANCES, *ISLAND_TOLERANCES]
+    if given is not None and given not in known:
+        what = "probe of the scene" if free else "check"
+        raise SceneError(f"{quoted(given)} is no {what}: give {', '.join(known)}{did_you_mean(given, known)}")
+    if free:
+        return given or next(iter(known), "")
+    check = given or "fig4"
+    if check not in checks_of(scene) and "sink.spans" not in varied:
+        own = "several spans, as sink.spans=3" if scene.spans == 1 else "a single span"
+        raise SceneError(f"there is no check {quoted(check)} here: it is one of {own}, and sink.spans = {scene.spans}")
+    skipped = skipped_checks(scene, Request(transient=not steady))
+    if check in skipped:
+        raise SceneError(f"there is no check {quoted(check)} here: {skipped[check]}")
+    return check
 
 
 def solve(work: Work) -> Iterator[Row]:
     """A row for every point, as it is found; never raises for what a scene can cause."""
-    earlier: Result | None = None
-    for number, point in zip(work.numbers, work.points, strict=True):
-        row, result = _solved(work, number, settings(work.keys, point), earlier)
-        earlier = earlier or result
-        yield row
-
-
-def _solved(work: Work, number: int, given: Sequence[str], earlier: Result | None) -> tuple[Row, Result | None]:
     from fem3d.errors import RunawayError
     from reduced1d.errors import RunawayError as RunawayIn1D
 
-    started = time.perf_counter()
-    values: dict[str, Any] = {}
-    parts, result, status, because = None, None, "ok", ""
-    try:
-        scene = work.base.at(given)
-        if isinstance(scene, Sink):
-            values, parts, result = _sink(scene, work, earlier)
-        else:
-            values = _free(scene)
-    except SceneError as error:
-        status, because = "refused", str(error)
-    except (RunawayError, RunawayIn1D) as error:
-        status, because = "runaway", str(error)
-    except ArithmeticError as error:
-        status, because = "failed", str(error)
-    except MemoryError:
-        status, because = "failed", "out of memory: ask for a larger accuracy"
-    except Exception as error:
-        status, because = "failed", f"a fault of this program, {type(error).__name__}: {error}"
-    seconds = round(time.perf_counter() - started, 4)
-    return Row(number, status, " ".join(because.split()), seconds, values, parts), result
+    earlier: Result | None = None
+    for number, point in zip(work.numbers, work.points, strict=True):
+        started = time.perf_counter()
+        values: dict[str, Any] = {}
+        parts, status, because = None, "failed", ""
+        try:
+            scene = work.base.at(settings(work.keys, point))
+            if isinstance(scene, Sink):
+                values, parts, result = _sink(scene, work.scope, earlier)
+                earlier = earlier or result
+            else:
+                values = _free(scene)
+            status = "ok"
+        except SceneError as error:
+            status, because = "refused", str(error)
+        except (RunawayError, RunawayIn1D) as error:
+            status, because = "runaway", str(error)
+        except ArithmeticError as error:
+            because = str(error)
+        except MemoryError:
+            because = "out of memory: ask for a larger accuracy"
+        except Exception as error:
+            because = f"a fault of this program, {type(error).__name__}: {error}"
+        yield Row(number, status, " ".join(because.split()), round(time.perf_counter() - started, 4), values, parts)
 
 
-def _sink(sink: Sink, work: Work, earlier: Result | None) -> tuple[dict[str, Any], dict[str, float] | None, Result]:
-    """The columns of a sink, and its 3D result; solved again more accurately while a verdict is open."""
-    from compare.sink_run import compared
+def _sink(
+    sink: Sink, scope: Scope, earlier: Result | None
+) -> tuple[dict[str, Any], dict[str, float] | None, Result]:  # fmt: skip
+    """The columns of a sink, the parts of its difference, and its 3D result; solved again more accurately while a
+    verdict is open."""
+    from compare.pipeline import compared
     from reduced1d.ladder.levels import Levels
 
-    scope = work.scope
     request = Request(transient=not scope.steady, figures=False, reduction=scope.reductions[0])
     # Which part is the largest the coarser models of the ladder tell; a reduction that stands on it needs both.
     rough = scope.reductions == ("paper",)
@@ -114,37 +169,25 @@ def _sink(sink: Sink, work: Work, earlier: Result | None) -> tuple[dict[str, Any
         outcome = compared(sink, request, earlier)
         fem3d, levels = cast("Result", outcome.fem3d), Levels(sink, rough)
         first = first or fem3d
-        others = {
-            name: _of_another(sink, replace(request, reduction=name), fem3d, levels) for name in scope.reductions[1:]
-        }
-        watched = [*outcome.checks, *(check for checks, _ in others.values() for check in checks)]
+        found = {scope.reductions[0]: (outcome.checks, outcome.reduced1d)}
+        for name in scope.reductions[1:]:
+            found[name] = _of_another(sink, replace(request, reduction=name), fem3d, levels)
+        watched = [check for checks, _ in found.values() for check in checks]
         open_ = [c for c in watched if c.verdict == "unresolved" and (scope.all_checks or c.id == scope.check)]
         finer = max(sink.accuracy / 10, FINEST)
         if not open_ or finer >= sink.accuracy:
             break
         sink = replace(sink, accuracy=finer)
-    values = {
-        f"fem3d_{name}{end}": number
-        for name, given in fem3d.steady.items()
-        for end, number in (("", given.value), ("_error", given.error))
-    }
-    if outcome.reduced1d is not None:
-        values |= {f"reduced1d_{name}": found.value for name, found in outcome.reduced1d.steady.items()}
-    values |= _columns(outcome.checks)
-    for name, (checks, found) in others.items():
-        values |= {f"{name}_{key}": given.value for key, given in (found.steady if found else {}).items()}
-        values |= {f"{name}_{column}": value for column, value in _columns(checks).items()}
-    parts = _parts(sink, scope, fem3d, levels) if scope.blame and work.blamed else None
-    values |= blame(parts) | {"accuracy": sink.accuracy}
-    return values, parts, first
-
-
-def _columns(checks: Sequence[Check]) -> dict[str, Any]:
-    return {
-        f"{check.id}_{name}": value
-        for check in checks
-        for name, value in (("difference", check.difference), ("u_num", check.u_num), ("verdict", check.verdict))
-    }
+    values: dict[str, Any] = {}
+    for name, given in fem3d.steady.items():
+        values |= {f"fem3d_{name}": given.value, f"fem3d_{name}_error": given.error}
+    for reduction, (checks, reduced) in found.items():
+        own, model = ("", "reduced1d_") if reduction == scope.reductions[0] else (f"{reduction}_", f"{reduction}_")
+        values |= {f"{model}{name}": given.value for name, given in (reduced.steady if reduced else {}).items()}
+        for check in checks:
+            values |= {f"{own}{check.id}_{name}": getattr(check, name) for name in ("difference", "u_num", "verdict")}
+    parts = _parts(sink, scope, fem3d, levels) if scope.blame else None
+    return values | blame(parts) | {"accuracy": sink.accuracy}, parts, first
 
 
 def _of_another(sink: Sink, request: Request, fem3d: Result, levels: Levels) -> tuple[tuple[Check, ...], Result | None]:
@@ -193,7 +236,7 @@ def blame(parts: dict[str, float] | None) -> dict[str, Any]:
 
 def _free(scene: AnyScene) -> dict[str, Any]:
     """The columns of a free scene: every probe, at the end where it is over time."""
-    from compare.free_run import reported, solver
+    from compare.pipeline import reported, solver
 
     scene = reported(scene, Request(figures=False))
     result = solver(scene).solve(scene)

@@ -1,24 +1,58 @@
-"""A sweep, or the map of a tolerance's line, from what is asked to a folder of stored rows."""
+"""A sweep, or the map of a tolerance's line, from what is asked to a folder: the rows, and all that is made of them."""
 
 from __future__ import annotations
 
+import csv
+import json
+import math
 import time
-from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from scenes.formats import quantity
-from validate.sweep.cluster import Cluster
-from validate.sweep.job import Job, Means
-from validate.sweep.point import Work
-from validate.sweep.store import Store
+from validate.processes import processors
+from validate.sweep.point import Job, Work
+from validate.sweep.store import ASKED, Store
+from validate.sweep.table import COLOURS, Table, read, sentence
 
 if TYPE_CHECKING:
     from validate.sweep.mapping import Map
 
+MOST = 40_000  # points that the page shows; of more it shows some, evenly chosen
+_CAPTIONS = {
+    "figure_map": "Where the reduction is within the tolerance, and which assumption is to blame where it is not.",
+    "figure_lines": "Differences from 3D over the varied key, with their errors; grey is within the tolerance.",
+    "figure_pairs": "Every pair of keys; the largest differences on top.",
+    "figure_indices": "How much of the difference's variance each key explains.",
+}
+_STYLE = """
+.verdict { font-size: 1.35rem; }
+.hover canvas { width: 100%; height: 30rem; max-width: 60rem; border: 1px solid var(--line); cursor: crosshair; }
+.hover .choose { display: flex; flex-wrap: wrap; gap: 0.3rem 1.2rem; }
+.hover .said { min-height: 3rem; white-space: pre-wrap; font-variant-numeric: tabular-nums; }
+"""
 
-def run(job: Job, store: Store, means: Means, say: Callable[[str], None]) -> Map | None:
-    """Solves what is not stored yet, and says how many points are stored, how many a second, and what is left; returns
-    the map where that is asked for. Raises SceneError for a scheduler that can't be used, LostError."""
+
+def run(
+    job: Job,
+    store: Store,
+    say: Callable[[str], None],
+    *,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    seconds: float | None = None,
+    figures: bool = False,
+) -> tuple[Table, dict[str, Any]]:
+    """Solves what is not stored yet, by ``workers`` processes here (one a processor, if not given) or those of a
+    ``scheduler``, with some ``seconds`` for each point; says how many points are stored, how many a second, and what is
+    left. Then writes all other files; their columns, and what sweep.json holds. Raises SceneError for a scheduler that
+    can't be used, LostError."""
+    from validate.sweep.cluster import Cluster
+
     already, started, count = len(store), time.monotonic(), job.design.count
 
     def gather(tasks: Iterable[Work], total: int, more: str = "") -> None:
@@ -28,10 +62,145 @@ def run(job: Job, store: Store, means: Means, say: Callable[[str], None]) -> Map
             left = quantity(max(total - len(store), 0) / rate, "s", 2)
             say(f"{len(store)} of {total} points, {rate:.2g} a second, {left} left{more}")
 
-    with Cluster(min(means.workers, max(count - already, 1)), means.scheduler, means.seconds, say) as cluster:
-        if job.solves is not None:
+    cells = None
+    with Cluster(min(workers or processors(), max(count - already, 1)), scheduler, seconds, say) as cluster:
+        if job.solves is None:
+            gather((job.work(numbers) for numbers in job.design.tasks() if numbers[0] not in store), count)
+        else:
             from validate.sweep.mapping import refine
 
-            return refine(job, store, gather)
-        gather((job.work(numbers) for numbers in job.design.tasks() if numbers[0] not in store), count)
-    return None
+            cells = refine(job, store, gather)
+    say("writing the results")
+    return _written(job, store, cells, figures, time.monotonic() - started)
+
+
+def _written(
+    job: Job, store: Store, cells: Map | None, figures: bool, seconds: float
+) -> tuple[Table, dict[str, Any]]:  # fmt: skip
+    """Writes the files, made anew by another run of the same; the columns, and what sweep.json holds."""
+    from validate.report.summary import as_json
+
+    found = read(job, store, cells)
+    columns = found.columns
+    files = [_write(store, "points.csv", found.keys | columns)]
+    counts: dict[str, Any] = {"points": len(found), **Counter(columns["status"].tolist())}
+    if found.map:
+        files.append(_write(store, "map.csv", found.map))
+        verdicts = found.map["verdict"].tolist()
+        counts["cells"] = {"all": len(verdicts), **Counter(verdicts)}
+    if figures:
+        from validate.report.figures.drawing import save, style
+        from validate.sweep.figures import draw
+
+        with style():
+            files += [file for name, figure in draw(found).items() for file in save(figure, store.folder, name)]
+    made = {name.removesuffix("_verdict"): words for name, words in columns.items() if name.endswith("_verdict")}
+    document: dict[str, Any] = as_json(
+        {
+            "schema": 1,
+            "asked": job.document(),
+            "finished": True,
+            "sentence": sentence(found),
+            "counts": counts,
+            "verdicts": {check: dict(Counter(filter(None, words.tolist()))) for check, words in made.items()},
+            "seconds": {"this_run": round(seconds, 1), "points": round(float(columns["seconds"].sum()), 1)},
+            "provenance": _provenance(),
+            "files": [*files, "report.html", ASKED],
+        }
+    )
+    with store.writing("report.html") as file:
+        file.write(_page(store.folder, found, document))
+    store.write(document)
+    return found, document
+
+
+def _write(store: Store, name: str, columns: Mapping[str, np.ndarray]) -> str:
+    """A table of numbers to the last digit; what there is none of is empty."""
+    with store.writing(name) as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(columns)
+        for row in zip(*(column.tolist() for column in columns.values()), strict=True):
+            writer.writerow("" if isinstance(cell, float) and math.isnan(cell) else cell for cell in row)
+    return name
+
+
+def _provenance() -> dict[str, Any]:
+    """What the rows were computed with: the solvers' processes have these, whatever is loaded here."""
+    import os
+    import platform
+    from importlib import metadata
+
+    from validate.report.summary import provenance
+
+    versions = {name: metadata.version(name) for name in ("numpy", "scipy", "scikit-fem", "dask", "distributed")}
+    return provenance() | versions | {"system": platform.system(), "processors": os.cpu_count()}
+
+
+def _page(folder: Path, found: Table, document: Mapping[str, Any]) -> str:
+    """report.html: the sentence, the points to hover over, the figures from ``folder``, and what was asked."""
+    from validate.report.html import page
+    from validate.report.html.parts import section, table, text, values
+
+    name = found.job.base.name
+    script = Path(__file__).with_name("hover.js").read_text(encoding="utf-8")
+    data = json.dumps(_data(found), separators=(",", ":")).replace("</", "<\\/")
+    counts, said = document["counts"], document["sentence"]
+    verdicts = ("agrees", "differs", "unresolved")
+    rows = [
+        [text(check), *(f'<span class="{word}">{n.get(word, 0)}</span>' for word in verdicts)]
+        for check, n in document["verdicts"].items()
+    ]
+    asked = {key: value for key, value in document["asked"].items() if key not in ("scene", "vary")}
+    varied = {
+        key: "range" if axis["range"] else f"{len(axis['values'])} values"
+        for key, axis in document["asked"]["vary"].items()
+    }
+
+    def listed(items: Mapping[str, Any]) -> str:
+        return f'<div class="columns">{values(items)}</div>'
+
+    parts = [
+        section(
+            "Points",
+            '<div class="hover"><p class="choose"></p><canvas></canvas>',
+            '<p class="said">Point at a place to read it.</p></div>',
+        ),
+        section("Checks", table(("check", *verdicts), rows, (1, 2, 3)) if rows else ""),
+        page.figures(folder, document, _CAPTIONS),
+        section("Asked", listed({"scene": name, "varied": varied, **asked})),
+        section("Versions and counts", listed({"counts": counts, **document["provenance"]})),
+    ]
+    scripts = f'<script type="application/json" id="rows">{data}</script>\n<script>\n{script}</script>'
+    return page.whole(name, f'<p class="verdict">{text(said[0].upper() + said[1:])}.</p>', parts, scripts, _STYLE)
+
+
+def _data(found: Table) -> dict[str, Any]:
+    """What the page draws: keys, values with errors, words, each a column over the points or the cells."""
+    design, scope, columns = found.job.design, found.job.scope, found.columns
+    names = {f"{scope.check}_verdict": "verdict", "blame": "to blame", "status": "status"}
+    numbers = found.series()
+    for reduction in scope.reductions[1:]:
+        numbers |= {f"{reduction}_{name}": given for name, given in found.series(reduction).items()}
+    if found.map:
+        columns, names = found.map, {"verdict": "verdict", "blame": "to blame", "how": "how"}
+        numbers = {scope.check: (columns["difference"], columns["error"])}
+    size = design.count
+    some = np.unique(np.linspace(0, size - 1, min(size, MOST)).round().astype(int))
+
+    def column(values: np.ndarray) -> list[Any]:
+        if values.dtype == object:
+            return [str(value) for value in values[some]]
+        return [float(f"{value:.6g}") if np.isfinite(value) else None for value in values[some]]
+
+    words = {word: columns[name] for name, word in names.items() if name in columns}
+    return {
+        "keys": {key: column(values) for key, values in (found.map or found.keys).items() if key in design.keys},
+        "units": found.units,
+        "log": [axis.key for axis in design.axes if axis.log],
+        "relative": found.relative,
+        "values": {name: [column(value), column(error)] for name, (value, error) in numbers.items()},
+        "words": {name: column(given) for name, given in words.items() if given.dtype == object},
+        "tolerances": found.tolerances,
+        "cells": list(design.shape) if found.map else None,
+        "colours": COLOURS,
+    }

@@ -12,8 +12,10 @@ import queue
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
-from threading import Lock, Thread, Timer
+from threading import TIMEOUT_MAX, Lock, Thread, Timer
 from typing import TYPE_CHECKING, Any
 
 from validate.processes import ONE_THREAD
@@ -22,20 +24,15 @@ if TYPE_CHECKING:
     from validate.sweep.point import Row, Work
 
 IDLE = 60.0
-ATTEMPTS = 3
-"""How often a task is begun whose process dies, before it is said to be the task's fault."""
-
-
-class DiedError(Exception):
-    """The process is gone; ``late`` says that it was stopped because a point took too long."""
-
-    def __init__(self, late: bool) -> None:
-        super().__init__()
-        self.late = late
+ATTEMPTS = 3  # how often a task is begun whose process dies, before it is said to be the task's fault
+_GONE = (EOFError, OSError, pickle.UnpicklingError)
+"""What is raised where the process at the other end of a pipe has ended."""
 
 
 class Solver:
-    """The parent's side of such a process."""
+    """The parent's side of such a process; ``late`` says that it was stopped because a point took too long."""
+
+    late = False
 
     def __init__(self) -> None:
         self._process = subprocess.Popen(
@@ -43,48 +40,34 @@ class Solver:
             env=os.environ | ONE_THREAD,
         )  # fmt: skip
 
-    def send(self, work: Work) -> None:
-        """Gives it a task; raises DiedError."""
+    def rows(self, work: Work, seconds: float | None) -> Iterator[Row | None]:
+        """``None`` when it begins with a task, then its rows, for each of which it has some seconds; where the process
+        dies there are fewer."""
         assert self._process.stdin is not None
-        try:
+        assert self._process.stdout is not None
+        with suppress(*_GONE):
             pickle.dump(work, self._process.stdin)
             self._process.stdin.flush()
-        except OSError:
-            raise DiedError(False) from None
+            yield pickle.load(self._process.stdout)
+            for _ in work.numbers:
+                self.late = False
+                timer = Timer(TIMEOUT_MAX if seconds is None else seconds, self._stop)
+                timer.daemon = True
+                timer.start()
+                try:
+                    row = pickle.load(self._process.stdout)
+                finally:
+                    timer.cancel()
+                yield row
 
-    def row(self, seconds: float | None) -> Row:
-        """Its next row, for which it has some seconds; raises DiedError."""
-        assert self._process.stdout is not None
-        late: list[bool] = []
-
-        def stop() -> None:
-            late.append(True)
-            self._process.kill()
-
-        timer = None if seconds is None else Timer(seconds, stop)
-        if timer is not None:
-            timer.daemon = True
-            timer.start()
-        try:
-            found: Row = pickle.load(self._process.stdout)
-            return found
-        except (EOFError, OSError, pickle.UnpicklingError):
-            raise DiedError(bool(late)) from None
-        finally:
-            if timer is not None:
-                timer.cancel()
-
-    def ready(self) -> None:
-        """Waits until it can solve; raises DiedError."""
-        self.row(None)
+    def _stop(self) -> None:
+        self.late = True
+        self._process.kill()
 
     def close(self) -> None:
         """Ends it."""
-        self._process.kill()
-        self._process.wait()
-        for pipe in (self._process.stdin, self._process.stdout):
-            if pipe is not None:
-                pipe.close()
+        with suppress(OSError), self._process:
+            self._process.kill()
 
 
 _waiting: list[Solver] = []
@@ -113,45 +96,36 @@ def solve(work: Work, seconds: float | None) -> list[Row]:
     """
     from validate.sweep.point import Row
 
-    lost: dict[int, Row] = {}
+    found: dict[int, Row] = {}
     deaths = starts = 0
-    while True:
-        left = [n for n in range(len(work.numbers)) if work.numbers[n] not in lost]
-        if not left:
-            return [lost[number] for number in work.numbers]
-        now = replace(work, numbers=tuple(work.numbers[n] for n in left), points=tuple(work.points[n] for n in left))
-        rows: list[Row] = []
+    while left := [(n, point) for n, point in zip(work.numbers, work.points, strict=True) if n not in found]:
+        numbers, points = zip(*left, strict=True)
         with _lock:
             solver = _waiting.pop() if _waiting else None
         solver = solver or Solver()
-        begun = False
-        try:
-            solver.send(now)
-            solver.ready()
-            begun = True
-            for _ in now.numbers:
-                rows.append(solver.row(seconds))
-        except DiedError as gone:
-            solver.close()
-            starts += not begun
+        told = list(solver.rows(replace(work, numbers=numbers, points=points), seconds))
+        if len(told) > len(numbers):
+            with _lock:
+                _waiting.append(solver)
+            found |= {row.point: row for row in told if row is not None}
+            break
+        solver.close()
+        if not told:
+            starts += 1
             if starts >= ATTEMPTS:
-                raise RuntimeError("the processes that solve points end before they begin") from None
-            if not begun:
-                continue
-            number = now.numbers[len(rows)]
-            deaths += not gone.late
-            if gone.late:
-                lost[number] = Row(
-                    number, "timeout", f"it took more than {seconds:g} s (--point-timeout)", seconds or 0.0, {}
-                )
-            elif deaths >= ATTEMPTS:
-                lost[number] = Row(number, "crashed", f"the process that solved it died, {deaths} times", 0.0, {})
-                deaths = 0
+                raise RuntimeError("the processes that solve points end before they begin")
             continue
-        with _lock:
-            _waiting.append(solver)
-        found = {row.point: row for row in rows} | lost
-        return [found[number] for number in work.numbers]
+        number = numbers[len(told) - 1]
+        if solver.late:
+            said = f"it took more than {seconds:g} s (--point-timeout)"
+            found[number] = Row(number, "timeout", said, seconds or 0.0, {})
+            continue
+        deaths += 1
+        if deaths >= ATTEMPTS:
+            said = f"the process that solved it died, {deaths} times"
+            found[number] = Row(number, "crashed", said, 0.0, {})
+            deaths = 0
+    return [found[number] for number in work.numbers]
 
 
 def main() -> None:
@@ -165,25 +139,22 @@ def main() -> None:
     import fem3d.run  # noqa: F401
     from validate.sweep.point import solve as solve_points
 
-    while True:
-        try:
+    with suppress(queue.Empty):
+        while True:
             work = tasks.get(timeout=IDLE)
-        except queue.Empty:
-            return
-        pickle.dump(None, rows)
-        rows.flush()
-        for found in solve_points(work):
-            pickle.dump(found, rows)
+            pickle.dump(None, rows)
             rows.flush()
+            for found in solve_points(work):
+                pickle.dump(found, rows)
+                rows.flush()
 
 
 def _read(tasks: queue.Queue[Any]) -> None:
     """Reads tasks; when there will be none any more the process ends, whatever it is doing."""
-    while True:
-        try:
+    with suppress(*_GONE):
+        while True:
             tasks.put(pickle.load(sys.stdin.buffer))
-        except (EOFError, OSError, pickle.UnpicklingError):
-            os._exit(0)
+    os._exit(0)
 
 
 if __name__ == "__main__":

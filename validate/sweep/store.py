@@ -9,14 +9,12 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
-from types import TracebackType
 from typing import Any, TextIO
 
 from scenes.errors import SceneError, quoted, reason
 from validate.sweep.point import Row
 
 ROWS, ASKED = "points.jsonl", "sweep.json"
-_LOCK = ".lock"
 _OURS = re.compile(r"points\.(jsonl|csv)|map\.csv|report\.html|figure_\w+\.(png|svg)")
 
 
@@ -38,9 +36,11 @@ class Store:
         from locket import LockError, lock_file
 
         try:
-            self._refuse_others()
             self.folder.mkdir(parents=True, exist_ok=True)
-            self._lock = lock_file(str(self.folder / _LOCK), timeout=0)
+            names = {path.name for path in self.folder.iterdir() if not path.name.startswith(".")}
+            if names and ASKED not in names:
+                raise ValueError("it has files that are not a sweep, and is left as it is")
+            self._lock = lock_file(str(self.folder / ".lock"), timeout=0)
             self._lock.acquire()
         except LockError:
             raise SceneError(
@@ -57,9 +57,7 @@ class Store:
             raise
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         # The file of the lock stays: were it removed, two others could each lock one of that name.
         self._rows.close()
         self._lock.release()
@@ -84,14 +82,10 @@ class Store:
         self._rows.flush()
         os.fsync(self._rows.fileno())
 
-    def rows(self) -> Iterator[Row]:
-        """The rows in the order of their points, read one by one."""
-        return self.some(sorted(self._places))
-
-    def some(self, points: Iterable[int]) -> Iterator[Row]:
-        """The rows of some points."""
+    def rows(self, points: Iterable[int] | None = None) -> Iterator[Row]:
+        """The rows of some points, or all in the order of their points, read one by one."""
         with (self.folder / ROWS).open("rb") as file:
-            for point in points:
+            for point in sorted(self._places) if points is None else points:
                 file.seek(self._places[point])
                 found = json.loads(file.readline())
                 del found["task"]
@@ -107,22 +101,10 @@ class Store:
             os.fsync(file.fileno())
         partial.replace(self.folder / name)
 
-    def write(self, name: str, document: Mapping[str, Any]) -> None:
-        """Puts a JSON document into the folder."""
-        with self.writing(name) as file:
-            json.dump(document, file, indent=1)
-            file.write("\n")
-
-    def _refuse_others(self) -> None:
-        if not self.folder.exists():
-            return
-        if not self.folder.is_dir():
-            raise SceneError(f"{self._shown} is a file: give a folder with --out")
-        names = {path.name for path in self.folder.iterdir() if not path.name.startswith(".")}
-        if names and ASKED not in names:
-            raise SceneError(
-                f"{self._shown} has files that are not a sweep, and is left as it is: give another folder with --out"
-            )
+    def write(self, document: Mapping[str, Any]) -> None:
+        """Puts sweep.json into the folder."""
+        with self.writing(ASKED) as file:
+            file.write(json.dumps(document, indent=1) + "\n")
 
     def _begin(self) -> None:
         """The rows of an earlier run of the same; those of another are refused, or removed for a fresh start."""
@@ -132,16 +114,16 @@ class Store:
                 if _OURS.fullmatch(path.name):
                     path.unlink()
         elif earlier is not None and earlier != self._asked:
+            other = next((key.replace("_", " ") for key in self._asked if earlier.get(key) != self._asked[key]), None)
             raise SceneError(
-                f"{self._shown} holds another sweep ({_difference(earlier, self._asked)}): give another folder with "
-                "--out, or --fresh to start over"
+                f"{self._shown} holds another sweep ({f'its {other} differs' if other else 'it says more'}): give "
+                "another folder with --out, or --fresh to start over"
             )
         if self._fresh or earlier is None:
-            self.write(ASKED, {"schema": 1, "asked": self._asked, "finished": False})
+            self.write({"schema": 1, "asked": self._asked, "finished": False})
         (self.folder / ROWS).touch()
         self._rows = (self.folder / ROWS).open("r+b")
         self._rows.truncate(self._read())
-        self._rows.seek(0, os.SEEK_END)
 
     def _read(self) -> int:
         """Finds the rows that are there; returns where the last whole task ends."""
@@ -172,11 +154,3 @@ def _asked(path: Path) -> Any:
         return None
     except (OSError, ValueError, KeyError, TypeError):
         return {}
-
-
-def _difference(earlier: Mapping[str, Any], asked: Mapping[str, Any]) -> str:
-    """The first thing that is asked differently."""
-    for key in asked:
-        if earlier.get(key) != asked[key]:
-            return f"its {key.replace('_', ' ')} differs"
-    return "it says more"

@@ -1,19 +1,20 @@
-"""All cases by family, each a named function without arguments, run side by side in processes of their own."""
+"""All cases by family, run side by side in processes of their own."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from itertools import chain
+from typing import NamedTuple
 
-from validate.processes import single_threaded
-from validate.verify import exact_bodies, exact_walls, integrators, iso10211, manufactured, orders, published
+from validate.processes import side_by_side
+from validate.verify import exact_bodies, exact_walls, integrators, orders, published
 from validate.verify.answers import Row
+from validate.verify.manufactured import conduction, heating, joule
 from validate.verify.second_code import sink_steady
 
 
-@dataclass(frozen=True)
-class Case:
+class Case(NamedTuple):
     """A family of rows, a name for progress and messages, and the function that makes the rows."""
 
     family: str
@@ -21,48 +22,22 @@ class Case:
     run: Callable[[], Iterator[Row]]
 
 
-def bricks_constant() -> Iterator[Row]:
-    """Steady conduction on bricks."""
-    return orders.steady(manufactured.conduction(layered=False), (1, 2, 3, 4))
-
-
-def bricks_layered() -> Iterator[Row]:
-    """Steady conduction in layers on bricks."""
-    return orders.steady(manufactured.conduction(layered=True), (1, 2, 3, 4, 5, 6))
-
-
-def bricks_joule() -> Iterator[Row]:
-    """The coupled problem on bricks."""
-    return orders.steady(manufactured.joule(), (1, 2, 3, 4))
-
-
-def bricks_heating() -> Iterator[Row]:
-    """The transient on bricks, of one material and in layers."""
-    yield from orders.transient(manufactured.heating(layered=False), (1, 2))
-    yield from orders.transient(manufactured.heating(layered=True), (1, 2, 3, 4))
-
-
-def hexahedra_steady() -> Iterator[Row]:
-    """Steady problems on scikit-fem's hexahedra."""
-    for layered in (False, True):
-        yield from orders.hexahedron(manufactured.conduction(layered), (1, 2))
-    yield from orders.hexahedron(manufactured.joule(), (1,))
-
-
-def hexahedra_transient() -> Iterator[Row]:
-    """A transient on scikit-fem's hexahedra."""
-    return orders.hexahedron_transient(manufactured.heating(layered=True))
-
-
+ONE_K, LAYERS = (2.0, 2.0), (1.5, 3.0)  # W/(m K)
+ONE_CAPACITY, CAPACITIES = (1.5, 1.5), (1.2, 2.0)  # J/(m3 K)
 CASES = (
-    Case("orders", "bricks, coupled", bricks_joule),
-    Case("orders", "hexahedra", hexahedra_steady),
-    Case("orders", "bricks, transient", bricks_heating),
-    Case("orders", "bricks, constant k", bricks_constant),
-    Case("orders", "bricks, k in layers", bricks_layered),
-    Case("orders", "hexahedra, transient", hexahedra_transient),
+    Case("orders", "bricks, coupled", lambda: orders.bricks(joule(), 1, 2, 3, 4)),
+    Case("orders", "hexahedra", lambda: chain(
+        orders.hexahedra(conduction(ONE_K), 1, 2), orders.hexahedra(conduction(LAYERS), 1, 2),
+        orders.hexahedra(joule(), 1),
+    )),
+    Case("orders", "bricks, transient", lambda: chain(
+        orders.bricks(heating(ONE_K, ONE_CAPACITY), 1, 2), orders.bricks(heating(LAYERS, CAPACITIES), 1, 2, 3, 4),
+    )),
+    Case("orders", "bricks, constant k", lambda: orders.bricks(conduction(ONE_K), 1, 2, 3, 4)),
+    Case("orders", "bricks, k in layers", lambda: orders.bricks(conduction(LAYERS), 1, 2, 3, 4, 5, 6)),
+    Case("orders", "hexahedra, transient", lambda: orders.hexahedra(heating(LAYERS, CAPACITIES), 1, 2)),
     Case("orders", "exponential collocation", integrators.exponential_collocation),
-    Case("orders", "SDIRK", integrators.diagonally_implicit),
+    Case("orders", "SDIRK", lambda: integrators.diagonally_implicit(heating(LAYERS, CAPACITIES))),
     Case("orders", "Runge-Kutta", integrators.runge_kutta),
     Case("orders", "Crank-Nicolson", integrators.layer),
     Case("orders", "partitioned scheme", integrators.partitioned),
@@ -81,11 +56,11 @@ CASES = (
     Case("published", "NAFEMS T3", published.nafems_t3),
     Case("published", "NAFEMS T4", published.nafems_t4),
     Case("published", "ISO 10211 case 1", published.iso_case_1),
-    Case("published", "ISO 10211 case 2", iso10211.case_2),
-    Case("published", "ISO 10211 case 3", iso10211.case_3),
-    Case("published", "ISO 10211 case 4", iso10211.case_4),
+    Case("published", "ISO 10211 case 2", published.iso_case_2),
+    Case("published", "ISO 10211 case 3", published.iso_case_3),
+    Case("published", "ISO 10211 case 4", published.iso_case_4),
     Case("second", "NGSolve", sink_steady),
-)
+)  # fmt: skip
 
 
 def perform(number: int) -> list[Row]:
@@ -105,27 +80,9 @@ def run(families: Sequence[str], jobs: int, progress: Callable[[str], None]) -> 
     """The rows of all cases of some families, in the order of `CASES`, by ``jobs`` processes (1: this one)."""
     chosen = [number for number, case in enumerate(CASES) if case.family in families]
     found: dict[int, list[Row]] = {}
-
-    def say() -> None:
-        waiting = [CASES[number].name for number in chosen if number not in found]
+    progress(f"{len(chosen)} cases")
+    for number, rows in side_by_side(perform, chosen, jobs):
+        found[number] = rows
+        waiting = [CASES[n].name for n in chosen if n not in found]
         progress(f"{len(found)} of {len(chosen)} cases done; next {waiting[0]}" if waiting else "writing")
-
-    say()
-    if jobs == 1:
-        for number in chosen:
-            found[number] = perform(number)
-            say()
-    else:
-        _side_by_side(chosen, jobs, found, say)
     return [row for number in chosen for row in found[number]]
-
-
-def _side_by_side(chosen: list[int], jobs: int, found: dict[int, list[Row]], say: Callable[[], None]) -> None:
-    from concurrent.futures import ProcessPoolExecutor, as_completed
-    from multiprocessing import get_context
-
-    with single_threaded(), ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
-        futures = {pool.submit(perform, number): number for number in chosen}
-        for future in as_completed(futures):
-            found[futures[future]] = future.result()
-            say()

@@ -11,7 +11,7 @@ from scenes.model import Boundary, Box, Material, Point, Probe, Scene, Schedule,
 from scenes.sink import OXIDE, SILICON
 from validate.verify import series
 from validate.verify.answers import ACCURACY, Expected, Row, rows
-from validate.verify.laplace import HELD, INVERSION, Layer, step_response
+from validate.verify.series import HELD, INVERSION, Layer, step_response
 
 FAMILY = "exact"
 ROOM, LENGTH = 293.0, 1e-3
@@ -20,64 +20,65 @@ SLOW = LENGTH**2 * SILICON.heat_capacity / SILICON.thermal_conductivity  # s: L^
 WIDTH, DEPTH = 20e-6, 2e-6  # m: the section along x and z
 TIMES = tuple((SLOW * np.array([0.005, 0.02, 0.1, 0.4, 1.0])).tolist())
 INSTANTS = np.array(TIMES)
+NUMBERS = INSTANTS * 4 / SLOW  # alpha t/l^2 of half the length
+MIDDLE = Probe("middle", (WIDTH / 2, LENGTH / 2, DEPTH / 2), (WIDTH / 2, LENGTH / 2, DEPTH / 2))
 
 
 def slab_step() -> Iterator[Row]:
     """Both faces of a slab take another temperature at once."""
-    size = 10.0
+    values = {"middle": [1 - float(series.cooling(0.0, n)) for n in NUMBERS],
+              "mean": [1 - series.mean_cooling(n) for n in NUMBERS]}  # fmt: skip
     mean = Probe("mean", (0.0, 0.0, 0.0), flat(LENGTH)[1])
-    scene = wall("slab", [ONE], [end("temperature", y, ROOM + size) for y in (0.0, LENGTH)], TIMES,
-                 [point("middle", LENGTH / 2), mean])  # fmt: skip
-    number = INSTANTS * 4 / SLOW
-    middle = ROOM + size * np.array([1 - float(series.cooling(0.0, n)) for n in number])
-    average = ROOM + size * np.array([1 - series.mean_cooling(n) for n in number])
-    yield from rows(FAMILY, "slab, step of both faces", scene, [
-        Expected("middle", "K", middle, size), Expected("mean", "K", average, size),
-    ], "Carslaw and Jaeger 3.3")  # fmt: skip
+    return _slab("slab, step of both faces", _both("temperature", ROOM + 10.0), values, 10.0,
+                 "Carslaw and Jaeger 3.3", [MIDDLE, mean])  # fmt: skip
 
 
 def slab_film() -> Iterator[Row]:
     """The air on both sides of a slab takes another temperature at once; Biot number 2."""
-    size, biot = 10.0, 2.0
-    h = biot * SILICON.thermal_conductivity / (LENGTH / 2)
-    scene = wall("slab in air", [ONE], [end("convection", y, h, ROOM + size) for y in (0.0, LENGTH)], TIMES,
-                 [point("middle", LENGTH / 2)])  # fmt: skip
-    number = INSTANTS * 4 / SLOW
-    at = {"middle": 0.0, "face 0": 1.0}
-    yield from rows(FAMILY, "slab between films", scene, [
-        Expected(name, "K", ROOM + size * np.array([1 - series.film_cooling(x, biot, n) for n in number]), size)
-        for name, x in at.items()
-    ], "Carslaw and Jaeger 3.11")  # fmt: skip
+    biot = 2.0
+    faces = _both("convection", biot * SILICON.thermal_conductivity / (LENGTH / 2), ROOM + 10.0)
+    values = {
+        name: [1 - series.film_cooling(x, biot, n) for n in NUMBERS] for name, x in (("middle", 0.0), ("face 0", 1.0))
+    }
+    return _slab("slab between films", faces, values, 10.0, "Carslaw and Jaeger 3.11")
 
 
 def heated_slab() -> Iterator[Row]:
     """A slab with heat inside, from t = 0 on or for a while, between faces held cold."""
-    peak = 20.0
-    q = peak * 8 * SILICON.thermal_conductivity / LENGTH**2
-    faces = [end("temperature", y, ROOM) for y in (0.0, LENGTH)]
-    scene = wall("heated slab", [ONE], faces, TIMES, [point("middle", LENGTH / 2)], heat_source=q)
-    rise = peak * series.heated_middle(INSTANTS * 4 / SLOW)
-    yield from rows(FAMILY, "heated slab", scene, [Expected("middle", "K", ROOM + rise, peak)],
-                    "Carslaw and Jaeger 3.14")  # fmt: skip
-    stop = 0.1 * SLOW
+    peak, faces = 20.0, _both("temperature", ROOM)
+    q, stop = peak * 8 * SILICON.thermal_conductivity / LENGTH**2, 0.1 * SLOW
+    rise = series.heated_middle(NUMBERS)
+    yield from _slab("heated slab", faces, {"middle": rise}, peak, "Carslaw and Jaeger 3.14", heat_source=q)
     pulse = Schedule((0.0, stop, stop, 2 * SLOW), (q, q, 0.0, 0.0))
-    scene = wall("pulsed slab", [ONE], faces, TIMES, [point("middle", LENGTH / 2)], heat_source=pulse)
     late = np.maximum(INSTANTS - stop, 0.0)
-    rise = rise - peak * np.where(late > 0, series.heated_middle(late * 4 / SLOW), 0.0)
-    yield from rows(FAMILY, "slab heated for a while", scene, [Expected("middle", "K", ROOM + rise, peak)],
-                    "Carslaw and Jaeger 3.14, superposed")  # fmt: skip
+    rise = rise - np.where(late > 0, series.heated_middle(late * 4 / SLOW), 0.0)
+    yield from _slab("slab heated for a while", faces, {"middle": rise}, peak,
+                     "Carslaw and Jaeger 3.14, superposed", heat_source=pulse)  # fmt: skip
 
 
 def ramped_slab() -> Iterator[Row]:
     """One face of a slab follows straight lines up and down, the other is held."""
-    size = 10.0
     times, values = np.array([0.0, 0.1, 0.4, 1.5]) * SLOW, np.array([0.0, 1.0, 0.5, 0.5])
-    ramp = Schedule(tuple(times.tolist()), tuple((ROOM + size * values).tolist()))
-    scene = wall("ramped slab", [ONE], [end("temperature", 0.0, ROOM), end("temperature", LENGTH, ramp)], TIMES,
-                 [point("probe", 0.6 * LENGTH)])  # fmt: skip
-    found = ROOM + size * np.array([series.ramped(0.6, SLOW, times, values, t) for t in TIMES])
-    yield from rows(FAMILY, "slab, ramps of one face", scene, [Expected("probe", "K", found, size)],
-                    "Duhamel's theorem, Carslaw and Jaeger 3.5")  # fmt: skip
+    ramp = Schedule(tuple(times.tolist()), tuple((ROOM + 10.0 * values).tolist()))
+    found = [series.ramped(0.6, SLOW, times, values, t) for t in TIMES]
+    at = (WIDTH / 2, 0.6 * LENGTH, DEPTH / 2)
+    faces = [end("temperature", 0.0, ROOM), end("temperature", LENGTH, ramp)]
+    return _slab("slab, ramps of one face", faces, {"probe": found}, 10.0,
+                 "Duhamel's theorem, Carslaw and Jaeger 3.5", [Probe("probe", at, at)])  # fmt: skip
+
+
+def _both(kind: Any, value: float, ambient: float = ROOM) -> list[Boundary]:
+    return [end(kind, y, value, ambient) for y in (0.0, LENGTH)]
+
+
+def _slab(
+    case: str, faces: list[Boundary], values: dict[str, Any], size: float, note: str,
+    probes: Sequence[Probe] = (MIDDLE,), heat_source: Value = 0.0,
+) -> Iterator[Row]:  # fmt: skip
+    """The rows of one layer of silicon whose rises at TIMES should be these parts of a size (K)."""
+    scene = wall(case, [ONE], faces, TIMES, probes, heat_source=heat_source)
+    expected = [Expected(name, "K", ROOM + size * np.array(part), size) for name, part in values.items()]
+    return rows(FAMILY, case, scene, expected, note)
 
 
 def layers_steady() -> Iterator[Row]:
@@ -147,8 +148,8 @@ def wall(
     besides those that are given."""
     planes = np.concatenate([[0.0], np.cumsum([layer.thickness for layer in layers])]).tolist()
     boxes = tuple(
-        Box(f"layer {i}", _material(i, layer), (0.0, planes[i], 0.0), (section[0], planes[i + 1], section[1]),
-            heat_source)
+        Box(f"layer {i}", Material(f"layer {i}", layer.conductivity, 1.0, layer.heat_capacity),
+            flat(planes[i])[0], flat(planes[i + 1], section)[1], heat_source)
         for i, layer in enumerate(layers)
     )  # fmt: skip
     faces = tuple(Probe(f"face {i}", *flat(y, section)) for i, y in enumerate(planes))
@@ -169,12 +170,3 @@ def end(
 def flat(y: float, section: tuple[float, float] = (WIDTH, DEPTH)) -> tuple[Point, Point]:
     """The flat box across a wall at y (m)."""
     return (0.0, y, 0.0), (section[0], y, section[1])
-
-
-def point(name: str, y: float) -> Probe:
-    """A temperature probe on the axis of a wall at y (m)."""
-    return Probe(name, (WIDTH / 2, y, DEPTH / 2), (WIDTH / 2, y, DEPTH / 2))
-
-
-def _material(number: int, layer: Layer) -> Material:
-    return Material(f"layer {number}", layer.conductivity, 1.0, layer.heat_capacity)

@@ -14,8 +14,9 @@ from fem3d.exponential import integrate
 from reduced1d.device.crank_nicolson import crank_nicolson, mesh_ratio
 from reduced1d.device.lumped import Slab
 from scenes.sink import Sink
-from validate.verify import hexahedra, manufactured
+from validate.verify import orders
 from validate.verify.answers import Row, observed_order, order_row
+from validate.verify.manufactured import Heating, joule
 from validate.verify.reference import FullOrder
 
 FAMILY = "order in time"
@@ -53,18 +54,20 @@ def _fixed_steps(
     return state
 
 
-def diagonally_implicit() -> Iterator[Row]:
+def diagonally_implicit(heating: Heating) -> Iterator[Row]:
     """Alexander's method of order 3 of the second path, on the semi-discrete problem of a heater: exact by modes."""
-    heating = manufactured.heating(layered=True)
-    full, end = hexahedra.prepare(heating.at(np.inf), 1, 1), 0.02
+    full, end = orders.second_path(heating.at(np.inf), 1, 1), 0.02
     exact = _exact_linear(full, end)
-    off = [float(np.abs(hexahedra.march(full, end, steps)[0] - exact).max()) for steps in (8, 16)]
+    off = [float(np.abs(orders.marched(full, end, steps) - exact).max()) for steps in (8, 16)]
     yield order_row(FAMILY, "SDIRK of order 3 (second path)", "nodal rise, linear", 3, observed_order(off, 2.0))
-    coupled = hexahedra.prepare(manufactured.joule(), 1, 1)
-    runs = [hexahedra.march(coupled, 0.004, steps)[0] for steps in (8, 16, 32)]
+    coupled = orders.second_path(joule(), 1, 1)
+    runs = [orders.marched(coupled, 0.004, steps) for steps in (8, 16, 32)]
+    yield _of_three("SDIRK of order 3 (second path)", "nodal rise, resistivity of the temperature", 3, runs)
+
+
+def _of_three(case: str, quantity: str, theory: int, runs: list[np.ndarray]) -> Row:
     gaps = [float(np.abs(b - a).max()) for a, b in pairwise(runs)]
-    yield order_row(FAMILY, "SDIRK of order 3 (second path)", "nodal rise, resistivity of the temperature", 3,
-                    observed_order(gaps, 2.0), "from the differences of three runs")  # fmt: skip
+    return order_row(FAMILY, case, quantity, theory, observed_order(gaps, 2.0), "from the differences of three runs")
 
 
 def _exact_linear(full: FullOrder, end: float) -> np.ndarray:
@@ -118,9 +121,7 @@ def partitioned() -> Iterator[Row]:
 
     device = replace(Device(), end_time=2e-3, external=External(293.0, 293.0, 1.0))
     runs = [solve_paper(device, PaperScheme(dt)).trace("sink_K") for dt in (0.5e-6, 0.25e-6, 0.125e-6)]
-    gaps = [float(np.abs(b - a).max()) for a, b in pairwise(runs)]
-    yield order_row(FAMILY, "the paper's partitioned scheme (1D device)", "sink temperature", 1,
-                    observed_order(gaps, 2.0), "from the differences of three runs")  # fmt: skip
+    yield _of_three("the paper's partitioned scheme (1D device)", "sink temperature", 1, runs)
 
 
 def device_estimate() -> Iterator[Row]:

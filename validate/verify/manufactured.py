@@ -7,8 +7,10 @@ and the load on a face with convection or flux is g = k du/dn + h u. Source of t
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
@@ -19,13 +21,15 @@ from scenes.model import Boundary, Box, Material, Point, Scene
 SIZE = (1.0, 0.8, 0.6)
 LAYER = 0.25  # m: the height at which the second layer begins
 COEFFICIENT, FLUX = 3.0, 0.7  # W/(m2 K) on faces with convection, W/m2 into those with a flux
+TINY = 1e-30  # m: a step whose square is nothing beside 1
 
-Field = Callable[..., Any]  # of (layer, x, y, z), arrays of one shape
+Field = Callable[..., Any]  # of x, y, z, arrays of one shape
+Pair = tuple[float, float]  # of the lower and the upper layer
 
 
 @dataclass(frozen=True)
 class Manufactured:
-    """A solution: the rise ``u`` (K), its gradient (3, ...), and the volume load ``f`` (W/m3), per layer.
+    """A solution: the rise ``u`` (K) and the volume load ``f`` (W/m3).
 
     ``scene`` has the materials and the kinds of boundary; the rise is zero on faces of given temperature.
     ``weight`` is that of a mean whose dual solution is smooth too, so that it converges at twice the degree.
@@ -35,41 +39,90 @@ class Manufactured:
     name: str
     scene: Scene
     u: Field
-    gradient: Field
     f: Field
     weight: Field
     potential: Field | None = None
-    potential_gradient: Field | None = None
+
+    def loads(self) -> Iterator[tuple[Boundary, Field]]:
+        """The faces with convection or a flux, with k du/dn + h u (W/m2) less the flux that the scene gives already."""
+        for b in self.scene.boundaries:
+            if b.kind in ("convection", "heat_flux"):
+                yield b, partial(self._entering, b)
+
+    def _entering(self, face: Boundary, x: Any, y: Any, z: Any) -> Any:
+        axis = next(d for d in range(3) if face.lower[d] == face.upper[d])
+        outward = 1 if face.lower[axis] > SIZE[axis] / 2 else -1
+        k = layered(*(box.material.thermal_conductivity for box in self.scene.boxes))(z)
+        flux = outward * k * gradient(self.u, x, y, z)[axis]
+        return flux + (face.value * self.u(x, y, z) if face.kind == "convection" else -face.value)  # type: ignore[operator]
+
+    def distances(self, weights: Any, points: Any, values: Any, slopes: Any) -> dict[str, float]:
+        """L2 norm and H1 seminorm of the error of a rise, and the error of its weighted mean, by a rule with weights
+        (..., points): from its values there (..., points) and its gradient (3, ..., points)."""
+        mean = float((weights * values * self.weight(*points)).sum())
+        exact = integral(lambda *at: self.u(*at) * self.weight(*at))
+        return norms("rise", weights, values, slopes, self.u, points) | {"mean": abs(mean - exact)}
+
+    def power(self) -> float:
+        """The electric power (W) that the potential dissipates."""
+        assert self.potential is not None
+        steep = partial(gradient, self.potential)
+        return integral(lambda *at: (steep(*at) ** 2).sum(axis=0) / (RHO * (1 + ALPHA * self.u(*at))))
 
 
-def conduction(layered: bool) -> Manufactured:
+def norms(name: str, weights: Any, values: Any, slopes: Any, exact: Field, points: Any) -> dict[str, float]:
+    """L2 norm and H1 seminorm of the error of a field, as in `Manufactured.distances`."""
+    error, slope = values - exact(*points), slopes - gradient(exact, *points)
+    squares = (weights * error**2).sum(), (weights * (slope**2).sum(axis=0)).sum()
+    return {f"{name}, L2": float(np.sqrt(squares[0])), f"{name}, H1": float(np.sqrt(squares[1]))}
+
+
+def layered(lower: Any, upper: Any) -> Callable[[Any], Any]:
+    """What has one value in each layer, as a function of z."""
+    return lambda z: np.where(np.real(z) < LAYER, lower, upper)
+
+
+def gradient(field: Field, *at: Any) -> np.ndarray:
+    """(3, ...): exact to rounding, by a step along the imaginary axis (Squire and Trapp, SIAM Rev. 40, 1998, 110)."""
+    at = np.broadcast_arrays(*at)
+    return np.stack([np.imag(field(*(a + 1j * TINY * (d == e) for e, a in enumerate(at)))) / TINY for d in range(3)])
+
+
+def integral(field: Field) -> float:
+    """The integral of a field over the brick, by Gauss's rule in each layer."""
+    points, weights = np.polynomial.legendre.leggauss(24)
+    total = 0.0
+    for low, high in pairwise((0.0, LAYER, SIZE[2])):
+        x, y, z = (a + (b - a) * (points + 1) / 2 for a, b in ((0.0, SIZE[0]), (0.0, SIZE[1]), (low, high)))
+        values = np.broadcast_to(field(x[:, None, None], y[:, None], z), (24, 24, 24))
+        size = SIZE[0] * SIZE[1] * (high - low) / 8
+        total += size * float(np.einsum("xyz,x,y,z->", values, weights, weights, weights))
+    return total
+
+
+def conduction(k: Pair) -> Manufactured:
     """Steady conduction with all three kinds of boundary; in layers the flux k du/dz is continuous, its parts are not.
 
     u = sin(2 x + 0.3) cos(y + 0.4) (e^(2 s - 2 s_top) - 1), s = (z - LAYER)/k in each layer.
     """
-    k = (1.5, 3.0) if layered else (2.0, 2.0)
-    top = (SIZE[2] - LAYER) / k[1]
+    conductivity, top = layered(*k), (SIZE[2] - LAYER) / k[1]
 
-    def parts(i: int, x: Any, y: Any, z: Any) -> Any:
-        e = np.exp(2 * ((z - LAYER) / k[i] - top))
-        a = 2 * x + 0.3
-        return (np.sin(a), 2 * np.cos(a), -4), (np.cos(y + 0.4), -np.sin(y + 0.4), -1), (e - 1, 2 * e / k[i], e)
+    def across(x: Any, y: Any) -> Any:
+        return np.sin(2 * x + 0.3) * np.cos(y + 0.4)
 
-    def u(i: int, x: Any, y: Any, z: Any) -> Any:
-        (a, _, _), (b, _, _), (c, _, _) = parts(i, x, y, z)
-        return a * b * c
+    def up(z: Any) -> Any:
+        return np.exp(2 * ((z - LAYER) / conductivity(z) - top))
 
-    def gradient(i: int, x: Any, y: Any, z: Any) -> Any:
-        (a, da, _), (b, db, _), (c, dc, _) = parts(i, x, y, z)
-        return np.stack([da * b * c, a * db * c, a * b * dc])
+    def f(x: Any, y: Any, z: Any) -> Any:
+        return conductivity(z) * across(x, y) * (5 * (up(z) - 1) - 4 * up(z) / conductivity(z) ** 2)
 
-    def f(i: int, x: Any, y: Any, z: Any) -> Any:
-        (a, _, xx), (b, _, yy), (c, _, e) = parts(i, x, y, z)
-        return -k[i] * a * b * ((xx + yy) * c + 4 * e / k[i] ** 2)
+    materials = [Material(f"layer {i}", value, 1.0, 1.0) for i, value in enumerate(k)]
+    name = "constant k" if k[0] == k[1] else "k in layers"
+    scene = _scene(materials, _sides("convection", "temperature"))
+    return Manufactured(name, scene, lambda x, y, z: across(x, y) * (up(z) - 1), f, _weight)
 
-    kinds = _sides("convection", "temperature")
-    materials = [Material(f"layer {i}", conductivity, 1.0, 1.0) for i, conductivity in enumerate(k)]
-    return Manufactured("k in layers" if layered else "constant k", _scene(materials, kinds), u, gradient, f, _weight)
+
+RHO, ALPHA = 0.5, 0.3  # ohm m, 1/K: of the conductor
 
 
 def joule() -> Manufactured:
@@ -79,129 +132,100 @@ def joule() -> Manufactured:
     no divergence, whatever the resistivity rho(u) = rho_0 (1 + a u). None passes the sides: where electrodes met at an
     angle the current would jump, and what their potential lacks on a mesh would cost the power half its order.
     """
-    rho, a, c, A, B = 0.5, 0.3, 1.2, 0.6, 0.25
+    c, A, B, k = 1.2, 0.6, 0.25, 2.0
     p, q = np.pi / SIZE[1], np.pi / SIZE[2]
 
     def psi(x: Any, y: Any, z: Any) -> Any:
         return (1 + x + np.exp(p * (x - 1)) * np.cos(p * y) / 8 + np.exp(-q * x) * np.cos(q * z) / 64) / 2
 
-    def slopes(x: Any, y: Any, z: Any) -> Any:
-        e, f = p * np.exp(p * (x - 1)) / 8, q * np.exp(-q * x) / 64
-        return np.stack([
-            1 + e * np.cos(p * y) - f * np.cos(q * z) + 0 * x, -e * np.sin(p * y) + 0 * z, -f * np.sin(q * z) + 0 * y,
-        ]) / 2  # fmt: skip
-
-    def u(_: int, *at: Any) -> Any:
+    def u(*at: Any) -> Any:
         return A * psi(*at) + B * psi(*at) ** 2
 
-    def f(_: int, *at: Any) -> Any:
-        steep = (slopes(*at) ** 2).sum(axis=0)
-        return -2.0 * 2 * B * steep - rho * (1 + a * u(0, *at)) * c**2 * steep
+    def f(*at: Any) -> Any:
+        return -(2 * k * B + RHO * (1 + ALPHA * u(*at)) * c**2) * (gradient(psi, *at) ** 2).sum(axis=0)
 
-    def potential(_: int, *at: Any) -> Any:
+    def potential(*at: Any) -> Any:
         v = psi(*at)
-        return c * rho * (v + a * (A * v**2 / 2 + B * v**3 / 3))
+        return c * RHO * (v + ALPHA * (A * v**2 / 2 + B * v**3 / 3))
 
-    kinds = _sides("convection", "convection")
-    materials = [Material("conductor", 2.0, 1.0, 1.0, rho, a)] * 2
-    return Manufactured(
-        "resistivity of the temperature", _scene(materials, kinds, electrodes=True), u,
-        lambda _, *at: (A + 2 * B * psi(*at)) * slopes(*at), f, _weight, potential,
-        lambda _, *at: c * rho * (1 + a * u(0, *at)) * slopes(*at),
-    )  # fmt: skip
+    materials = [Material("conductor", k, 1.0, 1.0, RHO, ALPHA)] * 2
+    scene = _scene(materials, _sides("convection", "convection"), electrodes=True)
+    return Manufactured("resistivity of the temperature", scene, u, f, _weight, potential)
 
 
 @dataclass(frozen=True)
 class Heating:
     """A transient from rest under a load that is constant in time: the sum over some eigenfunctions w of
-    (1 - e^(-rate t)) w, with the load rate rho c w. ``scene`` has the boundaries, ``modes`` are (rate in 1/s, w,
-    grad w); it is the manufactured solution of a heater that is switched on."""
+    (1 - e^(-rate t)) w, with the load rate rho c w. ``scene`` has the boundaries, ``modes`` are (rate in 1/s, w); it is
+    the manufactured solution of a heater that is switched on."""
 
     name: str
     scene: Scene
-    modes: tuple[tuple[float, Field, Field], ...]
+    modes: tuple[tuple[float, Field], ...]
 
     def at(self, time: float) -> Manufactured:
         """The solution at one time (s, may be infinite), with the load that makes it."""
-        grown = [-np.expm1(-rate * time) for rate, _, _ in self.modes]
-        heat_capacity = [box.material.heat_capacity for box in self.scene.boxes]
+        heat_capacity = layered(*(box.material.heat_capacity for box in self.scene.boxes))
 
-        def u(i: int, *where: Any) -> Any:
-            return sum(g * w(i, *where) for g, (_, w, _) in zip(grown, self.modes, strict=True))
+        def u(*where: Any) -> Any:
+            return sum(-np.expm1(-rate * time) * w(*where) for rate, w in self.modes)
 
-        def gradient(i: int, *where: Any) -> Any:
-            return sum(g * slope(i, *where) for g, (_, _, slope) in zip(grown, self.modes, strict=True))
+        def f(*where: Any) -> Any:
+            return heat_capacity(where[2]) * sum(rate * w(*where) for rate, w in self.modes)
 
-        def f(i: int, *where: Any) -> Any:
-            return heat_capacity[i] * sum(rate * w(i, *where) for rate, w, _ in self.modes)
-
-        return Manufactured(self.name, self.scene, u, gradient, f, self.modes[0][1])
+        return Manufactured(self.name, self.scene, u, f, self.modes[0][1])
 
 
-def heating(layered: bool) -> Heating:
+def heating(k: Pair, heat_capacity: Pair) -> Heating:
     """Two eigenfunctions sin(m x) cos(n y) Z(z): at x = 0 and z = top the temperature is given, at the far x there is
     convection, the rest is adiabatic."""
-    k, rc = ((1.5, 3.0), (1.2, 2.0)) if layered else ((2.0, 2.0), (1.5, 1.5))
     beta = 1.25  # 1/m: h/k at the far x, equal in both layers so that the eigenfunctions separate
     m = float(brentq(lambda m: m * np.cos(m) + beta * np.sin(m), 1.6, 3.1))
-    modes = tuple(_eigenfunction(k, rc, m, n, size) for n, size in ((0.0, 1.0), (np.pi / SIZE[1], 0.5)))
-    materials = [Material(f"layer {i}", k[i], 1.0, rc[i]) for i in (0, 1)]
+    modes = tuple(_eigenfunction(k, heat_capacity, m, n, size) for n, size in ((0.0, 1.0), (np.pi / SIZE[1], 0.5)))
+    materials = [Material(f"layer {i}", k[i], 1.0, heat_capacity[i]) for i in (0, 1)]
     scene = _scene(materials, {(0, 0): "temperature", (2, 1): "temperature"})
     films = tuple(
         Boundary(f"far {i}", "convection", (SIZE[0], 0.0, low), (SIZE[0], SIZE[1], high), beta * k[i], 293.0)
-        for i, (low, high) in enumerate([(0.0, LAYER), (LAYER, SIZE[2])])
+        for i, (low, high) in enumerate(pairwise((0.0, LAYER, SIZE[2])))
     )
-    name = "k and c in layers" if layered else "constant k"
+    name = "constant k" if k[0] == k[1] else "k and c in layers"
     return Heating(name, replace(scene, boundaries=(*scene.boundaries, *films)), modes)
 
 
-def _eigenfunction(
-    k: tuple[float, float], rc: tuple[float, float], m: float, n: float, size: float
-) -> tuple[float, Field, Field]:  # fmt: skip
-    """Rate, function and gradient of the slowest eigenfunction with these m and n that oscillates in both layers."""
+def _eigenfunction(k: Pair, heat_capacity: Pair, m: float, n: float, size: float) -> tuple[float, Field]:
+    """Rate and function of the slowest eigenfunction with these m and n that oscillates in both layers."""
     thick = SIZE[2] - LAYER
 
-    def waves(rate: float) -> tuple[float, float]:
-        q = np.sqrt(rate * np.array(rc) / np.array(k) - m**2 - n**2)
-        return float(q[0]), float(q[1])
+    def waves(rate: float) -> Any:
+        return np.sqrt(rate * np.array(heat_capacity) / np.array(k) - m**2 - n**2)
 
     def mismatch(rate: float) -> float:
         p, q = waves(rate)
-        return float(
-            k[0] * p * np.sin(p * LAYER) * np.sin(q * thick) - k[1] * q * np.cos(p * LAYER) * np.cos(q * thick)
-        )
+        up, down = k[0] * p * np.sin(p * LAYER) * np.sin(q * thick), k[1] * q * np.cos(p * LAYER) * np.cos(q * thick)
+        return float(up - down)
 
-    low = (m**2 + n**2) * max(k[0] / rc[0], k[1] / rc[1]) * (1 + 1e-9)
+    low = (m**2 + n**2) * max(k[0] / heat_capacity[0], k[1] / heat_capacity[1]) * (1 + 1e-9)
     tried = np.linspace(low, low + 40 * k[1], 400)
     change = int(np.flatnonzero(np.diff(np.sign([mismatch(r) for r in tried])))[0])
     rate = float(brentq(mismatch, tried[change], tried[change + 1], xtol=1e-13))
     p, q = waves(rate)
     scale = np.cos(p * LAYER) / np.sin(q * thick)
 
-    def up(i: int, z: Any) -> tuple[Any, Any]:
-        if i == 0:
-            return np.cos(p * z), -p * np.sin(p * z)
-        return scale * np.sin(q * (SIZE[2] - z)), -scale * q * np.cos(q * (SIZE[2] - z))
+    def w(x: Any, y: Any, z: Any) -> Any:
+        up = layered(np.cos(p * z), scale * np.sin(q * (SIZE[2] - z)))(z)
+        return size * np.sin(m * x) * np.cos(n * y) * up
 
-    def w(i: int, x: Any, y: Any, z: Any) -> Any:
-        return size * np.sin(m * x) * np.cos(n * y) * up(i, z)[0]
-
-    def gradient(i: int, x: Any, y: Any, z: Any) -> Any:
-        c, dc = up(i, z)
-        a, b = np.sin(m * x), np.cos(n * y)
-        return size * np.stack([m * np.cos(m * x) * b * c, -n * a * np.sin(n * y) * c, a * b * dc])
-
-    return rate, w, gradient
+    return rate, w
 
 
-def _weight(_: int, x: Any, y: Any, z: Any) -> Any:
+def _weight(x: Any, y: Any, z: Any) -> Any:
     """Smooth when mirrored in the four sides, where the dual problem of steady conduction is adiabatic."""
     return np.cos(np.pi * x / SIZE[0]) * np.cos(np.pi * y / SIZE[1]) + 0 * z
 
 
 def _sides(bottom: str, top: str) -> dict[tuple[int, int], str]:
     """The kinds of boundary by (axis, side): fluxes on the four sides."""
-    return {(d, side): "heat_flux" for d in (0, 1) for side in (0, 1)} | {(2, 0): bottom, (2, 1): top}
+    return dict.fromkeys(product((0, 1), (0, 1)), "heat_flux") | {(2, 0): bottom, (2, 1): top}
 
 
 def _scene(materials: list[Material], kinds: dict[tuple[int, int], Any], electrodes: bool = False) -> Scene:
@@ -211,16 +235,16 @@ def _scene(materials: list[Material], kinds: dict[tuple[int, int], Any], electro
     value = {"temperature": 293.0, "convection": COEFFICIENT, "heat_flux": FLUX}
     faces = []
     for (d, side), kind in kinds.items():
-        lower, upper = face(d, side)
-        faces.append(Boundary(f"{kind} {'xyz'[d]}{side}", kind, lower, upper, value[kind], 293.0))
+        at = face((0.0, 0.0, 0.0), SIZE, d, side)
+        faces.append(Boundary(f"{kind} {'xyz'[d]}{side}", kind, *at, value[kind], 293.0))
         if electrodes and d == 0:
             # The voltages are only there to be replaced by those of the manufactured potential.
-            faces.append(Boundary(f"electrode {'xyz'[d]}{side}", "voltage", lower, upper, float(2 * d + side)))
+            faces.append(Boundary(f"electrode {'xyz'[d]}{side}", "voltage", *at, float(2 * d + side)))
     return Scene("manufactured", boxes, tuple(faces), ())
 
 
-def face(axis: int, side: int) -> tuple[Point, Point]:
-    """The flat box of the brick's lower (0) or upper (1) face along an axis."""
-    lower, upper = [0.0, 0.0, 0.0], list(SIZE)
-    lower[axis] = upper[axis] = SIZE[axis] * side
-    return (lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2])
+def face(lower: Point, upper: Point, axis: int, side: int) -> tuple[Point, Point]:
+    """The flat box of a brick's lower (0) or upper (1) face along an axis."""
+    low, high = list(lower), list(upper)
+    low[axis] = high[axis] = (lower, upper)[side][axis]
+    return (low[0], low[1], low[2]), (high[0], high[1], high[2])

@@ -1,4 +1,5 @@
-"""Diagonally implicit Runge-Kutta methods, L-stable and stiffly accurate, by order: rows of their tableaux.
+"""Diagonally implicit Runge-Kutta methods, L-stable and stiffly accurate, by order: rows of their tableaux; and the
+plainest way to a transient and to a steady state with them, on the matrices of any program.
 
 Orders 2 and 3: Alexander, SIAM J. Numer. Anal. 14, 1977, 1006. Order 4: Hairer and Wanner, Solving Ordinary
 Differential Equations II, 2nd ed., table IV.6.5.
@@ -6,7 +7,12 @@ Differential Equations II, 2nd ed., table IV.6.5.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from typing import Any, Protocol
+
 import numpy as np
+
+from fem3d.errors import NumericsError
 
 _HALF = 1 - 0.5**0.5
 # The middle root of x^3 - 3 x^2 + 3 x / 2 - 1 / 6, for which the method of order 3 is L-stable.
@@ -23,3 +29,58 @@ METHODS: dict[int, tuple[tuple[float, ...], ...]] = {
         (25 / 24, -49 / 48, 125 / 16, -85 / 12, 1 / 4),
     ),
 }
+MOST_STEPS = 400  # of an iteration
+
+
+class Heated(Protocol):
+    """M du/dt + K u = load(u), on nodes that are free: ``mass`` M (J/K) and ``stiffness`` K (W/K) multiply by @."""
+
+    mass: Any
+    stiffness: Any
+
+    def load(self, rise: np.ndarray) -> np.ndarray:
+        """The heat (W) at a rise (K), (free nodes,) both."""
+
+    def factors(self, mass: float, stiffness: float) -> Callable[[np.ndarray], np.ndarray]:
+        """Solves with ``mass`` times M and ``stiffness`` times K."""
+
+
+def settle(problem: Heated, unknowns: int, tolerance: float) -> np.ndarray:
+    """(unknowns,): the steady rise (K) by Picard's iteration with one factorization; NumericsError where it doesn't
+    converge to a part of the rise, the ``tolerance``."""
+    solve, rise = problem.factors(0.0, 1.0), np.zeros(unknowns)
+    for _ in range(MOST_STEPS):
+        new = solve(problem.load(rise))
+        rise, change = new, np.linalg.norm(new - rise)
+        if change <= tolerance * np.linalg.norm(new):
+            return rise
+    raise NumericsError("Picard's iteration doesn't converge")
+
+
+def march(
+    problem: Heated, unknowns: int, times: np.ndarray, order: int, tolerance: float
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Rise (K) and its rate (K/s), (unknowns,) each, at each of some times (s, from 0), every interval being a step of
+    the method of some order and equal ones in a row one factorization. Each stage starts from the last one's rate."""
+    method = METHODS[order]
+    gamma, length = method[0][0], np.nan
+    rise, rate = np.zeros((2, unknowns))
+    yield rise, rate
+    for step in np.diff(times):
+        if not abs(step - length) <= 1e-9 * step:
+            length = float(step)
+            solve = problem.factors(1.0, gamma * length)
+        rates: list[np.ndarray] = []
+        for weights in method:
+            start = rise
+            for weight, earlier in zip(weights, rates, strict=False):
+                start = start + (length * weight) * earlier
+            for _ in range(MOST_STEPS):
+                stage = start + gamma * length * rate
+                change = solve(problem.load(stage) - problem.mass @ rate - problem.stiffness @ stage)
+                rate = rate + change
+                if length * np.linalg.norm(change) <= tolerance * np.linalg.norm(stage):
+                    break
+            rates.append(rate)
+        rise = start + gamma * length * rate
+        yield rise, rate

@@ -1,24 +1,42 @@
-"""The observed orders in space of every element that is used, on manufactured solutions."""
+"""The observed orders in space of every element that is used, on manufactured solutions: this project's bricks of any
+degree and, by the second path, scikit-fem's hexahedra of degree 1 or 2.
+
+Errors are those in L2 and H1 of the rise (and of the potential), of a weighted mean, of the power.
+"""
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
+from scipy.sparse.linalg import spsolve
+from skfem import Basis, FacetBasis
 
-from validate.verify import bricks, hexahedra
+from fem3d import conductor as conductors
+from fem3d import steady, transient
+from fem3d.assembly import assemble
+from fem3d.conductor import Conductor
+from fem3d.domain import boxes
+from fem3d.heat import HeatProblem
+from fem3d.transient import Base, Krylov
+from meshes.grid import Grid
+from scenes.model import Boundary, Scene
+from validate.verify import manufactured, reference
 from validate.verify.answers import Row, observed_order, order_row
-from validate.verify.manufactured import Heating, Manufactured
+from validate.verify.manufactured import LAYER, SIZE, Heating, Manufactured
+from validate.verify.reference import FullOrder
 
+PLANES = ((0.0, 0.45, SIZE[0]), (0.0, 0.35, SIZE[1]), (0.0, LAYER, SIZE[2]))
+FINER = 3  # Gauss points more than usual along each axis, at which errors are integrated
+ORDER = 8  # of the quadrature for loads and errors on hexahedra
+PICARD, SETTLED = 200, 1e-13
+Errors = dict[str, float]
 FAMILY = "order in space"
-CUTS = {
-    1: (4, 6),
-    2: (4, 6),
-    3: (5, 6),
-    4: (3, 4),
-    5: (3, 4),
-    6: (2, 3),
-}  # of each of two intervals along each axis, by degree
+CUTS = {1: (4, 6), 2: (4, 6), 3: (5, 6), 4: (3, 4), 5: (3, 4), 6: (2, 3)}  # of two intervals an axis, by degree
 COUPLED_CUTS = CUTS | {4: (4, 5)}  # the rise comes within the tolerance of its order from 4 cuts on only
 TRANSIENT_CUTS = {1: (4, 8), 2: (3, 6), 3: (3, 4), 4: (2, 3)}
 HEX_CUTS = {1: (3, 6), 2: (3, 5)}
@@ -26,38 +44,31 @@ HEX_TRANSIENT = {1: ((2, 4), (4, 8)), 2: ((2, 3), (4, 6))}  # cuts, and steps in
 MEANS = (1, 2, 4)  # degrees: those of twice their order take finer meshes at 3, and drown in rounding from 5 on
 
 
-def steady(solution: Manufactured, degrees: tuple[int, ...]) -> Iterator[Row]:
-    """This project's bricks on a steady solution."""
+def bricks(solution: Manufactured | Heating, *degrees: int) -> Iterator[Row]:
+    """This project's bricks on a steady solution, or on a transient, the worst of some instants."""
     for degree in degrees:
-        pair = (COUPLED_CUTS if solution.potential else CUTS)[degree]
-        coarse, fine = (bricks.errors(solution, degree, cuts) for cuts in pair)
-        yield from _rows(f"brick, steady, {solution.name}", degree, coarse, fine, pair)
+        if isinstance(solution, Manufactured):
+            kind, cuts = "steady", (COUPLED_CUTS if solution.potential else CUTS)[degree]
+            found = [on_bricks(solution, degree, n) for n in cuts]
+        else:
+            kind, cuts = "transient", TRANSIENT_CUTS[degree]
+            times = np.array([0.1, 0.5, 2.0]) / solution.modes[0][0]
+            found = [on_bricks_over_time(solution, degree, n, times) for n in cuts]
+        yield from _rows(f"brick, {kind}, {solution.name}", degree, found, cuts)
 
 
-def transient(heating: Heating, degrees: tuple[int, ...]) -> Iterator[Row]:
-    """This project's bricks on a transient, the worst of some instants."""
-    times = np.array([0.1, 0.5, 2.0]) / heating.modes[0][0]
+def hexahedra(solution: Manufactured | Heating, *degrees: int) -> Iterator[Row]:
+    """scikit-fem's hexahedra on a steady solution, or by the method of order 3 in time, space and time refined
+    together."""
     for degree in degrees:
-        coarse, fine = (bricks.transient_errors(heating, degree, cuts, times) for cuts in TRANSIENT_CUTS[degree])
-        yield from _rows(f"brick, transient, {heating.name}", degree, coarse, fine, TRANSIENT_CUTS[degree])
-
-
-def hexahedron(solution: Manufactured, degrees: tuple[int, ...]) -> Iterator[Row]:
-    """scikit-fem's hexahedra on a steady solution."""
-    for degree in degrees:
-        cuts = HEX_CUTS[degree]
-        coarse, fine = (hexahedra.errors(solution, degree, n) for n in cuts)
-        yield from _rows(f"scikit-fem hexahedron, steady, {solution.name}", degree, coarse, fine, cuts)
-
-
-def hexahedron_transient(heating: Heating) -> Iterator[Row]:
-    """scikit-fem's hexahedra and the method of order 3 in time, space and time refined together."""
-    end = 1 / heating.modes[0][0]
-    for degree, (cuts, steps) in HEX_TRANSIENT.items():
-        coarse, fine = (
-            hexahedra.transient_errors(heating, degree, n, end, m) for n, m in zip(cuts, steps, strict=True)
-        )
-        yield from _rows(f"scikit-fem hexahedron, transient, {heating.name}", degree, coarse, fine, cuts)
+        if isinstance(solution, Manufactured):
+            kind, cuts = "steady", HEX_CUTS[degree]
+            found = [on_hexahedra(solution, degree, n) for n in cuts]
+        else:
+            kind, (cuts, steps) = "transient", HEX_TRANSIENT[degree]
+            end = 1 / solution.modes[0][0]
+            found = [on_hexahedra_over_time(solution, degree, n, end, m) for n, m in zip(cuts, steps, strict=True)]
+        yield from _rows(f"scikit-fem hexahedron, {kind}, {solution.name}", degree, found, cuts)
 
 
 def theory(quantity: str, degree: int) -> int:
@@ -65,9 +76,8 @@ def theory(quantity: str, degree: int) -> int:
     return {"L2": degree + 1, "H1": degree}.get(quantity[-2:], 2 * degree)
 
 
-def _rows(
-    case: str, degree: int, coarse: dict[str, float], fine: dict[str, float], cuts: tuple[int, int]
-) -> Iterator[Row]:  # fmt: skip
+def _rows(case: str, degree: int, found: list[Errors], cuts: tuple[int, int]) -> Iterator[Row]:
+    coarse, fine = found
     for quantity in coarse:
         if degree == 3 and quantity.startswith("potential"):
             # Its part of the next order is as large: 4.21 in L2 from 2 to 3 cuts, 4.18 from 6 to 7, and 3.15 in H1.
@@ -78,3 +88,147 @@ def _rows(
             order = observed_order([coarse[quantity], fine[quantity]], cuts[1] / cuts[0])
             named = "weighted mean" if quantity == "mean" else quantity
             yield order_row(FAMILY, f"{case}, degree {degree}", named, theory(quantity, degree), order)
+
+
+def _mesh(scene: Scene, degree: int, cuts: int) -> Grid:
+    """Two unequal intervals along each axis, each cut into some equal ones."""
+    breaks = [
+        np.append(np.concatenate([np.linspace(a, b, cuts, endpoint=False) for a, b in pairwise(planes)]), planes[-1])
+        for planes in PLANES
+    ]
+    return Grid(tuple(breaks), tuple(np.full(2 * cuts, degree) for _ in range(3)), scene.boxes)
+
+
+def on_bricks(solution: Manufactured, degree: int, cuts: int) -> Errors:
+    """The errors of a steady solution on bricks."""
+    heat = assemble(boxes(solution.scene, _mesh(solution.scene, degree, cuts)))
+    load = _load(heat, solution)
+    if solution.potential is None:
+        return _distances(heat, heat.whole(heat.solve_steady(load[: heat.free])), solution)
+    rise, found = _coupled(heat, solution, load)
+    return _distances(heat, heat.whole(rise), solution) | found
+
+
+def on_bricks_over_time(heating: Heating, degree: int, cuts: int, times: np.ndarray) -> Errors:
+    """The largest errors over some times (s) of a transient, by the product's own Krylov fields and time stepping.
+
+    The fields and the tolerance are such that the error is that of space.
+    """
+    heat = assemble(boxes(heating.scene, _mesh(heating.scene, degree, cuts)))
+    heat = replace(heat, loads=_load(heat, heating.at(np.inf))[None])
+    base = Base.of_steady(steady.coupled(heat, None, True, 0.0, 1e-13))
+    fields = Krylov(base, transient.shift(1 / heating.modes[0][0], float(times[0]))).fields(12)
+    answer = transient.march(base, base.project(fields), float(times[-1]), 1e-12)
+    found = [_distances(heat, rise, heating.at(t)) for t, rise in zip(times, answer.rises(times), strict=True)]
+    return {name: max(each[name] for each in found) for name in found[0]}
+
+
+def _load(heat: HeatProblem, solution: Manufactured) -> np.ndarray:
+    """(all nodes,): the manufactured loads and those of the scene itself (W)."""
+    domain = heat.domain
+    on: Any = domain.space.on(np.arange(len(domain.body)))
+    load = on.load(solution.f(*on.points))
+    for boundary, entering in solution.loads():
+        face: Any = domain.faces(boundary)
+        load += face.load(entering(*face.points))
+    return heat.loads[0] + heat.take(load)
+
+
+def _distances(heat: HeatProblem, rise: np.ndarray, solution: Manufactured) -> Errors:
+    on, u = _finely(heat), heat.field(rise)
+    return solution.distances(on.weights, on.points, on.value(u), on.gradient(u))
+
+
+def _finely(heat: HeatProblem) -> Any:
+    space: Any = heat.domain.space
+    return space.on(np.arange(len(heat.domain.body)), FINER)
+
+
+def _coupled(heat: HeatProblem, solution: Manufactured, load: np.ndarray) -> tuple[np.ndarray, Errors]:
+    """The rise with its Joule heat, by Picard's iteration, and the errors of the potential and the power."""
+    conductor = conductors.find(heat)
+    assert conductor is not None
+    assert solution.potential is not None
+    fixed = _on_electrodes(conductor, solution)
+    rise, electric = np.zeros(heat.free), conductor.solve(np.zeros(heat.free), fixed)
+    for _ in range(PICARD):
+        electric = conductor.solve(rise, fixed, electric.potential)
+        old, rise = rise, heat.solve_steady((load + conductor.joule_load(electric.density, rise))[: heat.free])
+        if np.abs(rise - old).max() <= SETTLED * np.abs(rise).max():
+            break
+    on, phi = _finely(heat), electric.potential
+    exact = solution.potential
+    found = manufactured.norms("potential", on.weights, on.value(phi), on.gradient(phi), exact, on.points)
+    return rise, found | {"power": abs(float(phi @ electric.reaction) - solution.power())}
+
+
+def _on_electrodes(conductor: Conductor, solution: Manufactured) -> np.ndarray:
+    """(functions,): the manufactured potential, which varies along the electrodes, projected on their functions; the
+    scene's electrodes have one voltage each."""
+    assert solution.potential is not None
+    domain = conductor.heat.domain
+    faces: list[Any] = [domain.faces(b) for b in domain.scene.boundaries if b.kind == "voltage"]
+    on = np.flatnonzero(np.any([face.functions for face in faces], axis=0))
+    mass = sum(face.mass() for face in faces)
+    load = sum(face.load(solution.potential(*face.points)) for face in faces)
+    found = np.zeros(domain.space.size)
+    found[on] = spsolve(mass[on][:, on].tocsc(), load[on])
+    return found
+
+
+def on_hexahedra(solution: Manufactured, degree: int, cuts: int) -> Errors:
+    """The errors of a steady solution on hexahedra, as `on_bricks` has them but for those of the potential."""
+    full = second_path(solution, degree, cuts)
+    rise = reference.steady(full)
+    found = _on_quadrature(full, rise, solution)
+    if solution.potential is None:
+        return found
+    return found | {"power": abs(full.heated(rise)[1]["power"] - solution.power())}
+
+
+def on_hexahedra_over_time(heating: Heating, degree: int, cuts: int, end: float, steps: int) -> Errors:
+    """The errors at an end time (s) after some steps of the diagonally implicit method of order 3."""
+    full = second_path(heating.at(np.inf), degree, cuts)
+    found = _on_quadrature(full, marched(full, end, steps), heating.at(end))
+    del found["mean"]  # it converges faster in space than the method does in time
+    return found
+
+
+def marched(full: FullOrder, end: float, steps: int) -> np.ndarray:
+    """(nodes,): the rise at an end time (s) after equal steps from rest."""
+    return reference.transient(full, np.linspace(0.0, end, steps + 1))[-1][0]
+
+
+def second_path(solution: Manufactured, degree: int, cuts: int) -> FullOrder:
+    """The second path's matrices of a solution, with the manufactured loads and potential."""
+    # It says in a log whenever it copies an array.
+    logging.getLogger("skfem").setLevel(logging.ERROR)
+    scene = solution.scene if solution.potential is not None else _dead(solution.scene)
+    full = reference.assemble(scene, _mesh(scene, degree, cuts))
+    volume = Basis(full.basis.mesh, full.basis.elem, intorder=ORDER)
+    load = full.load + reference.integral.assemble(volume, density=solution.f(*volume.global_coordinates()))
+    for boundary, entering in solution.loads():
+        where = np.intersect1d(reference.facets(full.basis.mesh, boundary), full.basis.mesh.boundary_facets())
+        face = FacetBasis(full.basis.mesh, full.basis.elem, facets=where, intorder=ORDER)
+        load = load + reference.integral.assemble(face, density=entering(*face.global_coordinates()))
+    full = replace(full, load=np.asarray(load))
+    if solution.potential is not None:
+        # The scene's electrodes have one voltage each; the manufactured potential varies along them.
+        held = {
+            name: (nodes, solution.potential(*full.basis.doflocs[:, nodes])) for name, (nodes, _) in full.held.items()
+        }
+        vars(full)["held"] = held
+    return full
+
+
+def _dead(scene: Scene) -> Scene:
+    """The scene as a conductor without voltage: the second path always solves the electric problem too."""
+    solid = tuple(replace(box, material=replace(box.material, resistivity=1.0)) for box in scene.boxes)
+    ground = Boundary("ground", "voltage", *manufactured.face(solid[0].lower, solid[-1].upper, 0, 0), 0.0)
+    return replace(scene, boxes=solid, boundaries=(*scene.boundaries, ground))
+
+
+def _on_quadrature(full: FullOrder, nodal: np.ndarray, solution: Manufactured) -> Errors:
+    basis = Basis(full.basis.mesh, full.basis.elem, intorder=ORDER)
+    field = basis.interpolate(nodal)
+    return solution.distances(basis.dx, basis.global_coordinates(), np.asarray(field), field.grad)

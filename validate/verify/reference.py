@@ -3,12 +3,12 @@
 On a grid of degree 1 or 2 everywhere the element of this package spans the space of scikit-fem's own ElementHex1 or
 ElementHexS2, and one Gauss point more than the degree along each axis makes its quadrature of order 3 or 5.
 So both must agree to the tolerance of their solvers. Here are no numbering, ordering, acceleration, reduced fields or
-exact exponentials: the forms of `fem3d.forms`, Picard's iteration on the resistance, scipy's splu as it comes, and
-Alexander's stiffly accurate SDIRK of order 3 (SIAM J. Numer. Anal. 14, 1977, 1006). The code verification path: slow.
+exact exponentials: the forms of `fem3d.forms`, scipy's splu as it comes, and `methods`. For verification: slow.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -21,27 +21,32 @@ from skfem import solve as solve_linear
 from skfem.helpers import dot
 
 from fem3d import forms, sink_quantities
-from fem3d.errors import NumericsError
 from fem3d.study import Quantities
 from meshes.grid import Grid
 from meshes.symmetry import Symmetry
 from scenes.model import Boundary, Probe, Scene, Schedule, Value
 from scenes.sink import Sink
-from validate.verify.methods import METHODS
+from validate.verify import methods
 
-CONVERGED, MOST_STEPS = 3e-12, 400
-STAGES = METHODS[3]
-GAMMA = STAGES[0][0]
+CONVERGED, STEPPED = 3e-12, 1e-11  # of the rise: the tolerances of the iterations
+ORDER = 3  # of the method in time
+
+
+def corners(grid: Grid, offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points (3, points) that are corners of the solid's cells, each cell's by their numbers (cells, ...) in the order
+    of ``offsets`` (..., 3) of 0 and 1, and the box (cells,) that owns each."""
+    cells = np.argwhere(grid.solid)
+    shape = tuple(len(b) for b in grid.breaks)
+    at = np.expand_dims(cells, tuple(range(1, offsets.ndim))) + offsets
+    used, local = np.unique(np.ravel_multi_index(tuple(np.moveaxis(at, -1, 0)), shape), return_inverse=True)
+    points = np.array([b[i] for b, i in zip(grid.breaks, np.unravel_index(used, shape), strict=True)])
+    return points, local.reshape(at.shape[:-1]), grid.owner[tuple(cells.T)]
 
 
 def hexahedra(grid: Grid) -> tuple[MeshHex, np.ndarray]:
     """The cells of the solid as scikit-fem's mesh, and the box (cells,) that owns each."""
-    cells = np.argwhere(grid.solid)
-    corners = cells[:, None, :] + MeshHex().p.T.astype(int)  # one cell: scikit-fem's order of the corners
-    shape = tuple(len(b) for b in grid.breaks)
-    used, local = np.unique(np.ravel_multi_index(tuple(np.moveaxis(corners, -1, 0)), shape), return_inverse=True)
-    points = [b[i] for b, i in zip(grid.breaks, np.unravel_index(used, shape), strict=True)]
-    return MeshHex(np.array(points), local.reshape(-1, 8).T), grid.owner[tuple(cells.T)]
+    points, local, owner = corners(grid, MeshHex().p.T.astype(int))  # one cell: scikit-fem's order of the corners
+    return MeshHex(points, local.T), owner
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +70,7 @@ class FullOrder:
     def held(self) -> dict[str, tuple[np.ndarray, float]]:
         """The nodes of each boundary of given temperature or voltage, and its value (K or V)."""
         mesh, held = self.basis.mesh, [b for b in self.scene.boundaries if b.kind in ("temperature", "voltage")]
-        return {b.name: (self.basis.get_dofs(facets=_facets(mesh, b)).flatten(), constant(b.value)) for b in held}
+        return {b.name: (self.basis.get_dofs(facets=facets(mesh, b)).flatten(), constant(b.value)) for b in held}
 
     def names(self, kind: str) -> list[str]:
         """The names of the boundaries of a kind."""
@@ -127,18 +132,16 @@ def assemble(scene: Scene, grid: Grid) -> FullOrder:
     materials = [box.material for box in scene.boxes]
     stiffness = forms.conduction.assemble(basis, conductivity=per_element([m.thermal_conductivity for m in materials]))
     mass = forms.capacity.assemble(basis, heat_capacity=per_element([m.heat_capacity for m in materials]))
-    load = np.asarray(
-        _integral.assemble(basis, density=per_element([constant(box.heat_source) for box in scene.boxes]))
-    )
+    load = np.asarray(integral.assemble(basis, density=per_element([constant(box.heat_source) for box in scene.boxes])))
     room = scene.initial_temperature
     films = {}
     for b in scene.boundaries:
         if b.kind in ("convection", "heat_flux"):
-            exposed = np.intersect1d(_facets(cells, b), cells.boundary_facets())
+            exposed = np.intersect1d(facets(cells, b), cells.boundary_facets())
             face = FacetBasis(cells, element, facets=exposed, intorder=order)
             value = constant(b.value)
             h, flux = (value, value * (constant(b.ambient) - room)) if b.kind == "convection" else (0.0, value)
-            films[b.name] = forms.film.assemble(face, coefficient=h), _integral.assemble(face, density=flux)
+            films[b.name] = forms.film.assemble(face, coefficient=h), integral.assemble(face, density=flux)
             stiffness, load = stiffness + films[b.name][0], load + films[b.name][1]
     cold = np.array([np.nan if m.resistivity is None else m.resistivity for m in materials])
     slope = cold * [m.temperature_coefficient for m in materials]
@@ -153,43 +156,41 @@ def constant(value: Value) -> float:
     return value
 
 
+class _Inner:
+    """The free nodes' part of the matrices, as `methods` takes it."""
+
+    def __init__(self, full: FullOrder) -> None:
+        self.full, self.free = full, full.free
+        self.mass, self.stiffness = (csc_matrix(m[self.free][:, self.free]) for m in (full.mass, full.stiffness))
+
+    def load(self, rise: np.ndarray) -> np.ndarray:
+        return np.asarray((self.full.load + self.full.heated(self.whole(rise))[0])[self.free])
+
+    def factors(self, mass: float, stiffness: float) -> Callable[[np.ndarray], np.ndarray]:
+        solve: Callable[[np.ndarray], np.ndarray] = splu(
+            csc_matrix(mass * self.mass + stiffness * self.stiffness)
+        ).solve
+        return solve
+
+    def whole(self, values: np.ndarray) -> np.ndarray:
+        """(nodes,) of (free nodes,): zero where the temperature is given."""
+        found = np.zeros(self.full.basis.N)
+        found[self.free] = values
+        return found
+
+
 def steady(full: FullOrder) -> np.ndarray:
-    """(nodes,): the coupled steady rise (K), by Picard's iteration; NumericsError where it doesn't converge."""
-    free = full.free
-    solve = splu(csc_matrix(full.stiffness[free][:, free])).solve
-    rise = np.zeros(full.basis.N)
-    for _ in range(MOST_STEPS):
-        old = rise.copy()
-        rise[free] = solve((full.load + full.heated(rise)[0])[free])
-        if np.abs(rise - old).max() <= CONVERGED * np.abs(rise).max():
-            return rise
-    raise NumericsError("Picard's iteration doesn't converge")
+    """(nodes,): the coupled steady rise (K); NumericsError where the iteration doesn't converge."""
+    inner = _Inner(full)
+    return inner.whole(methods.settle(inner, len(inner.free), CONVERGED))
 
 
 def transient(full: FullOrder, times: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
     """Rise (K) and its rate (K/s), (nodes,) each, at each of some times (s, from 0), each interval being one
     step; the rate at 0 is left out as zero."""
-    free = full.free
-    mass, stiffness = (csc_matrix(m[free][:, free]) for m in (full.mass, full.stiffness))
-    rise, rate = np.zeros(full.basis.N), np.zeros(full.basis.N)
-    found, length, solve = [(rise, rate)], np.nan, None
-    for step in np.diff(times):
-        if solve is None or abs(step - length) > 1e-12 * step:
-            length, solve = step, splu(csc_matrix(mass + GAMMA * step * stiffness)).solve
-        rates: list[np.ndarray] = []
-        for weights in STAGES:
-            start = rise + step * sum((w * r for w, r in zip(weights, rates, strict=False)), np.zeros(full.basis.N))
-            new = rate
-            for _ in range(MOST_STEPS):
-                old, new = new, np.zeros(full.basis.N)
-                load = full.load + full.heated(start + GAMMA * step * old)[0]
-                new[free] = solve((load - full.stiffness @ start)[free])
-                if step * np.abs(new - old).max() <= 1e-11 * np.abs(start + step * new).max():
-                    break
-            rates.append(new)
-        rise, rate = start + GAMMA * step * new, new
-        found.append((rise, rate))
-    return found
+    inner = _Inner(full)
+    states = methods.march(inner, len(inner.free), times, ORDER, STEPPED)
+    return [(inner.whole(rise), inner.whole(rate)) for rise, rate in states]
 
 
 def quantities(
@@ -209,7 +210,8 @@ def quantities(
     return sink_quantities.steady(sink, {name: np.array(value) for name, value in whole.items()})
 
 
-def _facets(mesh: MeshHex, where: Boundary | Probe) -> np.ndarray:
+def facets(mesh: MeshHex, where: Boundary | Probe) -> np.ndarray:
+    """The facets that lie in a flat box."""
     middle, small = mesh.p[:, mesh.facets].mean(axis=1).T, 1e-9 * np.ptp(mesh.p)
     return np.flatnonzero(
         ((middle > np.array(where.lower) - small) & (middle < np.array(where.upper) + small)).all(axis=1)
@@ -217,7 +219,8 @@ def _facets(mesh: MeshHex, where: Boundary | Probe) -> np.ndarray:
 
 
 @LinearForm
-def _integral(v: Any, w: Any) -> Any:
+def integral(v: Any, w: Any) -> Any:
+    """Of a ``density`` on points with each function."""
     return w.density * v
 
 
@@ -227,7 +230,7 @@ def _mean(basis: Basis, u: np.ndarray, probe: Probe) -> float:
     if probe.lower == probe.upper:
         return float((basis.probes(np.array(probe.lower)[:, None]) @ u)[0])
     if any(a == b for a, b in zip(probe.lower, probe.upper, strict=True)):
-        part = FacetBasis(basis.mesh, basis.elem, facets=_facets(basis.mesh, probe), intorder=5)
+        part = FacetBasis(basis.mesh, basis.elem, facets=facets(basis.mesh, probe), intorder=5)
     else:
         middle = basis.mesh.p[:, basis.mesh.t].mean(axis=1).T
         part = basis.with_elements(np.flatnonzero(((middle > probe.lower) & (middle < probe.upper)).all(axis=1)))

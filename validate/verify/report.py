@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from itertools import groupby
 from typing import Any
 
+from validate.report.summary import as_json
 from validate.report.table import Row as Line
 from validate.report.table import Section, Style, Table
 from validate.verify.answers import Row
@@ -38,11 +40,9 @@ def counts(rows: Sequence[Row]) -> dict[str, int]:
 def headline(rows: Sequence[Row]) -> str:
     """The outcome in one line."""
     n = counts(rows)
-    said = f"{n['agrees']} of {len(rows) - n['skipped']} rows agree"
-    for verdict in ("differs", "unresolved", "skipped"):
-        if n[verdict]:
-            said += f", {n[verdict]} {'differ' if verdict == 'differs' else verdict}"
-    return said + "."
+    others = {"differ": n["differs"], "unresolved": n["unresolved"], "skipped": n["skipped"]}
+    said = [f"{n['agrees']} of {len(rows) - n['skipped']} rows agree"]
+    return ", ".join(said + [f"{count} {word}" for word, count in others.items() if count]) + "."
 
 
 def text(rows: Sequence[Row], style: Style) -> str:
@@ -76,12 +76,20 @@ def _numbers(row: Row, digits: int) -> list[str]:
 
 def markdown(rows: Sequence[Row], versions: dict[str, str]) -> str:
     """The page of the documentation."""
-    lines = ["# Code verification", "", ABOUT, f"**{headline(rows)}**", ""]
-    lines += [", ".join(f"{name} {value}" for name, value in versions.items()) + ".", ""]
     heads = ("case", "quantity", "expected", "found", "difference", "error", "verdict", "source")
-    for family, of_family in groupby(rows, lambda row: row.family):
-        table = Table(heads, [_cells(row) for row in of_family], "<<>>>><<")
-        lines += [f"## {TITLES.get(family, family)}", "", *table.markdown()]
+    tables = [
+        (TITLES.get(family, family), Table(heads, [_cells(row) for row in of_family], "<<>>>><<"))
+        for family, of_family in groupby(rows, lambda row: row.family)
+    ]
+    return page("Code verification", ABOUT, f"**{headline(rows)}**", versions, tables)
+
+
+def page(title: str, about: str, said: str, versions: dict[str, str], tables: Sequence[tuple[str, Table]]) -> str:
+    """A page of the documentation with tables under their titles."""
+    with_what = ", ".join(f"{name} {value}" for name, value in versions.items())
+    lines = [f"# {title}", "", about, said, "", f"{with_what}.", ""]
+    for name, table in tables:
+        lines += [f"## {name}", "", *table.markdown()]
     return "\n".join(lines)
 
 
@@ -94,13 +102,13 @@ def _cells(row: Row) -> list[str]:
 
 def document(rows: Sequence[Row], versions: dict[str, str], seconds: float) -> dict[str, Any]:
     """The table as JSON types."""
-    from dataclasses import asdict
+    return as_document(rows, versions, seconds, ("difference", "verdict"), counts=counts(rows))
 
-    from validate.report.summary import as_json
 
-    found = as_json({
-        "schema": 1, "provenance": versions, "timing_s": seconds, "counts": counts(rows),
-        "rows": [asdict(row) | {"difference": row.difference, "verdict": row.verdict} for row in rows],
-    })  # fmt: skip
-    assert isinstance(found, dict)
-    return found
+def as_document(
+    rows: Sequence[Any], versions: dict[str, str], seconds: float, derived: Sequence[str], **more: Any
+) -> dict[str, Any]:
+    """Rows as JSON types, their fields and what is ``derived`` from them."""
+    listed = [asdict(row) | {name: getattr(row, name) for name in derived} for row in rows]
+    found = {"schema": 1, "provenance": versions, "timing_s": seconds, **more, "rows": listed}
+    return {key: as_json(value) for key, value in found.items()}

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from compare import device_checks as checks
-from compare.device_run import simulated
-from compare.plan import made_device_checks, needs, skipped_device_checks
+from compare.pipeline import simulated
+from compare.plan import made_checks, needs, skipped_checks
 from compare.verdict import Check, judged
 from reduced1d.device import solve
 from reduced1d.device.stability import largest_eigenvalue
@@ -81,12 +81,12 @@ def test_a_faster_loop_than_figure_11_is_needed_for_it_to_be_slower() -> None:
 
 def test_what_is_not_needed_is_not_run() -> None:
     device = Device()
-    assert made_device_checks(device, Request(about=("figure11",))) == ("fig11_slow",)
+    assert made_checks(device, Request(about=("figure11",))) == ("fig11_slow",)
     assert not needs(device, Request(about=("figure9",)), "figure11", "figure12", "figure13")
     late = {k for k in DEVICE_TOLERANCES if k.startswith(("fig11", "fig12", "fig13"))}
-    assert set(skipped_device_checks(device, Request(scheme="paper"))) == late
+    assert set(skipped_checks(device, Request(scheme="paper"))) == late
     still = replace(device, external=External(293.0, 293.0))
-    assert made_device_checks(still, Request()) == ("fig12_same_time", "fig13_slope", "fig13_limit", *METERS)
+    assert made_checks(still, Request()) == ("fig12_same_time", "fig13_slope", "fig13_limit", *METERS)
 
 
 def test_the_papers_scheme_is_checked_against_the_accurate_one() -> None:

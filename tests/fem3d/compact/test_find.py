@@ -27,6 +27,7 @@ from scenes.result import Result
 from tests.validate.solve.test_mesh_cli import SCENE as MESH_SCENE
 from tests.validate.solve.test_mesh_cli import WIRE
 from validate.against.ngspice import read_raw
+from validate.cli import main
 
 BAR = """
 [scene]
@@ -102,13 +103,13 @@ def document(bar: Any) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def truth(bar: Any) -> Result:
-    """What `validate solve` has of the bar, at a quarter of its accuracy."""
-    return solve_scene.solve(replace(bar, accuracy=ACCURACY / 4))
+    """What `validate solve` has of the bar, at a tenth of its accuracy."""
+    return solve_scene.solve(replace(bar, accuracy=ACCURACY / 10))
 
 
 @pytest.fixture(scope="module")
 def steady_truth(bar: Any) -> Result:
-    return solve_scene.solve(replace(bar, accuracy=ACCURACY / 4, steady=True))
+    return solve_scene.solve(replace(bar, accuracy=ACCURACY / 10, steady=True))
 
 
 def wrong(document: dict[str, Any]) -> dict[str, Any]:
@@ -220,7 +221,7 @@ def test_inputs_that_it_was_not_made_with(bar: Any, document: dict[str, Any]) ->
     ramp = Schedule((0.0, 1e-3), (293.0, 313.0))
     jump = Schedule((1e-3, 1e-3), (1.0, 3.0))
     given = {"held.temperature": ramp, "out.voltage": jump, "in.voltage": 4.0, "air.ambient": 300.0}
-    truth = solve_scene.solve(replace(driven(bar, given), accuracy=ACCURACY / 4))
+    truth = solve_scene.solve(replace(driven(bar, given), accuracy=ACCURACY / 10))
     late = truth.traces.time >= document["range"]["from_s"]
     tables = {n: (v.times, v.values) if isinstance(v, Schedule) else v for n, v in given.items()}
     with pytest.warns(UserWarning, match="held.temperature"):
@@ -257,6 +258,19 @@ def test_a_mesh_file(tmp_path: Path) -> None:
         assert abs(ours[name] - is_.value) <= stated, name
     found.Y[:, -1] *= 1.1
     assert abs(found.steady(other)["end"] - truth["end"].value) > stated
+
+
+def test_a_model_of_the_sink(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Of its 3D problem: both electrodes and both undersides as inputs, the current as an output too."""
+    command = ["sink", "--steady", "--no-figures", "--accuracy", "1e-2", "--out", str(tmp_path / "run")]
+    assert main([*command, "--export", str(tmp_path / "mine"), "--states", "3"]) == 0
+    assert "Exported a compact model (3 states, within" in " ".join(capsys.readouterr().out.split())
+    model = CompactModel(json.loads((tmp_path / "mine" / "model.json").read_text()))
+    assert (model.states, len(model.inputs)) == (3, 4)
+    run = json.loads((tmp_path / "run" / "summary.json").read_text())["fem3d"]["steady"]
+    found = model.steady()
+    assert found["current"] == pytest.approx(run["current_A"]["value"], rel=2e-2)
+    assert 0 < model.document["error"]["the scene"]["steady"]["current"]["relative"] < 2e-2
 
 
 def test_the_places_of_an_extreme() -> None:

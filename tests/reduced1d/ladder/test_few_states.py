@@ -11,11 +11,10 @@ from scipy.integrate import solve_ivp
 from reduced1d.errors import RunawayError
 from reduced1d.ladder.anchor import Anchor
 from reduced1d.ladder.answer import over_time, steady
-from reduced1d.ladder.few_states import FewStates
+from reduced1d.ladder.few_states import runaway_voltage, steady_state, trajectory
 from reduced1d.ladder.fin import fin
+from reduced1d.ladder.levels import Levels
 from reduced1d.ladder.lumps import lumps
-from reduced1d.ladder.steady import runaway_voltage, steady_state
-from reduced1d.ladder.transient import trajectory
 from reduced1d.sink import anchor_series_resistance, solve
 from scenes.sink import SILICON, Sink
 from tests.fin import fin_runaway_voltage, solve_fin
@@ -48,20 +47,19 @@ def test_the_lump_on_eq_14s_resistance_is_the_papers_model(sink: Sink) -> None:
         assert found[key] == relative(exact.steady[key].value, 1e-10)
     assert exact.traces is not None
     # From 10 us on: nothing of the first steps is asked for, and five Radau points on doubling steps leave 2e-5.
-    for key in ("peak_K", "end_K", "mean_K"):
+    for key in ("peak_K", "mean_K", "end_K"):
         rise = exact.traces.values[key] - sink.room_temperature
         assert np.abs(traces[key] - rise).max() < 3e-5 * rise[-1]
     # The twin: another resistance is noticed.
-    other = over_time(lumps(sink, 1.001 * R), TIMES)
-    rise = exact.traces.values["end_K"] - sink.room_temperature
-    assert np.abs(other["end_K"] - rise).max() > 3e-4 * rise[-1]
+    assert np.abs(over_time(lumps(sink, 1.001 * R), TIMES)["end_K"] - rise).max() > 3e-4 * rise[-1]
 
 
 @pytest.mark.parametrize("sink", SINKS.values(), ids=SINKS)
 @pytest.mark.parametrize("resistance", [10.0, 2663.0, 5e4])
 def test_the_fin_is_the_exact_fin_in_the_steady_state(sink: Sink, resistance: float) -> None:
-    if abs(sink.voltage) > fin_runaway_voltage(sink, resistance):
-        pytest.skip("no steady state on this anchor")
+    # At 4 V a falling resistance runs away on the worst of the anchors.
+    limit = min(abs(sink.voltage), 0.95 * fin_runaway_voltage(sink, resistance))
+    sink = replace(sink, voltage=np.copysign(limit, sink.voltage))
     exact, found = solve_fin(sink, resistance), steady(fin(sink, bare(resistance)))
     # 26 polynomial degrees along half the beam leave rounding.
     for key, value in (("peak", exact.peak_rise), ("end", exact.end_rise), ("mean", exact.mean_rise)):
@@ -108,16 +106,12 @@ def test_with_feedback_the_steps_are_those_of_a_general_integrator(voltage: floa
     found, _ = trajectory(model, times)
     # Where the resistance is about to vanish, the inside of a step is less well known than its ends.
     assert np.abs(found - exact).max() < (3e-5 if voltage < 4.0 else 3e-4) * np.abs(exact).max()
-
-
-def test_runaway_over_time_is_said() -> None:
-    model = lumps(Sink(voltage=20.0, silicon=FALLING), 2663.0)
     with pytest.raises(RunawayError, match="runs away after"):
-        trajectory(model, np.linspace(0.0, 0.02, 5))
+        trajectory(replace(model, voltage=20.0), times)
 
 
-def test_twice_the_steps_is_more_than_twice_as_good(levels: object) -> None:
-    model: FewStates = levels.fine.moments(4)  # type: ignore[attr-defined]
+def test_twice_the_steps_is_more_than_twice_as_good(levels: Levels) -> None:
+    model = levels.fine.moments(4)
     best, coarse, fine = (over_time(model, TIMES, growth)["peak_K"] for growth in (1.2, 2.8, 2.0))
     late = TIMES >= 1e-5
     assert np.abs(fine - best)[late].max() < np.abs(coarse - best)[late].max() / 2

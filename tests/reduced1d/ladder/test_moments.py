@@ -11,7 +11,7 @@ import pytest
 from reduced1d import ladder
 from reduced1d.ladder.answer import over_time, steady
 from reduced1d.ladder.levels import Levels
-from reduced1d.ladder.moments import Fields, moment_fields, project
+from reduced1d.ladder.moments import added, moment_fields
 from reduced1d.ladder.plate import factorize
 from scenes.errors import SceneError
 from scenes.sink import Sink
@@ -20,18 +20,16 @@ from tests.reduced1d import relative
 
 def test_the_response_is_matched_at_the_rate_and_at_rest(levels: Levels) -> None:
     """The mean rise per watt at a rate p, of the plate and of its projection on fields without feedback."""
-    plate = levels.fine.plate
-    source = plate.current.whole.source
-    cold = plate.inverse.solve(source)
-    model = project(plate, moment_fields(plate, cold, 4))
+    plate, inverse = levels.fine.plate.model, levels.fine.plate.inverse
+    cold = inverse.solve(plate.source)
+    model = plate.on(moment_fields(plate, cold, cold, 4)).in_modes()
     slowest = float(cold @ (plate.conductance @ cold)) / float(cold @ (plate.capacity @ cold))
     matched = np.sqrt(slowest / 1e-5)
-    for rate in (0.0, matched):
-        field = factorize((plate.conductance + rate * plate.capacity).tocsc()).solve(source)
-        assert model.source @ (model.source / (model.rates + rate)) == relative(float(source @ field), 1e-9)
-    # Elsewhere it is near only: the match above is no accident.
-    field = factorize((plate.conductance + 30 * matched * plate.capacity).tocsc()).solve(source)
-    assert model.source @ (model.source / (model.rates + 30 * matched)) != relative(float(source @ field), 1e-6)
+    # Between the rates it is near only: the match there is no accident.
+    for rate, near in ((0.0, True), (matched, True), (30 * matched, False)):
+        field = factorize((plate.conductance + rate * plate.capacity).tocsc()).solve(plate.source)
+        mean = relative(float(plate.source @ field), 1e-9 if near else 1e-6)
+        assert bool(model.source @ (model.source / (model.rates + rate)) == mean) is near
 
 
 @pytest.mark.parametrize("states", [1, 3, 4, 8])
@@ -47,19 +45,18 @@ def test_it_is_stable_and_has_the_plates_steady_state(levels: Levels, states: in
 def test_more_states_are_nearer_to_the_plate(levels: Levels) -> None:
     times = np.geomspace(1e-5, 0.02, 80)
     plate = over_time(levels.fine.whole_plate(), times)
-    off = [
-        np.abs(over_time(levels.fine.moments(n), times)["peak_K"] - plate["peak_K"]).max() for n in (1, 2, 3, 4, 6)
-    ]  # fmt: skip
+    few = [over_time(levels.fine.moments(n), times) for n in (1, 2, 3, 4, 6)]
+    off = [np.abs(each["peak_K"] - plate["peak_K"]).max() for each in few]
     assert all(after < before / 2 for before, after in pairwise(off))
 
 
 def test_fields_that_are_there_already_are_not_added(levels: Levels) -> None:
     plate = levels.coarse.plate
-    fields = Fields(plate.conductance)
-    field = plate.inverse.solve(plate.mean)
-    assert fields.add(field) is not None
-    assert fields.add(-3 * field) is None
-    assert fields.values.shape == (plate.unknowns, 1)
+    field = plate.inverse.solve(plate.model.source)
+    fields = added(np.empty((plate.unknowns, 0)), field, plate.model)
+    assert fields is not None
+    assert float(fields[:, 0] @ (plate.model.conductance @ fields[:, 0])) == relative(1.0, 1e-10)
+    assert added(fields, -3 * field, plate.model) is None
 
 
 def test_names() -> None:

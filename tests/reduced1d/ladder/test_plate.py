@@ -9,14 +9,21 @@ import numpy as np
 import pytest
 
 from reduced1d.equations import room_resistivity
-from reduced1d.ladder.anchor import anchor_of
+from reduced1d.ladder.anchor import anchor_of, fin_warnings, oxide_time, warnings
 from reduced1d.ladder.answer import over_time, steady
 from reduced1d.ladder.levels import Levels
 from reduced1d.ladder.moments import hot
-from reduced1d.ladder.plate import assemble
-from reduced1d.ladder.quads import COARSE, FINE, film, quarter
-from reduced1d.ladder.stream import current_through_pads
-from reduced1d.ladder.validity import fin_warnings, oxide_time, warnings
+from reduced1d.ladder.plate import (
+    COARSE,
+    FINE,
+    Grading,
+    Plate,
+    assemble,
+    current_through_pads,
+    factorize,
+    film,
+    quarter,
+)
 from scenes.sink import Sink
 from tests.reduced1d import relative
 
@@ -52,20 +59,25 @@ def test_the_anchor_of_a_strip_is_the_exact_one() -> None:
     assert abs(fine - strip_resistance(STRIP, sideways=False)) > 1e-3 * exact
 
 
+def carrying(sink: Sink, grading: Grading) -> Plate:
+    """The plate of a sink with its pads in the circuit."""
+    plate = assemble(replace(sink, electrodes="pad-edge"), grading)
+    return plate.carrying(*current_through_pads(plate))
+
+
 def test_the_current_in_a_strip_is_straight() -> None:
-    sink = replace(STRIP, electrodes="pad-edge")
-    current = current_through_pads(assemble(sink, COARSE))
-    resistivity, _ = room_resistivity(sink.silicon, sink.room_temperature)
-    per_length = resistivity / sink.cross_section
-    assert current.beam.resistance == relative(per_length * sink.length, 1e-9)
-    assert current.pads is not None
-    assert current.pads.resistance == relative(per_length * 2 * sink.pad_length, 1e-9)
+    plate = carrying(STRIP, COARSE)
+    resistivity, _ = room_resistivity(STRIP.silicon, STRIP.room_temperature)
+    per_length = resistivity / STRIP.cross_section
+    assert plate.model.resistance_beam == relative(per_length * STRIP.length, 1e-9)
+    assert plate.pads is not None
+    assert plate.pads.resistance == relative(per_length * 2 * STRIP.pad_length, 1e-9)
 
 
 def test_the_currents_resistance_is_approached_from_above() -> None:
     """Thomson's principle: no other pattern of the current has less heat."""
-    sink = Sink(electrodes="pad-edge")
-    fine, coarse = (current_through_pads(assemble(sink, g)).whole.resistance for g in (FINE, COARSE))
+    sink = Sink()
+    fine, coarse = (carrying(sink, grading).model.resistance for grading in (FINE, COARSE))
     squares = room_resistivity(sink.silicon, sink.room_temperature)[0] / sink.thickness
     assert coarse > fine
     assert fine == relative(coarse, 1e-5)
@@ -75,10 +87,10 @@ def test_the_currents_resistance_is_approached_from_above() -> None:
 
 
 def test_a_uniform_rise_leaves_the_pattern_alone() -> None:
-    plate = assemble(Sink(electrodes="pad-edge"), COARSE)
-    cold, warm = current_through_pads(plate), current_through_pads(plate, np.full(plate.unknowns, 500.0))
-    assert warm.whole.resistance == relative(cold.whole.resistance, 1e-12)
-    assert warm.whole.source == pytest.approx(cold.whole.source, rel=1e-9)
+    cold = carrying(Sink(), COARSE)
+    warm = cold.carrying(*current_through_pads(cold, np.full(cold.unknowns, 500.0)))
+    assert warm.model.resistance == relative(cold.model.resistance, 1e-12)
+    assert warm.model.source == pytest.approx(cold.model.source, rel=1e-9)
 
 
 @pytest.mark.parametrize("sink", SHAPES.values(), ids=SHAPES)
@@ -103,39 +115,34 @@ def test_the_mesh_covers_the_sink(sink: Sink) -> None:
 def test_heat_is_conserved(sink: Sink) -> None:
     sink = replace(sink, convection_coefficient=100.0, voltage=3.0)
     plate, rise = hot(assemble(sink, COARSE))
-    one = np.ones(plate.unknowns)
-    whole = plate.current.whole
-    out = one @ (plate.conductance @ rise)
-    _, a = room_resistivity(sink.silicon, sink.room_temperature)
-    resistance = whole.resistance + a * whole.source @ rise
-    assert out == relative(sink.voltage**2 / resistance, 1e-8)
-    assert whole.source.sum() == relative(whole.resistance, 1e-10)
+    one, model = np.ones(plate.unknowns), plate.model
+    resistance = model.resistance + model.coefficient * model.source @ rise
+    assert one @ (model.conductance @ rise) == relative(sink.voltage**2 / resistance, 1e-8)
+    assert model.source.sum() == relative(model.resistance, 1e-10)
     # The capacity is that of all silicon and a third of the oxide.
     silicon = (sink.length * sink.width + 2 * sink.pad_length * sink.pad_width) * sink.thickness
     oxide = 2 * sink.oxide_length * sink.oxide_width * sink.oxide_thickness
     expected = sink.silicon.heat_capacity * silicon + sink.oxide.heat_capacity * oxide / 3
-    assert one @ (plate.capacity @ one) == relative(expected, 3e-6)
+    assert one @ (model.capacity @ one) == relative(expected, 3e-6)
 
 
 @pytest.mark.parametrize("sink", [SHAPES[name] for name in ("default", "wide beam", "oxide at the edge")])
 def test_the_coarse_mesh_tells_the_error_of_the_fine_one(sink: Sink) -> None:
     fine, coarse = (anchor_of(assemble(sink, grading)).resistance for grading in (FINE, COARSE))
-    best = anchor_of(assemble(sink, replace(FINE, corner=1e-4, outline=0.15, ratio=1.6, above=1.3))).resistance
+    best = anchor_of(assemble(sink, FINE._replace(corner=1e-4, outline=0.15, ratio=1.6, above=1.3))).resistance
     assert abs(fine - best) <= abs(fine - coarse)
     assert abs(fine - best) < 3e-4 * best
 
 
 def test_the_anchors_capacity_is_what_its_impedance_says(levels: Levels) -> None:
     """Z(p) = R - p R^2 C + ...: a rate p of 1/s is slow against the anchor's own, of 1e4/s."""
-    from reduced1d.ladder.plate import factorize
-
     plate, anchor = levels.fine.plate, levels.fine.anchor
-    pads = plate.in_pads + plate.in_oxide
-    field = plate.inverse.solve(plate.mean)
+    mean, end = plate.model.outputs["mean"], plate.model.outputs["end"]
+    field = plate.inverse.solve(mean)
     # The beam's capacity left out, the flow through the ends is the same at any rate but for what the pads take.
-    moved = factorize((plate.conductance + 1.0 * pads).tocsc()).solve(plate.mean)
+    moved = factorize((plate.model.conductance + 1.0 * (plate.in_pads + plate.in_oxide)).tocsc()).solve(mean)
     R, C = anchor.resistance, anchor.pad + anchor.oxide
-    change = float(plate.end @ (moved - field)) / float(plate.end @ field)
+    change = float(end @ (moved - field)) / float(end @ field)
     assert change == relative(-R * C, 1e-2)
     assert change != relative(-R * anchor.pad / 2, 0.3)
 
@@ -146,8 +153,9 @@ def test_the_fin_says_where_it_ends(levels: Levels) -> None:
     sink = Sink(pad_length=1e-3, pad_width=1e-3)
     slow = Levels(sink).coarse
     times = np.geomspace(1e-5, 0.02, 60)
-    plate, fin = (over_time(model, times)["end_K"] for model in (slow.whole_plate(), slow.fin()))
-    off = float(np.abs(fin - plate).max()) / steady(slow.whole_plate())["end_rise_K"]
+    whole = slow.whole_plate()
+    plate, fin = (over_time(model, times)["end_K"] for model in (whole, slow.fin()))
+    off = float(np.abs(fin - plate).max()) / steady(whole)["end_rise_K"]
     assert 0.05 < off < slow.one_node
     assert any("one node" in text for text in fin_warnings(sink, slow.one_node))
     assert any("slender" in text for text in fin_warnings(replace(sink, width=1e-3), 0.0))

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from scenes.errors import SceneError
 from scenes.free import as_dict, check, from_dict, load
-from scenes.free.write import as_toml
+from scenes.free.document import as_toml
 from scenes.sink import Sink
 
 ODD = st.one_of(

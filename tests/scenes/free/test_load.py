@@ -11,7 +11,7 @@ import pytest
 from scenes import examples, physics
 from scenes.errors import SceneError
 from scenes.free import as_dict, from_dict, load
-from scenes.free.write import as_toml
+from scenes.free.document import as_toml
 from scenes.loading import builtin_text
 from scenes.model import Schedule
 

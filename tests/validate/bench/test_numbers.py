@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 from fem3d import element
 from meshes import connected
 from scenes.sink import Sink
-from validate.bench import growth, plots, problem, work, worker
+from validate.bench import growth, measure, plots, problem, work
 from validate.bench.entries import FREEFEM, GIVEN, NGSOLVE, OURS, REDUCTION, SCIKIT_FEM, WHOLE
 from validate.verify.methods import METHODS
 
@@ -72,10 +72,6 @@ def test_the_fastest_at_an_error_counts_and_a_peer_is_held_against_both_of_ours(
     assert work.verdict(None, last["fastest"]) == "no entry gets there"
 
 
-def test_only_points_that_no_other_beats_are_joined():
-    assert plots.fastest([(1e-2, 1.0), (1e-3, 3.0), (2e-2, 2.0), (1e-3, 4.0)]) == [(1e-2, 1.0), (1e-3, 3.0)]
-
-
 def test_reductions_are_named_points_and_no_line_joins_them(monkeypatch, tmp_path):
     drawn = []
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda figure, path, dpi: drawn.append(figure))
@@ -90,14 +86,15 @@ def test_reductions_are_named_points_and_no_line_joins_them(monkeypatch, tmp_pat
     assert joined == {REDUCTION: ["None"], NGSOLVE: ["None", "-"]}
 
 
-def test_names_near_each_other_make_room():
+def test_names_near_each_other_make_room_and_only_points_that_no_other_beats_are_joined():
+    assert plots.fastest([(1e-2, 1.0), (1e-3, 3.0), (2e-2, 2.0), (1e-3, 4.0)]) == [(1e-2, 1.0), (1e-3, 3.0)]
     assert plots.apart([(0.0, 50.0), (5.0, 48.0), (5.0, 47.0), (300.0, 49.0)]) == [0.0, 8.0, 17.0, 0.0]
 
 
 def test_a_solve_finds_nothing_of_the_scene_that_an_earlier_one_worked_out():
     connected.anchored(Sink().scene())
     table = element.factors(3)
-    worker.forget()
+    measure.forget()
     assert connected.anchored.cache_info().currsize == connected.coarsest.cache_info().currsize == 0
     assert element.factors(3) is table
 

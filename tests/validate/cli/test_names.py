@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import argparse
-import json
 from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 import pytest
 
+from tests.validate.cli import summary
 from validate.cli import main
 
 SAME = {"--help", "--out", "--no-figures", "--explain", "--dry-run", "--strict", "--quiet", "--json"}
@@ -75,6 +73,7 @@ def test_different_results_have_different_folders(command: str, monkeypatch: pyt
     assert len(set(folders)) == len(folders), sorted(folders)
     assert all(found.parent == Path("results") for found in folders)
     plain = {"sink": "sink-1V", "device": "device-273K", "solve": "bridge"}[command]
+    assert command != "sink" or Path("results/sink-1V-width20um") in folders
     assert folders[0].name == plain
     for option in SAME - {"--help", "--out"}:
         if (command, option) != ("solve", "--strict") and option != "--dry-run":
@@ -84,9 +83,8 @@ def test_different_results_have_different_folders(command: str, monkeypatch: pyt
 @pytest.mark.parametrize("command", DIFFERENT)
 def test_every_option_is_one_or_the_other(command: str) -> None:
     """A new option is put into the folder's name, or into the list of those that make no difference."""
-    parser = argparse.ArgumentParser()
-    import_module(f"validate.cli.{command}").describe(parser)
-    known = {name for action in parser._actions for name in action.option_strings if name.startswith("--")}
+    options = import_module(f"validate.cli.{command}").OPTIONS
+    known = {usage.split()[0] for usage in options if usage.startswith("--")}
     tried = {word for arguments in DIFFERENT[command] for word in arguments.split() if word.startswith("--")}
     # A model goes to a folder of its own.
     assert known - SAME - tried - {"--export", "--states", "--model-accuracy"} == set()
@@ -99,18 +97,12 @@ def test_long_commands_are_cut_and_still_told_apart(monkeypatch: pytest.MonkeyPa
     assert len(one.name) < 90
 
 
-def summary(where: Path) -> dict[str, Any]:
-    found = json.loads((where / "summary.json").read_text())
-    assert isinstance(found, dict)
-    return found
-
-
 @pytest.mark.usefixtures("no_solver")
 def test_what_replaces_an_earlier_run_says_so(capsys: pytest.CaptureFixture[str]) -> None:
     first = ["sink", "--no-figures", "--out", "my run"]
     assert main(first) == 0
     assert "Replaces" not in capsys.readouterr().out
-    assert summary(Path("my run"))["command"] == "validate sink --no-figures --out 'my run'"
+    assert summary("my run")["command"] == "validate sink --no-figures --out 'my run'"
     assert "validate sink --no-figures --out &#x27;my run&#x27;" in Path("my run/report.html").read_text()
     main([*first, "--steady"])
     said = " ".join(capsys.readouterr().out.split())
@@ -127,28 +119,8 @@ def test_the_command_line_of_device_and_solve() -> None:
         "solve plate --no-figures --quiet",
     ):
         assert main([*command.split(), "--out", "there"]) == 0
-        assert summary(Path("there"))["command"] == f"validate {command} --out there"
+        assert summary("there")["command"] == f"validate {command} --out there"
         assert f"validate {command} --out there" in Path("there/report.html").read_text()
-
-
-CONTRADICTIONS = {
-    "sink --voltage 2 --set drive.voltage=3": "--voltage 2", "sink --voltage 2 --set voltage=3": "drive.voltage",
-    "sink --voltage 2 --set drive={voltage=3}": "drive.voltage", "sink --accuracy 1e-2 --set accuracy=1e-3": "accuracy",
-    "solve bridge --accuracy 1e-2 --set run.accuracy=1e-3": "run.accuracy", "sink --only 1d --fields": "--only 1d",
-    "device --accuracy 1e-2 --set run.accuracy=1e-3": "run.accuracy", "sink --quiet --json": "--quiet and --json",
-    "sink --explain --json": "--explain and --json", "solve bridge --dry-run --quiet": "--dry-run and --quiet",
-    "device --figure 11 --scheme paper": "--figure 11", "device --max-power 2mW --figure 9": "--max-power",
-    "device --max-voltage 1 --scheme paper": "--scheme paper",
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("arguments", CONTRADICTIONS)
-def test_contradictions_are_refused(arguments: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(arguments.split()) == 2
-    out, err = capsys.readouterr()
-    assert (out, err.count("\n")) == ("", 1)
-    assert CONTRADICTIONS[arguments] in err
-    assert not Path("results").exists()
 
 
 @pytest.mark.parametrize("command", ["sink", "device", "solve bridge"])
@@ -158,11 +130,3 @@ def test_a_dry_run_prints_the_plan_alone(command: str, capsys: pytest.CaptureFix
     assert out.startswith("Plan\n")
     assert "Results in" not in out
     assert not Path("results").exists()
-
-
-@pytest.mark.usefixtures("no_solver")
-def test_one_voltage_has_one_name(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["sink", "--voltage", "0.002", "--steady", "--no-figures"]) == 0
-    out = capsys.readouterr().out
-    assert "\nsink at 2 mV: " in out
-    assert "results/sink-2mV-steady/" in out

@@ -14,20 +14,22 @@ CODE = """
 import sys, time
 from validate.cli import terminal
 terminal._SLOW = 0.2
-with terminal.Progress(quiet={quiet}) as say:
+with terminal.progress(quiet={quiet}) as say:
     say("solving in 3D")
-    time.sleep(0.8)
+    time.sleep({seconds})
 print("done")
 """
 
 
-def on_a_terminal(quiet: bool) -> str:
+def command(quiet: bool, seconds: float) -> list[str]:
+    return [sys.executable, "-c", CODE.format(quiet=quiet, seconds=seconds)]
+
+
+def on_a_terminal(quiet: bool, seconds: float) -> str:
     """What appears on a terminal that standard error is."""
     pty = pytest.importorskip("pty", reason="terminals as Unix has them")
     ours, theirs = pty.openpty()
-    process = subprocess.Popen(
-        [sys.executable, "-c", CODE.format(quiet=quiet)], stderr=theirs, stdout=subprocess.PIPE, cwd=ROOT
-    )
+    process = subprocess.Popen(command(quiet, seconds), stderr=theirs, stdout=subprocess.PIPE, cwd=ROOT)
     os.close(theirs)
     said = b""
     while True:
@@ -44,7 +46,7 @@ def on_a_terminal(quiet: bool) -> str:
 
 
 def test_a_terminal_is_told_what_and_for_how_long() -> None:
-    said = on_a_terminal(quiet=False)
+    said = on_a_terminal(False, 0.8)
     assert "solving in 3D" in said
     assert "(1 s)" in said
     # It is wiped off in the end.
@@ -52,11 +54,9 @@ def test_a_terminal_is_told_what_and_for_how_long() -> None:
 
 
 def test_quiet_is_quiet() -> None:
-    assert on_a_terminal(quiet=True) == ""
+    assert on_a_terminal(True, 0.1) == ""
 
 
 def test_a_pipe_is_told_nothing() -> None:
-    found = subprocess.run(
-        [sys.executable, "-c", CODE.format(quiet=False)], capture_output=True, text=True, cwd=ROOT, check=True
-    )
+    found = subprocess.run(command(False, 0.1), capture_output=True, text=True, cwd=ROOT, check=True)
     assert (found.stdout, found.stderr) == ("done\n", "")

@@ -1,31 +1,29 @@
-"""What the figures show: no kink that is not real, round lengths, nothing in a legend that cannot be seen."""
+"""What the figures show: no kink that is not real, round lengths, nothing in a legend that cannot be seen; of a free
+scene an axis of time on which its traces are seen."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from compare.budget import Budget, Part, Split
+from compare.figure_checks import profile
 from compare.outcome import Outcome
+from compare.verdict import Models
 from fem3d.run import solve
+from scenes.free import load as load_free
 from scenes.loading import load
+from scenes.model import Scene
 from scenes.plan import Request
-from validate.report.budget import section
+from scenes.result import Result, Traces
+from validate.report.asked import why
+from validate.report.figures import trace_figure
+from validate.report.figures.asked_figures import seen_parts
 from validate.report.figures.offscreen import round_length
-from validate.report.figures.profile_figure import _smooth
-from validate.report.figures.why_figure import _seen
+from validate.report.figures.sink_figures import without_kinks
 from validate.report.table import Style
-
-
-def residual(accuracy: str) -> tuple[np.ndarray, np.ndarray, float]:
-    """The 3D profile less its parabola (K), and the error of the rises (K)."""
-    from compare.figure_checks import profile
-    from compare.verdict import Models
-
-    sink = load("sink", [f"accuracy={accuracy}"])
-    found = solve(sink, Request(transient=False))
-    y, rise, fitted = profile(Models(sink, found, None))
-    return 1e6 * y, rise - fitted, max(found.steady[key].error for key in ("peak_rise_K", "end_rise_K"))
 
 
 def kink(y: np.ndarray, values: np.ndarray) -> float:
@@ -35,12 +33,16 @@ def kink(y: np.ndarray, values: np.ndarray) -> float:
 
 def test_the_kink_between_cells_goes_and_the_curve_stays() -> None:
     """A bump larger than the error, which must be real, stays."""
-    y, raw, error = residual("1e-3")
-    drawn = _smooth(y, raw, error / 20)
-    assert kink(y, drawn) < 0.1 * kink(y, raw)
+    sink = load("sink", ["accuracy=1e-3"])
+    found = solve(sink, Request(transient=False))
+    y, rise, fitted = profile(Models(sink, found, None))
+    um, raw = 1e6 * y, rise - fitted
+    error = max(found.steady[key].error for key in ("peak_rise_K", "end_rise_K"))
+    drawn = without_kinks(um, raw, error / 20)
+    assert kink(um, drawn) < 0.1 * kink(um, raw)
     assert np.abs(drawn - raw).max() < 0.5 * error
-    bumped = raw + 3 * error * np.exp(-(((y - 75) / 10) ** 2))
-    assert np.abs(_smooth(y, bumped, error / 20) - bumped).max() < 0.5 * error
+    bumped = raw + 3 * error * np.exp(-(((um - 75) / 10) ** 2))
+    assert np.abs(without_kinks(um, bumped, error / 20) - bumped).max() < 0.5 * error
 
 
 @pytest.mark.parametrize(("wanted", "found"), [(260.0, 200.0), (5.0, 5.0), (1.99, 1.0), (0.06, 0.05)])
@@ -48,31 +50,55 @@ def test_round_lengths(wanted: float, found: float) -> None:
     assert round_length(wanted) == pytest.approx(found)
 
 
-def split(*values: float) -> Split:
-    parts = tuple(Part(f"part {n}", value, 0.01) for n, value in enumerate(values))
-    return Split("peak", "K", 10.0, sum(values), 0.02, parts)
-
-
 def budget(*values: float, over_time: np.ndarray | None = None) -> Budget:
+    parts = tuple(Part(f"part {n}", value, 0.01) for n, value in enumerate(values))
+    split = Split("peak", "K", 10.0, sum(values), 0.02, parts)
     times = None if over_time is None else np.array([1e-5, 1e-3])
-    return Budget("paper", (split(*values),), (), times, {} if over_time is None else {"peak": over_time}, "so it is")
+    return Budget("paper", (split,), (), times, {} if over_time is None else {"peak": over_time}, "so it is")
 
 
 def test_the_legend_has_what_can_be_seen() -> None:
-    assert _seen(budget(-1.0, 0.3, 0.001)) == [0, 1]
+    assert seen_parts(budget(-1.0, 0.3, 0.001)) == [0, 1]
     # What shows on the way only is seen too.
-    assert _seen(budget(-1.0, 0.0, 0.0, over_time=np.array([[-1.0, -1.0], [0.0, 0.0], [0.1, 0.0]]))) == [0, 2]
-
-
-def budget_text(*values: float) -> str:
-    return section(Outcome(load("sink"), Request(), (), why=budget(*values)), Style()).text(Style())
+    assert seen_parts(budget(-1.0, 0.0, 0.0, over_time=np.array([[-1.0, -1.0], [0.0, 0.0], [0.1, 0.0]]))) == [0, 2]
 
 
 def test_rows_of_nothing_are_one_row() -> None:
-    text = budget_text(-1.0, 0.3, 0.005, -0.002)
+    def said(*values: float) -> str:
+        return why(budget(*values), Outcome(load("sink"), Request(), ()), Style()).text(Style())
+
+    text = said(-1.0, 0.3, 0.005, -0.002)
     rows = [line for line in text.splitlines() if line.startswith("  part")]
     assert [row.split()[1] for row in rows] == ["0", "1"]
     assert "2 others, each" in text
     assert "    part 2, part 3" in text
     # A part that is more than its error keeps its row.
-    assert "others" not in budget_text(-1.0, 0.3, 0.02, -0.002)
+    assert "others" not in said(-1.0, 0.3, 0.02, -0.002)
+
+
+END = 0.1
+
+
+@pytest.mark.parametrize(
+    ("constant", "driven", "scale"),
+    [(END / 3, "at once", "linear"), (END / 100, "at once", "log"), (END / 100, "in a wave", "linear")],
+)
+def test_time_is_logarithmic_where_a_rise_is_over_before_it_is_seen(constant: float, driven: str, scale: str) -> None:
+    """All probes of the hotplate rise from 293 to 300 with a time constant (s); not where the drive changes later."""
+    scene = load_free("hotplate", ["run.end_time=0.1", "boundary.drive.voltage=0.2"])
+    assert isinstance(scene, Scene)
+    if driven == "in a wave":
+        scene = replace(scene, boundaries=load_free("hotplate").boundaries)
+    time = np.concatenate([[0.0], np.geomspace(1e-6 * END, END, 60)])
+    values = 293 + 7 * (1 - np.exp(-time / constant))
+    names = [probe.name for probe in scene.probes]
+    found = Result("fem3d", {}, Traces(time, dict.fromkeys(names, values), dict.fromkeys(names, 1e-3)))
+    axes = trace_figure.draw(Outcome(scene, Request(), (), found)).axes
+    assert {ax.get_xscale() for ax in axes} == {scale}
+    assert axes[-1].get_xlim()[1] == pytest.approx(1e3 * END)
+    if scale == "log":
+        # A decade that begins before a hundredth of the rise, which is after 1 % of the time constant.
+        assert axes[-1].get_xlim()[0] == pytest.approx(1e3 * 1e-5)
+        line = axes[0].lines[0]
+        exact = 293 + 7 * (1 - np.exp(-line.get_xdata() / 1e3 / constant))
+        assert np.abs(line.get_ydata() - exact).max() < 0.05

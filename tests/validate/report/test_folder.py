@@ -10,11 +10,8 @@ from pathlib import Path
 import pytest
 
 from scenes.errors import SceneError
-from scenes.plan import Request
-from scenes.sink import Sink
 from validate.report import folder as module
 from validate.report.folder import Folder
-from validate.report.names import of
 
 SUMMARY = json.dumps({"schema": 1, "plan": []})
 
@@ -27,10 +24,6 @@ def run(target: Path, **files: str) -> None:
 
 def names(folder: Path) -> set[str]:
     return {entry.name for entry in folder.iterdir()}
-
-
-def test_default_name() -> None:
-    assert of(Sink(voltage=2.0, width=20e-6), Request()) == Path("results/sink-2V-width20um")
 
 
 @pytest.mark.parametrize("exchange", [True, False])
@@ -76,34 +69,27 @@ def test_a_full_disk_names_the_file(tmp_path: Path) -> None:
         written(errno.ENOENT, "my-scene.toml")
 
 
-@pytest.mark.parametrize("made", ["foreign", "file", "under a file", "broken summary"])
-def test_refused_before_anything_happens(made: str, tmp_path: Path) -> None:
-    target = tmp_path / "out"
-    if made == "file":
-        target.write_text("mine")
-    elif made == "under a file":
-        (tmp_path / "plain").write_text("mine")
-        target = tmp_path / "plain" / "out"
-    else:
-        target.mkdir()
-        (target / ("summary.json" if made == "broken summary" else "thesis.tex")).write_text("mine")
+@pytest.mark.parametrize(
+    ("there", "target"),
+    [("out/thesis.tex", "out"), ("out", "out"), ("plain", "plain/out"), ("out/summary.json", "out")],
+    ids=["foreign", "file", "under a file", "broken summary"],
+)
+def test_refused_before_anything_happens(there: str, target: str, tmp_path: Path) -> None:
+    (tmp_path / there).parent.mkdir(exist_ok=True)
+    (tmp_path / there).write_text("mine")
     before = sorted(tmp_path.rglob("*"))
-    with pytest.raises(SceneError, match="output folder"), Folder(target):
+    with pytest.raises(SceneError, match="output folder"), Folder(tmp_path / target):
         pytest.fail("entered")
     assert sorted(tmp_path.rglob("*")) == before
 
 
-def test_an_unwritable_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """By way of os.access, for root may write anywhere."""
-    (tmp_path / "out").mkdir()
-    monkeypatch.setattr(module.os, "access", lambda *_: False)
-    with pytest.raises(SceneError, match="not writable"), Folder(tmp_path / "out"):
-        pytest.fail("entered")
-
-
-def test_where_one_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_neither_what_is_not_writable_nor_where_one_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first by way of os.access, for root may write anywhere."""
     monkeypatch.chdir(tmp_path)
     with pytest.raises(SceneError, match="where you are"), Folder(Path(".")):
+        pytest.fail("entered")
+    monkeypatch.setattr(module.os, "access", lambda *_: False)
+    with pytest.raises(SceneError, match="not writable"), Folder(tmp_path):
         pytest.fail("entered")
 
 

@@ -13,10 +13,9 @@ from scenes.device import Device
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
 from validate.cli import main
 from validate.report.table import Style
-from validate.stress import coupling, invariants, report, sweep
+from validate.stress import invariants, report, steps, sweep
 from validate.stress.random_scenes import ROOM, Drawn, draw
-from validate.stress.rows import Row, failed
-from validate.stress.steps import rows as step_rows
+from validate.stress.report import Row, failed
 
 METAL = Material("metal", 100.0, 1000.0, 1000.0, 1e-6, 1e-3)
 
@@ -118,14 +117,14 @@ def test_a_scene_that_takes_too_long_or_fails_is_an_outcome(monkeypatch):
     assert sweep.examine(1).said == "ValueError: no luck"
     outcomes = [sweep.Outcome(0, {"energy closes": 0.5}), sweep.Outcome(1, ended="error", said="ValueError: no luck"),
                 sweep.Outcome(2, {"energy closes": float("nan")})]  # fmt: skip
-    found = {row.what: row for row in sweep.rows(outcomes, 60)}
+    found = {row.what: row for row in sweep.rows(outcomes)}
     assert found["energy closes"].verdict == "breaks"
     assert found["ended with an error"].verdict == "breaks"
     assert "no luck" in found["ended with an error"].said
 
 
 def test_only_methods_that_are_not_l_stable_ring():
-    verdicts = {row.what: row.verdict for row in step_rows()}
+    verdicts = {row.what: row.verdict for row in steps.rows()}
     assert verdicts["exponential collocation"] == "holds"
     assert verdicts["SDIRK of order 3 (second path)"] == "holds"
     assert verdicts["Crank-Nicolson"] == "as predicted"
@@ -133,9 +132,9 @@ def test_only_methods_that_are_not_l_stable_ring():
 
 def test_the_predicted_limit_of_the_explicit_coupling_is_where_a_simulation_starts_to_grow():
     device = Device()
-    limit, scheme = stability_limit(device), coupling.PaperScheme()
-    assert not coupling.grows(lump(device), 0.98 * limit, scheme)
-    assert coupling.grows(lump(device), 1.02 * limit, scheme)
+    limit, scheme = stability_limit(device), steps.PaperScheme()
+    assert not steps.grows(lump(device), 0.98 * limit, scheme)
+    assert steps.grows(lump(device), 1.02 * limit, scheme)
 
 
 def test_the_table_names_what_breaks():

@@ -8,12 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from validate.sweep.axes import Axis
-from validate.sweep.base import base
-from validate.sweep.design import Design
-from validate.sweep.job import Job
+from validate.sweep.design import Axis, Design, base
 from validate.sweep.mapping import Map, refine
-from validate.sweep.point import Row, Scope, Work
+from validate.sweep.point import Job, Row, Scope, Work
 from validate.sweep.store import Store
 
 Formula = Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -64,10 +61,10 @@ def test_verdicts_are_those_of_the_truth_and_errors_hold(name: str, tmp_path: Pa
     assert wrong.mean() <= 0.01
     assert (~resolved).mean() < 0.05
     assert formulas.solved == len(found.solved) <= 400
-    off = np.abs(found.surface.value - truth)
-    assert (off <= found.surface.error).mean() >= 0.95
+    off = np.abs(found.value - truth)
+    assert (off <= found.error).mean() >= 0.95
     # The twin that must be caught: a third of a per cent more, and the errors hold almost nowhere.
-    assert (np.abs(found.surface.value * 1.03 + 1e-3 - truth) <= found.surface.error).mean() < 0.9
+    assert (np.abs(found.value * 1.03 + 1e-3 - truth) <= found.error).mean() < 0.9
 
 
 def test_it_ends_at_its_limit_and_says_what_it_does_not_know(tmp_path: Path) -> None:
@@ -97,4 +94,4 @@ def test_a_map_that_was_stopped_goes_on_as_it_would_have(tmp_path: Path) -> None
     again, rest, _ = mapped(formula, tmp_path / "part")
     assert rest.solved == all_.solved - 97
     assert set(again.solved) == set(whole.solved)
-    assert np.array_equal(again.surface.value, whole.surface.value)
+    assert np.array_equal(again.value, whole.value)

@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -20,8 +21,7 @@ from tests import browser
 from validate.cli import main
 from validate.sweep import cluster as cluster_of
 from validate.sweep import solver
-from validate.sweep.base import base
-from validate.sweep.design import Design
+from validate.sweep.design import Design, base
 from validate.sweep.point import Scope, Work
 
 SWEEP = [
@@ -30,9 +30,16 @@ SWEEP = [
 ]  # fmt: skip
 
 
-def table(folder: Path) -> list[dict[str, str]]:
+def table(folder: Path) -> list[dict[str, Any]]:
+    """The rows of points.csv: of a key (with a dot in its name) the very text, else numbers where there are some."""
+
+    def read(name: str, text: str) -> str | float:
+        with suppress(ValueError):
+            return text if "." in name else float(text)
+        return text
+
     with (folder / "points.csv").open(newline="") as file:
-        return list(csv.DictReader(file))
+        return [{name: read(name, text) for name, text in row.items()} for row in csv.DictReader(file)]
 
 
 def stored(folder: Path) -> int:
@@ -60,24 +67,13 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def assert_same(found: list[dict[str, str]], expected: list[dict[str, str]]) -> None:
-    assert len(found) == len(expected)
-    for one, other in zip(found, expected, strict=True):
+def assert_same(found: Path, expected: Path) -> None:
+    """To rounding: the same factorizations in the same order, on this or another processor."""
+    for one, other in zip(table(found), table(expected), strict=True):
         assert one.keys() == other.keys()
         for name in one.keys() - {"seconds"}:
-            if name.startswith(("sink.", "anchor.")) or not _number(one[name]):
-                assert one[name] == other[name]
-            else:
-                # Rounding: the same factorizations in the same order, on this or another processor.
-                assert float(one[name]) == pytest.approx(float(other[name]), rel=1e-9, abs=1e-9)
-
-
-def _number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
+            number = isinstance(other[name], float)
+            assert one[name] == (pytest.approx(other[name], rel=1e-9, abs=1e-9) if number else other[name])
 
 
 def test_the_table_has_what_single_runs_have(undisturbed: Path) -> None:
@@ -91,11 +87,11 @@ def test_the_table_has_what_single_runs_have(undisturbed: Path) -> None:
     alone = compare.run(sink, steady=True)
     row = rows[7]
     assert float(row["anchor.oxide_thickness"]) == 1.5e-6
-    assert float(row["fem3d_peak_rise_K"]) == pytest.approx(alone.fem3d.steady["peak_rise_K"].value, rel=1e-9)
-    assert float(row["fig4_difference"]) == pytest.approx(alone.check("fig4").difference, rel=1e-6)
+    assert row["fem3d_peak_rise_K"] == pytest.approx(alone.fem3d.steady["peak_rise_K"].value, rel=1e-9)
+    assert row["fig4_difference"] == pytest.approx(alone.check("fig4").difference, rel=1e-6)
     assert row["fig4_verdict"] == alone.check("fig4").verdict
     # Another point is another answer.
-    assert float(rows[6]["fem3d_peak_rise_K"]) != pytest.approx(float(row["fem3d_peak_rise_K"]), rel=1e-3)
+    assert rows[6]["fem3d_peak_rise_K"] != pytest.approx(row["fem3d_peak_rise_K"], rel=1e-3)
 
 
 def test_a_worker_and_then_all_of_it_killed_goes_on_to_the_same_table(
@@ -122,7 +118,7 @@ def test_a_worker_and_then_all_of_it_killed_goes_on_to_the_same_table(
     assert (folder / "points.jsonl").read_bytes().startswith(kept[: kept.rfind(b"\n") + 1])
     points = [json.loads(line)["point"] for line in (folder / "points.jsonl").read_text().splitlines()]
     assert sorted(points) == list(range(9))
-    assert_same(table(folder), table(undisturbed))
+    assert_same(folder, undisturbed)
 
 
 def _children(pid: int) -> list[int]:
@@ -173,7 +169,7 @@ def test_the_page_reads_out_the_point_under_the_pointer(undisturbed: Path) -> No
     # The upper right corner is the last point of the table.
     row = table(undisturbed)[-1]
     assert said.startswith("sink.width 140 um, anchor.oxide_thickness 2 um\nfig4 ")
-    assert float(said.split()[7]) == pytest.approx(100 * float(row["fig4_difference"]), rel=0.01)
+    assert float(said.split()[7]) == pytest.approx(100 * row["fig4_difference"], rel=0.01)
     assert f"verdict: {row['fig4_verdict']}" in said
 
 
@@ -186,7 +182,7 @@ def test_a_cluster_that_is_there_gives_the_same_table(
     with LocalCluster(2, threads_per_worker=1, processes=False, protocol="tcp", dashboard_address=None) as cluster:  # type: ignore[no-untyped-call]
         address = cluster.scheduler_address
         assert main([*alone, "--quiet", "--scheduler", address, "--out", str(tmp_path / "there")]) == 0
-    assert_same(table(tmp_path / "there"), table(undisturbed))
+    assert_same(tmp_path / "there", undisturbed)
     monkeypatch.setattr(cluster_of, "ANSWERS_WITHIN", 0.5)
     assert main([*alone, "--scheduler", "tcp://127.0.0.1:9", "--out", str(tmp_path / "gone")]) == 2
     assert 'no scheduler answers at "tcp://127.0.0.1:9"' in capsys.readouterr().err
@@ -217,7 +213,7 @@ def test_a_point_that_takes_too_long_is_stopped_and_the_next_is_solved() -> None
 
 
 def test_voltages_share_fields_and_still_are_what_they_are_alone(tmp_path: Path) -> None:
-    from validate.sweep.axes import listed
+    from validate.sweep.design import listed
     from validate.sweep.point import solve
 
     sink = base("sink", ["run.accuracy=1e-2"])
@@ -257,8 +253,8 @@ def test_a_free_scene_has_its_probes_and_a_folder_of_its_name(
     rows = table(folder)
     assert [row["status"] for row in rows[:2]] == ["ok", "ok"]
     # Narrower is hotter here: the same current density, and less oxide below.
-    assert float(rows[0]["fem3d_middle"]) != pytest.approx(float(rows[1]["fem3d_middle"]), rel=1e-4)
-    assert float(rows[0]["fem3d_middle_error"]) > 0
+    assert rows[0]["fem3d_middle"] != pytest.approx(rows[1]["fem3d_middle"], rel=1e-4)
+    assert rows[0]["fem3d_middle_error"] > 0
     assert "middle is from" in capsys.readouterr().out
 
 

@@ -8,7 +8,7 @@ import pytest
 from scenes.sink import SILICON, Sink
 from tests.fin import solve_fin
 from validate.verify import exact_bodies, published, series
-from validate.verify.laplace import HELD, Layer, step_response
+from validate.verify.series import HELD, Layer, step_response
 
 SLAB = Layer(0.5, 2.0, 3.0)  # diffusivity 2/3 m2/s
 

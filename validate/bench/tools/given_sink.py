@@ -23,8 +23,8 @@ from meshes import symmetry
 from reduced1d.equations import room_resistivity
 from scenes.loading import load
 from scenes.sink import Sink
+from validate.bench.entries import UNIFORM
 from validate.bench.problem import QUANTITIES, TIMES, graded
-from validate.bench.settings import UNIFORM
 
 Answer = tuple[int, int, Quantities]
 

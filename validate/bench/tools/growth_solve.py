@@ -11,72 +11,70 @@ import numpy as np
 
 from fem3d.assembly import HeatProblem, assemble
 from fem3d.domain import boxes
+from meshes.grid import Grid
 from scenes.loading import load
 from validate.bench import problem
-from validate.bench.tools.skfem_sink import factors, matrices
+from validate.bench.tools.skfem_sink import Matrices
 from validate.verify import reference
 
 try:
     import ngsolve as ng
 
-    from validate.bench.tools import hexahedra
+    from validate.verify import ngsolve_sink
 except ImportError:
     pass  # it has no entries then
 
 SOLVES = 5
-Job = Callable[[], dict[str, Any]]
+# Assembly of stiffness and mass, their factorization to a solve, and the unknowns of what was assembled.
+Phases = tuple[Callable[[], Any], Callable[[Any], Callable[[], Any]], Callable[[Any], int]]
 
 
-def prepare(options: dict[str, Any]) -> tuple[Job, Callable[[dict[str, Any]], dict[str, Any]]]:
-    """Assembly of stiffness and mass, factorization and solves, each timed."""
-    return PATHS[options["path"]](options["degree"], options["cuts"]), dict
-
-
-def _phases(assemble: Callable[[], Any], factorize: Callable[[Any], Callable[[], Any]], unknowns: Any) -> Job:
-    """The processor time (s) of each phase, and the unknowns of what was assembled."""
+def prepare(options: dict[str, Any]) -> tuple[Callable[[], dict[str, Any]], Callable[[Any], dict[str, Any]]]:
+    """Assembly, factorization and solves, each timed (s of the processor)."""
+    path, degree = options["path"], options["degree"]
+    grid = problem.graded(
+        problem.quarter(load("sink", [])), 1e-2, options["cuts"], 1 if path == "scikit-fem" else degree
+    )
+    assembly, factorization, unknowns = PATHS[path](grid, degree)
 
     def solve() -> dict[str, Any]:
         times = [time.process_time()]
-        assembled = assemble()
+        assembled = assembly()
         times.append(time.process_time())
-        once = factorize(assembled)
+        once = factorization(assembled)
         times.append(time.process_time())
         for _ in range(SOLVES):
             once()
         times.append(time.process_time())
-        assembly, factorization, solves = np.diff(times).tolist()
-        phases = {"assembly": assembly, "factorization": factorization, "one solve": solves / SOLVES}
+        first, second, solves = np.diff(times).tolist()
+        phases = {"assembly": first, "factorization": second, "one solve": solves / SOLVES}
         return {"phases": phases, "unknowns": int(unknowns(assembled))}
 
-    return solve
+    return solve, dict
 
 
-def _own(degree: int, cuts: int) -> Job:
+def _own(grid: Grid, _: int) -> Phases:
     scene = problem.quarter(load("sink", []))
-    grid = problem.graded(scene, 1e-2, cuts, degree)
 
     def factorize(heat: HeatProblem) -> Callable[[], Any]:
         heat.solve_steady(np.zeros(heat.free))
         return lambda: heat.solve_steady(np.ones(heat.free))
 
-    return _phases(lambda: assemble(boxes(scene, grid)), factorize, lambda heat: heat.free)
+    return lambda: assemble(boxes(scene, grid)), factorize, lambda heat: heat.free
 
 
-def _scikit_fem(degree: int, cuts: int) -> Job:
-    grid = problem.graded(problem.quarter(load("sink", [])), 1e-2, cuts, 1)
+def _scikit_fem(grid: Grid, degree: int) -> Phases:
     mesh, owner = reference.hexahedra(grid)
 
-    def factorize(assembled: Any) -> Callable[[], Any]:
-        _, free, stiffness, _ = assembled
-        solved = factors(stiffness)
-        return lambda: solved(np.ones(len(free)))
+    def factorize(matrices: Matrices) -> Callable[[], Any]:
+        solve = matrices.factors(0.0, 1.0)
+        return lambda: solve(np.ones(len(matrices.free)))
 
-    return _phases(lambda: matrices(mesh, owner, grid.boxes, degree), factorize, lambda found: len(found[1]))
+    return lambda: Matrices(mesh, owner, grid.boxes, degree), factorize, lambda matrices: len(matrices.free)
 
 
-def _ngsolve(degree: int, cuts: int) -> Job:
-    grid = problem.graded(problem.quarter(load("sink", [])), 1e-2, cuts, degree)
-    mesh = hexahedra.of(grid)
+def _ngsolve(grid: Grid, degree: int) -> Phases:
+    mesh = ngsolve_sink.mesh_of(grid)
     materials = {box.name: box.material for box in grid.boxes}
 
     def assembled() -> tuple[Any, Any, Any]:
@@ -98,7 +96,7 @@ def _ngsolve(degree: int, cuts: int) -> Job:
 
         return once
 
-    return _phases(assembled, factorize, lambda parts: sum(parts[0].FreeDofs()))
+    return assembled, factorize, lambda parts: sum(parts[0].FreeDofs())
 
 
-PATHS: dict[str, Callable[[int, int], Job]] = {"own": _own, "scikit-fem": _scikit_fem, "ngsolve": _ngsolve}
+PATHS: dict[str, Callable[[Grid, int], Phases]] = {"own": _own, "scikit-fem": _scikit_fem, "ngsolve": _ngsolve}

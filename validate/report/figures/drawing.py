@@ -1,4 +1,4 @@
-"""What the figures have in common: style, margins, the title with the verdicts, files.
+"""What the figures have in common: style, margins, the title with the verdicts, the picture of a field, files.
 
 Margins are fixed and not computed from the drawn texts, and powers of ten are plain text: matplotlib's automatic layout
 and its mathematical text would take longer than the 3D solution.
@@ -10,19 +10,24 @@ import re
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullLocator
 
 from compare.verdict import Check
 from scenes.formats import difference_text, percent
 from validate.report.checks import judged
-from validate.report.figures import INK
+from validate.report.figures import INK, table
+
+if TYPE_CHECKING:
+    from validate.report.figures.render import Field
 
 DPI = 130
 _LINE = 0.215  # inches of a line of the title
@@ -52,15 +57,12 @@ def new_figure(
     """A figure (inches) with its title and, below that, a line for each check with its verdict (or for each text); the
     space under them is for the axes, within margins (inches) that leave room for their labels."""
     figure = Figure(figsize=(width, height))
-    room = int(width * 12.5)
     said = [check if isinstance(check, str) else verdict_line(check) for check in checks]
-    lines = [line for each in said for line in textwrap.wrap(kept(each), room)]
-    for i, line in enumerate([text, *lines]):
-        y = 1 - (0.1 + i * _LINE) / height
-        figure.text(
-            0.12 / width, y, line, ha="left", va="top", fontsize=10.5, color=INK, weight="bold" if i == 0 else None
-        )
-    top = 1 - (0.3 + (1 + len(lines)) * _LINE) / height
+    lines = [text, *(line for each in said for line in textwrap.wrap(kept(each), int(width * 12.5)))]
+    for i, line in enumerate(lines):
+        place, weight = 1 - (0.1 + i * _LINE) / height, None if i else "bold"
+        figure.text(0.12 / width, place, line, ha="left", va="top", fontsize=10.5, color=INK, weight=weight)
+    top = 1 - (0.3 + len(lines) * _LINE) / height
     figure.subplots_adjust(left=left / width, right=1 - 0.25 / width, bottom=bottom / height, top=top)
     return figure
 
@@ -83,14 +85,13 @@ def kept(text: str) -> str:
     return re.sub(r"(?<=\d) (?=[A-Za-z%])", "\N{NO-BREAK SPACE}", text)
 
 
-def logarithmic(ax: Any, *axes: str) -> None:
+def logarithmic(ax: Any, name: str) -> None:
     """Makes the "x" or "y" axis logarithmic, with plain numbers and without the dozens of small ticks between the
     decades, which take longer to draw than all the rest."""
-    for name in axes:
-        ax.set(**{f"{name}scale": "log"})
-        axis = getattr(ax, f"{name}axis")
-        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axis.set_minor_locator(NullLocator())
+    ax.set(**{f"{name}scale": "log"})
+    axis = getattr(ax, f"{name}axis")
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_locator(NullLocator())
 
 
 def band(ax: Any, x: np.ndarray, y: np.ndarray, half: np.ndarray | float, colour: str) -> None:
@@ -105,19 +106,55 @@ def legend(figure: Figure, *axes: Any, columns: int = 0, **look: Any) -> None:
     figure.legend(handles, labels, loc="lower center", ncols=columns or len(labels), **look)
 
 
-def save(figure: Figure, folder: Path, name: str) -> list[str]:
-    """Writes <name>.png and <name>.svg; returns their names."""
-    figure.set_dpi(DPI)
-    FigureCanvasAgg(figure).print_png(
-        folder / f"{name}.png", metadata={"Software": None}, pil_kwargs={"compress_level": 3}
-    )
-    FigureCanvasSVG(figure).print_svg(folder / f"{name}.svg", metadata={"Date": None, "Creator": None})
-    return [f"{name}.png", f"{name}.svg"]
-
-
 def smooth(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
     """A curve through the points (x, y), x ascending, at the places ``at``: with continuous slope, and rising and
     falling only where the points do; constant beyond the ends."""
     from scipy.interpolate import PchipInterpolator
 
     return PchipInterpolator(x, y)(np.clip(at, x[0], x[-1]))
+
+
+def field_figure(field: Field, image: np.ndarray | None) -> Figure:
+    """The rendered field with its colour bar; where nothing could be rendered, a map of the top faces."""
+    top = field.above + float(field.rise.max())
+    colours = ScalarMappable(Normalize(field.above, top), ListedColormap(table() / 255))
+    height, (bottom, left) = 3.7, (1.2, 0.75) if image is None else (0.85, 0.25)
+    seen = "true proportions" if field.factor <= 1 else f"{field.height} drawn x{field.factor:g}"
+    title = f"{field.title}{'seen from above' if image is None else seen})"
+    figure = new_figure(8.5, height, title, field.under, bottom=bottom, left=left)
+    ax = figure.subplots()
+    if image is None:
+        _map(ax, field, colours)
+    else:
+        ax.imshow(image, interpolation="antialiased")
+        ax.set_axis_off()
+    place = (0.2, 0.45 / height, 0.6, 0.14 / height)
+    bar = figure.colorbar(colours, cax=figure.add_axes(place), orientation="horizontal")
+    bar.set_label(field.scale, color=INK)
+    bar.outline.set_edgecolor(INK)  # type: ignore[operator]
+    return figure
+
+
+def _map(ax: Any, field: Field, colours: ScalarMappable) -> None:
+    """Top faces in true proportions, along the beam from left to right."""
+    points, hexes, rise = field.points, field.hexes, field.rise
+    z = points[hexes][:, :, 2]
+    face = np.abs(z - z.max()) < 1e-6 * float(np.ptp(z))
+    top = hexes[face.sum(axis=1) == 4][face[face.sum(axis=1) == 4]].reshape(-1, 4)
+    # Ascending around each face's middle, so that two triangles cover it.
+    around = points[top] - points[top].mean(axis=1, keepdims=True)
+    ring = np.take_along_axis(top, np.argsort(np.arctan2(around[..., 1], around[..., 0]), axis=1), axis=1)
+    triangles = np.concatenate([ring[:, [0, 1, 2]], ring[:, [0, 2, 3]]])
+    levels, (x, y, _) = np.linspace(0.0, float(rise.max()), 129), points.T * 1e6
+    ax.tricontourf(y, x, triangles, rise, levels, cmap=colours.cmap, norm=colours.norm).set_rasterized(True)
+    ax.set(aspect="equal", xlabel="along the beam y (µm)", ylabel="across it x (µm)")
+    ax.grid(False)
+
+
+def save(figure: Figure, folder: Path, name: str) -> list[str]:
+    """Writes <name>.png and <name>.svg; returns their names."""
+    figure.set_dpi(DPI)
+    png = folder / f"{name}.png"
+    FigureCanvasAgg(figure).print_png(png, metadata={"Software": None}, pil_kwargs={"compress_level": 3})
+    FigureCanvasSVG(figure).print_svg(folder / f"{name}.svg", metadata={"Date": None, "Creator": None})
+    return [f"{name}.png", f"{name}.svg"]

@@ -19,10 +19,8 @@ from scenes.dimensions import LENGTH
 from validate.report.figures import table
 
 SIZE = [1400, 700]
-LIGHT = (0.45, -0.3, 0.84)
-"""Where the light comes from, of length 1."""
-AMBIENT = 0.65
-"""The part of a face's colour that no light takes away."""
+LIGHT = (0.45, -0.3, 0.84)  # where it comes from, of length 1
+AMBIENT = 0.65  # the part of a face's colour that no light takes away
 
 
 def main() -> None:
@@ -35,8 +33,8 @@ def main() -> None:
         image = render(data["points"], data["hexes"], data["rise"], float(data["factor"]))
     packed = io.BytesIO()
     np.save(packed, image)
-    out.write(packed.getbuffer())
-    out.close()
+    with out:
+        out.write(packed.getbuffer())
 
 
 def warm_up() -> None:
@@ -80,7 +78,9 @@ def render(points: np.ndarray, hexes: np.ndarray, rise: np.ndarray, factor: floa
     plotter.enable_anti_aliasing("ssaa")
     image = np.asarray(plotter.screenshot(return_img=True))[..., :3]
     plotter.close()
-    return _without_margins(image)
+    ink = np.any(image < 255, axis=2)
+    rows, columns = np.flatnonzero(ink.any(axis=1)), np.flatnonzero(ink.any(axis=0))
+    return image[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
 
 
 def _add_bars(plotter: Any, drawn: np.ndarray, factor: float) -> None:
@@ -90,8 +90,7 @@ def _add_bars(plotter: Any, drawn: np.ndarray, factor: float) -> None:
     corner = np.array([upper[0] + 0.16 * longest, lower[1] + 0.55 * (upper[1] - lower[1]), lower[2]])
     for axis, (extent, scale) in enumerate(zip(upper - lower, (1.0, 1.0, factor), strict=True)):
         length = round_length(max(0.3 * extent, 0.04 * longest) / scale)
-        end = corner.copy()
-        end[axis] += length * scale
+        end = corner + length * scale * np.eye(3)[axis]
         plotter.add_mesh(pv.Line(corner, end), color="#222222", line_width=3, lighting=False)
         text = f"{'xyz'[axis]} {LENGTH.show(float(f'{1e-6 * length:.0e}'))}".replace(" um", " \N{MICRO SIGN}m")
         # The upright bar's stands to its left, where no other bar is.
@@ -106,9 +105,3 @@ def round_length(wanted: float) -> float:
     """The largest of 1, 2 and 5 times a power of ten that is not beyond a length."""
     power = 10.0 ** np.floor(np.log10(wanted) + 1e-9)
     return float(max(step * power for step in (1, 2, 5) if step * power <= wanted * (1 + 1e-9)))
-
-
-def _without_margins(image: np.ndarray) -> np.ndarray:
-    ink = np.any(image < 255, axis=2)
-    rows, columns = np.flatnonzero(ink.any(axis=1)), np.flatnonzero(ink.any(axis=0))
-    return image[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]

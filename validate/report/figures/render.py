@@ -5,14 +5,16 @@ from __future__ import annotations
 import io
 import subprocess
 import sys
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Thread
-from types import TracebackType
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     import numpy as np
+
+    from compare.verdict import Check
 
 PATIENCE = 120.0
 """Seconds after which a render is given up."""
@@ -20,15 +22,21 @@ PATIENCE = 120.0
 
 @dataclass(frozen=True)
 class Field:
-    """A field to show: points (n, 3) in m, hexahedra (m, 8), rises (n,) in K above what ``label`` says, which is
-    ``above`` (K) where that is drawn; ``when`` it is."""
+    """A field to show: points (n, 3) in m, hexahedra (m, 8), rises (n,) in K above what ``label`` says. Of its picture
+    the ``title`` up to how it is seen, what z is called there (``height``), the ``scale`` of its colours, which begins
+    at ``above`` (K), what stands ``under`` the title, and what is drawn ``instead`` where nothing can be rendered
+    (nothing: empty)."""
 
     points: np.ndarray
     hexes: np.ndarray
     rise: np.ndarray
-    label: str = "steady rise"
-    when: str = "steady"
+    label: str
+    title: str
+    height: str
+    scale: str
     above: float = 0.0
+    under: tuple[Check | str, ...] = ()
+    instead: str = ""
 
     @property
     def factor(self) -> float:
@@ -47,18 +55,15 @@ class Renderer:
         self._wanted = wanted
         self._process: subprocess.Popen[bytes] | None = None
         self._thread: Thread | None = None
-        self._image: bytes = b""
+        self._image = b""
 
     def __enter__(self) -> Renderer:
         if self._wanted:
             self.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Ends the process if it has not ended."""
-        if self._process is not None and self._process.poll() is None:
+    def __exit__(self, *_: object) -> None:
+        if self._process is not None:
             self._process.kill()
             self._process.wait()
 
@@ -67,42 +72,37 @@ class Renderer:
         # The packages may be importable here only because of where this process was started.
         root = str(Path(__file__).parents[3])
         code = f"import sys; sys.path.insert(0, {root!r}); from validate.report.figures.offscreen import main; main()"
-        command = [sys.executable, "-c", code]
-        try:
-            self._process = subprocess.Popen(
-                command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
-            )
-        except OSError:
-            self._process = None
+        pipe, command = subprocess.PIPE, [sys.executable, "-c", code]
+        with suppress(OSError):
+            self._process = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL)
 
     def send(self, field: Field) -> None:
         """Gives the process the field; returns at once."""
-        if self._process is None:
+        process = self._process
+        if process is None:
             return
         import numpy as np
 
         data = io.BytesIO()
         np.savez(data, points=field.points, hexes=field.hexes, rise=field.rise, factor=field.factor)
-        self._thread = Thread(target=self._talk, args=(self._process, data.getvalue()), daemon=True)
+
+        def talk() -> None:
+            with suppress(OSError, ValueError):
+                self._image = process.communicate(data.getvalue())[0]
+
+        self._thread = Thread(target=talk, daemon=True)
         self._thread.start()
 
     def image(self) -> np.ndarray | None:
         """(rows, columns, 3) uint8, waited for; ``None`` where it can't be had."""
         import numpy as np
 
-        if self._thread is None:
-            return None
-        self._thread.join(PATIENCE)
+        if self._thread is not None:
+            self._thread.join(PATIENCE)
         try:
             return np.load(io.BytesIO(self._image))
         except (ValueError, OSError, EOFError):
             return None
-
-    def _talk(self, process: subprocess.Popen[bytes], data: bytes) -> None:
-        try:
-            self._image = process.communicate(data)[0]
-        except (OSError, ValueError):
-            self._image = b""
 
 
 def exaggeration(points: np.ndarray) -> float:

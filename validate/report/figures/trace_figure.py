@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from scenes import physics
 from scenes.formats import cut, scale
-from scenes.model import UNITS, AnyScene, GroupProbe, Probe, Schedule
+from scenes.model import UNITS, AnyScene, Schedule
 from scenes.result import Traces
 from validate.report.figures.drawing import band, new_figure, smooth
 
@@ -37,19 +37,18 @@ def draw(outcome: Outcome[AnyScene]) -> Figure:
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     factor, unit = next((f, u) for f, u in _TIMES if scene.end_time * f >= 1 or u == "ns")
     for ax, name in zip(axes, panels, strict=True):
-        probes = [probe for probe in scene.probes if probe.quantity == name]
-        largest = max(float(np.abs(traces.values[p.name]).max()) for p in probes)
-        per, shown = scale(largest, UNITS[name])
+        probes = [probe.name for probe in scene.probes if probe.quantity == name]
+        per, shown = scale(max(float(np.abs(traces.values[probe]).max()) for probe in probes), UNITS[name])
         for number, probe in enumerate(probes):
-            values = traces.values[probe.name]
+            values = traces.values[probe]
             # Rows are few where a straight line over time does, which a logarithmic axis bends.
-            drawn = smooth(traces.time, values, times) if first else values
-            _curve(ax, times * factor, drawn * per, traces.errors[probe.name] * per, probe, number)
+            drawn = per * (smooth(traces.time, values, times) if first else values)
+            colour, dash = _COLOURS[number % len(_COLOURS)], _DASHES[number // len(_COLOURS) % len(_DASHES)]
+            ax.plot(times * factor, drawn, color=colour, ls=dash, label=cut(probe, 24))
+            band(ax, times * factor, drawn, traces.errors[probe] * per, colour)
         ax.set_ylabel(f"{name.replace('_', ' ')} ({shown})")
         ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=9)
-    axes[-1].set_xlabel(f"time ({unit})")
-    if first:
-        axes[-1].set_xscale("log")
+    axes[-1].set(xlabel=f"time ({unit})", xscale="log" if first else "linear")
     axes[-1].set_xlim(first * factor, scene.end_time * factor)
     return figure
 
@@ -67,11 +66,3 @@ def _first(scene: AnyScene, traces: Traces) -> float:
     if not halves or min(halves) > _EARLY * scene.end_time:
         return 0.0
     return max(10.0 ** np.floor(np.log10(min(starts))), 1e-6 * scene.end_time)
-
-
-def _curve(
-    ax: Any, times: np.ndarray, values: np.ndarray, error: float, probe: Probe | GroupProbe, number: int
-) -> None:
-    colour, dash = _COLOURS[number % len(_COLOURS)], _DASHES[number // len(_COLOURS) % len(_DASHES)]
-    ax.plot(times, values, color=colour, ls=dash, label=cut(probe.name, 24))
-    band(ax, times, values, error, colour)

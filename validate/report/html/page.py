@@ -4,6 +4,8 @@ summary holds."""
 from __future__ import annotations
 
 import base64
+import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,8 +14,6 @@ from compare.plan import DEVICE_FIGURES, ROW_FIGURES
 from compare.verdict import contrary
 from scenes.formats import percent, quantity, with_error
 from validate.report import of
-from validate.report.html import field as field_section
-from validate.report.html.field import PICTURES
 from validate.report.html.parts import named, of_section, section, text, values
 from validate.report.table import Section, Style, Table
 
@@ -23,6 +23,20 @@ if TYPE_CHECKING:
 
 _HERE = Path(__file__).parent
 _STYLE = Style(page=True)
+_PICTURES = ("figure4", "figure_field")
+"""The figures that are a picture of the field."""
+_CAPTIONS = {
+    "figure5": "The steady rise along the beam in both models.",
+    "figure6": "Rises against time in both models.",
+    "figure_traces": "Every probe against time.",
+    "why": "What each assumption of the 1D model adds to its difference from 3D.",
+    "validation": "The data with both models, and the comparison error E = S - D within 2 u_val.",
+    "sensitivity": "How quantities follow the keys of the scene, in percent for each percent.",
+    "figure7": "The current against time in both models.",
+    **ROW_FIGURES,
+    "air": "How far 3D without the air, and a lumped term for it, are off 3D with it, against the coefficient.",
+    **DEVICE_FIGURES,
+}
 Document = Mapping[str, Any]
 
 
@@ -30,27 +44,32 @@ def write_report(path: Path, outcome: Outcome[Any], document: Document, field: F
     """Writes the page about a run into its folder, where its figures are already; ``document`` is the summary,
     ``field`` what the scene that can be turned shows."""
     kind, against = of(outcome.scene), contrary(outcome.checks, outcome.scene)
-    said = kind.headline(outcome, against, _STYLE)
+    said = " ".join(kind.headline(outcome, against, _STYLE).split())
     sections = kind.sections(outcome, against, _STYLE)
-    found = page(path.parent, kind.title(outcome), " ".join(said.split()), sections, document, field)
-    path.write_text(found, encoding="utf-8")
+    path.write_text(page(path.parent, kind.title(outcome), said, sections, document, field), encoding="utf-8")
 
 
 def page(
     folder: Path, title: str, headline: str, sections: Iterable[Section], document: Document, field: Field | None
 ) -> str:  # fmt: skip
     """The page as text; figures are read from ``folder``."""
-    shown, data = field_section.show(folder, field)
-    told = [of_section(part) for part in (*sections, errors(document), energy(document), plan(document))]
-    parts = [shown, figures(folder, document), *told, mesh(document), scene(document), provenance(document)]
+    shown, data = _field(folder, field)
+    told = [of_section(part) for part in (*sections, _errors(document), _energy(document), _plan(document))]
+    parts = [shown, figures(folder, document), *told, _mesh(document), _scene(document), _provenance(document)]
     parts = [part for part in parts if part]
     answer = str(document.get("answer") or headline)
     counted = headline.removeprefix(answer).strip()
-    counted = f"<p>{text(counted)}</p>" if counted else ""
-    script = f"{data}\n<script>\n{_read('scene.js')}</script>" if data else ""
-    warnings = "\n".join(f'<p class="warning">{text(w)}.</p>' for w in document.get("warnings") or ())
-    head = f'<p class="verdict">{text(answer)}</p>\n{counted}\n{_tally(document)}\n{warnings}\n{headings(parts)}'
-    return whole(title, head, parts, script)
+    links = (
+        f'<a href="#{at}">{head}</a>' for at, head in re.findall('<section id="(.*?)"><h2>(.*?)</h2>', "".join(parts))
+    )
+    head = [
+        f'<p class="verdict">{text(answer)}</p>',
+        f"<p>{text(counted)}</p>" if counted else "",
+        _tally(document),
+        "\n".join(f'<p class="warning">{text(w)}.</p>' for w in document.get("warnings") or ()),
+        f"<nav>{' '.join(links)}</nav>",
+    ]
+    return whole(title, "\n".join(head), parts, f"{data}\n<script>\n{_read('scene.js')}</script>" if data else "")
 
 
 def whole(title: str, head: str, parts: Sequence[str], script: str, style: str = "") -> str:
@@ -66,126 +85,131 @@ def whole(title: str, head: str, parts: Sequence[str], script: str, style: str =
     )  # fmt: skip
 
 
-def _tally(document: Mapping[str, Any]) -> str:
-    """How many checks have each verdict, with their names."""
-    found = []
-    for verdict in ("differs", "unresolved", "agrees"):
-        checked = [c for c in document.get("checks", ()) if c.get("own", True)]
-        names: Sequence[str] = [c["id"] for c in checked if c["verdict"] == verdict]
-        if names:
-            word = "differ" if verdict == "differs" else "agree" if verdict == "agrees" else verdict
-            found.append(f'<li><span class="{verdict} word">{len(names)} {word}</span>: {text(", ".join(names))}</li>')
-    return f'<ul class="tally">{"".join(found)}</ul>' if found else ""
-
-
 def _read(name: str) -> str:
     return (_HERE / name).read_text(encoding="utf-8")
 
 
-_FIGURES = ("figure", "why.", "sensitivity.", "validation.", "islands", "air.")
-"""How the files of figures begin."""
-_CAPTIONS = {
-    "figure5": "The steady rise along the beam in both models.",
-    "figure6": "Rises against time in both models.",
-    "figure_traces": "Every probe against time.",
-    "why": "What each assumption of the 1D model adds to its difference from 3D.",
-    "validation": "The data with both models, and the comparison error E = S - D within 2 u_val.",
-    "sensitivity": "How quantities follow the keys of the scene, in percent for each percent.",
-    "figure7": "The current against time in both models.",
-    **ROW_FIGURES,
-    "air": "How far 3D without the air, and a lumped term for it, are off 3D with it, against the coefficient.",
-    **DEVICE_FIGURES,
-}
+def _tally(document: Document) -> str:
+    """How many checks have each verdict, with their names."""
+    found = ""
+    for verdict, word in (("differs", "differ"), ("unresolved", "unresolved"), ("agrees", "agree")):
+        names = [c["id"] for c in document.get("checks", ()) if c.get("own", True) and c["verdict"] == verdict]
+        if names:
+            found += f'<li><span class="{verdict} word">{len(names)} {word}</span>: {text(", ".join(names))}</li>'
+    return f'<ul class="tally">{found}</ul>' if found else ""
+
+
+def _embedded(path: Path, alt: str) -> str:
+    """An image of a page that needs no other file."""
+    kind = {".png": "png", ".svg": "svg+xml"}[path.suffix]
+    source = base64.b64encode(path.read_bytes()).decode("ascii")
+    return f'<img src="data:image/{kind};base64,{source}" alt="{alt}">'
+
+
+def _field(folder: Path, field: Field | None) -> tuple[str, str]:
+    """The section with the picture of the field, if drawn, and over it the scene that a browser with WebGL can turn;
+    and the script's data, empty where there is no field to turn."""
+    pictures = [path for name in _PICTURES if (path := folder / f"{name}.png").exists()]
+    shown = "".join(_embedded(path, "The 3D temperature field") for path in pictures[:1])
+    picture = f'<div class="wide picture">{shown}</div>' if shown else ""
+    if field is None:
+        return section("Field", f'<figure class="field">{picture}</figure>' if picture else ""), ""
+    from validate.report.figures import table
+    from validate.report.html.surface import packed, surface
+
+    data = packed(surface(field.points, field.hexes, field.rise), table(), field.factor)
+    # No "</" may stand in a script; base64 has none, and this keeps it so whatever is added.
+    script = '<script type="application/json" id="surface">' + data.replace("</", "<\\/") + "</script>"
+    top, factor = quantity(float(field.rise.max()), "K", 4), math.log10(field.factor)
+    stated = f"\N{MULTIPLICATION SIGN}{field.factor:g}" if field.factor > 1 else "true proportions"
+    found = (
+        '<figure class="field">'
+        '<canvas class="scene" tabindex="0" role="img" aria-label="The temperature on the structure&#39;s surface; '
+        'arrow keys turn it"></canvas>'
+        '<div class="controls"><div class="bar"><div class="ramp"></div><div class="ends">'
+        f"<span>0&nbsp;K</span><span>{text(field.label)}</span><span>{text(top)}</span></div></div>"
+        f'<label>thickness <input type="range" min="0" max="{max(2.5, factor + 0.5):.2f}" step="0.01" '
+        f'value="{factor:.4f}"> <output>{stated}</output></label>'
+        "<span>drag to turn, wheel or pinch to zoom, double-click to start over</span></div>"
+        f"{picture}<figcaption>The 3D temperature, {text(field.label)}; thickness exaggerated as stated.</figcaption>"
+        "</figure>"
+    )
+    return section("Field", found), script
 
 
 def figures(folder: Path, document: Document, captions: Mapping[str, str] = _CAPTIONS) -> str:
     """The figures of the folder but the field's picture, which has a section of its own."""
-    names = sorted(
-        {Path(f).stem for f in document.get("files", ()) if f.startswith(_FIGURES)} - set(PICTURES),
-        key=_order,
-    )
-    found = []
-    for name in names:
-        path = folder / f"{name}.svg"
-        if not path.exists():
-            continue
-        source = f"data:image/svg+xml;base64,{base64.b64encode(path.read_bytes()).decode('ascii')}"
-        caption = captions.get(name, f"Figure {name.removeprefix('figure')}.")
-        found.append(
-            f'<figure><div class="wide"><img src="{source}" alt="{text(caption)}"></div>'
-            f"<figcaption>{text(caption)}</figcaption></figure>"
-        )
+
+    def order(name: str) -> tuple[int, str]:
+        digits = name.removeprefix("figure")
+        return (int(digits) if digits.isdigit() else 0, name)
+
+    found, names = [], {Path(file).stem for file in document.get("files", ()) if file.endswith(".svg")}
+    for name in sorted(names - set(_PICTURES), key=order):
+        caption = text(captions.get(name, f"Figure {name.removeprefix('figure')}."))
+        image = _embedded(folder / f"{name}.svg", caption)
+        found.append(f'<figure><div class="wide">{image}</div><figcaption>{caption}</figcaption></figure>')
     return section("Figures", *found)
 
 
-def plan(document: Document) -> Section:
+def _plan(document: Document) -> Section:
     """What was done and what was skipped, each with its reason."""
     rows = [[step["step"], step["state"], step["reason"]] for step in document.get("plan", ())]
     return Section("Plan", [Table(("step", "state", "why"), rows, "<<<")] if rows else [])
 
 
-def errors(document: Document) -> Section:
+def _errors(document: Document) -> Section:
     """Where the numerical error stands against each tolerance, and what bounds it."""
-    fem3d, judged = document.get("fem3d") or {}, [c for c in document.get("checks", ()) if c["u_num"]]
-    over_time = fem3d.get("transient") or {}
-    tables = []
-    if fem3d:
-        rows = []
-        for key, item in fem3d["steady"].items():
-            (name, unit), error = _probe_or_quantity(document, key), item.get("error")
-            part = percent(error / abs(item["value"])) if error and item["value"] else ""
-            rows.append([name, _error(error, unit), part])
-        tables.append(Table(("steady", "estimated error", "of the value"), rows))
-    for head, found in (
-        (f"over time, {_since(over_time)}", over_time.get("errors")),
-        ("1D model, over time", (document.get("reduced1d") or {}).get("errors")),
-    ):
-        named_ones = [(*_probe_or_quantity(document, key), error) for key, error in (found or {}).items()]
-        tables.append(Table((head, "estimated error"), [[name, _error(e, unit)] for name, unit, e in named_ones]))
-    rows = [
-        [c["id"], *(percent(c[k], 1) for k in ("u_num", "tolerance")), percent(c["u_num"] / c["tolerance"], 1)]
-        for c in judged
+    fem3d, one = document.get("fem3d") or {}, document.get("reduced1d") or {}
+    over_time, units = fem3d.get("transient") or {}, fem3d.get("units") or {}
+
+    def row(key: str, error: float | None) -> list[str]:
+        """A probe has a name and a unit of its own, a quantity's are in the key."""
+        name, unit = (key, units[key]) if key in units else named(key)
+        return [name, "infinite" if error is None else quantity(error, unit, 2)]
+
+    steady = []
+    for key, item in (fem3d.get("steady") or {}).items():
+        error = item.get("error")
+        part = percent(error / abs(item["value"])) if error and item["value"] else ""
+        steady.append([*row(key, error), part])
+    judged = [
+        [c["id"], *(percent(ratio, 1) for ratio in (c["u_num"], c["tolerance"], c["u_num"] / c["tolerance"]))]
+        for c in document.get("checks", ())
+        if c["u_num"]
     ]
-    tables.append(Table(("check", "error of the difference", "tolerance", "error / tolerance"), rows))
-    said = "Errors are estimated bounds of the numerical error alone; the model's own assumptions are not in them."
-    tables = [table for table in tables if table.rows]
-    return Section("Error budget", [said, *tables] if tables else [])
-
-
-def _probe_or_quantity(document: Document, key: str) -> tuple[str, str]:
-    """Name and unit of a key of a model's values: a probe has its own, a quantity's are in the key."""
-    units = (document.get("fem3d") or {}).get("units") or {}
-    return (key, units[key]) if key in units else named(key)
-
-
-def _error(error: float | None, unit: str) -> str:
-    return "infinite" if error is None else quantity(error, unit, 2)
-
-
-def _since(over_time: Mapping[str, Any]) -> str:
-    """From when on errors over time hold; a sink's summary doesn't say, for it is always the same."""
+    # A sink's summary doesn't say from when on errors over time hold, for it is always the same.
     start = over_time.get("accurate_from_s", 1e-5)
     again = ", and that long after each jump of a given temperature" if over_time.get("jumps") else ""
-    return f"from {quantity(start, 's', 2)} on{again}" if start else "at every time"
+    since = f"from {quantity(start, 's', 2)} on{again}" if start else "at every time"
+    tables = [
+        Table(("steady", "estimated error", "of the value"), steady),
+        Table((f"over time, {since}", "estimated error"), [row(*of) for of in (over_time.get("errors") or {}).items()]),
+        Table(("1D model, over time", "estimated error"), [row(*of) for of in (one.get("errors") or {}).items()]),
+        Table(("check", "error of the difference", "tolerance", "error / tolerance"), judged),
+    ]
+    said = "Errors are estimated bounds of the numerical error alone; the model's own assumptions are not in them."
+    filled = [table for table in tables if table.rows]
+    return Section("Error budget", [said, *filled] if filled else [])
 
 
-def energy(document: Document) -> Section:
+def _energy(document: Document) -> Section:
     """How well what enters is balanced by what leaves and is stored."""
     fem3d, rows = document.get("fem3d") or {}, []
     for key in ("power_W", "heat_out_W"):
         if item := (fem3d.get("steady") or {}).get(key):
-            value, error, unit, _, _ = with_error(item["value"], item["error"], named(key)[1])
-            rows.append([named(key)[0], f"{value} {_STYLE.plus_minus} {error} {unit}"])
-    over_time = (fem3d.get("transient") or {}).get("imbalance")
-    for name, imbalance in (
-        ("imbalance of the steady state, of the power", fem3d.get("energy_imbalance")),
-        ("largest imbalance over time, of the heat supplied until then", over_time),
-    ):
-        rows += [] if imbalance is None else [[name, f"{imbalance:.1e}"]]
+            name, in_full = named(key)
+            value, error, unit, _, _ = with_error(item["value"], item["error"], in_full)
+            rows.append([name, f"{value} {_STYLE.plus_minus} {error} {unit}"])
+    imbalances = {
+        "imbalance of the steady state, of the power": fem3d.get("energy_imbalance"),
+        "largest imbalance over time, of the heat supplied until then": (fem3d.get("transient") or {}).get("imbalance"),
+    }
+    rows += [[name, f"{imbalance:.1e}"] for name, imbalance in imbalances.items() if imbalance is not None]
     return Section("Energy balance", [Table(("heat", ""), rows)] if rows else [])
 
 
-def mesh(document: Document) -> str:
+def _mesh(document: Document) -> str:
     """Statistics of the mesh that the 3D answer is from."""
     fem3d = document.get("fem3d") or {}
     found = {"part solved": fem3d.get("symmetry"), "unknowns": fem3d.get("dofs"), "time steps": fem3d.get("steps")}
@@ -195,51 +219,33 @@ def mesh(document: Document) -> str:
     return section("Mesh", values(found) if found else "")
 
 
-def scene(document: Document) -> str:
-    """Every key of the scene, with units where its type is known."""
-    found = document.get("scene") or {}
-    return section("Scene", f'<div class="columns">{values(_with_units(found))}</div>' if found else "")
-
-
-def _with_units(found: Mapping[str, Any]) -> Mapping[str, Any]:
-    """The scene in the words of its type's schema; as it is, in SI units, where that is none of the known ones."""
+def _scene(document: Document) -> str:
+    """Every key of the scene, in the words of its type's schema; as it is, in SI units, where that is none of them."""
     from scenes.errors import SceneError
     from scenes.keys import TYPES
     from scenes.schema import nest
 
+    found = document.get("scene") or {}
     for kind in TYPES.values():
         try:
             read = kind.schema.read(kind.schema.flatten(found))
         except SceneError:
             continue
-        return nest({path: kind.schema.paths[path].kind.show(value) or "none" for path, value in read.items()})
-    return found
+        found = nest({path: kind.schema.paths[path].kind.show(value) or "none" for path, value in read.items()})
+        break
+    return section("Scene", f'<div class="columns">{values(found)}</div>' if found else "")
 
 
-def provenance(document: Document) -> str:
+def _provenance(document: Document) -> str:
     """Versions, times and files."""
     timing = {f"{key} (s)": round(float(value), 3) for key, value in (document.get("timing_s") or {}).items()}
-    links = ", ".join(
-        f'<a href="{text(name)}">{text(name)}</a>' for name in document.get("files", ()) if name != "report.html"
-    )
+    files = [text(name) for name in document.get("files", ()) if name != "report.html"]
+    links = ", ".join(f'<a href="{name}">{name}</a>' for name in files)
     parts = {"versions": document.get("provenance") or {}, "time taken": timing}
-    listed = f"<p>Beside this page: {links}.</p>" if links else ""
     command = document.get("command")
-    made = f"<p>Made by <code>{text(command)}</code></p>" if command else ""
-    return section("Versions and files", made, f'<div class="columns">{values(parts)}</div>', listed)
-
-
-def _order(name: str) -> tuple[int, str]:
-    digits = name.removeprefix("figure")
-    return (int(digits) if digits.isdigit() else 0, name)
-
-
-def headings(sections: Sequence[str]) -> str:
-    """Links to the sections."""
-    found = []
-    for part in sections:
-        for piece in part.split('<section id="')[1:]:
-            anchor = piece.split('"', 1)[0]
-            title = piece.split("<h2>", 1)[1].split("</h2>", 1)[0]
-            found.append(f'<a href="#{anchor}">{title}</a>')
-    return f"<nav>{' '.join(found)}</nav>"
+    return section(
+        "Versions and files",
+        f"<p>Made by <code>{text(command)}</code></p>" if command else "",
+        f'<div class="columns">{values(parts)}</div>',
+        f"<p>Beside this page: {links}.</p>" if links else "",
+    )

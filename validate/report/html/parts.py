@@ -30,18 +30,14 @@ def named(key: str) -> tuple[str, str]:
     """A key as a name and its unit: "peak_rise_K" is ("peak rise", "K")."""
     if key in _NAMED:
         return _NAMED[key]
-    for ending, unit in _UNITS.items():
-        if key.endswith(ending):
-            return key.removesuffix(ending).replace("_", " "), unit
-    return key.replace("_", " "), ""
+    ending, unit = next((item for item in _UNITS.items() if key.endswith(item[0])), ("", ""))
+    return key.removesuffix(ending).replace("_", " "), unit
 
 
 def shown(value: Any, unit: str = "") -> str:
     """A value of a summary as a person reads it, escaped."""
-    if value is None:
-        return "none"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
+    if value is None or isinstance(value, bool):
+        return {None: "none", True: "yes", False: "no"}[value]
     if isinstance(value, int):
         return f"{value:,}".replace(",", "&#8239;")
     if isinstance(value, float):
@@ -64,7 +60,7 @@ def of_section(given: Section) -> str:
     parts = []
     for part in given.filled:
         if isinstance(part, Table):
-            parts.append(of_table(part))
+            parts.append(f'<div class="wide">{_of_table(part)}</div>')
         elif isinstance(part, str):
             parts.append(f"<p>{text(part)}</p>")
         else:
@@ -72,88 +68,81 @@ def of_section(given: Section) -> str:
     return section(given.title, *parts)
 
 
-def of_table(given: Table) -> str:
+def _of_table(given: Table) -> str:
     """A table of texts, a verdict with its sign and in its colour."""
     heads = [" ".join(head.split()) for head in given.heads]
     numbers, rows = [i for i, side in enumerate(given.aligned) if side == ">"], []
-    for given_row in given.marked:
-        if len(given_row.cells) == 1:
-            rows.append(f'<tr class="kind"><th colspan="{len(heads)}">{text(given_row.cells[0])}</th></tr>')
+    for row in given.marked:
+        if len(row.cells) == 1:
+            rows.append(f'<tr class="kind"><th colspan="{len(heads)}">{text(row.cells[0])}</th></tr>')
             continue
-        cells, verdict = [text(cell) for cell in given_row.cells], given_row.verdict
+        cells, verdict = [text(cell) for cell in row.cells], row.verdict
         if verdict:
             cells[0] = f"<code>{cells[0]}</code>"
             at = -1 if cells[-1] == verdict else 0
             cells[at] = f'<span class="word {verdict}">{MARKS[verdict][0]} {cells[at]}</span>'
-        rows.append(row(heads, cells, numbers, "judged" if given_row.below else ""))
-        if given_row.below:
-            rows.append(f'<tr class="because"><td colspan="{len(heads)}">{text(given_row.below)}</td></tr>')
-    return f'<div class="wide">{_framed(heads, rows, numbers)}</div>'
+        rows.append(_row(heads, cells, numbers, " class='judged'" if row.below else ""))
+        if row.below:
+            rows.append(f'<tr class="because"><td colspan="{len(heads)}">{text(row.below)}</td></tr>')
+    return _framed(heads, rows, numbers)
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[int] = ()) -> str:
     """A table of cells that are HTML; columns in ``numbers`` stand to the right."""
-    return _framed(heads, (row(heads, cells, numbers) for cells in rows), numbers)
+    return _framed(heads, (_row(heads, cells, numbers) for cells in rows), numbers)
 
 
 def _framed(heads: Sequence[str], rows: Iterable[str], numbers: Sequence[int]) -> str:
-    top = "".join(f"<th{_right(i, numbers)}>{text(head)}</th>" for i, head in enumerate(heads))
+    tops = (f"<th{_class('n' * (i in numbers))}>{text(head)}</th>" for i, head in enumerate(heads))
     body = "\n".join(rows)
-    return f'<table class="cards"><thead><tr>{top}</tr></thead>\n<tbody>\n{body}\n</tbody></table>'
+    return f'<table class="cards"><thead><tr>{"".join(tops)}</tr></thead>\n<tbody>\n{body}\n</tbody></table>'
 
 
-def row(heads: Sequence[str], cells: Sequence[str], numbers: Sequence[int] = (), kind: str = "") -> str:
-    """One row of a table."""
-    found = "".join(
-        f'<td{_right(i, numbers, "" if cell else " empty")} data-label="{text(head)}">{cell}</td>'
+def _row(heads: Sequence[str], cells: Sequence[str], numbers: Sequence[int], kind: str = "") -> str:
+    found = (
+        f'<td{_class("n" * (i in numbers), "" if cell else "empty")} data-label="{text(head)}">{cell}</td>'
         for i, (head, cell) in enumerate(zip(heads, cells, strict=True))
     )
-    return f"<tr{f' class={kind!r}' if kind else ''}>{found}</tr>"
+    return f"<tr{kind}>{''.join(found)}</tr>"
 
 
-def _right(i: int, numbers: Sequence[int], more: str = "") -> str:
-    found = f"{'n' if i in numbers else ''}{more}".strip()
+def _class(*names: str) -> str:
+    found = " ".join(filter(None, names))
     return f' class="{found}"' if found else ""
 
 
 def values(items: Mapping[str, Any]) -> str:
     """Keys with their values, those that are tables or lists themselves under headings of their own."""
-    plain = {key: item for key, item in items.items() if not isinstance(item, (Mapping, list, tuple))}
-    short = {key: item for key, item in items.items() if _is_short(item)}
-    rows = []
+    rows, parts = [], []
     for key, item in items.items():
         name, unit = named(str(key))
-        if key in plain:
+        if not isinstance(item, (Mapping, list, tuple)):
             rows.append(f"<dt>{text(name)}</dt><dd>{shown(item, unit)}</dd>")
-        elif key in short:
+        elif _is_short(item):
             rows.append(f"<dt>{text(name)}</dt><dd>{', '.join(shown(part, unit) for part in item) or 'none'}</dd>")
-    found = [f"<dl>{''.join(rows)}</dl>"] if rows else []
-    for key, item in items.items():
-        if key in plain or key in short or not item:
-            continue
-        found.append(f'<section class="keep"><h3>{text(named(str(key))[0])}</h3>{anything(item)}</section>')
-    return "\n".join(found)
+        elif item:
+            parts.append(f'<section class="keep"><h3>{text(name)}</h3>{_anything(item)}</section>')
+    return "\n".join([*[f"<dl>{''.join(rows)}</dl>"] * bool(rows), *parts])
 
 
-def anything(item: Any) -> str:
+def _anything(item: Any) -> str:
     """Any JSON value: a table for rows of the same keys, a list, keys with values, or text."""
     if isinstance(item, Mapping):
         return values(item)
-    if isinstance(item, (list, tuple)):
-        if item and all(isinstance(part, Mapping) and part.keys() == item[0].keys() for part in item):
-            heads = [str(key) for key in item[0]]
-            flat = all(not isinstance(value, Mapping) for part in item for value in part.values())
-            if flat:
-                cells = [[_cell(value, head) for head, value in part.items()] for part in item]
-                return f'<div class="wide">{table([named(head)[0] for head in heads], cells)}</div>'
-        return "<ul>" + "".join(f"<li>{anything(part)}</li>" for part in item) + "</ul>"
-    return shown(item)
+    if not isinstance(item, (list, tuple)):
+        return shown(item)
+    if item and all(isinstance(part, Mapping) and part.keys() == item[0].keys() for part in item):
+        heads = [named(str(key)) for key in item[0]]
+        if not any(isinstance(value, Mapping) for part in item for value in part.values()):
+            cells = (
+                [_cell(value, unit) for value, (_, unit) in zip(part.values(), heads, strict=True)] for part in item
+            )
+            return f'<div class="wide">{table([name for name, _ in heads], cells)}</div>'
+    return "<ul>" + "".join(f"<li>{_anything(part)}</li>" for part in item) + "</ul>"
 
 
-def _cell(value: Any, head: str) -> str:
-    if isinstance(value, (list, tuple)):
-        return ", ".join(shown(part) for part in value)
-    return shown(value, named(head)[1])
+def _cell(value: Any, unit: str) -> str:
+    return ", ".join(shown(part) for part in value) if isinstance(value, (list, tuple)) else shown(value, unit)
 
 
 def _is_short(item: Any) -> bool:

@@ -48,8 +48,7 @@ def surface(points: np.ndarray, hexes: np.ndarray, values: np.ndarray, most: int
             break
         steps *= 2
     faces = kept[faces]
-    ordered = np.sort(faces, axis=1)
-    faces = faces[(np.diff(ordered, axis=1) > 0).all(axis=1)]
+    faces = faces[(np.diff(np.sort(faces, axis=1), axis=1) > 0).all(axis=1)]
     faces = faces[_single(faces)[0]]
     used, local = np.unique(faces, return_inverse=True)
     faces = local.reshape(faces.shape)
@@ -73,28 +72,22 @@ def packed(found: Surface, colours: np.ndarray, factor: float) -> str:
     places = np.round((found.points - lower) / size * 65535).astype("<u2")
     triangles = np.concatenate([found.faces[:, [0, 1, 2]], found.faces[:, [0, 2, 3]]]).astype("<u4")
     top = float(found.values.max()) or 1.0
-    data = {
-        "size": (size * 1e6).tolist(),
-        "factor": factor,
-        "places": _base64(places),
-        "values": _base64(np.round(np.clip(found.values / top, 0, 1) * 65535).astype("<u2")),
-        "triangles": _base64(triangles),
-        "edges": _base64(found.edges.astype("<u4")),
-        "colours": _base64(colours.astype(np.uint8)),
+    arrays = {
+        "places": places,
+        "values": np.round(np.clip(found.values / top, 0, 1) * 65535).astype("<u2"),
+        "triangles": triangles,
+        "edges": found.edges.astype("<u4"),
+        "colours": colours.astype(np.uint8),
     }
-    return json.dumps(data)
-
-
-def _base64(array: np.ndarray) -> str:
-    return base64.b64encode(np.ascontiguousarray(array).tobytes()).decode("ascii")
+    texts = {name: base64.b64encode(array.tobytes()).decode("ascii") for name, array in arrays.items()}
+    return json.dumps({"size": (size * 1e6).tolist(), "factor": factor, **texts})
 
 
 def _distinct(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The coordinates that differ by more than rounding, ascending, and the number of each value's."""
     order = np.argsort(values)
     ascending = values[order]
-    small = 1e-9 * float(ascending[-1] - ascending[0])
-    new = np.concatenate([[True], np.diff(ascending) > small])
+    new = np.diff(ascending, prepend=-np.inf) > 1e-9 * np.ptp(values)
     number = np.empty(len(values), dtype=int)
     number[order] = np.cumsum(new) - 1
     return ascending[new], number

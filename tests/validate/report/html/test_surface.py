@@ -9,26 +9,21 @@ import numpy as np
 import pytest
 
 from validate.report.figures import table
-from validate.report.html.surface import packed, surface
+from validate.report.html.surface import Surface, packed, surface
 
 
 def bricks(*boxes: tuple[tuple[float, float], ...], cuts: int) -> tuple[np.ndarray, np.ndarray]:
     """Boxes cut into cubes, their points not shared between boxes."""
-    points, hexes = [], []
-    for box in boxes:
-        axes = [np.linspace(*side, cuts + 1) for side in box]
-        grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-        numbers = np.arange(grid[..., 0].size).reshape(grid.shape[:3]) + sum(len(p) for p in points)
-        corners = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
-        hexes.append(
-            np.stack([numbers[i : i + cuts, j : j + cuts, k : k + cuts].ravel() for i, j, k in corners], axis=1)
-        )
-        points.append(grid.reshape(-1, 3))
-    return np.concatenate(points), np.concatenate(hexes)
+    corners = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
+    numbers = np.arange((cuts + 1) ** 3).reshape(3 * (cuts + 1,))
+    one = np.stack([numbers[i : i + cuts, j : j + cuts, k : k + cuts].ravel() for i, j, k in corners], axis=1)
+    grids = [np.meshgrid(*(np.linspace(*side, cuts + 1) for side in box), indexing="ij") for box in boxes]
+    points = [np.stack(grid, axis=-1).reshape(-1, 3) for grid in grids]
+    return np.concatenate(points), np.concatenate([one + n * numbers.size for n in range(len(boxes))])
 
 
-def area(found: object) -> float:
-    sides = np.sort(np.ptp(found.points[found.faces], axis=1), axis=1)  # type: ignore[attr-defined]
+def area(found: Surface) -> float:
+    sides = np.sort(np.ptp(found.points[found.faces], axis=1), axis=1)
     return float((sides[:, 1] * sides[:, 2]).sum())
 
 
@@ -72,6 +67,5 @@ def test_packed_is_what_the_script_reads() -> None:
     assert places / 65535 * np.array(data["size"]) * 1e-6 == pytest.approx(found.points, abs=1e-4)
     assert values / 65535 * 4.0 == pytest.approx(found.values, abs=1e-4)
     triangles = np.frombuffer(base64.b64decode(data["triangles"]), "<u4")
-    assert triangles.max() == len(found.points) - 1
-    assert len(triangles) == 6 * len(found.faces)
+    assert (triangles.max(), len(triangles)) == (len(found.points) - 1, 6 * len(found.faces))
     assert len(base64.b64decode(data["colours"])) == 768

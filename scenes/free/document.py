@@ -1,0 +1,246 @@
+"""From the values of a file to the scene, with the refusal of what a file leaves out or says twice; and back, as a
+document that reads back equal, of SI numbers and plain JSON types, and as a TOML file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, TypeVar
+
+from scenes import physics
+from scenes.errors import SceneError, did_you_mean, quoted
+from scenes.free.tables import CONDITIONS, HEAT_SOURCE, RESISTIVITY
+from scenes.model import (
+    AnyScene,
+    Body,
+    Boundary,
+    Box,
+    GroupBoundary,
+    GroupProbe,
+    Material,
+    MeshScene,
+    Point,
+    Probe,
+    Scene,
+    Schedule,
+    Source,
+    is_zero,
+)
+from scenes.physics import HEAT_KEYS
+from scenes.schema import Item, section
+
+Values = Mapping[str, Any]
+S = TypeVar("S", Scene, MeshScene)
+
+UNUSED = 1.0
+"""Stands in a Material for what the scene does not need and the file does not give."""
+_FLOWS = ("heat_flow", "current")
+
+
+def of_boxes(values: Values, name: str) -> Scene:
+    """The scene of boxes; ``name`` is for one that has none. Raises SceneError."""
+    materials = {item.name: _material(item.values) for item in values.get("material", ())}
+    boxes = tuple(_box(item, materials) for item in values.get("box", ()))
+    if not boxes:
+        raise SceneError("the scene has no [[box]]: give at least one, with material, lower and upper")
+    boundaries = tuple(
+        Boundary(item.name, lower=item.values["lower"], upper=item.values["upper"], **_condition(item))
+        for item in values.get("boundary", ())
+    )
+    probes = tuple(Probe(item.name, *_corners(item), **_reading(item)) for item in values.get("probe", ()))
+    return _with_run(Scene(name, boxes, boundaries, probes), values)
+
+
+def on_mesh(values: Values, name: str, folder: str) -> MeshScene:
+    """The scene on a mesh; ``name`` is for one that has none, ``folder`` where its file lies. Raises SceneError."""
+    mesh = section(values, "mesh")
+    if "file" not in mesh:
+        raise SceneError('mesh.file is missing: give the path of a mesh, relative to the scene, such as "chip.msh"')
+    bodies = tuple(
+        Body(_material({key: value for key, value in item.values.items() if key != "groups"}), groups)
+        for item in values.get("material", ())
+        for groups in [item.values.get("groups", (item.name,))]
+    )
+    if not bodies:
+        raise SceneError("the scene has no [[material]]: give one for every volume group of the mesh")
+    sources = tuple(Source(**{**item.values, "name": item.name}) for item in values.get("source", ()))
+    boundaries = tuple(
+        GroupBoundary(item.name, group=item.values["group"], **_condition(item)) for item in values.get("boundary", ())
+    )
+    probes = tuple(GroupProbe(item.name, *_place(item), **_reading(item)) for item in values.get("probe", ()))
+    scene = MeshScene(name, mesh["file"], mesh.get("unit", 1.0), bodies, sources, boundaries, probes, folder=folder)
+    return _with_run(scene, values)
+
+
+def _with_run(scene: S, values: Values) -> S:
+    """The scene with what [scene] and [run] say. Refuses values that vary in a steady state, and materials that are
+    used without what the physics that is asked for needs to know of them."""
+    scene = replace(scene, **section(values, "scene"), **_run_keys(section(values, "run")))
+    driving = [
+        *((f"boundary {quoted(b.name)}.{b.kind}", b.value) for b in scene.boundaries),
+        *((f"boundary {quoted(b.name)}.convection.ambient", b.ambient) for b in scene.boundaries),
+        *((f"{what}.heat_source", value) for what, value in physics.heat_sources(scene)),
+    ]
+    for path, value in driving if scene.steady else ():
+        if isinstance(value, Schedule):
+            raise SceneError(
+                f"{path} varies in time, and run.steady = true asks for no time: give one value, or run.end_time in "
+                "place of steady"
+            )
+    needed, used = physics.needed(scene), {material.name for material in physics.materials(scene)}
+    for item in values.get("material", ()):
+        missing = [key for key in needed if key not in item.values]
+        if item.name in used and missing:
+            why = "a transient of temperature needs" if len(needed) > 1 else "heat conduction needs"
+            raise SceneError(f"{item.label}.{missing[0]} is missing: {why} {' and '.join(missing)} of every material")
+    return scene
+
+
+def _run_keys(given: dict[str, Any]) -> dict[str, Any]:
+    """The keys of [run] as attributes of a scene."""
+    times: tuple[float, ...] = given.get("output_times", ())
+    if given.get("steady"):
+        for key in ("end_time", "output_times"):
+            if key in given:
+                raise SceneError(f"run.steady = true and run.{key} contradict each other: give one of them")
+        return given
+    if "end_time" not in given and not (times and times[-1] > 0):
+        raise SceneError('[run] says neither how long nor steady: give steady = true, or end_time = "10 ms"')
+    end = given.get("end_time", times[-1] if times else 0.0)
+    if times and times[-1] > end:
+        raise SceneError(f"run.end_time = {end:g} s is before the last of run.output_times, {times[-1]:g} s: give more")
+    return {**given, "end_time": end}
+
+
+def _material(given: dict[str, Any]) -> Material:
+    """The material, with a stand-in for what is not given."""
+    return Material(**{**dict.fromkeys(HEAT_KEYS, UNUSED), **given})
+
+
+def _box(item: Item, materials: dict[str, Material]) -> Box:
+    material = item.values["material"]
+    if material not in materials:
+        known = f"give {' or '.join(map(quoted, materials))}" if materials else "add a [[material]] of that name"
+        hint = did_you_mean(material, materials)
+        raise SceneError(f"{item.label}.material = {quoted(material)} is not in the scene: {known}{hint}")
+    return Box(**{**item.values, "name": item.name, "material": materials[material]})
+
+
+def _condition(item: Item) -> dict[str, Any]:
+    """The kind and the value of a boundary's one condition, with the ambient temperature where it has one."""
+    kinds = [kind for kind in CONDITIONS if kind in item.values]
+    if len(kinds) != 1:
+        has = f"has {' and '.join(kinds)}" if kinds else "has no condition"
+        raise SceneError(f"{item.label} {has}: give exactly one of {', '.join(CONDITIONS)}")
+    (kind,) = kinds
+    value, ambient = item.values[kind] if kind == "convection" else (item.values[kind], 293.0)
+    return {"kind": kind, "value": value, "ambient": ambient}
+
+
+def _reading(item: Item) -> dict[str, Any]:
+    """The quantity and the reduction of a probe."""
+    quantity, reduce = item.values.get("quantity", "temperature"), item.values.get("reduce", "mean")
+    if item.name == "time_s":
+        raise SceneError('probe.name = "time_s" is the name of the column of times: give another')
+    if reduce != "mean" and quantity in _FLOWS:
+        raise SceneError(
+            f"{item.label}.reduce = {quoted(reduce)} says nothing about a {quantity}, which is a total: leave it out, "
+            "or give quantity temperature or potential"
+        )
+    return {"quantity": quantity, "reduce": reduce}
+
+
+def _corners(item: Item) -> tuple[Point, Point]:
+    """The corners of a probe's box; of a point both are the same."""
+    given = item.values
+    has = [key for key in ("at", "lower", "upper") if key in given]
+    if has == ["at"]:
+        return given["at"], given["at"]
+    if has == ["lower", "upper"]:
+        return given["lower"], given["upper"]
+    raise SceneError(f"{item.label} has {' and '.join(has) or 'no place'}: give at = [x, y, z], or lower and upper")
+
+
+def _place(item: Item) -> tuple[Point | None, str | None]:
+    """The point or the group of a probe."""
+    at, group = item.values.get("at"), item.values.get("group")
+    if (at is None) == (group is None):
+        has = "no place" if at is None else "at and group"
+        raise SceneError(f"{item.label} has {has}: give at = [x, y, z], or group")
+    if at is not None and item.values.get("quantity") in _FLOWS:
+        quantity = quoted(item.values["quantity"])
+        raise SceneError(f"{item.label}.quantity = {quantity} needs a surface: give group in place of at")
+    return at, group
+
+
+def as_dict(scene: AnyScene) -> dict[str, Any]:
+    """What a file of the scene would say; what nothing is said about by default is left out."""
+    run: dict[str, Any] = {"steady": True} if scene.steady else {"end_time": scene.end_time}
+    if scene.output_times and not scene.steady:
+        run["output_times"] = list(scene.output_times)
+    needed = physics.needed(scene)
+    found: dict[str, Any] = {"scene": {"name": scene.name, "initial_temperature": scene.initial_temperature}}
+    if isinstance(scene, MeshScene):
+        found["mesh"] = {"file": scene.file, "unit": scene.unit}
+        found["material"] = [_of_material(b.material, needed) | {"groups": list(b.groups)} for b in scene.bodies]
+        found["source"] = [
+            {"name": s.name, "group": s.group, "heat_source": HEAT_SOURCE.write(s.heat_source)} for s in scene.sources
+        ]
+    else:
+        materials = {box.material.name: box.material for box in scene.boxes}
+        found["material"] = [_of_material(m, needed) for m in materials.values()]
+        found["box"] = [
+            {"name": box.name, "material": box.material.name, **_where(box)}
+            | ({} if is_zero(box.heat_source) else {"heat_source": HEAT_SOURCE.write(box.heat_source)})
+            for box in scene.boxes
+        ]
+    found["boundary"] = [
+        {"name": b.name, **_where(b)}
+        | {b.kind: CONDITIONS[b.kind].write((b.value, b.ambient) if b.kind == "convection" else b.value)}
+        for b in scene.boundaries
+    ]
+    found["probe"] = [
+        {"name": p.name, "quantity": p.quantity, **_where(p)} | ({} if p.quantity in _FLOWS else {"reduce": p.reduce})
+        for p in scene.probes
+    ]
+    return found | {"run": {**run, "accuracy": scene.accuracy}}
+
+
+def _of_material(material: Material, needed: tuple[str, ...]) -> dict[str, Any]:
+    found: dict[str, Any] = {"name": material.name}
+    found |= {key: v for key in HEAT_KEYS if (v := getattr(material, key)) != UNUSED or key in needed}
+    found["resistivity"] = RESISTIVITY.write(material.resistivity)
+    if material.resistivity is not None:
+        found |= {key: getattr(material, key) for key in ("temperature_coefficient", "reference_temperature")}
+    return found if material.valid_to is None else found | {"valid_to": material.valid_to}
+
+
+def _where(item: Box | Boundary | Probe | GroupBoundary | GroupProbe) -> dict[str, Any]:
+    """The place of a part: corners, a point or a group."""
+    if isinstance(item, (GroupBoundary, GroupProbe)):
+        at = getattr(item, "at", None)
+        return {"group": item.group} if at is None else {"at": list(at)}
+    if isinstance(item, Probe) and item.lower == item.upper:
+        return {"at": list(item.lower)}
+    return {"lower": list(item.lower), "upper": list(item.upper)}
+
+
+def as_toml(scene: AnyScene) -> str:
+    """The file that reads back as an equal scene, in SI units."""
+    lines: list[str] = []
+    for table, given in as_dict(scene).items():
+        for item in given if isinstance(given, list) else [given]:
+            lines.append(f"[[{table}]]" if isinstance(given, list) else f"[{table}]")
+            lines += [f"{key} = {_value(value)}" for key, value in item.items()]
+            lines.append("")
+    return "\n".join(lines)
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {_value(item)}" for key, item in value.items()) + " }"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(map(_value, value)) + "]"
+    # JSON's strings, booleans and finite numbers are TOML's.
+    return json.dumps(value, ensure_ascii=False)

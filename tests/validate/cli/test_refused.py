@@ -1,0 +1,105 @@
+"""Bad input: one sentence that says what to give, exit status 2, and nothing is printed or written."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import pytest
+
+from validate.cli import main
+
+VARIED = "--vary sink.width=10um:200um:3"
+TWO = "--vary sink.width=10um:200um --vary sink.length=1mm:2mm"
+BEAM = "--vary box.beam.upper.x=1um:2um:2"
+NO_3D = "give another folder with --out"
+REFUSED = {
+    "": "no command is given", "devise": 'did you mean "device"', "snik": 'did you mean "sink"', "scene": "NAME",
+    "scene snik": 'did you mean "sink"', "--help-me": "no command is given",
+    # sink: values, options, files
+    "sink --voltage abc": "drive.voltage", "sink --voltage 2um": "not a voltage", "sink --voltage nan": "drive.voltage",
+    "sink --voltage": "expected one argument", "sink --volts 1": '"--voltage"', "sink --accuracy 2": "run.accuracy",
+    "sink --accuracy 0": "run.accuracy", "sink --set run.end_time=0": "run.end_time",
+    "sink --set sink.widht=1um": "sink.width", "sink --set sink.width": "KEY=VALUE", "sink --only 2d": "invalid choice",
+    "sink nowhere.toml": "no file", "sink one two": "too many", "sink --out=": "--out",
+    "sink --out /dev/null/x": "output folder",
+    "sink --fields --field-times abc": "--field-times", "sink --fields --field-times 1s": "--field-times",
+    "sink --fields --field-times=-1ms": "--field-times", "sink --fields --field-times 1V": "--field-times",
+    "sink --fields --field-times 0.1ms --steady": "--field-times",
+    # reductions and models
+    "sink --reduction plat": 'did you mean "plate"', "sink --reduction moments:0": "from 1 to 12",
+    "sink --reduction fin:2": "no number of states", "sink --why --only 1d": "--only 1d",
+    "sink --reduction fin --only 3d": "leave out --only 3d", "sink --reduction paper --export x": "moments:4",
+    "sink --reduction plate --export x": "moments:4", "sink --export=": "--export",
+    "sink --no-figures --export /dev/null/x": "cannot be written",
+    "sink --export m --states 3 --reduction moments:4": "leave them or --reduction out",
+    "sink --no-figures --export m --states 3 --set sink.spans=2": "make a model of one span",
+    "sink --states 3": "--states 3 is of the model that --export DIR writes",
+    "solve bridge --states 3": "--states 3 is of the model that --export DIR writes",
+    "solve bridge --export m --states 0": "--states is", "solve bridge --export ' '": "names no folder",
+    "solve bridge --export m --model-accuracy 2": "--model-accuracy = ",
+    "solve bridge --export m --model-accuracy 1e-3 --states 3": "give one of them",
+    "solve bridge --no-figures --export file/m": "cannot be written",
+    "solve bridge --no-figures --export m --set probe.quarter.reduce=max": "an extreme potential",
+    # contradictions
+    "sink --voltage 2 --set drive.voltage=3": "--voltage 2", "sink --voltage 2 --set voltage=3": "drive.voltage",
+    "sink --voltage 2 --set drive={voltage=3}": "drive.voltage", "sink --accuracy 1e-2 --set accuracy=1e-3": "accuracy",
+    "solve bridge --accuracy 1e-2 --set run.accuracy=1e-3": "run.accuracy", "sink --only 1d --fields": "--only 1d",
+    "device --accuracy 1e-2 --set run.accuracy=1e-3": "run.accuracy", "sink --quiet --json": "--quiet and --json",
+    "sink --explain --json": "--explain and --json", "solve bridge --dry-run --quiet": "--dry-run and --quiet",
+    "device --figure 11 --scheme paper": "--figure 11", "device --max-power 2mW --figure 9": "--max-power",
+    "device --max-voltage 1 --scheme paper": "--scheme paper",
+    # device
+    "device --set control.sampletime=1ms": 'did you mean "control.sample_time"',
+    "device --set set_temperature=290": "control.set_temperature = 290 K asks for cooling",
+    "device --set sample_time=1us --set end_time=2": "at most 1000000 samples",
+    "device --set gold.temperature_coefficient=0": "without a signal",
+    "device --set final_temperature=20": "external.final_temperature = 20.0 K",
+    "device --set allow_negative_voltage=maybe": "neither true nor false", "device --max-power '1 V'": "--max-power",
+    "device --figure 8": "invalid choice", "device --figur 9": 'did you mean "--figure"',
+    "device none.toml": "the built-in device", "device --3d --accuracy 1e-9": "run.accuracy_3d",
+    "device --no-figures --scheme paper --set sensor_thickness=50nm": "stable only up to 0.7",
+    # sweeps and maps
+    "sweep sink --vary sink.widht=10um:200um:3": 'did you mean "sink.width"?',
+    "sweep sink --vary sink.width=1V:2V:3": "is a voltage, not a length",
+    "sweep sink --vary sink.width=20um:10um:3": "from 20um to 10um is an empty range",
+    "sweep sink --vary sink.spans=1:5:3": "takes whole numbers",
+    "sweep sink --vary sink.width=10um,20um --steady --check islands_mean": "one of several spans",
+    "sweep sink --vary environment.convection_coefficient=0:10:3:log": "has no logarithm",
+    "sweep sink --vary sink.width=10um:20um:0": 'the count of sink.width, "0"',
+    "sweep sink --vary sink.width=10um:20um:1000001": "from 1 to 1000000",
+    "sweep sink --vary sink.width=10um:20um:2000 --vary sink.length=1mm:2mm:2000": "4000000 points",
+    "sweep sink --vary sink.width=10um:20um": "has no count", "sweep sink": "nothing is varied",
+    f"sweep sink {VARIED} {VARIED}": "sink.width is varied twice",
+    f"sweep sink {VARIED} --set width=20um": "sink.width is varied and set",
+    f"sweep sink {VARIED} --check fig44": 'did you mean "fig4"?',
+    f"sweep sink {VARIED} --check fig6_end --steady": "they need the transient",
+    f"sweep sink {VARIED} --reduction fn": "there is no reduction",
+    f"sweep sink {VARIED} --point-timeout '1 m'": "is a length, not a time",
+    f"sweep sink {VARIED} --workers 0": "from 1 to 256", f"sweep sink {VARIED} --sample 0": "from 1 to 1000000",
+    f"sweep sink {VARIED} --seed 1": "give --sample N too",
+    f"sweep sink {VARIED} --workers 1 --scheduler tcp://x:1": "give one of the two",
+    f"sweep device {VARIED}": "has no 3D model to sweep",
+    "sweep bridge --vary box.bem.upper.x=1um:2um:2": 'the scene has no box "bem.upper"',
+    "sweep bridge --vary box.beam.upper.x=1V:2V:2": "is a voltage, not a length",
+    f"sweep bridge {BEAM} --check midle": 'did you mean "middle"?',
+    f"sweep bridge {BEAM} --voltage 2": "--voltage is for a sink", f"map sink {TWO}": "--check",
+    "map sink --vary sink.width=10um:200um --check fig4": "a map is over two keys, and 1 are varied",
+    f"map sink {TWO} --check fig9": "is no check",
+    f"map sink {TWO} --check fig4 --tolerance 5V": "is a voltage, not a plain number",
+    f"map sink {TWO} --check fig4 --cells 1": "from 2 to 1000",
+    f"map sink {VARIED} --vary sink.length=1mm:2mm --check fig4": "--cells says how many",
+    f"map bridge {TWO} --check middle": "has no 1D model",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("command", REFUSED)
+def test_bad_input_is_one_sentence(command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "file").write_text("")
+    assert main(shlex.split(command)) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("validate: ")
+    assert err.count("\n") == 1
+    assert REFUSED[command] in err
+    assert [entry.name for entry in tmp_path.iterdir()] == ["file"]

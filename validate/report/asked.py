@@ -1,0 +1,343 @@
+"""What a run found because it was asked for, as sections: how well the inputs are known and what that makes of the run,
+what the air does, and the budget of a difference."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from compare import against
+from compare.inputs.sensitivities import PREFIX, QUANTITIES
+from compare.inputs.validation import COVERS
+from scenes.device import Device
+from scenes.formats import cut, difference_text, percent, quantity, signed
+from scenes.keys import type_of
+from scenes.model import UNITS
+from scenes.quantities import OF_A_SINK
+from scenes.sink import Sink
+from validate.report.table import Row, Section, Style, Table
+
+if TYPE_CHECKING:
+    from compare.air import Air, Limits
+    from compare.budget import Budget, Part, Split
+    from compare.inputs.calibration import Fit
+    from compare.inputs.propagation import Propagated
+    from compare.inputs.sampling import Sampled
+    from compare.inputs.sensitivities import Sensitivities, Slope
+    from compare.inputs.validation import Validation
+    from compare.outcome import Outcome
+
+SHOWN = ("peak_rise_K", "end_rise_K", "current_A", "sink_power_W", "sensor_power_W", "sensor_V")
+"""Quantities of which a terminal and a figure have room; the page and the summary have all."""
+MOST = 3
+"""Of a free scene's probes so many are shown there."""
+_LEAST = 5e-5
+"""Of a slope: less is shown as nothing."""
+_NOTHING = 1e-6
+"""Of u_val: an uncertainty that nobody could see beside it."""
+_COEFFICIENTS = (1.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1e3, 1e4)
+"""Of the air (W/(m2 K)): those that a terminal has room for."""
+_V20 = (
+    "As ASME V&V 20 has it: the comparison error E = S - D, simulation less data, is known to u_val, of the numerics, "
+    "the inputs and the data. The error of the model itself lies within E - 2 u_val and E + 2 u_val (95 %); where |E| "
+    "is below u_val, no more can be said than that it is about as small."
+)
+
+
+def short(key: str) -> str:
+    """A key without its section, where it is as clear: "silicon.density"."""
+    for section in ("materials.", "environment.", "material.", "boundary.", "box."):
+        key = key.removeprefix(section)
+    return key
+
+
+def followed(outcome: Outcome[Any], full: bool = False) -> dict[str, str]:
+    """The quantities whose sensitivities are shown, with what they are called."""
+    known = QUANTITIES
+    if isinstance(outcome.scene, Device):
+        from reduced1d.slopes import OF_DEVICE as known  # noqa: N811
+    elif not isinstance(outcome.scene, Sink):
+        found = outcome.sensitivities
+        names = [p.name for p in outcome.scene.probes if found is None or p.name in found.values]
+        return {name: name for name in (names if full else names[:MOST])}
+    return {name: called for name, called in known.items() if full or name in SHOWN}
+
+
+def sensitivities(found: Sensitivities, outcome: Outcome[Any], style: Style) -> Section:
+    """A line for each key that any of the quantities follows, that first which one follows most: 3D, then 1D."""
+    names = followed(outcome, style.page)
+    judged = {check.id.removeprefix(PREFIX): check for check in outcome.checks if check.id.startswith(PREFIX)}
+    rows, both = [], any(s.reduced1d is not None for of in found.steady.values() for s in of.values())
+    for key in found.sorted(names):
+        cells = [short(key), *(_pair(found.steady[key].get(name), style, both) for name in names)]
+        rows.append(Row(cells, judged[key].verdict if key in judged else ""))
+    heads = [f"{called}\n{'3D':>6}{'1D':>8}" if both else cut(called, 15) for called in names.values()]
+    said = []
+    if style.page:
+        what = "what each quantity is at most" if found.course and found.values else "the steady state"
+        said.append(f"Logarithmic derivatives of {what}, d ln(quantity) / d ln(key).")
+    if found.zeros:
+        said.append(f"0, of which there is no percent: {', '.join(found.zeros)}.")
+    if len(found.values) > len(names):
+        said.append(f"Those of {len(found.values) - len(names)} more probes are in summary.json and on the page.")
+    if judged:
+        as_3d = sum(check.verdict != "differs" for check in judged.values())
+        tolerance = percent(next(iter(judged.values())).tolerance, 1)
+        said.append(f"1D follows {as_3d} of {len(judged)} keys as 3D does, within {tolerance} of the largest")
+    still = [short(key) for key, of in found.steady.items() if max((s.size for s in of.values()), default=0.0) < _LEAST]
+    if style.page and still:
+        said.append(f"Nothing of it follows {', '.join(still)}.")
+    return Section("Sensitivities", [Table(("% for each percent of", *heads), rows), *said], headed=False)
+
+
+def _pair(slope: Slope | None, style: Style, both: bool) -> str:
+    """Of a slope 3D's and 1D's, to three places; nothing has no sign."""
+    if slope is None:
+        return ""
+    three = None if slope.fem3d is None else slope.fem3d.value
+    left, right = (
+        "" if value is None else f"{value:+.3f}" if abs(value) >= 5e-4 else "0.000"
+        for value in (three, slope.reduced1d)
+    )  # fmt: skip
+    if slope.fem3d is not None and style.page:
+        left += f" {style.plus_minus} {slope.fem3d.error:.4f}"
+    return f"{left:>6} {right:>6}" if both else left
+
+
+def propagated(found: Propagated, outcome: Outcome[Any], style: Style) -> Section:
+    """The standard uncertainties that were given, and a line for each quantity: u_input of both models and of their
+    difference, and the key that adds most; then those of the checks, and what samples say."""
+    given = ", ".join(f"{short(key)} {percent(u)}" for key, u in found.uncertain.relative.items())
+    correlated = "".join(f"; {short(a)} and {short(b)} {r:+g}" for (a, b), r in found.uncertain.correlations.items())
+    quantities = _of_sink()
+    if not isinstance(outcome.scene, Sink):
+        quantities = {p.name: (cut(p.name, 30), UNITS[p.quantity]) for p in outcome.scene.probes}
+    heads, rows = ["u_input of", "3D", "1D", "1D/3D - 1", "most by"], []
+    for name, (called, unit) in quantities.items():
+        both = [quantity(of[name], unit, 2) if name in of else "" for of in (found.fem3d, found.reduced1d)]
+        off = percent(found.difference[name]) if name in found.difference else ""
+        rows.append([called, *both, off, short(found.most.get(name, ""))])
+    if not found.reduced1d:
+        heads, *rows = [[*row[:2], row[4]] for row in (heads, *rows)]
+    known = [f"{check.id} {percent(check.u_input)}" for check in outcome.checks if check.u_input is not None]
+    parts: list[str | Table] = [
+        f"Inputs known to (standard uncertainty): {given}{correlated}.",
+        Table(heads, rows),
+        f"of the differences: {', '.join(known)}" if known else "",
+    ]
+    parts += [] if outcome.sampled is None else [_samples(outcome.sampled)]
+    return Section("Uncertain inputs", parts, headed=False)
+
+
+def _of_sink() -> dict[str, tuple[str, str]]:
+    """A sink's quantities, with what they are called where there is little room, and their units."""
+    called = {asked.steady: (asked.called, asked.unit) for asked in OF_A_SINK.values()}
+    return called | {"heat_out_W": ("heat out", "W")}
+
+
+def _samples(found: Sampled) -> Table:
+    """What the samples spread by, beside what linear propagation makes of it."""
+    rows = []
+    for name, (called, unit) in _of_sink().items():
+        row = [called]
+        for own in (found.fem3d, found.reduced1d):
+            spread = own.get(name)
+            both = ("", "") if spread is None else (spread.deviation, spread.linear)
+            row += [value if isinstance(value, str) else quantity(value, unit, 3) for value in both]
+        rows.append(row)
+    return Table((f"of {found.count - found.failed} samples", "3D", "linear", "1D", "linear"), rows)
+
+
+def entered(entries: dict[str, Any], found: Propagated, sampled: Sampled | None) -> None:
+    """Puts u_input beside the error of every steady quantity of a summary, and the inputs themselves."""
+    for model, own in (("fem3d", found.fem3d), ("reduced1d", found.reduced1d)):
+        for name, u in own.items():
+            entries[model]["steady"][name]["u_input"] = u
+    entries["uncertain"] = {
+        "relative": found.uncertain.relative,
+        "correlations": [{"keys": list(keys), "value": r} for keys, r in found.uncertain.correlations.items()],
+        "difference": {name: {"u_input": u} for name, u in found.difference.items()},
+    }
+    if sampled is not None:
+        entries["monte_carlo"] = asdict(sampled)
+
+
+def fit(found: Fit, outcome: Outcome[Any], style: Style) -> Section:
+    """A line for each key that was fitted, from where to where it went and how well it is known, and the scene that
+    results."""
+    paths, rows, scene = type_of(found.scene).schema.paths, [], dict[str, list[str]]()
+    for key, value in found.fitted.items():
+        ends = (f"{v:.4g}" for v in found.interval(key))
+        rows.append([short(key), f"{found.start[key]:.4g}", f"{value:.4g}", percent(found.u[key]), *ends])
+        section, _, name = key.rpartition(".")
+        line = f"{name} = {attrgetter(paths[key].attribute)(found.scene)!r}"
+        scene.setdefault(section, [f"[{section}]"]).append(line)
+    return Section(
+        "Calibration",
+        [
+            Table(("fitted", "from", "to", "u", "95 % between", "and"), rows),
+            f"Misfit {found.misfit:.3g} of {found.points} points; values in SI units. The scene that results:",
+            [line for lines in scene.values() for line in lines],
+            "A model that is fitted to data is not validated by them: what follows says how well it fits, other data "
+            "whether it is right.",
+        ],
+        headed=False,
+    )
+
+
+def validation(found: Validation, outcome: Outcome[Any], style: Style) -> Section:
+    """A line for each model and quantity where it is worst and at the end: E, its parts, and the model's error."""
+    called = {key: name for name, key in against.QUANTITIES.items()}
+    rows = []
+    for s in found.statements:
+        unit, parts = s.quantity.rpartition("_")[2], []
+        for u in (s.u_num, s.u_input, s.u_data, s.u_val):
+            parts.append("?" if not np.isfinite(u) else quantity(u, unit, 2) if u > _NOTHING * s.u_val else "0")
+        said = s.said() if s.seen else "unseen: |E| < u_val"
+        named = f"{called[s.quantity]} {s.model}"
+        rows.append([named, quantity(s.time, "s", 2), signed(s.E, unit, 2), *parts, said])
+    points = [
+        f"{called[c.quantity]} {c.model} {int((np.abs(c.error) <= COVERS * c.u_val).sum())} of {len(c.times)}"
+        for c in found.courses
+    ]
+    exact = " and ".join(["the inputs"] * (not found.inputs) + ["the data"] * (not found.data))
+    return Section(
+        "Validation",
+        [
+            _V20 if style.page else "",
+            Table(("S - D", "at", "E", "u_num", "u_input", "u_D", "u_val", "error of the model"), rows),
+            f"Points of the data within 2 u_val: {', '.join(points)}.",
+            f"Taken as exact: {exact}." if exact else "",
+        ],
+        headed=False,
+    )
+
+
+def air(found: Air, outcome: Outcome[Any], style: Style) -> Section:
+    """The differences at some coefficients, up to which the air may be left out, or lumped; over time until when that
+    stays within the tolerance, and how far it is off at most."""
+    from compare.air import QUANTITIES, STILL
+
+    shown = list(range(len(found.coefficients)))
+    if not style.page:
+        shown = [int(np.abs(np.log(found.coefficients / wanted)).argmin()) for wanted in _COEFFICIENTS]
+
+    def table(kinds: tuple[str, str], columns: list[list[str]], limits: list[str]) -> Table:
+        heads = [f"{kind}\n{name}" for kind in kinds for name in QUANTITIES]
+        rows = [[f"{found.coefficients[at]:g}", *(column[at] for column in columns)] for at in shown]
+        return Table(("W/(m2 K)", *heads), [*rows, ["up to", *limits]])
+
+    def up_to(limits: Limits) -> list[str]:
+        return ["all" if limit is None else f"{float(f'{limit.value:.3g}'):g}" for limit in map(limits.get, QUANTITIES)]
+
+    percents = [[f"{100 * v:+.2f}" for v in of[name]] for of in (found.left_out, found.lumped) for name in of]
+    limits = [*up_to(found.limits), *up_to(found.lumped_limits)]
+    worst = min((limit.value for limit in found.limits.values() if limit is not None), default=None)
+    said = "The air may be left out at every coefficient tried"
+    if worst is not None:
+        said = f"It may be left out up to {worst:.3g} W/(m2 K)"
+    told = (
+        f"Steady, in %. {said}. Still air is usually given {STILL:g} W/(m2 K); at this size it conducts "
+        f"{found.conduction:.3g}, with which leaving it out is {percent(found.conducted)} off where it is worst, and "
+        f"through a gap below the beam as high as the oxide {float(f'{found.gap:.3g}'):g}."
+    )
+    parts: list[Table | str] = [table(("left out", "lumped"), percents, limits), told]
+    if (course := found.over_time) is not None:
+        until = [["the end" if math.isinf(t) else quantity(t, "s", 3) for t in course.until[n]] for n in QUANTITIES]
+        most = [[f"{100 * v:+.2f}" for v in course.largest[n]] for n in QUANTITIES]
+        parts.append(table(("until", "at most"), until + most, [*[""] * len(QUANTITIES), *up_to(course.limits)]))
+        parts.append(
+            "Left out over time: until when it stays within the tolerance, and by how much (%) it is off at most, of "
+            "the final value with the air."
+        )
+    return Section("Air", parts, headed=False)
+
+
+def why(found: Budget, outcome: Outcome[Any], style: Style) -> Section:
+    """Its parts in percent of the final rise or of the current or its change, then the sentence."""
+    from compare.budget import of_current
+
+    over_time = found.transient
+    parts: list[Table | str] = [
+        f"in % of the final rise, or of the {of_current(outcome.scene)}",
+        _parts("steady state", found.steady, style),
+    ]
+    if over_time:
+        heads = [split.quantity for split in over_time]
+        same = all(
+            abs(p.value - q.value) <= p.error + q.error
+            for s, t in zip(found.steady, over_time, strict=True)
+            for p, q in zip(s.parts, t.parts, strict=True)
+        )
+        when = ", ".join(dict.fromkeys(quantity(split.time or 0.0, "s", 3) for split in over_time))
+        said = f"over time the whole is largest at {when}: as in the steady state"
+        parts.append(said if same else _parts("when it is largest", over_time, style))
+        rows = _rows(over_time, lambda part: part.largest or 0.0, _at_its_time, style)
+        parts += ["each at its largest from 10 us on (they do not add up)", Table(("", *heads), rows)]
+    said = f"{found.sentence[0].upper()}{found.sentence[1:]}."
+    return Section(f"Why {named(found.start)} differs from 3D", [*parts, said])
+
+
+def named(reduction: str) -> str:
+    """A reduction in a sentence."""
+    return "the paper's model" if reduction == "paper" else reduction
+
+
+def budget(found: Budget) -> dict[str, Any]:
+    """The budget for summary.json."""
+
+    def part(given: Part) -> dict[str, Any]:
+        when = {} if given.when is None else {"largest": given.largest, "largest_time_s": given.when}
+        return {"assumption": given.blame, "value": given.value, "error": given.error} | when
+
+    def split(given: Split) -> dict[str, Any]:
+        whole = {"unit": given.unit, "scale": given.scale, "difference": {"value": given.total, "error": given.error}}
+        when = {} if given.time is None else {"time_s": given.time}
+        return whole | {"parts": [part(p) for p in given.parts]} | when
+
+    return {
+        "reduction": found.start,
+        "sentence": found.sentence,
+        "steady": {given.quantity: split(given) for given in found.steady},
+        "transient": {given.quantity: split(given) for given in found.transient},
+    }
+
+
+def _parts(title: str, splits: Sequence[Split], style: Style) -> Table:
+    """What each part adds, and the whole."""
+    heads = [s.quantity if s.time is None else f"{s.quantity} at {quantity(s.time, 's', 3)}" for s in splits]
+    rows = _rows(splits, lambda p: p.value, lambda p, split: _cell(p.value, p.error, split.scale, style), style)
+    return Table((title, *heads), [*rows, ["in all", *(_cell(s.total, s.error, s.scale, style) for s in splits)]])
+
+
+def _rows(
+    splits: Sequence[Split], value: Callable[[Part], float], cell: Callable[[Part, Split], str], style: Style
+) -> list[Row]:
+    """A row for each part; those that are nothing but their numerical error in one, with their names below."""
+    names = [part.blame for part in splits[0].parts]
+    nothing = [n for n in range(len(names)) if all(abs(value(s.parts[n])) <= s.parts[n].error for s in splits)]
+    if len(nothing) < 2:
+        nothing = []
+    own = [n for n in range(len(names)) if n not in nothing]
+    rows = [Row([names[n], *(cell(split.parts[n], split) for split in splits)]) for n in own]
+    if nothing:
+        zeros = (_cell(0.0, max(s.parts[n].error for n in nothing), s.scale, style) for s in splits)
+        cells = [f"{len(nothing)} others, each", *(zero.replace("+", "", 1) for zero in zeros)]
+        rows.append(Row(cells, below=", ".join(names[n] for n in nothing)))
+    return rows
+
+
+def _at_its_time(part: Part, split: Split) -> str:
+    off = percent((part.largest or 0.0) / split.scale, 2, sign=True).removesuffix(" %") if split.scale else "-"
+    return f"{off} at {quantity(part.when or 0.0, 's', 3)}"
+
+
+def _cell(value: float, error: float, scale: float, style: Style) -> str:
+    if not scale:
+        return "-"
+    return difference_text(value / scale, error / scale, style.plus_minus).removesuffix(" %")

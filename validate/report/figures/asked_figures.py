@@ -1,0 +1,239 @@
+"""Figures of what a run finds where it is asked for: the budget of the differences, how quantities follow the keys,
+data with what everything is known to, and what the air does."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from scenes.formats import cut, sink_text
+from scenes.sink import Sink
+from validate.report.figures import INK, LINES
+from validate.report.figures.drawing import band, kept, legend, logarithmic, new_figure
+
+if TYPE_CHECKING:
+    from compare.air import Air
+    from compare.budget import Budget
+    from compare.outcome import Outcome
+
+# Okabe and Ito's colours, which stay apart for colour-blind readers, in an order of alternating lightness.
+_PARTS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#999999")
+_VISIBLE = 0.005
+"""The share of an axis's height from which on a part can be seen."""
+_MODELS = {"3D": LINES["end_K"], "1D": LINES["mean_K"]}
+_ROW, _BAR = 0.3, 0.38
+"""Inches of a key's row in a tornado, and how much of it a bar takes."""
+_MARKS = 40
+"""How many of the data are drawn."""
+_LEAST = 0.1
+"""Percent below which the axis of what the air does is linear, as the differences change their sign."""
+
+
+def why(outcome: Outcome[Sink]) -> Figure:
+    """A panel for each quantity: what every assumption adds to the reduction less 3D, stacked away from zero in percent
+    of the final rise (or the current's change), against time; the bar beside it is the steady state, with its
+    numerical error. The black line is the whole difference."""
+    from compare.budget import of_current
+    from validate.report.asked import named
+
+    budget, sink = outcome.why, outcome.scene
+    assert budget is not None
+    width, height = 11.0, 4.9
+    text = f"Why {named(budget.start)} differs from 3D, {sink_text(sink)}"
+    figure = new_figure(width, height, text, [], bottom=1.2, left=1.1)
+    wrapped = textwrap.wrap(kept(f"{budget.sentence[0].upper()}{budget.sentence[1:]}."), 150)
+    for i, line in enumerate(wrapped):
+        figure.text(0.12 / width, 1 - (0.32 + 0.19 * i) / height, line, ha="left", va="top", fontsize=9, color=INK)
+    figure.subplots_adjust(top=1 - (0.62 + 0.19 * len(wrapped)) / height)
+    over_time = budget.times is not None
+    ratios = [4.0, 0.55, 0.9] if over_time else [0.0, 1.0, 0.5]
+    grid = figure.add_gridspec(1, 8, width_ratios=(ratios * 3)[:8], wspace=0.12)
+    for i, split in enumerate(budget.steady):
+        if not split.scale:
+            continue
+        first = bar = figure.add_subplot(grid[0, 3 * i + 1])
+        total, error = 100 * split.total / split.scale, 100 * split.error / split.scale
+        bar.errorbar(0, total, error, fmt="D", color=INK, ms=4, capsize=3)
+        _stacked(bar, np.array([0.0]), np.array([[part.value] for part in split.parts]) / split.scale)
+        bar.set_xticks([0], ["steady"])
+        bar.set_xlim(-0.7, 0.7)
+        if budget.times is not None:
+            first = figure.add_subplot(grid[0, 3 * i], sharey=bar)
+            _stacked(first, budget.times * 1e3, budget.over_time[split.quantity] / split.scale)
+            logarithmic(first, "x")
+            first.set(xlim=1e3 * budget.times[[0, -1]], xlabel="time (ms)")
+            bar.tick_params(labelleft=False)
+        first.set_title(f"{split.quantity}", fontsize=10)
+        if i == 0:
+            first.set_ylabel(f"reduction less 3D (% of the final\nrise, or of the {of_current(sink)})")
+    seen, names = seen_parts(budget), [part.blame for part in budget.steady[0].parts]
+    handles: list[Any] = [Patch(color=_PARTS[n % len(_PARTS)], label=names[n]) for n in seen]
+    handles += [Line2D([], [], color=INK, lw=1.4, label="in all")] * over_time
+    name = "in all, steady, with its numerical error"
+    handles.append(Line2D([], [], color=INK, marker="D", ms=4, ls="none", label=name))
+    figure.legend(handles=handles, loc="lower center", ncols=4, fontsize=9, bbox_to_anchor=(0.5, 0.2 / height))
+    if small := ", ".join(name for n, name in enumerate(names) if n not in seen):
+        figure.text(0.5, 0.1 / height, f"too small to be seen: {small}", ha="center", fontsize=9, color=INK)
+    return figure
+
+
+def _stacked(ax: Any, x: np.ndarray, parts: np.ndarray) -> None:
+    """Parts (n, places) of 1 in percent, on either side of zero: bars where there is one place, else areas and their
+    sum."""
+    up, down = np.zeros(len(x)), np.zeros(len(x))
+    for n, part in enumerate(100 * parts):
+        colour, more, less = _PARTS[n % len(_PARTS)], np.maximum(part, 0.0), np.minimum(part, 0.0)
+        if len(x) == 1:
+            ax.bar(0, part[0], bottom=(up if part[0] > 0 else down)[0], color=colour, width=0.8)
+        else:
+            ax.fill_between(x, up, up + more, color=colour, lw=0)
+            ax.fill_between(x, down, down + less, color=colour, lw=0)
+        up, down = up + more, down + less
+    if len(x) > 1:
+        ax.plot(x, 100 * parts.sum(axis=0), color=INK, lw=1.4)
+    ax.axhline(0.0, color=INK, lw=0.8)
+
+
+def seen_parts(budget: Budget) -> list[int]:
+    """The parts that are somewhere wider than a hair, by their place."""
+    found = set()
+    for split in budget.steady:
+        parts = np.array([[part.value] for part in split.parts])
+        if budget.times is not None:
+            parts = np.hstack([parts, budget.over_time[split.quantity]])
+        height = np.maximum(parts, 0).sum(axis=0).max() - np.minimum(parts, 0).sum(axis=0).min()
+        found |= {n for n, part in enumerate(parts) if np.abs(part).max() > _VISIBLE * height}
+    return sorted(found)
+
+
+def sensitivity(outcome: Outcome[Any]) -> Figure:
+    """A tornado for each quantity with a pair of bars for each key, the largest on top; an error in 3D as a line across
+    its end, the names of keys that 1D follows beyond the tolerance in red."""
+    from compare.inputs.sensitivities import PREFIX, sentence
+    from validate.report.asked import followed, short
+
+    found = outcome.sensitivities
+    assert found is not None
+    names = followed(outcome)
+    keys = found.sorted(names)
+    slopes = [s for of in found.steady.values() for s in of.values()]
+    models = {"fem3d": "3D"} if any(s.fem3d is not None for s in slopes) else {}
+    if any(s.reduced1d is not None for s in slopes):
+        models["reduced1d"] = outcome.reduced1d.model if outcome.reduced1d else "1D"
+    both = len(models) > 1
+    whose = sink_text(outcome.scene) if isinstance(outcome.scene, Sink) else outcome.scene.name
+    who = "the models follow" if both else f"{next(iter(models.values()), '3D')} follows"
+    text, said = f"How {who} each key, {whose}: % for each percent", sentence(outcome.checks)
+    height, bottom = 1.5 + _ROW * max(len(keys), 3), 0.75 if both else 0.4
+    figure = new_figure(11.0, height, text, [said] if said else [], bottom=bottom, left=2.75)
+    axes = figure.subplots(1, len(names), sharey=True, squeeze=False, gridspec_kw={"wspace": 0.08})[0]
+    places = np.arange(len(keys), dtype=float)
+    apart, wide = (_BAR / 2, _BAR) if both else (0.0, 2 * _BAR)
+    for ax, name in zip(axes, names, strict=True):
+        of = [found.steady[key].get(name) for key in keys]
+        if "fem3d" in models:
+            value, error = np.array([(s.fem3d.value, s.fem3d.error) if s and s.fem3d else [np.nan] * 2 for s in of]).T
+            colour, label = _MODELS["3D"], models["fem3d"]
+            ax.barh(places - apart, value, wide, xerr=error, color=colour, ecolor=INK, label=label)
+        if "reduced1d" in models:
+            value = [np.nan if s is None or s.reduced1d is None else s.reduced1d for s in of]
+            ax.barh(places + apart, value, wide, color=_MODELS["1D"], label=models["reduced1d"])
+        ax.axvline(0.0, color=INK, lw=0.8)
+        ax.set_title(cut(names[name], 34), fontsize=10)
+        ax.grid(False, axis="y")
+    axes[0].set_yticks(places, [cut(short(key), 36) for key in keys])
+    differ = {check.id.removeprefix(PREFIX) for check in outcome.checks if check.verdict == "differs"}
+    for label, key in zip(axes[0].get_yticklabels(), keys, strict=True):
+        label.set_color("#8b1a1a" if key in differ else INK)
+    axes[0].set_ylim(len(keys) - 0.4, -0.6)
+    if both:
+        legend(figure, axes[0])
+    return figure
+
+
+def validation(outcome: Outcome[Sink]) -> Figure:
+    """A column for each quantity of the data: above the values with bands of 2 sqrt(u_num^2 + u_input^2) and bars of 2
+    u_D, below the comparison error E = S - D of both models within 2 u_val."""
+    from compare.inputs.validation import COVERS
+
+    found = outcome.validation
+    assert found is not None
+    keys = list(dict.fromkeys(course.quantity for course in found.courses))
+    name = "" if outcome.against is None else f", {outcome.against.name[:40]}"
+    text = f"Validation: {sink_text(outcome.scene)}{name}"
+    said = "bands of 2 u: of S by numerics and inputs, of D by the data; below E = S - D within 2 u_val"
+    figure = new_figure(max(2.0 + 4.2 * len(keys), 7.0), 6.0, text, [said], bottom=0.9)
+    axes = figure.subplots(2, len(keys), sharex=True, squeeze=False, gridspec_kw={"wspace": 0.3, "hspace": 0.12})
+    for key, above, below in zip(keys, *axes, strict=True):
+        room = outcome.scene.room_temperature if key.endswith("_K") else 0.0
+        for course in (c for c in found.courses if c.quantity == key):
+            ms, colour = course.times * 1e3, _MODELS[course.model]
+            u = np.hypot(course.u_num, np.nan_to_num(course.u_input))
+            for ax, values, half in (
+                (above, course.simulated - room, u), (below, course.error, np.nan_to_num(course.u_val)),
+            ):  # fmt: skip
+                ax.plot(ms, values, color=colour, label=course.model)
+                band(ax, ms, values, COVERS * half, colour)
+        few = np.unique(np.linspace(0, len(ms) - 1, _MARKS).astype(int))
+        above.errorbar(
+            ms[few], course.measured[few] - room, COVERS * course.u_data[few], fmt="o", ms=3.5, mfc="white", color=INK,
+            lw=0.8, label="data",
+        )  # fmt: skip
+        below.axhline(0.0, color=INK, lw=0.8)
+        called, _, unit = key.rpartition("_")
+        above.set_ylabel(f"{called}{' rise' if unit == 'K' else ''} ({unit})")
+        below.set(ylabel=f"E = S - D ({unit})", xlabel="time (ms)")
+    legend(figure, axes[0, 0])
+    return figure
+
+
+def air(outcome: Outcome[Sink]) -> Figure:
+    """The differences, left out in full and lumped in broken lines, with still air marked; beside it until when the air
+    may be left out, for each coefficient at which it may not be to the end."""
+    from compare.air import STILL
+
+    found = outcome.air
+    assert found is not None
+    panels = 1 if found.over_time is None else 2
+    text, width = f"Leaving out the air, {sink_text(outcome.scene)}", 8.5 if panels == 1 else 11.0
+    figure = new_figure(width, 5.2, text, found.checks[:1], bottom=1.1, left=1.0)
+    axes = np.atleast_1d(figure.subplots(1, panels, gridspec_kw={"wspace": 0.22}))
+    colours = {"peak": LINES["peak_K"], "mean": LINES["mean_K"], "end": LINES["end_K"], "current": INK}
+    for name, colour in colours.items():
+        for of, line, word in ((found.left_out, "-", "left out"), (found.lumped, (0, (4, 3)), "lumped")):
+            axes[0].plot(found.coefficients, 100 * of[name], color=colour, ls=line, label=f"{name}, {word}")
+    axes[0].set_yscale("symlog", linthresh=_LEAST)
+    axes[0].set_yticks(ticks := _ticks(found), [f"{v:+g}" if v else "0" for v in ticks])
+    axes[0].set_ylabel("difference from 3D with air, steady (%)")
+    axes[0].set_title("dotted: the tolerance of rises", fontsize=9, loc="right")
+    for sign in (-1, 1):
+        axes[0].axhline(sign * 100 * outcome.scene.tolerance("air_peak"), color="#999999", lw=0.9, ls=":")
+    if found.over_time is not None:
+        for name, colour in colours.items():
+            until = np.where(np.isinf(found.over_time.until[name]), np.nan, found.over_time.until[name])
+            axes[1].plot(found.coefficients, 1e3 * until, color=colour, marker="o", ms=3)
+        logarithmic(axes[1], "y")
+        axes[1].set(ylim=(None, 1e3 * outcome.scene.end_time), ylabel="may be left out until (ms)")
+        axes[1].set_title("up to the end of the run", fontsize=9, loc="right")
+    for ax in axes:
+        for at, word in ((STILL, "still air, large bodies"), (found.conduction, "still air, this size")):
+            ax.axvline(at, color="#999999", lw=0.9)
+            ax.text(at * 0.94, 0.03, word, rotation=90, ha="right", va="bottom", fontsize=8.5,
+                    transform=ax.get_xaxis_transform())  # fmt: skip
+        ax.set(xlim=found.coefficients[[0, -1]], xlabel="coefficient (W/(m² K))")
+        logarithmic(ax, "x")
+    legend(figure, axes[0], columns=4, fontsize=8.5)
+    return figure
+
+
+def _ticks(found: Air) -> list[float]:
+    """Powers of ten as far as the differences go, on both sides."""
+    values = 100 * np.concatenate([v for of in (found.left_out, found.lumped) for v in of.values()])
+    tens = [10.0**n for n in range(-1, 6)]
+    below, above = ([ten for ten in tens if ten <= 3 * most] for most in (-values.min(), values.max()))
+    return [*(-ten for ten in reversed(below)), 0.0, *above]

@@ -1,0 +1,159 @@
+"""The sink in NGSolve (https://ngsolve.org), as one who knows it would write it: H1 hexahedra of any order on a graded
+quarter, sparse Cholesky factors, and what `methods` asks for.
+
+``options``: ``order`` of the elements, ``layers`` that across thin layers, ``electric`` "uniform" or "full", ``steady``
+where it is to be solved for the steady state alone. "uniform" uses that with ideal electrodes at the beam's ends the
+current density hardly varies (by 4e-7 at 1 V): no electric problem is solved, and the Joule heat is affine in the
+temperature, the fastest that can be done. "full" solves the potential with the resistivity of each stage and assembles
+the Joule heat anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import netgen.meshing as netgen
+import ngsolve as ng
+import numpy as np
+from ngsolve import dx, grad
+
+from meshes.grid import Grid
+from scenes.sink import Sink
+from validate.verify import reference
+from validate.verify.uniform import COPIES, Uniform
+
+MICRO = 1e-6
+CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
+FACES = np.array([[0, 3, 7, 4], [1, 2, 6, 5], [0, 1, 5, 4], [3, 2, 6, 7], [0, 1, 2, 3], [4, 5, 6, 7]])
+NAMES = ("rest", "substrate", "end", "middle")
+
+
+class Operator:
+    """One of NGSolve's matrices, which multiplies arrays by @."""
+
+    def __init__(self, matrix: Any) -> None:
+        self.matrix, self.given, self.result = matrix, matrix.CreateRowVector(), matrix.CreateColVector()
+        self.arrays = self.given.FV().NumPy(), self.result.FV().NumPy()
+
+    def __matmul__(self, values: np.ndarray) -> np.ndarray:
+        given, result = self.arrays
+        given[:] = values
+        self.result.data = self.matrix * self.given
+        return result.copy()
+
+
+class Problem(Uniform):
+    """The matrices, the Joule load of a state, and the quantities; lengths in micrometres, the rest in SI."""
+
+    def __init__(self, sink: Sink, mesh: ng.Mesh, grid: Grid, options: dict[str, Any]) -> None:
+        orders = _orders(options["order"], options["layers"])
+        self.full, self.mesh = options["electric"] == "full", mesh
+        self.space = ng.H1(mesh, dirichlet="substrate", **orders)
+        u, v = self.space.TnT()
+        materials = {box.name: box.material for box in grid.boxes}
+        k = mesh.MaterialCF({n: m.thermal_conductivity * MICRO for n, m in materials.items()})
+        c = mesh.MaterialCF({n: m.heat_capacity * MICRO**3 for n, m in materials.items()})
+        form = k * grad(u) * grad(v) * dx
+        self.conduction = ng.BilinearForm(form, symmetric=True, condense=options["steady"]).Assemble()
+        self.capacity = ng.BilinearForm(c * u * v * dx, symmetric=True).Assemble().mat
+        self.stiffness, self.mass = Operator(self.conduction.mat), Operator(self.capacity)
+        beam = ng.BilinearForm(MICRO**3 * u * v * dx("beam"), symmetric=True)
+        peak = ng.LinearForm(self.space)
+        peak += v(0.0, sink.length / 2 / MICRO, sink.thickness / 2 / MICRO)
+        rows = peak, ng.LinearForm(MICRO**2 * v * ng.ds("end")), ng.LinearForm(MICRO**3 * v * dx("beam"))
+        at, end, mean = (row.Assemble().vec.FV().NumPy() for row in rows)
+        super().__init__(sink, at, end, mean, None if self.full else Operator(beam.Assemble().mat))
+        if self.full:
+            self.rise = ng.GridFunction(self.space)
+            space = ng.H1(mesh, definedon="beam", dirichlet="end|middle", **orders)
+            u, v = space.TnT()
+            sigma = MICRO / (self.rho[0] + self.rho[1] * self.rise)
+            self.phi = ng.GridFunction(space)
+            self.phi.Set(mesh.BoundaryCF({"end": sink.voltage, "middle": sink.voltage / 2}), ng.BND)
+            self.conductor = ng.BilinearForm(sigma * grad(u) * grad(v) * dx("beam"), symmetric=True)
+            heat = sigma * grad(self.phi) * grad(self.phi)
+            self.joule = ng.LinearForm(heat * self.space.TestFunction() * dx("beam"))
+            self.power = heat * dx("beam")
+
+    def load(self, rise: np.ndarray) -> np.ndarray:
+        """The Joule load (W) at a rise, of the potential there where that is solved for."""
+        if not self.full:
+            return super().load(rise)
+        self.rise.vec.FV().NumPy()[:] = rise
+        self.conductor.Assemble()
+        residual = self.phi.vec.CreateVector()
+        residual.data = -self.conductor.mat * self.phi.vec
+        inverse = self.conductor.mat.Inverse(self.phi.space.FreeDofs(), inverse="sparsecholesky")
+        self.phi.vec.data += inverse * residual
+        return np.asarray(self.joule.Assemble().vec.FV().NumPy())
+
+    def current(self, rise: np.ndarray) -> float:
+        """The current (A) of the whole cross section at a rise."""
+        if not self.full:
+            return super().current(rise)
+        self.load(rise)
+        return float(COPIES * ng.Integrate(self.power, self.mesh) / self.sink.voltage)
+
+    def factors(self, mass: float, stiffness: float) -> Callable[[np.ndarray], np.ndarray]:
+        """By Cholesky factors; those of the stiffness alone are without the unknowns inside elements."""
+        form = self.conduction
+        if mass:
+            matrix = self.capacity.CreateMatrix()
+            matrix.AsVector().data = mass * self.capacity.AsVector() + stiffness * form.mat.AsVector()
+            return Operator(matrix.Inverse(self.space.FreeDofs(), inverse="sparsecholesky")).__matmul__
+        inverse = form.mat.Inverse(self.space.FreeDofs(True), inverse="sparsecholesky")
+
+        def solve(load: np.ndarray) -> np.ndarray:
+            left, found = ng.BaseVector(load), ng.BaseVector(len(load))
+            inside = form.inner_solve * left
+            left.data += form.harmonic_extension_trans * left
+            found.data = inverse * left
+            found.data += form.harmonic_extension * found
+            found.data += inside
+            return np.array(found.FV().NumPy())
+
+        return solve
+
+
+def mesh_of(grid: Grid) -> ng.Mesh:
+    """The bricks of a quarter of a sink, in micrometres: boxes are its materials; "substrate" is the oxide's underside,
+    "end" the beam's (inside the solid), "middle" the plane that cuts the beam in half. The grid's degrees are for
+    orders that vary."""
+    found = netgen.Mesh(dim=3)
+    places, local, owner = reference.corners(grid, CORNERS)
+    at = places.T / MICRO
+    points = [found.Add(netgen.MeshPoint(netgen.Pnt(*map(float, point)))) for point in at]
+    for number, box in enumerate(grid.boxes):
+        found.SetMaterial(number + 1, box.name)
+    faces: dict[tuple[int, ...], tuple[np.ndarray, list[str]]] = {}
+    for cell, number in zip(local, owner, strict=True):
+        found.Add(netgen.Element3D(int(number) + 1, [points[i] for i in cell]))
+        for face in cell[FACES]:
+            faces.setdefault(tuple(sorted(face)), (face, []))[1].append(grid.boxes[number].name)
+    for number, name in enumerate(NAMES):
+        found.Add(netgen.FaceDescriptor(surfnr=number + 1, domin=1, domout=0, bc=number + 1))
+        found.SetBCName(number, name)
+    low, high = at.min(axis=0), at.max(axis=0)
+    for face, names in faces.values():
+        _, y, z = at[face].mean(axis=0)
+        if len(names) == 1:
+            known = "substrate" if abs(z - low[2]) < 1e-9 else "middle" if abs(y - high[1]) < 1e-9 else "rest"
+        elif "beam" in names and names[0] != names[1] and abs(y) < 1e-9:
+            known = "end"
+        else:
+            continue
+        found.Add(netgen.Element2D(NAMES.index(known) + 1, [points[i] for i in face]))
+    made = ng.Mesh(found)
+    for element, cell in zip(made.Elements(), np.argwhere(grid.solid), strict=True):
+        made.SetElementOrders(ng.ElementId(element), tuple(int(d[i]) for d, i in zip(grid.degrees, cell, strict=True)))
+    return made
+
+
+def _orders(degree: int, layers: int) -> dict[str, Any]:
+    """What a space on the mesh takes for its orders: one everywhere, or those of the mesh, another across thin layers.
+
+    With ``relorder`` alone (as many more than the mesh has) NGSolve takes each edge's and face's order from the
+    elements at it; the flag is none of those it documents.
+    """
+    return {"order": degree} if degree == layers else {"relorder": 0}
