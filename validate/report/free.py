@@ -78,11 +78,6 @@ def _answer(probe: Probe | GroupProbe, result: Result, style: Style) -> str:
     return f"{said} (at most {most}, at {at})"
 
 
-def again(jumps: object) -> str:
-    """What is added of where errors hold in a run in which given temperatures jump."""
-    return ", and that long after each jump of a given temperature" if jumps else ""
-
-
 def _probes(outcome: Outcome[AnyScene], style: Style) -> Section:
     """Of every probe the steady value, or the last one with the range that the transient passes through."""
     result, rows, said = outcome.solved, [], []
@@ -101,8 +96,8 @@ def _probes(outcome: Outcome[AnyScene], style: Style) -> Section:
     if result.traces is not None:
         title, heads = "Over time", ["probe", "at the end", "least", "largest"]
         if start := result.details.get("accurate_from_s"):
-            after = again(result.details.get("jumps"))
-            said.append(f"The errors hold from {quantity(start, 's', 3)} on{after}; before that they may be larger.")
+            again = ", and that long after each jump of a given temperature" * bool(result.details.get("jumps"))
+            said.append(f"The errors hold from {quantity(start, 's', 3)} on{again}; before that they may be larger.")
     if off := result.details.get("field_error"):
         said.append(f"The field is known to {off:.2g} of its largest rise, at its worst place.")
     return Section(title, [Table(heads, rows), *said], headed=False)

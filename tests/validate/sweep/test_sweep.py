@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import os
 import signal
 import socket
 import subprocess
@@ -15,6 +14,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+import psutil
 import pytest
 
 from tests import browser
@@ -101,9 +101,9 @@ def test_a_worker_and_then_all_of_it_killed_goes_on_to_the_same_table(
     command = [sys.executable, "-m", "validate", *SWEEP, "--out", str(folder)]
     run = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
     _until(lambda: stored(folder) >= 1, run)
-    workers = _children(run.pid)
+    workers = psutil.Process(run.pid).children()
     assert len(workers) == 2
-    os.kill(workers[0], signal.SIGKILL)
+    workers[0].kill()
     before = stored(folder)
     _until(lambda: stored(folder) >= before + 2, run)
     # Stopped it still has the folder, which nobody else gets.
@@ -119,15 +119,6 @@ def test_a_worker_and_then_all_of_it_killed_goes_on_to_the_same_table(
     points = [json.loads(line)["point"] for line in (folder / "points.jsonl").read_text().splitlines()]
     assert sorted(points) == list(range(9))
     assert_same(folder, undisturbed)
-
-
-def _children(pid: int) -> list[int]:
-    found = Path(f"/proc/{pid}/task/{pid}/children")
-    if not found.exists():
-        pytest.skip("no /proc to find the workers in")
-    return [
-        int(child) for task in Path(f"/proc/{pid}/task").iterdir() for child in (task / "children").read_text().split()
-    ]
 
 
 def _until(true: Callable[[], bool], run: subprocess.Popen[bytes]) -> None:
@@ -198,6 +189,10 @@ def test_points_without_an_answer_are_rows_that_say_why(tmp_path: Path) -> None:
     assert rows[200e-6, 1.0]["status"] == "refused"
     assert "lets the oxide stick out of its pad" in rows[200e-6, 1.0]["because"]
     assert rows[200e-6, 1.0]["fem3d_peak_rise_K"] == ""
+    # None has one: the table and the page are there all the same.
+    assert main([*SWEEP[:7], "--vary", "anchor.oxide_length=200um,300um", "--out", str(tmp_path / "none")]) == 3
+    assert [row["status"] for row in table(tmp_path / "none")] == ["refused", "refused"]
+    assert (tmp_path / "none" / "report.html").exists()
 
 
 def test_a_point_that_takes_too_long_is_stopped_and_the_next_is_solved() -> None:

@@ -54,7 +54,9 @@ def page(
 ) -> str:  # fmt: skip
     """The page as text; figures are read from ``folder``."""
     shown, data = _field(folder, field)
-    told = [of_section(part) for part in (*sections, _errors(document), _energy(document), _plan(document))]
+    steps = [[step["step"], step["state"], step["reason"]] for step in document.get("plan", ())]
+    plan = Section("Plan", [Table(("step", "state", "why"), steps, "<<<")] if steps else [])
+    told = [of_section(part) for part in (*sections, _errors(document), _energy(document), plan)]
     parts = [shown, figures(folder, document), *told, _mesh(document), _scene(document), _provenance(document)]
     parts = [part for part in parts if part]
     answer = str(document.get("answer") or headline)
@@ -150,12 +152,6 @@ def figures(folder: Path, document: Document, captions: Mapping[str, str] = _CAP
         image = _embedded(folder / f"{name}.svg", caption)
         found.append(f'<figure><div class="wide">{image}</div><figcaption>{caption}</figcaption></figure>')
     return section("Figures", *found)
-
-
-def _plan(document: Document) -> Section:
-    """What was done and what was skipped, each with its reason."""
-    rows = [[step["step"], step["state"], step["reason"]] for step in document.get("plan", ())]
-    return Section("Plan", [Table(("step", "state", "why"), rows, "<<<")] if rows else [])
 
 
 def _errors(document: Document) -> Section:

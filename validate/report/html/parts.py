@@ -35,7 +35,9 @@ def named(key: str) -> tuple[str, str]:
 
 
 def shown(value: Any, unit: str = "") -> str:
-    """A value of a summary as a person reads it, escaped."""
+    """A value of a summary as a person reads it, or a list of them, escaped."""
+    if isinstance(value, (list, tuple)):
+        return ", ".join(shown(part, unit) for part in value)
     if value is None or isinstance(value, bool):
         return {None: "none", True: "yes", False: "no"}[value]
     if isinstance(value, int):
@@ -118,8 +120,8 @@ def values(items: Mapping[str, Any]) -> str:
         name, unit = named(str(key))
         if not isinstance(item, (Mapping, list, tuple)):
             rows.append(f"<dt>{text(name)}</dt><dd>{shown(item, unit)}</dd>")
-        elif _is_short(item):
-            rows.append(f"<dt>{text(name)}</dt><dd>{', '.join(shown(part, unit) for part in item) or 'none'}</dd>")
+        elif not isinstance(item, Mapping) and len(item) < 9 and all(isinstance(p, (int, float, str)) for p in item):
+            rows.append(f"<dt>{text(name)}</dt><dd>{shown(item, unit) or 'none'}</dd>")
         elif item:
             parts.append(f'<section class="keep"><h3>{text(name)}</h3>{_anything(item)}</section>')
     return "\n".join([*[f"<dl>{''.join(rows)}</dl>"] * bool(rows), *parts])
@@ -134,16 +136,8 @@ def _anything(item: Any) -> str:
     if item and all(isinstance(part, Mapping) and part.keys() == item[0].keys() for part in item):
         heads = [named(str(key)) for key in item[0]]
         if not any(isinstance(value, Mapping) for part in item for value in part.values()):
-            cells = (
-                [_cell(value, unit) for value, (_, unit) in zip(part.values(), heads, strict=True)] for part in item
-            )
-            return f'<div class="wide">{table([name for name, _ in heads], cells)}</div>'
+            rows = [
+                [shown(value, unit) for value, (_, unit) in zip(part.values(), heads, strict=True)] for part in item
+            ]
+            return f'<div class="wide">{table([name for name, _ in heads], rows)}</div>'
     return "<ul>" + "".join(f"<li>{_anything(part)}</li>" for part in item) + "</ul>"
-
-
-def _cell(value: Any, unit: str) -> str:
-    return ", ".join(shown(part) for part in value) if isinstance(value, (list, tuple)) else shown(value, unit)
-
-
-def _is_short(item: Any) -> bool:
-    return isinstance(item, (list, tuple)) and len(item) < 9 and all(isinstance(p, (int, float, str)) for p in item)
