@@ -10,10 +10,9 @@ import numpy as np
 
 from compare.plan import made_checks
 from compare.verdict import Check, Comparison, judged, relative
-from reduced1d.device.findings import shown
 from reduced1d.device.lumped import lump
 from reduced1d.device.meters import PXI_4070, reading
-from reduced1d.device.stability import at_sample_time, largest_eigenvalue
+from reduced1d.device.stability import at_sample_time, largest_eigenvalue, shown
 from scenes.device import Device
 from scenes.errors import SceneError
 from scenes.formats import kelvin, milliseconds, percent, quantity

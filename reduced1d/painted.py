@@ -74,14 +74,11 @@ def of_run(folder: Path) -> Reduction | None:
         return None
     if sink.spans > 1:
         return None
-    none = np.empty(0)
     try:
         with open(folder / "traces.csv", encoding="utf-8", newline="") as file:
             rows = list(csv.DictReader(file))
-        columns = [np.array([float(row[name]) for row in rows]) for name in _COLUMNS]
+        names = ("time_s", "reduced1d_end_K", "reduced1d_peak_K")
+        time, end, peak = (np.array([float(row[name]) for row in rows]) for name in names)
     except (OSError, ValueError, KeyError, TypeError):
-        return Reduction(sink, rises, none, none, none)
-    return Reduction(sink, rises, columns[0], *(c - sink.room_temperature for c in columns[1:]))
-
-
-_COLUMNS = ("time_s", "reduced1d_end_K", "reduced1d_peak_K")
+        time = end = peak = np.empty(0)
+    return Reduction(sink, rises, time, end - sink.room_temperature, peak - sink.room_temperature)

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from reduced1d import ladder
-from reduced1d.device.steady import steady as steady_state
+from reduced1d.device.lumped import steady as steady_state
 from scenes.device import Device
 from scenes.result import Result
 from scenes.sink import Sink

@@ -3,32 +3,91 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
 
 import numpy as np
 
-from reduced1d.device.balance import balance
-from reduced1d.device.findings import findings
-from reduced1d.device.lumped import lump
-from reduced1d.device.march import March, Resolution, march
-from reduced1d.device.steady import around, steady
+from reduced1d.device.lumped import Lumped, around, lump, steady
+from reduced1d.device.modes import Modes, modes
+from reduced1d.device.stability import findings
 from scenes.device import Device
-from scenes.loop.controller import law, timetable
+from scenes.loop import march as sampled
+from scenes.loop.controller import Law, Timetable, law, timetable
 from scenes.loop.march import Start
 from scenes.loop.result import QUANTITIES, DeviceResult, device_result
 
-FIRST = Resolution(12, 6)
 RESOLUTIONS = 3
 ROUNDS, LARGEST_DEGREE, LARGEST_NODES = 4, 36, 18
 
 
+class Resolution(NamedTuple):
+    """Degree of the elements in space, and number of unknown powers per element and interval in time."""
+
+    degree: int
+    nodes: int
+
+
+FIRST = Resolution(12, 6)
+
+
+class March(NamedTuple):
+    """A run: traces (samples, resolutions, 7) in the order of QUANTITIES, as rises; the modes of its first resolution,
+    and all else that the loop gives."""
+
+    traces: np.ndarray
+    modes: Modes
+    run: sampled.March
+
+
+def march(
+    lumped: Lumped, law: Law, table: Timetable, resolutions: Sequence[Resolution], tolerance: float,
+    start: Start | None = None, watched: int | None = None,
+) -> March:  # fmt: skip
+    """Run the closed loop of a device, as `scenes.loop.march.march` does."""
+    spectra = [modes(lumped, r.degree) for r in resolutions]
+    models = [sampled.Resolution(m.modal, r.nodes) for m, r in zip(spectra, resolutions, strict=True)]
+    run = sampled.march(models, law, table, tolerance, start, watched)
+    return March(np.concatenate([run.rises, run.voltages, run.powers, run.flows], axis=2), spectra[0], run)
+
+
+@dataclass(frozen=True)
+class Balance:
+    """Heat in J over a run of sink, insulator and sensor together: generated electrically; lost by the sink to
+    substrate and air; gone into the polymer; and stored since the start."""
+
+    generated: float
+    anchors: float
+    polymer: float
+    stored: float
+
+    @property
+    def imbalance(self) -> float:
+        """What is missing, as a fraction of the heat that was generated or passed the boundaries."""
+        total = abs(self.generated) + abs(self.anchors) + abs(self.polymer)
+        missing = self.generated - self.anchors - self.polymer - self.stored
+        return missing / total if total else 0.0
+
+
+def balance(lumped: Lumped, run: March) -> Balance:
+    """The balance of a run's first resolution.
+
+    The time integral of each mode is exact, from its own equation. The heat into the polymer is that of the reported
+    flux, from the temperature's slope at the sensor, not what the discretisation balances by construction.
+    """
+    m, found = run.modes.modal, run.run
+    heat = (found.energy @ m.shape - found.change + found.stepped) / m.rates
+    sink_time = m.shape[0] @ heat + m.external[0] * found.outer_time
+    polymer = m.flux[0] @ heat + m.flux_external[0] * found.outer_time
+    stored = run.modes.content @ found.change + run.modes.content_external * found.outer
+    return Balance(float(found.energy.sum()), float(lumped.sink.conductance * sink_time), float(polymer), float(stored))
+
+
 def solve_accurate(
-    device: Device,
-    *,
-    meter: tuple[float, float] = (0.0, 0.0),
-    start: Literal["cold", "settled"] = "cold",
+    device: Device, *, meter: tuple[float, float] = (0.0, 0.0), start: Literal["cold", "settled"] = "cold",
     with_findings: bool = True,
-) -> DeviceResult:
+) -> DeviceResult:  # fmt: skip
     """Traces of a device, to its ``accuracy`` where that can be reached.
 
     Three resolutions run side by side: the answer, one with elements three degrees lower, and one with two powers
@@ -41,11 +100,16 @@ def solve_accurate(
     """
     lumped, table = lump(device), timetable(device)
     control = law(device, lumped.resistance, lumped.coefficient, meter)
-    begin = _settled(device) if start == "settled" else None
+    begin = None
+    if start == "settled":
+        outer = device.external.initial_temperature
+        state = steady(device, outer)
+        power, voltage = [state.sink_power_W, state.sensor_power_W], [state.sink_V, state.sensor_V]
+        begin = Start([np.array(power)] * RESOLUTIONS, np.array(voltage), outer - device.sink.room_temperature)
     goal = device.accuracy * lumped.set_rise
     resolution, before = FIRST, math.inf
     for attempt in range(ROUNDS):
-        degree, nodes = resolution.degree, resolution.nodes
+        degree, nodes = resolution
         ladder = (resolution, Resolution(degree - 3, nodes), Resolution(degree, nodes - 2))
         run = march(lumped, control, table, ladder, min(1e-4 * goal, 1e-8), begin)
         parts = {name: _difference(run, i) for i, name in ((1, "space"), (2, "time"))}
@@ -70,18 +134,9 @@ def solve_accurate(
     )  # fmt: skip
 
 
-def _settled(device: Device) -> Start:
-    state = steady(device, device.external.initial_temperature)
-    power = np.array([state.sink_power_W, state.sensor_power_W])
-    return Start(
-        [power] * RESOLUTIONS, np.array([state.sink_V, state.sensor_V]),
-        device.external.initial_temperature - device.sink.room_temperature,
-    )  # fmt: skip
-
-
 def _difference(run: March, other: int) -> dict[str, float]:
     """Largest difference of each quantity over time between the answer and another resolution."""
     worst = np.abs(run.traces[:, 0] - run.traces[:, other]).max(axis=0)
-    if not all(math.isfinite(x) for x in worst):
+    if not np.isfinite(worst).all():
         raise ArithmeticError("the simulated device has left the range of numbers")
     return dict(zip(QUANTITIES, worst.tolist(), strict=True))

@@ -3,17 +3,121 @@
 # ruff: noqa: N815 - the symbols of units keep their capitals, as in the keys of the output
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from reduced1d.device.designer import ExternalStep, Range, measurable_range, resolution, smooth_start_gain
-from reduced1d.device.meters import METERS
-from reduced1d.device.stability import at_sample_time, stability
-from scenes.device import Device
+from reduced1d.device.accurate import Resolution, march
+from reduced1d.device.lumped import lump, steady
+from reduced1d.device.meters import METERS, Meter, reading
+from reduced1d.device.stability import at_sample_time, plant, stability
+from scenes.device import Device, External
 from scenes.formats import quantity
+from scenes.loop.controller import law, timetable
+from scenes.loop.stability import gain_limit
 
 SAMPLE_TIMES = (1e-4, 1e-3, 5e-3)
+QUICK = Resolution(9, 4)
+START_TIME, START_SAMPLES = 0.05, 100
+
+
+@dataclass(frozen=True)
+class Range:
+    """Outer temperatures in K that the sensor can tell: above ``highest_K`` its power is zero, below ``lowest_K`` it
+    would need more than ``sensor_power_W`` (``sensor_V``). ``sink_V`` is what the sink needs at any of them."""
+
+    lowest_K: float
+    highest_K: float
+    sensor_power_W: float
+    sensor_V: float
+    sink_V: float
+
+
+def measurable_range(device: Device, *, voltage: float = np.inf, power: float = np.inf) -> Range:
+    """The range of a device whose sensor gets at most a ``voltage`` in V and a ``power`` in W.
+
+    From P = k A/t (T_set - T_external) of the polymer, and V^2 = P R(T_set). Raises ValueError where both are
+    unlimited or not positive.
+    """
+    if not (0 < min(voltage, power) < np.inf):
+        raise ValueError("give the sensor's largest voltage or power, a positive number")
+    lumped, setpoint = lump(device), device.control.set_temperature
+    hot = float((lumped.resistance * (1 + lumped.coefficient * lumped.set_rise))[1])
+    most = min(power, voltage**2 / hot)
+    lowest = max(setpoint - most / lumped.polymer.conductance, 0.0)
+    needed = lumped.polymer.conductance * (setpoint - lowest)
+    return Range(lowest, setpoint, needed, float(np.sqrt(needed * hot)), steady(device, setpoint - 1.0).sink_V)
+
+
+@dataclass(frozen=True)
+class ExternalStep:
+    """Steps of the outer temperature in K, worst cases: by the sensor's power, its temperature, the sink's
+    temperature, and all together; and the steps behind them, of resistances in ohm and of the power in W."""
+
+    power: float
+    sensor: float
+    sink: float
+    total: float
+    sensor_resistance_ohm: float
+    sink_resistance_ohm: float
+    sensor_power_W: float
+
+
+def resolution(device: Device, meter: Meter, external: float | None = None) -> ExternalStep:
+    """What a meter resolves of the outer temperature at a steady state (K; by default the final one).
+
+    T_ext = T_sensor - (P - q)/g_polymer with q = g_insulator (T_sensor - T_sink): a step of the power counts
+    1/g_polymer, one of the sensor's temperature 1 + g_insulator/g_polymer, one of the sink's g_insulator/g_polymer.
+    Raises ValueError where the sensor has no power or a value is beyond the meter.
+    """
+    lumped, state = lump(device), steady(device, external)
+    sink = reading(meter, state.sink_V, state.sink_power_W)
+    sensor = reading(meter, state.sensor_V, state.sensor_power_W)
+    kelvin = np.array([sink.resistance, sensor.resistance]) / (lumped.resistance * lumped.coefficient)
+    ratio = lumped.insulator.conductance / lumped.polymer.conductance
+    parts = sensor.power / lumped.polymer.conductance, float((1 + ratio) * kelvin[1]), float(ratio * kelvin[0])
+    return ExternalStep(*parts, sum(parts), sensor.resistance, sink.resistance, sensor.power)
+
+
+def limiter_acts(device: Device, element: int) -> bool:
+    """Whether the limit V >= 0 acts on the sink (0) or the sensor (1) in the first 50 ms, or 100 samples if that is
+    longer, of the cold start at the initial temperature."""
+    duration = max(START_TIME, START_SAMPLES * device.control.sample_time)
+    quiet = External(device.external.initial_temperature, device.external.initial_temperature, 2 * duration)
+    control = replace(device.control, allow_negative_voltage=False)
+    start = replace(device, external=quiet, control=control, end_time=duration)
+    lumped = lump(start)
+    controllers = law(start, lumped.resistance, lumped.coefficient)
+    run = march(lumped, controllers, timetable(start), (QUICK,), 1e-5, watched=element).run
+    return bool(run.limited[:, element].any()) or run.stopped
+
+
+def smooth_start_gain(device: Device, element: int) -> float:
+    """The largest gain (V) of the sink (0) or the sensor (1) up to which no cold start makes its limiter act.
+
+    The other gain is the device's own. A larger gain can swing less than a smaller one, where the other loop disturbs
+    this one; so gains are tried upwards, a quarter more each, from a thousandth of the largest stable gain to that,
+    and the first that fails is bisected to 0.1 %. 0 where the limiter acts at the smallest already.
+    """
+    control = device.control
+    gains = np.array([control.sink_gain, control.sensor_gain])
+    top = gain_limit(plant(device, device.external.initial_temperature), gains, element)
+    if not 0 < top < np.inf:
+        top = 10 * float(gains.max())
+
+    def acts(gain: float) -> bool:
+        tried = replace(control, sink_gain=gain) if element == 0 else replace(control, sensor_gain=gain)
+        return limiter_acts(replace(device, control=tried), element)
+
+    low, high = 0.0, top / 1000
+    while not acts(high):
+        low, high = high, 1.25 * high
+        if low >= top:
+            return low
+    while low and high - low > 1e-3 * high:
+        middle = (low + high) / 2
+        low, high = (low, middle) if acts(middle) else (middle, high)
+    return low
 
 
 @dataclass(frozen=True)
@@ -47,25 +151,30 @@ class Design:
 def answer(device: Device, largest_voltage: float = np.inf, largest_power: float = np.inf) -> Design:
     """The answers for a device whose sensor gets at most a voltage (V) and a power (W); raises ArithmeticError where
     its numerics fail."""
-    times = dict.fromkeys((device.control.sample_time, *SAMPLE_TIMES))
-    span = abs(device.control.set_temperature - device.external.final_temperature)
-    found = {name: _resolution(device, name) for name in METERS}
+    external = device.external
+    span = abs(device.control.set_temperature - external.final_temperature)
+    limits: list[GainLimits] = []
+    resolutions: dict[str, ExternalStep | str] = {}
+    said: dict[str, str] = {}
+    for time in dict.fromkeys((device.control.sample_time, *SAMPLE_TIMES)):
+        sampled = at_sample_time(device, time)
+        found = [stability(sampled, t) for t in (external.initial_temperature, external.final_temperature)]
+        limits.append(GainLimits(
+            time, min(s.sink_gain_limit for s in found), min(s.sensor_gain_limit for s in found),
+            -max(s.growth_rate for s in found), max(abs(s.eigenvalue) for s in found),
+        ))  # fmt: skip
+    for name, meter in METERS.items():
+        try:
+            step = resolution(device, meter)
+            resolutions[name], said[name] = step, _resolves(step, span)
+        except ValueError as error:
+            said[name] = str(error)
+            resolutions[name] = said[name]
     limited = min(largest_voltage, largest_power) < np.inf
     return Design(
-        tuple(_limits(at_sample_time(device, time)) for time in times),
-        (smooth_start_gain(device, 0), smooth_start_gain(device, 1)),
+        tuple(limits), (smooth_start_gain(device, 0), smooth_start_gain(device, 1)),
         measurable_range(device, voltage=largest_voltage, power=largest_power) if limited else None,
-        found,
-        {name: step if isinstance(step, str) else _resolves(step, span) for name, step in found.items()},
-        {name: meter.source for name, meter in METERS.items()},
-    )
-
-
-def _limits(device: Device) -> GainLimits:
-    found = [stability(device, t) for t in (device.external.initial_temperature, device.external.final_temperature)]
-    return GainLimits(
-        device.control.sample_time, min(s.sink_gain_limit for s in found), min(s.sensor_gain_limit for s in found),
-        -max(s.growth_rate for s in found), max(abs(s.eigenvalue) for s in found),
+        resolutions, said, {name: meter.source for name, meter in METERS.items()},
     )  # fmt: skip
 
 
@@ -81,10 +190,3 @@ def _resolves(step: ExternalStep, span: float) -> str:
         f"cannot resolve the outer temperature: its step of {quantity(step.total, 'K', 2)} is more than the "
         f"{span:.3g} K from outside to the set point ({parts})"
     )
-
-
-def _resolution(device: Device, name: str) -> ExternalStep | str:
-    try:
-        return resolution(device, METERS[name])
-    except ValueError as error:
-        return str(error)

@@ -1,4 +1,5 @@
-"""The device as two lumped elements between two conducting layers: capacities, conductances and resistances.
+"""The device as two lumped elements between two conducting layers: capacities, conductances and resistances, and the
+steady state that the controllers bring it to, in closed form.
 
 Sink (eq 20) and sensor (eq 8) are each one temperature; insulator and polymer (eq 3) are slabs of the beam's area.
 Heat that leaves the sink through the insulator enters the sensor:
@@ -18,6 +19,8 @@ import numpy as np
 from reduced1d.equations import resistance, room_resistivity
 from reduced1d.sink import lump as lump_sink
 from scenes.device import Device
+from scenes.loop.result import Steady
+from scenes.loop.steady import complementary
 
 
 @dataclass(frozen=True)
@@ -84,7 +87,7 @@ def lump(device: Device) -> Lumped:
     Raises ValueError where a thickness is not positive, where a film conducts no current, and where its
     resistance does not rise with temperature, for then eq 21 has nothing to control.
     """
-    sink, gold, area = device.sink, device.gold, device.contact_area
+    sink, gold, area, pdms = device.sink, device.gold, device.contact_area, device.pdms
     for key in ("sensor_thickness", "insulator_thickness", "polymer_thickness"):
         if not getattr(device, key) > 0:
             raise ValueError(f"device.{key} is {getattr(device, key):g} m: it must be positive")
@@ -101,7 +104,34 @@ def lump(device: Device) -> Lumped:
         Element(alone.capacity, alone.conductance, alone.resistance, alone.coefficient),
         Element(gold.heat_capacity * section * sink.length, 0.0,
                 resistance(0.0, resistivity, change, sink.length, section), change),
-        Slab(device.insulator_thickness, area, device.pdms.thermal_conductivity, device.pdms.heat_capacity),
-        Slab(device.polymer_thickness, area, device.pdms.thermal_conductivity, device.pdms.heat_capacity),
+        Slab(device.insulator_thickness, area, pdms.thermal_conductivity, pdms.heat_capacity),
+        Slab(device.polymer_thickness, area, pdms.thermal_conductivity, pdms.heat_capacity),
         device.set_rise,
     )  # fmt: skip
+
+
+def steady(device: Device, external: float | None = None) -> Steady:
+    """The steady state at an outer temperature ``external`` (K; by default the final one).
+
+    An element with power sits at the set temperature; then sink and sensor exchange nothing and the sensor's power is
+    k A/t (T_set - T_external) of the polymer, whatever R(T) is. Where that asks for a negative power, the power is
+    zero and the element's temperature follows from its neighbours. A gain of zero leaves an element without power.
+    """
+    lumped, room = lump(device), device.sink.room_temperature
+    outer = (device.external.final_temperature if external is None else external) - room
+    sink, between, polymer = lumped.sink.conductance, lumped.insulator.conductance, lumped.polymer.conductance
+    K = np.array([[sink + between, -between], [-between, between + polymer]])
+    load = np.array([0.0, polymer * outer])
+    gains = np.array([device.control.sink_gain, device.control.sensor_gain])
+    rise, power, held = complementary(K, load, lumped.set_rise, gains > 0)
+    volts = np.sqrt(power * lumped.resistance * (1 + lumped.coefficient * rise))
+    saturated = (gains > 0) & ~held
+    return Steady(
+        float(room + rise[0]), float(room + rise[1]), float(volts[0]), float(volts[1]), float(power[0]),
+        float(power[1]), float(polymer * (rise[1] - outer)), bool(saturated[0]), bool(saturated[1]),
+    )  # fmt: skip
+
+
+def around(device: Device) -> dict[str, Steady]:
+    """The steady states ``before`` the outer step and ``after`` it."""
+    return {"before": steady(device, device.external.initial_temperature), "after": steady(device)}

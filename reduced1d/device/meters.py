@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from reduced1d.device.lumped import lump
-from reduced1d.device.steady import steady
+from reduced1d.device.lumped import lump, steady
 from scenes.device import Device
 
 

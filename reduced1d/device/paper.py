@@ -4,6 +4,13 @@ In each step both layers advance by N_t steps of Crank-Nicolson with the faces a
 heat flows follow from the first difference at each face, are held, and each film advances by the classical
 Runge-Kutta method of fourth order. The films see a flow that is late by a step, which limits dt; and the difference at
 the face blurs the first boundary layers, which is the scheme's error during the start.
+
+Eq 3 in one layer by Crank-Nicolson is Appendix B with its misprints corrected:
+
+    A(gamma) T_(j+1) = A(-gamma) T_j + b,   gamma = alpha dt/dx^2,   b = gamma/2 (f(t_j) + f(t_(j+1))) at both ends
+
+with A(gamma) tridiagonal, 1 + gamma on the diagonal and -gamma/2 beside it, of size N_x - 1. The paper prints alpha and
+gamma inverted (B.3, B.4), A(gamma) on both sides (B.6) and b without gamma (B.8).
 """
 
 from __future__ import annotations
@@ -11,11 +18,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import solve_banded
 
 from reduced1d.device.accurate import solve_accurate
-from reduced1d.device.crank_nicolson import layer_step
-from reduced1d.device.lumped import Lumped, Slab, lump
-from reduced1d.device.steady import around
+from reduced1d.device.lumped import Lumped, Slab, around, lump
+from reduced1d.equations import Values
 from scenes.device import Device
 from scenes.loop.controller import Law, law, timetable
 from scenes.loop.march import CEILING
@@ -40,6 +47,38 @@ class PaperScheme:
         return 2 * (self.nx - 1) + 3
 
 
+def mesh_ratio(slab: Slab, nx: int, dt: float) -> float:
+    """The paper's gamma = alpha dt/dx^2 for nx intervals and a step dt in s (B.4 corrected)."""
+    return slab.diffusivity * dt / (slab.thickness / nx) ** 2
+
+
+def crank_nicolson(inner: np.ndarray, gamma: float, before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """One step of Crank-Nicolson for the inner temperatures (nx - 1, ...), any unit of temperature.
+
+    ``before`` and ``after`` (2, ...) are the temperatures of the lower and upper face at the step's two ends.
+    """
+    n = len(inner)
+    padded = np.concatenate([before[:1], inner, before[1:]])
+    right = (1 - gamma) * inner + gamma / 2 * (padded[:-2] + padded[2:])
+    right[0] += gamma / 2 * after[0]
+    right[-1] += gamma / 2 * after[1]
+    bands = np.zeros((3, n))
+    bands[0, 1:] = bands[2, :-1] = -gamma / 2
+    bands[1] = 1 + gamma
+    return np.asarray(solve_banded((1, 1), bands, right))
+
+
+def layer_step(slab: Slab, nx: int, nt: int, dt: float) -> tuple[np.ndarray, np.ndarray]:
+    """nt steps of Crank-Nicolson over dt (s) on nx intervals, with end temperatures that do not change meanwhile, as
+    one map: inner' = a @ inner + b @ (lower, upper) with a (nx - 1, nx - 1) and b (nx - 1, 2)."""
+    gamma = mesh_ratio(slab, nx, dt / nt)
+    inner, ends = np.eye(nx - 1), np.zeros((nx - 1, 2))
+    none, unit = np.zeros((2, nx - 1)), np.eye(2)
+    for _ in range(nt):
+        inner, ends = crank_nicolson(inner, gamma, none, none), crank_nicolson(ends, gamma, unit, unit)
+    return inner, ends
+
+
 def step_matrix(lumped: Lumped, scheme: PaperScheme) -> np.ndarray:
     """One step of both layers, (states, states): from (insulator, polymer, sink, sensor, outer) rises in K.
 
@@ -49,34 +88,24 @@ def step_matrix(lumped: Lumped, scheme: PaperScheme) -> np.ndarray:
     n, size = scheme.nx - 1, scheme.states
     sink, sensor, outer = range(size - 3, size)
     M, keep = np.zeros((size, size)), np.eye(size)
-    for slab, at, faces in ((lumped.insulator, 0, [sink, sensor]), (lumped.polymer, n, [sensor, outer])):
-        step = layer_step(slab, scheme.nx, scheme.nt, scheme.dt)
-        rows = slice(at, at + n)
-        M[rows, rows] = step.inner
-        M[rows, faces] = step.ends
-    M[sink] = _difference(lumped.insulator, scheme, keep[sink] - M[0])
-    M[sensor] = _difference(lumped.insulator, scheme, M[n - 1] - keep[sensor])
-    M[outer] = _difference(lumped.polymer, scheme, keep[sensor] - M[n])
+    for slab, rows, faces in (
+        (lumped.insulator, slice(n), [sink, sensor]), (lumped.polymer, slice(n, 2 * n), [sensor, outer]),
+    ):  # fmt: skip
+        M[rows, rows], M[rows, faces] = layer_step(slab, scheme.nx, scheme.nt, scheme.dt)
+    insulator, polymer = (scheme.nx * slab.conductance for slab in (lumped.insulator, lumped.polymer))
+    M[sink] = insulator * (keep[sink] - M[0])
+    M[sensor] = insulator * (M[n - 1] - keep[sensor])
+    M[outer] = polymer * (keep[sensor] - M[n])
     return M
-
-
-def _difference(slab: Slab, scheme: PaperScheme, drop: np.ndarray) -> np.ndarray:
-    return slab.conductivity * slab.area * scheme.nx / slab.thickness * drop
 
 
 def spectral_radius(lumped: Lumped, scheme: PaperScheme) -> float:
     """Spectral radius of one step of the whole scheme without electrical power: stable up to 1."""
-    M = step_matrix(lumped, scheme)
-    size = scheme.states
-    sink, sensor, outer = range(size - 3, size)
-    x = scheme.dt * lumped.sink.conductance / lumped.sink.capacity
-    mean = 1 - x / 2 + x**2 / 6 - x**3 / 24  # Runge-Kutta's factors for a constant flow and linear losses
-    loop = M.copy()
-    loop[sink] = -mean * scheme.dt / lumped.sink.capacity * M[sink]
-    loop[sink, sink] += 1 - x * mean
-    loop[sensor] = scheme.dt / lumped.sensor.capacity * (M[sensor] - M[outer])
-    loop[sensor, sensor] += 1
-    return float(np.abs(np.linalg.eigvals(loop[:outer, :outer])).max())
+    loop, keep = step_matrix(lumped, scheme), np.eye(scheme.states)
+    into, through, out = loop[-3:].copy()
+    loop[-3] = runge_kutta_step(keep[-3], -into, lumped.sink.conductance, 0.0, 0.0, scheme.dt / lumped.sink.capacity)
+    loop[-2] = runge_kutta_step(keep[-2], through - out, 0.0, 0.0, 0.0, scheme.dt / lumped.sensor.capacity)
+    return float(np.abs(np.linalg.eigvals(loop[:-1, :-1])).max())
 
 
 def stability_limit(device: Device, scheme: PaperScheme | None = None) -> float:
@@ -177,7 +206,9 @@ def _march(
     return traces[: k + 1]
 
 
-def runge_kutta_step(rise: float, flow: float, loss: float, heat: float, change: float, dt: float) -> float:
+def runge_kutta_step(
+    rise: Values, flow: Values, loss: float, heat: float, change: float, dt: float
+) -> Values:  # fmt: skip
     """One step of C dT/dt = flow - loss T + heat/(1 + change T) over ``dt`` (here divided by C) with a held flow."""
     k1 = flow - loss * rise + heat / (1 + change * rise)
     t = rise + dt / 2 * k1

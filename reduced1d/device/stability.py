@@ -1,4 +1,4 @@
-"""Stability of the sampled loop of the 1D device about its steady states."""
+"""Stability of the sampled loop of the 1D device about its steady states, and what a reader of a run must know."""
 
 from __future__ import annotations
 
@@ -7,15 +7,18 @@ from functools import lru_cache
 
 import numpy as np
 
-from reduced1d.device.lumped import lump
-from reduced1d.device.march import GRIDS
+from reduced1d.device.lumped import lump, steady
 from reduced1d.device.modes import modes
-from reduced1d.device.steady import steady
 from scenes.device import Device, External
+from scenes.loop.march import CEILING, March
 from scenes.loop.stability import Plant, Stability, linearised
 from scenes.loop.steady import State
 
 DEGREE = 9
+ELEMENTS = ("sink", "sensor")
+MARGIN = 2.0
+"""The gain margin below which a loop counts as near instability: 6 dB is the least that textbooks of control ask for
+(Franklin, Powell and Emami-Naeini, Feedback Control of Dynamic Systems, section 6.4)."""
 
 
 def plant(device: Device, external: float | None = None) -> Plant:
@@ -25,7 +28,7 @@ def plant(device: Device, external: float | None = None) -> Plant:
         np.array([found.sink_K, found.sensor_K]) - device.sink.room_temperature,
         np.array([found.sink_power_W, found.sensor_power_W]), np.array([found.sink_V, found.sensor_V]),
     )  # fmt: skip
-    return linearised(modes(lumped, DEGREE, GRIDS).modal, state, lumped.set_rise, device.control.sample_time)
+    return linearised(modes(lumped, DEGREE).modal, state, lumped.set_rise, device.control.sample_time)
 
 
 def stability(device: Device, external: float | None = None) -> Stability:
@@ -52,3 +55,71 @@ def _gains(device: Device) -> np.ndarray:
 def at_sample_time(device: Device, sample_time: float) -> Device:
     """The same device with another sample time (s)."""
     return replace(device, control=replace(device.control, sample_time=sample_time))
+
+
+def findings(device: Device, run: March, error: float, goal: float) -> tuple[str, ...]:
+    """Sentences on the limiter, saturation, stability about the steady states, a run that was stopped, and an error
+    estimate (K) above its goal."""
+    h, external, found = device.control.sample_time, device.external, []
+    end = (len(run.rises) - 1) * h
+    if run.stopped:
+        rises, voltages = run.rises[-1, 0], run.voltages[-1, 0]
+        hot = int(np.argmax(rises))
+        wrong = "; its voltage is negative, where eq 21 raises the power of an element that is too hot"
+        found.append(
+            f"the run was stopped at {end:.6g} s: the {ELEMENTS[hot]} was {rises[hot]:.0f} K above room temperature "
+            f"(ceiling {CEILING:.0f} K) at {voltages[hot]:.3g} V{wrong if voltages[hot] < 0 else ''}"
+        )
+    for name, limited in zip(ELEMENTS, run.limited.T, strict=True):
+        at = np.flatnonzero(limited)
+        if len(at) == len(limited):
+            found.append(f"the limit V >= 0 held the {name} at every sample: it never got any power")
+        elif len(at):
+            many = f"{len(at)} of {len(limited)} samples, from {at[0] * h:.6g} s to {at[-1] * h:.6g} s"
+            found.append(f"the limit V >= 0 held the {name} at {many if len(at) > 1 else f'{at[0] * h:.6g} s'}")
+    seen = [("initial", external.initial_temperature)] if external.step_time > 0 else []
+    if external.step_time < end or not seen:
+        seen.append(("final", external.final_temperature))
+    for name, temperature in seen:
+        state = steady(device, temperature)
+        for element in ELEMENTS:
+            if getattr(state, f"{element}_saturated"):
+                found.append(
+                    f"at the {name} outer temperature, {temperature:g} K, the {element} needs no power: it settles at "
+                    f"{getattr(state, f'{element}_K'):.6g} K instead of the set {device.control.set_temperature:g} K"
+                )
+        said = loop_text(device, stability(device, temperature))
+        if said:
+            found.append(f"about the steady state at the {name} outer temperature, {temperature:g} K, {said}")
+    if error > goal:
+        found.append(
+            f"the estimated error of a temperature, {error:.1e} K, is above the accuracy asked for, {goal:.1e} K: "
+            "where the loop is unstable no computation can follow it for long"
+        )
+    return tuple(found)
+
+
+def shown(eigenvalue: complex) -> str:
+    """An eigenvalue: "-1.21 (alternating)", or the size of a pair of complex ones."""
+    if eigenvalue.imag:
+        return f"{abs(eigenvalue):.4g} in size (oscillating)"
+    return f"{eigenvalue.real:.4g}{' (alternating)' if eigenvalue.real < 0 else ''}"
+
+
+def loop_text(device: Device, about: Stability) -> str:
+    """Whether the loop is unstable or near it, with its largest eigenvalue and the gains' limits; empty for neither."""
+    gains = {name: getattr(device.control, f"{name}_gain") for name in ELEMENTS}
+    limits = {name: getattr(about, f"{name}_gain_limit") for name in ELEMENTS}
+    near = [name for name in ELEMENTS if gains[name] * MARGIN > limits[name]]
+    if about.stable and not near:
+        return ""
+    said = "the loop is near instability" if about.stable else "the loop is unstable"
+    listed = [
+        f"the {name}'s gain of {gains[name]:.4g} V is {gains[name] / limits[name]:.3g} times its largest stable one"
+        if limits[name] > 0 else f"no gain of the {name} is stable"
+        for name in near
+    ]  # fmt: skip
+    said += f": its largest eigenvalue per sample is {shown(about.eigenvalue)}"
+    if not about.stable:
+        said += f": small disturbances grow at {about.growth_rate:.4g} 1/s"
+    return f"{said}; {' and '.join(listed)}, each with the other gain as it is"

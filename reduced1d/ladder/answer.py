@@ -9,7 +9,7 @@ import numpy as np
 
 from reduced1d.ladder.few_states import FewStates, runaway_voltage, steady_state, trajectory
 from reduced1d.ladder.moments import FIRST_TIME
-from reduced1d.time_grid import time_grid
+from reduced1d.sink import time_grid
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
 

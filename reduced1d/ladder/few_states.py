@@ -35,7 +35,7 @@ from numpy.polynomial import legendre
 
 from reduced1d.errors import RunawayError, no_steady_state
 from reduced1d.line import modes
-from reduced1d.roots import increasing_root
+from reduced1d.lumped import increasing_root
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix

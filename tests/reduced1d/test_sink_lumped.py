@@ -1,6 +1,7 @@
-"""Eq 20's exact solution against an independent integrator, energy, limits, and the signs of its steady states."""
+"""Eq 20's exact solution: an independent integrator, energy, limits, signs of its steady states; its root-finder."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from scipy.optimize import bisect
 from reduced1d.errors import RunawayError
 from reduced1d.lumped import (
     Lump,
+    increasing_root,
     progress_at,
     rise_at,
     runaway_voltage,
@@ -20,7 +22,7 @@ from reduced1d.lumped import (
     time_at_progress,
 )
 from reduced1d.sink import lump
-from scenes.sink import Sink
+from scenes.sink import SILICON, Sink
 from tests.reduced1d import relative
 
 
@@ -146,11 +148,11 @@ def test_steady_state_is_within_its_rounding_error(feedback):
 
 
 def test_runaway_voltage_is_where_bisection_finds_the_last_steady_state():
-    model = lump(Sink(silicon=_falling(-2e-3)))
+    model = lump(Sink(silicon=replace(SILICON, temperature_coefficient=-2e-3)))
 
     def exists(voltage):
         try:
-            steady_rise(_at(model, voltage))
+            steady_rise(replace(model, voltage=voltage))
         except RunawayError:
             return -1.0
         return 1.0
@@ -158,20 +160,20 @@ def test_runaway_voltage_is_where_bisection_finds_the_last_steady_state():
     limit = runaway_voltage(model)
     assert bisect(exists, 1.0, 50.0, xtol=1e-14, rtol=1e-15) == relative(limit, 1e-13)
     with pytest.raises(RunawayError, match=f"above {limit:.6g} V") as caught:
-        steady_rise(_at(model, 1.01 * limit))
+        steady_rise(replace(model, voltage=1.01 * limit))
     assert caught.value.limit_voltage == relative(limit, 1e-14)
     assert math.isinf(runaway_voltage(lump(Sink())))
 
 
 def test_runaway_is_seen_by_an_integrator_that_knows_no_roots():
-    model = lump(Sink(silicon=_falling(-2e-3)))
+    model = lump(Sink(silicon=replace(SILICON, temperature_coefficient=-2e-3)))
     limit = runaway_voltage(model)
     long = 300 * model.time_constant
-    below = integrated(_at(model, 0.999 * limit), np.array([0.0, long]))[-1]
-    assert below == relative(steady_rise(_at(model, 0.999 * limit)), 1e-6)
+    below = integrated(replace(model, voltage=0.999 * limit), np.array([0.0, long]))[-1]
+    assert below == relative(steady_rise(replace(model, voltage=0.999 * limit)), 1e-6)
     assert below < 1 / (2 * 2e-3) < 1 / 2e-3
     # Beyond it the rise passes that of the double root, on its way to the vanishing resistance.
-    beyond = _at(model, 1.001 * limit)
+    beyond = replace(model, voltage=1.001 * limit)
 
     def past(t, y):
         return y[0] - 0.9 / 2e-3
@@ -190,10 +192,24 @@ def test_times_before_the_start_are_refused():
         rise_at(scaled(0.1), np.array([np.inf]))
 
 
-def _falling(a):
-    silicon = Sink().silicon
-    return type(silicon)("silicon", 130.0, 2330.0, 712.0, 6e-5, a, 293.0)
+def test_entries_converge_each_to_its_own_root():
+    target = np.array([1e-12, 0.3, 1.0, 5.0])
+    found = increasing_root(lambda x: (np.expm1(x) - target, np.exp(x)), np.zeros(4), np.full(4, 700.0))
+    # From 700 a Newton step on the exponential is -1, so this takes the bisections as well.
+    assert found == relative(np.log1p(target), 1e-15 * 4)
 
 
-def _at(model, voltage):
-    return Lump(model.capacity, model.conductance, voltage, model.resistance, model.coefficient)
+def test_vanishing_slopes_and_steep_ends_fall_back_on_bisection():
+    found = increasing_root(lambda x: ((x - 0.25) ** 3, 3 * (x - 0.25) ** 2), np.array(-1.0), np.array(2.0))
+    assert found == pytest.approx(0.25, abs=1e-6)
+    with np.errstate(divide="ignore"):
+        found = increasing_root(
+            lambda x: (-np.log1p(-x) - 30.0, 1 / (1 - x)), np.array(0.0), np.array(1.0)
+        )  # fmt: skip
+    assert 1 - found == relative(np.exp(-30), 1e-2)
+
+
+def test_a_root_outside_the_bracket_gives_the_nearer_end():
+    for shift, end in ((10.0, 0.0), (-10.0, 1.0)):
+        found = increasing_root(lambda x, a=shift: (x + a, np.ones_like(x)), np.array(0.0), np.array(1.0))
+        assert found == pytest.approx(end, abs=1e-15)

@@ -1,22 +1,21 @@
-"""Which column is which quantity of the sink: by its words, by its unit, or by the place of a point."""
+"""Which column is which quantity of the sink: by what `--column` says, its words, its unit, or the place of a point."""
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from compare.against import QUANTITIES
-from scenes.dimensions import POWER, TEMPERATURE, TIME, VOLTAGE
+from scenes.dimensions import POWER, TEMPERATURE, VOLTAGE
 from scenes.errors import SceneError, quoted
 from scenes.sink import Sink
-from validate.against.columns import Column, Table, in_si, unit_of
-from validate.against.meanings import Meaning
+from scenes.units import parse_unit
+from validate.against.tables import Column, Table, in_si, unit_of
 
-_AMPERE = unit_of("A")
-assert _AMPERE is not None
-CURRENT_POWERS = _AMPERE.powers
+IGNORED = "ignore"
+"""What a column is called that is to be left out."""
 
 _WORDS = {
     "peak_K": ("peak", "max", "maximum", "maxop", "centre", "center", "middle", "midpoint", "mid"),
@@ -26,9 +25,20 @@ _WORDS = {
 _RISE = {"rise", "delta", "deltat", "dt"}
 _DIFFERENCE = re.compile(r"\bT\)?\s*-\s*[\dT]")
 _POINT = re.compile(r"\(\s*([^()\[\],]+)\s*,\s*([^()\[\],]+)\s*,\s*([^()\[\],]+)\s*\)")
+_AMPERE = parse_unit("A")
 _LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6}
 _NEAR = 1e-3
 """Of the beam's length: how near a point must be to the place of a quantity."""
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """What a column is: "time", "ignore", a key of traces.csv or the scene; its unit where that is said, else ""; and
+    whether it is a rise."""
+
+    what: str
+    unit: str = ""
+    rise: bool = False
 
 
 @dataclass(frozen=True)
@@ -40,18 +50,6 @@ class Match:
     header: str
     values: np.ndarray
     note: str = ""
-
-
-def is_time(column: Column) -> bool:
-    """Whether a column is the time by its name."""
-    words = re.findall(r"[a-z]+", column.name.lower())
-    return has_time(column) and ("time" in words or words[:1] == ["t"])
-
-
-def has_time(column: Column) -> bool:
-    """Whether a column has a unit of time."""
-    unit = unit_of(column.unit)
-    return unit is not None and unit.powers == TIME.powers
 
 
 def match(column: Column, meaning: Meaning | None, sink: Sink, spice: bool) -> Match | str:
@@ -67,8 +65,11 @@ def match(column: Column, meaning: Meaning | None, sink: Sink, spice: bool) -> M
     if volts and meaning is not None and meaning.what in ("current_A", "power_W"):
         unit = unit_of(meaning.what.rpartition("_")[2]) or unit
     values = in_si(column.values, unit)
-    if unit.powers == CURRENT_POWERS:
-        found = _positive(Match("current_A", column.name, values), sink)
+    if unit.powers == _AMPERE.powers:
+        found = Match("current_A", column.name, values)
+        if float(np.median(values)) * sink.voltage < 0:
+            # A source's own current counts as negative where it delivers.
+            found = replace(found, values=-values, note="sign turned to that of the voltage")
     elif unit.powers == POWER.powers:
         found = Match("power_W", column.name, values)
     elif unit.powers == TEMPERATURE.powers or volts:
@@ -79,8 +80,7 @@ def match(column: Column, meaning: Meaning | None, sink: Sink, spice: bool) -> M
         rise = (meaning is not None and meaning.rise) or bool(words & _RISE or _DIFFERENCE.search(column.name))
         found = _temperature(key, column, values - (273.15 if rise and unit.celsius else 0.0), rise, note, sink)
         if volts:
-            note = ", ".join(filter(None, (found.note, "volts taken for kelvins")))
-            found = Match(key, found.header, found.values, note)
+            found = replace(found, note=", ".join(filter(None, (found.note, "volts taken for kelvins"))))
     else:
         return _refused(meaning, column, "is no temperature, current or power")
     if meaning is not None and meaning.what != found.key:
@@ -167,11 +167,3 @@ def _by_point(name: str, sink: Sink) -> tuple[str, str] | None:
             return "end_K", ", ".join(filter(None, (said, "a point, taken for the end's mean")))
         return None
     return None
-
-
-def _positive(found: Match, sink: Sink) -> Match:
-    """A source's own current counts as negative where it delivers: turned to the sign of the drive."""
-    middle = float(np.median(found.values))
-    if middle * sink.voltage >= 0:
-        return found
-    return Match(found.key, found.header, -found.values, "sign turned to that of the voltage")

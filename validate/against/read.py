@@ -13,8 +13,8 @@ from compare.verdict import FIRST_TIME
 from scenes.errors import SceneError, printable, quoted
 from scenes.formats import quantity
 from scenes.sink import Sink
-from validate.against import comsol, meanings, ngspice, quantities, runs, text_table
-from validate.against.columns import Column, Table, in_si, read_bytes, text_of, unit_of
+from validate.against import quantities, raw, runs, tables
+from validate.against.tables import Table, in_si, is_time, unit_of
 
 _NOTICED, _REFUSED = 0.005, 0.05
 """How far from room temperature a trace may start, of its own change: what is said, and what the checks' own tolerance
@@ -24,8 +24,8 @@ would be spent on."""
 def read(path: Path, sink: Sink, columns: Sequence[str] = ()) -> Data:
     """The traces in a file; ``columns`` say what some of its columns are, as `--column` does. SceneError where there
     are none that the sink has, saying what was found, and where it can't be told which of several is meant."""
-    table, shown = _told_apart(_table(path)), quoted(path)
-    given = meanings.meanings(table, columns)
+    table, shown = _table(path), quoted(path)
+    given = runs.meanings(table, columns)
     picked = runs.pick(table, given, sink, shown)
     kept: dict[str, quantities.Match] = {}
     left = dict(picked.left_out)
@@ -54,42 +54,26 @@ def read(path: Path, sink: Sink, columns: Sequence[str] = ()) -> Data:
     values = {key: m.values for key, m in kept.items()}
     headers = {"time_s": picked.clock, **{key: m.header for key, m in kept.items()}}
     how = {key: m.note for key, m in kept.items() if m.note}
-    others = _others(picked.columns, set(headers.values()))
+    # Columns that are no quantities, in SI units; of temperatures differences.
+    others = {
+        c.name: in_si(c.values, unit) - (273.15 if unit.celsius else 0.0)
+        for c in picked.columns if c.name not in headers.values() and (unit := unit_of(c.unit)) is not None
+    }  # fmt: skip
     return Data(
         path.name, table.kind, picked.time, values, headers, how, table.notes, left, picked.run, warnings, others
     )
 
 
-def _others(columns: Sequence[Column], kept: set[str]) -> dict[str, np.ndarray]:
-    """Columns that are no quantities, in SI units; of temperatures differences."""
-    found = {}
-    for column in columns:
-        unit = unit_of(column.unit)
-        if column.name not in kept and unit is not None:
-            found[column.name] = in_si(column.values, unit) - (273.15 if unit.celsius else 0.0)
-    return found
-
-
 def _table(path: Path) -> Table:
-    data = read_bytes(path)
-    if ngspice.is_raw(data):
-        return ngspice.read_raw(path, data)
-    text = text_of(path, data)
-    if comsol.is_one(text):
-        return comsol.read(path, text)
-    if ngspice.is_printed(text):
-        return ngspice.read_printed(path, text)
-    return text_table.read(path, text)
-
-
-def _told_apart(table: Table) -> Table:
-    """With a number behind names that stand twice; the time may, before every vector."""
+    """The columns of a file of any kind; those that are called alike are numbered. The time may stand before every
+    vector."""
+    data = tables.read_bytes(path)
+    table = raw.read(path, data) if raw.is_one(data) else tables.read(path, data)
     seen: dict[object, int] = {}
     made = []
     for column in table.columns:
         n = seen[column.name, column.at] = seen.get((column.name, column.at), 0) + 1
-        again = n > 1 and not quantities.is_time(column)
-        made.append(replace(column, name=f"{column.name} #{n}") if again else column)
+        made.append(replace(column, name=f"{column.name} #{n}") if n > 1 and not is_time(column) else column)
     return replace(table, columns=tuple(made))
 
 

@@ -1,19 +1,209 @@
-"""One run out of a file: its time, its columns, its rows, and nothing that belongs to another."""
+"""One run out of a file: its time, its columns, its rows, and nothing that belongs to another.
+
+COMSOL writes the runs of a parametric sweep below one another with a column for each parameter, or beside one another
+with the parameters behind an "@" in the headers: which run is that of the scene is told by those that stand for its
+keys. `--column` says "peak=T (K), Point 1", "peak rise (K)=3", "sink.width=w0 (um)", each a name for a column.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
+from operator import attrgetter
 
 import numpy as np
 
+from compare.against import QUANTITIES
 from scenes.dimensions import TIME
-from scenes.errors import SceneError, quoted
+from scenes.errors import SceneError, did_you_mean, printable, quoted
+from scenes.keys import SINK
+from scenes.kinds import Quantity
 from scenes.sink import Sink
-from validate.against import parameters, quantities
-from validate.against.columns import Column, Table, in_si, unit_of
-from validate.against.meanings import IGNORED, Meaning
-from validate.against.parameters import Parameter
+from scenes.units import UnitError, parse_quantity
+from validate.against import quantities
+from validate.against.quantities import IGNORED, Meaning
+from validate.against.tables import Column, Table, has_time, in_si, is_time, split, unit_of
+
+_CLOSE = 1e-4
+"""Of a parameter: tables round to five digits, and nothing that is compared moves by more than a few times this."""
+_MANY = 100_000
+"""Rows that are looked at for the distinct values of a parameter."""
+_VOLTAGE = re.compile(r"[vu](_?(0|in|app|applied|dc|drive|src|source|tot))?", re.IGNORECASE)
+_BARE = re.compile(r"[-+.\deE\s]+")
+_PATHS = {path: key for path, key in SINK.schema.paths.items() if key.physical and isinstance(key.kind, Quantity)}
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter of the file's runs: its name there, the scene's key that it stands for, that key's SI value for each
+    row or header, and its distinct values in words."""
+
+    name: str
+    path: str
+    values: np.ndarray
+    shown: tuple[str, ...]
+
+    def matches(self, sink: Sink) -> np.ndarray:
+        """Which of them have the scene's value."""
+        wanted = attrgetter(_PATHS[self.path].attribute)(sink)
+        return np.isclose(self.values, np.nan if wanted is None else wanted, rtol=_CLOSE, atol=1e-15)
+
+
+def key_of(name: str) -> str | None:
+    """The path of the scene's key that a name stands for: "drive.voltage", "voltage", "V0"; ``None`` for none."""
+    plain = re.sub(r"\s+", "_", name.strip()).lower()
+    if plain in _PATHS:
+        return plain
+    ends = [path for path in _PATHS if path.endswith(f".{plain}")]
+    if len(ends) == 1:
+        return ends[0]
+    return "drive.voltage" if _VOLTAGE.fullmatch(plain) else None
+
+
+def of_column(column: Column, path: str | None, unit: str = "") -> Parameter | None:
+    """A column as the key that it is said to stand for, or the one of its name if it has that key's unit; ``None`` for
+    none. SceneError where what is said can't be."""
+    found = path or key_of(split(column.name)[0])
+    if found is None:
+        return None
+    said = unit_of(unit or column.unit)
+    dimension = _kind(found).dimension
+    if said is not None and said.powers != dimension.powers:
+        if path is None:
+            return None
+        raise SceneError(f"--column: {quoted(column.name)} is not {dimension.name}, as {found} is")
+    values = column.values if said is None else in_si(column.values, said)
+    distinct = dict.fromkeys(values[:_MANY].tolist())
+    return Parameter(split(column.name)[0], found, values, tuple(_show(found, value) for value in distinct))
+
+
+def of_header(name: str, texts: Sequence[str], path: str | None, unit: str = "") -> Parameter | None:
+    """A parameter behind the headers' "@", a text for each run, as a scene's key; ``None`` where it stands for none."""
+    found = path or key_of(name)
+    if found is None:
+        return None
+    values = []
+    for text in texts:
+        spelled = text.replace("[", " ").replace("]", "")
+        try:
+            value, said = parse_quantity(f"{spelled} {unit}" if unit and _BARE.fullmatch(spelled) else spelled)
+        except UnitError:
+            return None
+        if said is not None and said.powers != _kind(found).dimension.powers:
+            return None
+        values.append(value)
+    return Parameter(name, found, np.array(values), tuple(dict.fromkeys(texts)))
+
+
+def choose(shown: str, parameters: Sequence[Parameter], sink: Sink, count: int) -> tuple[np.ndarray, str]:
+    """Which of ``count`` rows or headers are of the scene's run, and a text on that: "the run at V0 = 1 V of 0.5, 1,
+    2 V". SceneError, with the choices, where none is. All are where there is no parameter."""
+    if not parameters:
+        return np.ones(count, dtype=bool), ""
+    fits: np.ndarray = np.all([p.matches(sink) for p in parameters], axis=0)
+    if not fits.any():
+        first = parameters[0]
+        value = _show(first.path, float(first.values[0])).replace(" ", "")
+        raise SceneError(
+            f"--against {shown} has no run of this scene: "
+            + "; ".join(f"{p.name} ({p.path}) is {_list(p)}, in the scene {_of(p.path, sink)}" for p in parameters)
+            + f": export that run, or set the scene: --set {first.path}={value}"
+            + f' (--column "ignore={first.name}" where it is no such parameter)'
+        )
+    said = []
+    for p in parameters:
+        several = len(p.shown) > 1
+        said.append(f"{p.name} = {_of(p.path, sink)} ({p.path})" + (f" of {_list(p)}" if several else ""))
+    return fits, f"the run at {', '.join(said)}"
+
+
+def tells_apart(values: np.ndarray, time: np.ndarray) -> bool:
+    """Whether values are those of a parameter: the same throughout each run that stands below another, or, where the
+    rows of runs take turns, each as often as any other."""
+    breaks = [0, *(np.flatnonzero(np.diff(time) <= 0) + 1).tolist(), len(time)]
+    if all(bool((values[a:b] == values[a]).all()) for a, b in pairwise(breaks)):
+        return True
+    counts = np.unique(values, return_counts=True)[1]
+    return len(breaks) > 2 and bool(counts[0] > 2 and (counts == counts[0]).all())
+
+
+def _show(path: str, value: float) -> str:
+    """An SI value of a key as a person reads it."""
+    return _kind(path).show(float(f"{value:.6g}"))
+
+
+def _kind(path: str) -> Quantity:
+    kind = _PATHS[path].kind
+    assert isinstance(kind, Quantity)
+    return kind
+
+
+def _of(path: str, sink: Sink) -> str:
+    return _PATHS[path].kind.show(attrgetter(_PATHS[path].attribute)(sink))
+
+
+def _list(parameter: Parameter) -> str:
+    values = parameter.shown
+    return ", ".join(values[:12]) + (f" and {len(values) - 12} more" if len(values) > 12 else "")
+
+
+def meanings(table: Table, given: Sequence[str]) -> dict[str, Meaning]:
+    """The meaning of columns and of parameters behind an "@" by their names. SceneError for what names no quantity, no
+    column, or one of them twice."""
+    found: dict[str, Meaning] = {}
+    for text in given:
+        left, equals, wanted = (part.strip() for part in text.partition("="))
+        if not equals or not left or not wanted:
+            raise SceneError(f'--column {quoted(text)}: give NAME=COLUMN, such as peak="T (K), Point 1"')
+        meaning = _meaning(left)
+        name = _column(table, wanted, text)
+        if name in found:
+            raise SceneError(f"--column {quoted(text)}: {quoted(name)} is the {found[name].what} already")
+        if meaning.what != IGNORED and meaning.what in (other.what for other in found.values()):
+            raise SceneError(f"--column {quoted(text)}: another column is the {meaning.what} already")
+        found[name] = meaning
+    return found
+
+
+def _meaning(left: str) -> Meaning:
+    name, unit = split(left)
+    rise = bool(re.search(r"\brise\b", name, re.IGNORECASE))
+    plain = re.sub(r"\s*\brise\b\s*", "", name, flags=re.IGNORECASE).strip().lower()
+    if plain in ("time", IGNORED):
+        return Meaning(plain, unit)
+    if plain in QUANTITIES:
+        return Meaning(QUANTITIES[plain], unit, rise)
+    path = key_of(plain)
+    if path is None:
+        known = ("time", *QUANTITIES, IGNORED)
+        raise SceneError(
+            f"--column {quoted(left)} is no quantity: give {', '.join(known)}, or a key of the scene such as "
+            f"drive.voltage{did_you_mean(plain, known)}"
+        )
+    return Meaning(path, unit)
+
+
+def _column(table: Table, wanted: str, text: str) -> str:
+    """The name of the column that is wanted: as the header has it, without its unit if that is enough, or by number."""
+    names = list(dict.fromkeys(c.name for c in table.columns))
+    parameters = list(dict.fromkeys(name for c in table.columns for name, _ in c.at))
+    plain = " ".join(wanted.split())
+    for found in (*names, *parameters):
+        behind = next((c.at for c in table.columns if c.name == found), ())
+        if plain in (found, f"{found} @ {', '.join(f'{key}={value}' for key, value in behind)}"):
+            return found
+    loose = [name for name in (*names, *parameters) if plain.lower() in (name.lower(), split(name)[0].lower())]
+    if len(loose) == 1:
+        return loose[0]
+    if wanted.isdigit() and 0 < int(wanted) <= len(table.columns):
+        name = table.columns[int(wanted) - 1].name
+        if sum(c.name == name for c in table.columns) > 1:
+            raise SceneError(f"--column: several columns are called {quoted(printable(name))}, so no number tells them")
+        return name
+    shown = ", ".join(quoted(name) for name in (*names[:12], *parameters[:4]))
+    raise SceneError(f"--column {quoted(text)}: no column is called so: there are {shown}{did_you_mean(plain, names)}")
 
 
 @dataclass(frozen=True)
@@ -35,7 +225,7 @@ def pick(table: Table, given: Mapping[str, Meaning], sink: Sink, shown: str) -> 
     if not np.isfinite(time).all():
         raise SceneError(f"--against {shown}: its times are not all finite numbers")
     below, others, left = _below(rest, given, time, shown)
-    fits, said = parameters.choose(shown, below, sink, len(time))
+    fits, said = choose(shown, below, sink, len(time))
     time, others = time[fits], [replace(c, values=c.values[fits]) for c in others]
     again = np.flatnonzero(np.diff(time) <= 0)
     if len(again):
@@ -63,12 +253,12 @@ def _beside(
     for name in dict.fromkeys(name for pairs in at for name, _ in pairs):
         texts = [dict(pairs).get(name, "") for pairs in at]
         meaning = given.get(name)
-        parameter = parameters.of_header(name, texts, *((meaning.what, meaning.unit) if meaning else (None,)))
+        parameter = of_header(name, texts, *((meaning.what, meaning.unit) if meaning else (None,)))
         if parameter is not None:
             found.append(parameter)
         else:
             untold[name] = texts
-    fits, said = parameters.choose(shown, found, sink, len(at))
+    fits, said = choose(shown, found, sink, len(at))
     left = [pairs for pairs, fit in zip(at, fits, strict=True) if fit]
     if len(left) > 1:
         names = [name for name in untold if len({dict(pairs).get(name) for pairs in left}) > 1]
@@ -86,9 +276,9 @@ def _time(
 ) -> tuple[np.ndarray, str, list[Column]]:  # fmt: skip
     """The times in s, the name of their column, and the others. A time that is repeated before every vector is one."""
     said = [c for c in columns if (m := given.get(c.name)) is not None and m.what == "time"]
-    free = [c for c in columns if quantities.has_time(c) and c.name not in given]
+    free = [c for c in columns if has_time(c) and c.name not in given]
     # Whatever it is called, the only column in a unit of time is the time.
-    times = said or [c for c in free if quantities.is_time(c)] or free
+    times = said or [c for c in free if is_time(c)] or free
     same = [c for c in times if c.unit == times[0].unit and np.array_equal(c.values, times[0].values)]
     if not times or len(same) != len(times):
         if table.unnamed and not times:
@@ -114,12 +304,12 @@ def _below(
         meaning = given.get(column.name)
         said = meaning.what if meaning is not None and "." in meaning.what else None
         unit = meaning.unit if meaning is not None else ""
-        parameter = parameters.of_column(column, said, unit) if said or meaning is None else None
+        parameter = of_column(column, said, unit) if said or meaning is None else None
         if meaning is not None and meaning.what == IGNORED:
             left[column.name] = "is left out by --column"
         elif parameter is None:
             others.append(column)
-        elif not parameters.tells_apart(column.values, time):
+        elif not tells_apart(column.values, time):
             if said is not None:
                 raise SceneError(
                     f"--against {shown}: {quoted(column.name)} varies over time, as no {said} of a run does"
@@ -132,9 +322,7 @@ def _below(
 
 def _several(shown: str, time: np.ndarray, row: int, columns: Sequence[Column], said: str) -> str:
     """Why rows are not those of one run, and by what they may be told apart."""
-    telling = [
-        c for c in columns if 1 < len(np.unique(c.values)) <= len(time) / 2 and parameters.tells_apart(c.values, time)
-    ]
+    telling = [c for c in columns if 1 < len(np.unique(c.values)) <= len(time) / 2 and tells_apart(c.values, time)]
     of = f", {said}," if said else ""
     what = (
         f"--against {shown}{of} has the time {time[row + 1]:.9g} s after {time[row]:.9g} s: times that repeat or step "

@@ -44,7 +44,8 @@ def add(parser: argparse.ArgumentParser, options: Mapping[str, str]) -> None:
     "--steady" is a switch, and "--no-figures" switches ``figures`` off. What has no dashes stands by itself, in
     brackets where it may be left out: "[scene SCENE.toml]"."""
     for usage, said in options.items():
-        name, _, value = usage.strip("[]!").removesuffix(" ...").partition(" ")
+        bare = usage[1:-1] if usage.startswith("[") else usage.removesuffix("!").removesuffix(" ...")
+        name, _, value = bare.partition(" ")
         given: dict[str, Any] = {"help": said or _SHARED[usage]}
         if value.startswith("{"):
             given["choices"] = value.strip("{}").split(",")

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from compare.verdict import Check
-from reduced1d.device.findings import shown
-from reduced1d.device.stability import largest_eigenvalue
+from reduced1d.device.stability import largest_eigenvalue, shown
 from scenes.formats import kelvin, milliseconds, percent, quantity
 from scenes.loop.result import QUANTITIES
 from scenes.loop.runs import BAND, Run

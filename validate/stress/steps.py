@@ -15,9 +15,8 @@ from fem3d.domain import boxes
 from fem3d.exponential import integrate
 from fem3d.heat import HeatProblem
 from meshes import grading, symmetry
-from reduced1d.device.crank_nicolson import layer_step
 from reduced1d.device.lumped import Lumped, Slab, lump
-from reduced1d.device.paper import PaperScheme, stability_limit
+from reduced1d.device.paper import PaperScheme, layer_step, stability_limit
 from scenes.device import Device
 from scenes.sink import Sink
 from validate.stress.report import Row
@@ -134,7 +133,7 @@ def grows(lumped: Lumped, dt: float, scheme: PaperScheme) -> bool:
     size = []
     for _ in range(SIMULATED):
         for i, faces in enumerate((np.array([sink, sensor]), np.array([sensor, 0.0]))):
-            inner[i] = layers[i].inner @ inner[i] + layers[i].ends @ faces
+            inner[i] = layers[i][0] @ inner[i] + layers[i][1] @ faces
         into = _flow(lumped.insulator, scheme, sink - inner[0][0])
         through = _flow(lumped.insulator, scheme, inner[0][-1] - sensor)
         out = _flow(lumped.polymer, scheme, sensor - inner[1][0])

@@ -11,8 +11,8 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
 
 from fem3d.exponential import integrate
-from reduced1d.device.crank_nicolson import crank_nicolson, mesh_ratio
 from reduced1d.device.lumped import Slab
+from reduced1d.device.paper import crank_nicolson, mesh_ratio
 from scenes.sink import Sink
 from validate.verify import orders
 from validate.verify.answers import Row, observed_order, order_row

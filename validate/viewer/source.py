@@ -37,9 +37,11 @@ class Source:
                     data[short[name]] = data.pop(name)
             if "rise" not in found.point_data:
                 if "temperature" not in found.point_data:
-                    known = ", ".join(found.point_data.keys()) or "none"
-                    raise SceneError(f"{quoted(self.name)} has no point data rise or temperature, but {known}")
-                found.point_data["rise"] = found["temperature"] - self._coldest(found)
+                    there = ", ".join(found.point_data.keys()) or "none"
+                    raise SceneError(f"{quoted(self.name)} has no point data rise or temperature, but {there}")
+                # Of a field without a run, above its coldest place.
+                known = self.reduction.sink.room_temperature if self.reduction else np.min(found["temperature"])
+                found.point_data["rise"] = found["temperature"] - float(known)
             if self.reduction is not None and "rise_1d" not in found.point_data:
                 painted = self.reduction.rise(np.asarray(found.points), self.times[k])
                 found.point_data["rise_1d"] = painted
@@ -54,32 +56,26 @@ class Source:
 
         stored = np.array(self.times, dtype=float)
         times = np.linspace(stored[0], stored[-1], count)
-        first = self.grid(0)
-        names = {name for name in ("rise", quantity) if name in first.point_data}
-        values = {name: np.stack([self.grid(k).point_data[name] for k in range(len(stored))]) for name in names}
-        cells = quantity if quantity in first.cell_data else None
-        if cells:
-            values[cells] = np.stack([self.grid(k).cell_data[cells] for k in range(len(stored))])
+        states = [self.grid(k) for k in range(len(stored))]
+        first = states[0]
+        of_cells = quantity in first.cell_data
+        values = {"rise": [state.point_data["rise"] for state in states]}
+        if of_cells or quantity in first.point_data:
+            values[quantity] = [(state.cell_data if of_cells else state.point_data)[quantity] for state in states]
         # From the first step on all are spaced evenly in the logarithm, as they are stored.
-        place = np.log(stored - stored[0] + (stored[1] - stored[0]))
-        curves = {name: PchipInterpolator(place, np.nan_to_num(each)) for name, each in values.items()}
+        place, even = (np.log(at - stored[0] + (stored[1] - stored[0])) for at in (stored, times))
+        curves = {name: PchipInterpolator(place, np.nan_to_num(np.stack(each))) for name, each in values.items()}
 
         def load(k: int) -> Any:
             import pyvista as pv
 
             found = pv.UnstructuredGrid(first.cells, first.celltypes, first.points)
             for name, curve in curves.items():
-                data = found.cell_data if name == cells else found.point_data
-                at = curve(np.log(times[k] - stored[0] + (stored[1] - stored[0])))
-                data[name] = np.where(np.isnan(values[name][0]), np.nan, at)
+                data = found.cell_data if of_cells and name == quantity else found.point_data
+                data[name] = np.where(np.isnan(values[name][0]), np.nan, curve(even[k]))
             return found
 
-        return Source(self.name, tuple(float(time) for time in times), self.reduction, load)
-
-    def _coldest(self, found: Any) -> float:
-        if self.reduction is not None:
-            return float(self.reduction.sink.room_temperature)
-        return float(np.min(found["temperature"]))
+        return Source(self.name, tuple(times.tolist()), self.reduction, load)
 
 
 def find(path: Path) -> Source:
@@ -104,11 +100,8 @@ def find(path: Path) -> Source:
         return Source(name, times, of_run(folder), lambda k: _grid(files[k][1], 0))
     if path.suffix not in SINGLE:
         raise SceneError(f"{quoted(path)} is no file of a field: give a folder, .pvd, {', '.join(SINGLE)}")
-    steps = _hdf_times(path) if path.suffix in (".vtkhdf", ".hdf") else ()
-    if steps:
-        return Source(name, steps, of_run(folder), lambda k: _grid(path, k))
-    time = _time_of(path)
-    return Source(name, (time,), of_run(folder), lambda _: _grid(path, 0))
+    times = _hdf_times(path) if path.suffix in (".vtkhdf", ".hdf") else ()
+    return Source(name, times or (_time_of(path),), of_run(folder), lambda k: _grid(path, k))
 
 
 def _collection(path: Path) -> list[tuple[float, Path]]:

@@ -1,4 +1,7 @@
-"""Drawing a view with pyvista: one panel, or three with 3D, 1D and their difference, and the line probe's plot."""
+"""Drawing a view with pyvista: one panel, or three with 3D, 1D and their difference, and the line probe's plot.
+
+The probe is a line through the structure, and what the fields are on it.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +10,15 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
+from matplotlib.colors import ListedColormap
 
-from validate.report.figures import INK, table
-from validate.viewer import probe
+from validate.report.figures import INK, LINES, table
 from validate.viewer.source import Source
 from validate.viewer.state import QUANTITIES, View, keys_text, title
 
 MICRO = 1e6
+POINTS = 401
+"""Of the line probe."""
 DIVERGING = "RdBu_r"
 _PANELS = (("rise", "3D"), ("rise_1d", "1D model on the same geometry"), ("difference", "1D less 3D"))
 PLOT, SLIDER, KEYS, TITLE = 3, 4, 5, 6
@@ -147,8 +152,9 @@ class Stage:
             "position_x": 1.0 - 0.75 * self._bar, "position_y": 0.06, "title_font_size": round(15 * self._ink),
             "label_font_size": round(15 * self._ink), "unconstrained_font_size": True,
         }  # fmt: skip
+        colours = DIVERGING if name == "difference" else ListedColormap(table() / 255)
         actor = self._add(
-            number, surface, view, scalars=data, cmap=_colours(name), clim=(low, high), nan_color="#d9d9d9",
+            number, surface, view, scalars=data, cmap=colours, clim=(low, high), nan_color="#d9d9d9",
             scalar_bar_args=bar, interpolate_before_map=True,
         )  # fmt: skip
         # A little farther from the eye than the lines on it, which would show in parts otherwise.
@@ -157,7 +163,9 @@ class Stage:
         if lines.n_points:
             self._add(number, lines, view, color="#404040", line_width=1.5)
         if view.edges:
-            self._add(number, self._mesh_edges(view), view, color="#303030", line_width=0.7, opacity=0.55)
+            # The edges of the cells themselves, not those of the triangles that they are drawn by.
+            edges = self._surface(view, subdivision=0).extract_all_edges()
+            self._add(number, edges, view, color="#303030", line_width=0.7, opacity=0.55)
 
     def _scale(self, view: View) -> tuple[float, float, float]:
         return MICRO, MICRO, MICRO * view.factor
@@ -166,24 +174,19 @@ class Stage:
         """The surface, clipped if asked; quadratic cells are cut into enough triangles to look curved."""
         grid = self.source.grid(view.step)
         if view.cut:
-            grid = self._clipped(grid, view)
+            axis, origin = "xyz".index(view.cut), self._bounds.mean(axis=1)
+            origin[axis] = self._bounds[axis, 0] + view.place * np.ptp(self._bounds[axis])
+            grid = grid.clip(normal=f"-{view.cut}", origin=tuple(origin), invert=True)
         return grid.extract_surface(algorithm="dataset_surface", nonlinear_subdivision=subdivision)
-
-    def _clipped(self, grid: Any, view: View) -> Any:
-        axis = "xyz".index(view.cut)
-        origin = self._bounds.mean(axis=1)
-        origin[axis] = self._bounds[axis, 0] + view.place * np.ptp(self._bounds[axis])
-        return grid.clip(normal=f"-{view.cut}", origin=tuple(origin), invert=True)
-
-    def _mesh_edges(self, view: View) -> Any:
-        """The edges of the cells themselves, not those of the triangles that they are drawn by."""
-        return self._surface(view, subdivision=0).extract_all_edges()
 
     def _range(self, name: str, step: int | None) -> tuple[float, float]:
         """The least and the largest value of a state, or of all of them (``None``)."""
         if (name, step) not in self._ranges:
             steps = [step] if step is not None else range(len(self.source.times))
-            values = np.stack([self._values(name, k) for k in steps])
+            states = (self.source.grid(k) for k in steps)
+            values = np.stack([(g.point_data if name in g.point_data else g.cell_data)[name] for g in states])
+            if values.ndim > 2:
+                values = np.linalg.norm(values, axis=2)
             low, high = float(np.nanmin(values)), float(np.nanmax(values))
             if name == "difference":
                 high = max(abs(low), abs(high))
@@ -193,15 +196,9 @@ class Stage:
             self._ranges[name, step] = (low, high if high > low else low + 1.0)
         return self._ranges[name, step]
 
-    def _values(self, name: str, step: int) -> np.ndarray:
-        state = self.source.grid(step)
-        values = np.asarray(state.point_data[name] if name in state.point_data else state.cell_data[name])
-        return np.linalg.norm(values, axis=1) if values.ndim > 1 else values
-
     def _keys(self, view: View) -> str:
-        return (
-            keys_text(view, max(1, int(self.plotter.window_size[0] / (COLUMN_WIDE * self._ink)))) if view.keys else ""
-        )
+        columns = max(1, int(self.plotter.window_size[0] / (COLUMN_WIDE * self._ink)))
+        return keys_text(view, columns) if view.keys else ""
 
     def _text(self, number: int, text: str, size: int, font: str) -> None:
         """Text at a part's upper left."""
@@ -218,11 +215,37 @@ class Stage:
     def _probe(self, view: View) -> None:
         if not view.probe:
             return
-        line = probe.through(self.source, self._bounds)
-        self._add(0, pv.lines_from_points(line.points[[0, -1]]), view, color="#2b6cb0", line_width=3)
+        points, axis = self._line()
+        self._add(0, pv.lines_from_points(points[[0, -1]]), view, color="#2b6cb0", line_width=3)
+        found = pv.PolyData(points).sample(self.source.grid(view.step))
+        inside = np.asarray(found["vtkValidPointMask"], dtype=bool)
+        values = np.asarray(found[view.quantity])[inside]
+        curves = {"3D": (np.linalg.norm(values, axis=1) if values.ndim > 1 else values, "-", LINES["peak_K"])}
+        if view.quantity == "rise" and self.source.reduction is not None:
+            rise = self.source.reduction.rise(points[inside], self.source.times[view.step])
+            curves["1D"] = rise, "--", LINES["end_K"]
+        label, unit = QUANTITIES[view.quantity]
+        self._chart = pv.Chart2D(
+            size=(0.96, 0.96), loc=(0.02, 0.02), x_label=f"{'xyz'[axis]} (um)", y_label=f"{label} ({unit})"
+        )
+        for model, (each, style, colour) in curves.items():
+            good = np.isfinite(each)
+            where = points[inside, axis][good] * MICRO
+            self._chart.line(where, each[good], color=colour, width=2.0, style=style, label=model)
+        self._chart.legend_visible = len(curves) > 1
         self.plotter.subplot(PLOT, 0)
-        self._chart = probe.plot(self.source, line, view)
         self.plotter.add_chart(self._chart)
+
+    def _line(self) -> tuple[np.ndarray, int]:
+        """Points (n, 3) in m through the middle of the structure along its longest side, and which that is; of a sink,
+        through the beam's own middle."""
+        sides = np.ptp(self._bounds, axis=1)
+        axis = int(np.argmax(sides))
+        points = np.tile(self._bounds.mean(axis=1), (POINTS, 1))
+        if self.source.reduction is not None:
+            points[:, 2] = self.source.reduction.sink.thickness / 2
+        points[:, axis] = self._bounds[axis, 0] + np.linspace(1e-6, 1 - 1e-6, POINTS) * sides[axis]
+        return points, axis
 
 
 def label_format(low: float, high: float, labels: int) -> str:
@@ -230,11 +253,3 @@ def label_format(low: float, high: float, labels: int) -> str:
     step = (high - low) / (labels - 1)
     digits = math.ceil(math.log10(max(abs(low), abs(high)) / step)) + 1
     return f"%.{min(max(digits, 3), 12)}g"
-
-
-def _colours(name: str) -> Any:
-    if name == "difference":
-        return DIVERGING
-    from matplotlib.colors import ListedColormap
-
-    return ListedColormap(table() / 255)

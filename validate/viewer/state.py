@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 QUANTITIES = {
     "rise": ("rise", "K"),
@@ -14,6 +15,7 @@ QUANTITIES = {
 }
 """What can be shown: the data's name with its label and unit."""
 
+_CUTS = {"": "x", "x": "y", "y": "z", "z": ""}
 FACTORS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 
 
@@ -51,20 +53,13 @@ def _next_quantity(view: View) -> View:
     return replace(view, quantity=view.quantities[(k + 1) % len(view.quantities)])
 
 
-def _cut(view: View) -> View:
-    return replace(view, cut={"": "x", "x": "y", "y": "z", "z": ""}[view.cut], place=0.5)
+def _moved(view: View, by: float) -> View:
+    return replace(view, place=round(min(max(view.place + by, 0.02), 0.98), 4)) if view.cut else view
 
 
-def _move(by: float) -> Callable[[View], View]:
-    return lambda view: replace(view, place=round(min(max(view.place + by, 0.02), 0.98), 4)) if view.cut else view
-
-
-def _stretch(up: bool) -> Callable[[View], View]:
-    def stretched(view: View) -> View:
-        others = [f for f in FACTORS if (f > view.factor if up else f < view.factor)]
-        return replace(view, factor=float((others[0] if up else others[-1]) if others else view.factor))
-
-    return stretched
+def _stretched(view: View, up: bool) -> View:
+    others = [f for f in FACTORS if (f > view.factor if up else f < view.factor)]
+    return replace(view, factor=float((others[0] if up else others[-1]) if others else view.factor))
 
 
 def _compare(view: View) -> View:
@@ -75,21 +70,29 @@ def _play(view: View) -> View:
     return replace(view, playing=not view.playing) if view.steps > 1 else view
 
 
+def _switch(name: str) -> Callable[[View], View]:
+    def switched(view: View) -> View:
+        turned: dict[str, Any] = {name: not getattr(view, name)}
+        return replace(view, **turned)
+
+    return switched
+
+
 KEYS: dict[str, tuple[str, str, Callable[[View], View]]] = {
     "space": ("space", "play, stop", _play),
     "Right": ("right", "later", lambda view: view.at(view.step + 1)),
     "Left": ("left", "earlier", lambda view: view.at(view.step - 1)),
     "t": ("t", "next quantity", _next_quantity),
     "c": ("c", "3D, 1D and difference", _compare),
-    "x": ("x", "clip across x, y, z, not", _cut),
-    "bracketright": ("]", "plane on", _move(0.05)),
-    "bracketleft": ("[", "plane back", _move(-0.05)),
-    "l": ("l", "line probe", lambda view: replace(view, probe=not view.probe)),
-    "a": ("a", "colours: all times, this", lambda view: replace(view, own_scale=not view.own_scale)),
-    "m": ("m", "mesh edges", lambda view: replace(view, edges=not view.edges)),
-    "period": (".", "thicker", _stretch(True)),
-    "comma": (",", "thinner", _stretch(False)),
-    "k": ("k", "these keys", lambda view: replace(view, keys=not view.keys)),
+    "x": ("x", "clip across x, y, z, not", lambda view: replace(view, cut=_CUTS[view.cut], place=0.5)),
+    "bracketright": ("]", "plane on", lambda view: _moved(view, 0.05)),
+    "bracketleft": ("[", "plane back", lambda view: _moved(view, -0.05)),
+    "l": ("l", "line probe", _switch("probe")),
+    "a": ("a", "colours: all times, this", _switch("own_scale")),
+    "m": ("m", "mesh edges", _switch("edges")),
+    "period": (".", "thicker", lambda view: _stretched(view, True)),
+    "comma": (",", "thinner", lambda view: _stretched(view, False)),
+    "k": ("k", "these keys", _switch("keys")),
 }
 """By the name that VTK gives a key: what stands on it, what it does in words, and what it does. VTK keeps q, which
 closes the window, and r, which resets the camera, for itself."""

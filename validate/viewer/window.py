@@ -147,7 +147,7 @@ def _palette() -> list[int]:
 
     inks = np.linspace((34, 34, 34), (255, 255, 255), 24)
     difference = colormaps[DIVERGING](np.linspace(0, 1, 104))[:, :3] * 255
-    return [int(part) for part in np.concatenate([table()[::2], difference, inks]).round().ravel()]
+    return np.concatenate([table()[::2], difference, inks]).round().astype(int).ravel().tolist()
 
 
 def interact(stage: Any, view: View) -> None:

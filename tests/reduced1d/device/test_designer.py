@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from reduced1d.device import solve
-from reduced1d.device.designer import limiter_acts, measurable_range, resolution, smooth_start_gain
+from reduced1d.device.accurate import solve_accurate
+from reduced1d.device.design import limiter_acts, measurable_range, resolution, smooth_start_gain
+from reduced1d.device.lumped import steady
 from reduced1d.device.meters import MAX1367, PXI_4070, in_the_loop, reading
-from reduced1d.device.steady import steady
 from reduced1d.equations import anchor_flow
 from scenes.device import GOLD, Control, Device, External
 from scenes.loop.settling import settling, settling_time
@@ -104,7 +105,7 @@ def test_same_settling_time_for_all_steps_but_the_saturated_one():
     times = {}
     for step in (-80.0, -20.0, 10.0, 20.0):
         device = Device(external=External(293, 293 + step, 0.13), end_time=0.3)
-        times[step] = settling(device, solve(device), "sensor_power_W")[1].time
+        times[step] = settling(device, solve_accurate(device, with_findings=False), "sensor_power_W")[1].time
     assert times[-80.0] == pytest.approx(0.0507, abs=5e-4)
     assert times[-20.0] == pytest.approx(times[-80.0], rel=0.01)
     assert times[10.0] == pytest.approx(times[-80.0], rel=0.01)

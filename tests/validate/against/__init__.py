@@ -1,0 +1,16 @@
+"""Tests of a user's own traces."""
+
+from pathlib import Path
+
+from compare.against import Data
+from scenes.sink import Sink
+from validate.against.read import read
+
+SINK = Sink()
+
+
+def found(folder: Path, content: str | bytes, *columns: str, sink: Sink = SINK) -> Data:
+    """What is read of a file with some content."""
+    path = folder / "a.csv"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return read(path, sink, columns)

@@ -7,12 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from compare.against import Data
 from scenes.errors import SceneError
-from scenes.sink import Sink
+from tests.validate.against import SINK, found
 from validate.against.read import read
 
-SINK = Sink()
 TIMES = np.array([0.0, 1.0, 5.0, 20.0])
 RISES = np.array([0.0, 10.0, 18.0, 20.0])
 
@@ -21,12 +19,6 @@ def table(*columns: tuple[str, np.ndarray], separator: str = ",") -> str:
     names = separator.join(f'"{name}"' if separator in name else name for name, _ in columns)
     rows = (separator.join(f"{value:.9g}" for value in row) for row in zip(*(v for _, v in columns), strict=True))
     return names + "\n" + "\n".join(rows) + "\n"
-
-
-def found(folder: Path, text: str, *columns: str) -> Data:
-    path = folder / "a.txt"
-    path.write_text(text)
-    return read(path, SINK, columns)
 
 
 MILLISECONDS = ("Time (ms)", TIMES)

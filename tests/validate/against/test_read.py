@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from scenes.errors import SceneError
-from scenes.sink import Sink
+from tests.validate.against import SINK, found
 from validate.against.read import read
 
-SINK = Sink()
 COMSOL = """% Model:              active_sink.mph
 % Version:            COMSOL 6.2.0.339
 % Date:               Mar 5 2026, 14:02
@@ -39,9 +38,7 @@ def comsol_texts() -> dict[str, str]:
 
 @pytest.mark.parametrize("kind", ["text", "csv", "bare csv"])
 def test_a_comsol_table(kind: str, tmp_path: Path) -> None:
-    path = tmp_path / "probe.txt"
-    path.write_text(comsol_texts()[kind])
-    data = read(path, SINK)
+    data = found(tmp_path, comsol_texts()[kind])
     assert data.kind == "COMSOL table"
     assert data.time == pytest.approx([0.0, 5e-4, 2e-3, 0.02])
     assert data.values["peak_K"] == pytest.approx([293.0, 303.15, 311.15, 313.15])
@@ -62,9 +59,7 @@ def test_a_comsol_table(kind: str, tmp_path: Path) -> None:
 )
 def test_a_plain_csv(text: str, peak: float, tmp_path: Path) -> None:
     """With any separator, decimal commas, rises, Celsius, and this program's own traces.csv."""
-    path = tmp_path / "a.csv"
-    path.write_text(text, encoding="utf-8")
-    data = read(path, SINK)
+    data = found(tmp_path, text)
     assert data.time[-1] == pytest.approx(2e-3)
     assert data.values["peak_K"][-1] == pytest.approx(peak)
     assert data.values["peak_K"][0] == pytest.approx(293.0)
@@ -90,9 +85,7 @@ def raw(kind: str) -> bytes:
 
 @pytest.mark.parametrize("kind", ["ascii", "binary", "after another"])
 def test_an_ngspice_raw_file(kind: str, tmp_path: Path) -> None:
-    path = tmp_path / "run.raw"
-    path.write_bytes(raw(kind))
-    data = read(path, SINK)
+    data = found(tmp_path, raw(kind))
     assert data.time == pytest.approx([0.0, 1e-3, 2e-3])
     assert data.values["peak_K"] == pytest.approx([293.0, 300.0, 301.0])
     assert data.values["end_K"] == pytest.approx([293.0, 295.0, 296.0])
@@ -106,9 +99,9 @@ def test_what_ngspice_prints(tmp_path: Path) -> None:
     page = "Index   time            v(peak)         v(mean)         \n" + "-" * 80 + "\n"
     rows = [f"{k}\t{k * 1e-3:.6e}\t{293 + k:.6e}\t{293 + k / 2:.6e}\t\n" for k in range(6)]
     other = "Index   time            i(vdrive)       \n0\t0.0\t1.0\n"
-    path = tmp_path / "out.txt"
-    path.write_text("Circuit: thermal\n\n" + page + "".join(rows[:3]) + "\n" + page + "".join(rows[3:]) + "\n" + other)
-    data = read(path, SINK)
+    data = found(
+        tmp_path, "Circuit: thermal\n\n" + page + "".join(rows[:3]) + "\n" + page + "".join(rows[3:]) + "\n" + other
+    )
     assert data.kind == "ngspice print"
     assert data.values["peak_K"] == pytest.approx(293.0 + np.arange(6))
     assert set(data.values) == {"peak_K", "mean_K"}
@@ -133,35 +126,27 @@ REFUSED = {
 
 @pytest.mark.parametrize("text", REFUSED)
 def test_refusals_say_what_was_found(text: str, tmp_path: Path) -> None:
-    path = tmp_path / "a.csv"
-    path.write_text(text)
     with pytest.raises(SceneError, match=REFUSED[text]) as caught:
-        read(path, SINK)
+        found(tmp_path, text)
     assert "\n" not in str(caught.value)
     assert "a.csv" in str(caught.value)
 
 
 def test_binary_that_is_no_raw_file(tmp_path: Path) -> None:
-    path = tmp_path / "a.mph"
-    path.write_bytes(bytes(range(256)))
     with pytest.raises(SceneError, match="binary"):
-        read(path, SINK)
+        found(tmp_path, bytes(range(256)))
     with pytest.raises(SceneError, match="cannot be read"):
         read(tmp_path / "none.csv", SINK)
 
 
 @pytest.mark.parametrize("bytes_less", [8, 3])
 def test_a_raw_file_cut_short_or_within_a_number(bytes_less: int, tmp_path: Path) -> None:
-    path = tmp_path / "a.raw"
-    path.write_bytes(raw("binary")[:-bytes_less])
     with pytest.raises(SceneError, match="11 numbers"):
-        read(path, SINK)
+        found(tmp_path, raw("binary")[:-bytes_less])
 
 
 def test_what_is_left_out_is_said(tmp_path: Path) -> None:
-    path = tmp_path / "a.csv"
-    path.write_text("time (ms),peak (K),stress (MPa)\n0,293,1\n1,294,2\n2,295,3\n")
-    data = read(path, SINK)
+    data = found(tmp_path, "time (ms),peak (K),stress (MPa)\n0,293,1\n1,294,2\n2,295,3\n")
     assert data.left_out == {"stress (MPa)": "has no unit that is known"}
     assert 'peak is "peak (K)"' in data.said()
     assert 'left out: "stress (MPa)", it has no unit' in data.said()

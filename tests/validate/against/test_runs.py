@@ -8,12 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from compare.against import Data
 from scenes.errors import SceneError
-from scenes.sink import Sink
+from tests.validate.against import SINK, found
 from validate.against.read import read
 
-SINK = Sink()
 TIMES = np.array([0.0, 1e-3, 5e-3, 20e-3])
 VOLTS = (0.5, 1.0, 2.0)
 HEAD = "% Model:              active_sink.mph\n% Version:            COMSOL 6.2.0.339\n"
@@ -47,12 +45,6 @@ def exported(unit: str, place: float) -> str:
         for y, part in ((place, 1.0), (0.0, 0.2))
     ]
     return f"{HEAD}% Length unit:        {unit}\n% x  y  z  {head}\n" + "\n".join(rows) + "\n"
-
-
-def found(folder: Path, text: str, *columns: str, sink: Sink = SINK) -> Data:
-    path = folder / "sweep.txt"
-    path.write_text(text)
-    return read(path, sink, columns)
 
 
 @pytest.mark.parametrize("volts", VOLTS)
@@ -132,10 +124,8 @@ def test_one_value_of_a_key_is_held_against_the_scenes(tmp_path: Path) -> None:
 @pytest.mark.parametrize("second", [[0.0, 1.0, 2.0], [2.0, 3.0, 4.0], [1.5, 3.0, 4.0]])
 def test_times_that_repeat_or_step_back_are_not_merged(second: list[float], tmp_path: Path) -> None:
     rows = [f"{t},{293 + t}" for t in (0.0, 1.0, 2.0, *second)]
-    path = tmp_path / "a.csv"
-    path.write_text("time (ms),peak (K)\n" + "\n".join(rows))
     with pytest.raises(SceneError, match="repeat or step back"):
-        read(path, SINK)
+        found(tmp_path, "time (ms),peak (K)\n" + "\n".join(rows))
 
 
 def test_a_voltage_that_varies_over_time_is_no_parameter(tmp_path: Path) -> None:

@@ -14,8 +14,7 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from reduced1d.device.lumped import lump
-from reduced1d.device.steady import steady
+from reduced1d.device.lumped import lump, steady
 from scenes.formats import percent, quantity, scale
 from scenes.loop.runs import BAND, Run
 from validate.report.checks import drawn, with_mu
