@@ -134,7 +134,7 @@ def _sink(run: _Run[Sink], data: Data | None) -> Outcome[Sink]:
         with clock.stage("sensitivities"):
             from compare.inputs import sensitivities
 
-            found = sensitivities.of_sink(sink, outcome.fem3d, outcome.reduced1d)
+            found = sensitivities.of_sink(sink, outcome.fem3d, outcome.reduced1d, request.uncertain is not None)
             outcome = _with_sensitivities(outcome, found)
             if request.sensitivities:
                 made = sensitivities.checks(sink, found)
@@ -286,13 +286,16 @@ def _device(run: _Run[Device]) -> Outcome[Device]:
             answers = design.answer(device, request.largest_voltage, request.largest_power)
     if request.sensitivities:
         from compare.inputs import sensitivities
+        from reduced1d.slopes import OF_DEVICE
 
         with clock.stage("sensitivities"):
-            followed = sensitivities.of_device(device)
+            followed = sensitivities.of_device(device, None if solved is None else solved.model)
+            found += sensitivities.checks(device, followed, OF_DEVICE)
+    remarks = followed.remarks() if followed else ()
     return Outcome(
         device, request, of_device(device, request), checks=found,
-        warnings=hottest.of_device(device, made.base.result), simulated=made, device_3d=solved, design=answers,
-        sensitivities=followed,
+        warnings=(*hottest.of_device(device, made.base.result), *remarks), simulated=made, device_3d=solved,
+        design=answers, sensitivities=followed,
     )  # fmt: skip
 
 

@@ -14,14 +14,13 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import LinearOperator, cg
 
 from fem3d.assembly import reactions
-from fem3d.factorization import Factors, Ordering, part
+from fem3d.factorization import Factors, Ordering, part, refined
 from fem3d.heat import HeatProblem
 from fem3d.integrals import Cells, Faces
 from scenes.model import Material
 
 SAME = 1e-9  # relative size below which a current field is taken for a sum of others
 SOLVED = 1e-12  # the error of a potential over that of its first guess, in the energy norm, if nothing looser is asked
-
 Section = list[tuple[Faces, float, np.ndarray, np.ndarray]]
 """Faces inside a conductor, half the sign of their normal, and the law of the resistivity (facets, 1) there."""
 
@@ -63,7 +62,8 @@ class Conductor:
 
     ``matrix`` is that of the initial temperature. ``electrodes``: for each its part (functions,) of the currents that
     enter. ``sections``: the current probes inside. ``stands_for`` (cells, 1): how many such cells in series each one
-    is, all of which the resistivity counts and the heat does not. Current densities are (3, cells, points).
+    is, all of which the resistivity counts and the heat does not. Current densities are (3, cells, points). ``near``:
+    the `solve_cold` of another conductor that differs from this by next to nothing, which spares a factorization.
     """
 
     heat: HeatProblem
@@ -79,6 +79,7 @@ class Conductor:
     stands_for: np.ndarray
     ordering: Ordering
     solved: float = SOLVED
+    near: Callable[[np.ndarray], np.ndarray] | None = None
 
     def lower(self, level: int, heat: HeatProblem) -> Conductor:
         """The problem in a lower space, for the heat problem there."""
@@ -102,6 +103,8 @@ class Conductor:
     @cached_property
     def solve_cold(self) -> Callable[[np.ndarray], np.ndarray]:
         """What gives the potential (free,) of the cold conductor for charges (free,) between earthed electrodes."""
+        if self.near is not None:
+            return refined(part(self.matrix, self.free), self.near)
         groups = self.heat.domain.space.entity[self.free]
         return Factors(part(self.matrix, self.free), groups, self.ordering).solve
 

@@ -55,6 +55,11 @@ class Domain(ABC):
         return np.ones(len(self.names))
 
     @cached_property
+    def probes(self) -> dict[str, Any]:
+        """The scene's, by name."""
+        return {p.name: p for p in self.scene.probes}
+
+    @cached_property
     def inputs(self) -> Inputs:
         """The channels of what varies in time."""
         values = [v for b in self.scene.boundaries for v in (b.value, b.ambient)] + [v for v, _ in self.sources]

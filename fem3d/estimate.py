@@ -114,15 +114,14 @@ def _part(p: np.ndarray) -> np.ndarray:
     return (p - 1.0) ** -REGULAR - p**-REGULAR
 
 
-def spread(space: BrickSpace, grid: Grid, functions: np.ndarray, parts: np.ndarray) -> Spread:
+def spread(space: BrickSpace, functions: np.ndarray, parts: np.ndarray) -> Spread:
     """What functions (n,) of a brick space miss on the intervals that they stand on, in equal parts along the axes of
     their degree. Absolute values are added: a sum of parts that cancel would be small for a while by chance, and
     refining until it is small would look for just that."""
     axes, index = (each[functions] for each in space.along)
     share = np.abs(parts) / np.maximum(axes.sum(axis=1), 1)
-    return [
-        np.bincount(index[axes[:, d], d], share[axes[:, d]], len(degrees)) for d, degrees in enumerate(grid.degrees)
-    ]
+    each = enumerate(space.grid.degrees)
+    return [np.bincount(index[axes[:, d], d], share[axes[:, d]], len(degrees)) for d, degrees in each]
 
 
 def weights(matrix: csc_array, u: np.ndarray, depth: np.ndarray) -> np.ndarray:
@@ -135,10 +134,10 @@ def weights(matrix: csc_array, u: np.ndarray, depth: np.ndarray) -> np.ndarray:
     return found
 
 
-def every_second(space: BrickSpace, grid: Grid, functions: np.ndarray, sizes: np.ndarray) -> Spread:
+def every_second(space: BrickSpace, functions: np.ndarray, sizes: np.ndarray) -> Spread:
     """`Parts.every_second` of functions (n,): of the dual solution times the `weights` of the solution."""
     depth = space.depth[functions]
-    own, near, far = (spread(space, grid, functions[depth == d], sizes[depth == d]) for d in (1, 2, 3))
+    own, near, far = (spread(space, functions[depth == d], sizes[depth == d]) for d in (1, 2, 3))
     with np.errstate(divide="ignore", invalid="ignore"):
         # Below degree 5 there is none two degrees lower: what one degree takes is taken twice.
         ratios = [np.where(z > 0, x / z, (x / y) ** 2) for x, y, z in zip(own, near, far, strict=True)]
@@ -150,9 +149,6 @@ def total(parts: Spread) -> float:
     return float(sum(p.sum() for p in parts))
 
 
-def worst(goals: Iterable[Spread], power: Spread) -> Spread:
-    """What is missing on each interval for the goal that misses most there, and what all miss with the power."""
-    found = [np.zeros_like(p) for p in power]
-    for goal in goals:
-        found = [np.maximum(a, b) for a, b in zip(found, goal, strict=True)]
-    return [a + b for a, b in zip(found, power, strict=True)]
+def worst(goals: Iterable[Spread]) -> Spread:
+    """What is missing on each interval for the goal that misses most there."""
+    return [np.max(each, axis=0) for each in zip(*goals, strict=True)]

@@ -11,12 +11,13 @@ import numpy as np
 
 from fem3d.level import Level
 from meshes import grading
+from meshes.grading import RATIO
 from meshes.grid import Grid
 
 # The error over the difference of the two degrees, at most, once it is small: `validate stress` divides by it in its
 # row "field away from the probes".
 CAUTION = 1.5
-CAUSES = 0.3  # of the largest difference: what is refined
+CAUSES = RATIO ** (2 / 3)  # of the largest difference, what a layer leaves of it at a re-entrant edge: what is refined
 POINTS = 6  # of an interval, at which fields are compared
 MOST_LEVELS = 6  # more than the probes need
 MOST_GROWTH, FREELY, MOST = 2.0, 3_000, 30_000

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from fem3d.domain import Domain
-from fem3d.factorization import Factors, Ordering, part
+from fem3d.factorization import Factors, Ordering, part, refined
 from fem3d.inputs import Inputs
 from scenes.model import Value
 
@@ -49,7 +49,8 @@ class HeatProblem:
     that K is regular. ``unit`` (all nodes,) are the coefficients of the constant 1,
     ``groups`` (all nodes,) numbers the vertex, edge, facet or cell that each belongs to, ``ordering`` says when these
     are eliminated. ``order`` (all nodes,) is the function of the domain's space that each is of, ``torn`` (all nodes,)
-    by how much temperatures given there contradict each other (K).
+    by how much temperatures given there contradict each other (K). ``near``: the `solve_steady` of another problem that
+    differs from this by next to nothing, which spares a factorization.
     """
 
     inputs: Inputs
@@ -70,6 +71,7 @@ class HeatProblem:
     domain: Domain
     order: np.ndarray
     torn: np.ndarray
+    near: Callable[[np.ndarray], np.ndarray] | None = None
 
     def field(self, u: np.ndarray) -> np.ndarray:
         """(..., functions): a field (free or all nodes) as coefficients of the space's functions."""
@@ -125,9 +127,10 @@ class HeatProblem:
     def solve_steady(self) -> Callable[[np.ndarray], np.ndarray]:
         """What gives the rise at the free nodes with K rise = load (free nodes), by one factorization; without an exit
         for heat, the mean over the run's time with the capacity of the whole run in its place."""
-        if self.anchored:
-            return self.factors(self.inner_stiffness).solve
-        return self.factors(_combined(self.inner_stiffness, 1.0 / self.end_time, self.inner_mass)).solve
+        matrix = self.inner_stiffness
+        if not self.anchored:
+            matrix = _combined(matrix, 1.0 / self.end_time, self.inner_mass)
+        return self.factors(matrix).solve if self.near is None else refined(matrix, self.near)
 
     def solve_shifted(self, shift: float) -> Callable[[np.ndarray], np.ndarray]:
         """What solves (M + shift K) u = b on the free nodes."""

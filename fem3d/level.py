@@ -6,8 +6,9 @@ of its own. `fem3d.estimate` makes errors of what each takes away from the next 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -85,7 +86,7 @@ def solution(study: Study, given: Problems, level: int = 2, follow: bool | None 
 @dataclass(frozen=True, eq=False)
 class Level:
     """What is known of a mesh: its problems, the fine and the low solution, the quantities' scales and errors, and what
-    each interval misses, for the power, for each goal with it, and for the worst of them, relative to the scales."""
+    each interval misses for the power, and for each goal with it, relative to the scales."""
 
     problems: Problems
     fine: Solution
@@ -93,7 +94,6 @@ class Level:
     scales: dict[str, float]
     errors: dict[str, float]
     goals: dict[str, Spread]
-    missing: Spread
 
     @property
     def worst(self) -> float:
@@ -116,9 +116,12 @@ def examined(study: Study, given: Problems, fine: Solution, marks: Features) -> 
     power = judge.remains(electric_parts(given))
     unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
     errors = _errors(study, fine, low, scales, goals, estimate.total(power), unsettled, tail(goals, parts, judge.most))
-    missing = estimate.worst(goals.values(), power)
-    goals = {name: [a + b for a, b in zip(own, power, strict=True)] for name, own in goals.items()}
-    return Level(given, fine, low, scales, errors, {"power": power} | goals, missing)
+    return Level(given, fine, low, scales, errors, {"power": power} | with_power(goals, power))
+
+
+def with_power(goals: Mapping[str, Spread], power: Spread) -> dict[str, Spread]:
+    """What goals miss, and what they miss with the power."""
+    return {name: [a + b for a, b in zip(own, power, strict=True)] for name, own in goals.items()}
 
 
 def tail(goals: Mapping[str, Spread], parts: Mapping[str, Parts], most: float) -> float:
@@ -163,13 +166,13 @@ def steady_parts(
     """For each goal what the degrees p - 1 and p take away, relative to its scale."""
     heat, state = given.heat, low.state
     if not physics.heat(given.domain.scene):
-        return {name: parts for name, parts in _potentials(study, given, scales).items()}
+        return _potentials(study, given, scales)
     source = heat.loads[0].copy()
     if state.conductor is not None:
         source += heat.take(state.conductor.on.load(state.conductor.heating(state.density, state.density, state.rise)))
     # Two degrees lower only the rate is asked for, which the heat of the low solution gives.
     lowest = given.heats[0]
-    to_lowest = lowest.take(_spaced(heat, source))
+    to_lowest = lowest.take(heat.field(source))
     rise = lowest.lifts[0] + lowest.whole(lowest.solve_steady(to_lowest[: lowest.free]))
     fields = given.lifted(rise, 0), given.lifted(state.rise, 1)
     residuals = tuple(source - heat.stiffness @ u for u in fields)
@@ -190,17 +193,21 @@ def thermal_parts(
     ``rise`` is the fine solution, where extremes are looked for. The dual solutions are those of the steady problem, or
     of a step of ``time`` (s) from rest.
     """
-    probes, found = {p.name: p for p in given.domain.scene.probes}, {}
+    heat, domain, found = given.heat, given.domain, {}
     solves = [h.solve_steady if time is None else h.solve_shifted(time) for h in given.heats[1:]]
-    scale = 1.0 if time is None else time
-    heat, depth = given.heat, given.domain.space.depth[given.heat.order]
+    depth, left = domain.space.depth[heat.order], heat.field(np.array(residuals))
     sizes = estimate.weights(heat.stiffness, rise, depth)
     if time is not None:
         sizes += estimate.weights(heat.mass, rise, depth) / time
+    free = [h.order[: h.free] for h in given.heats]
     for name, probe in goals.items():
-        row = goal_row(heat, probes[probe], rise)
+        row = goal_row(heat, domain.probes[probe], rise)
         if row is not None:
-            found[name] = _parts(given, scale * row, solves, residuals, sizes, scales[name])
+            row = row * (1.0 if time is None else time)
+            duals = [h.field(solve(row[: h.free])) for h, solve in zip(given.heats[1:], solves, strict=True)]
+            found[name] = _parts(
+                domain.space, free, np.array(duals) * left / scales[name], duals[-1] * heat.field(sizes)
+            )
     return found
 
 
@@ -223,12 +230,12 @@ def add_torn(
     nodes = np.flatnonzero(heat.torn)
     if not len(nodes):
         return
-    probes, near = {p.name: p for p in given.domain.scene.probes}, marks.near(space.grid)
+    near = marks.near(space.grid)
     corner, cell = np.nonzero(np.isin(space.dofs[:8], heat.order[nodes]))
     at = [space.ijk[d, cell] for d in range(3)]
     beside = np.array([np.isfinite(near[d][at[d] + RefHex.p[d].astype(int)[corner]]) for d in range(3)])
     for name, into in spreads.items():
-        row = goal_row(heat, probes[goals[name]], rise)
+        row = goal_row(heat, given.domain.probes[goals[name]], rise)
         if row is None:
             continue
         dual, parts = np.zeros(heat.size), np.zeros(space.size)
@@ -242,30 +249,17 @@ def add_torn(
             np.add.at(into[d], at[d][beside[d]], part[beside[d]])
 
 
-def _parts(
-    given: Problems,
-    row: np.ndarray,
-    solves: list[Any],
-    residuals: tuple[np.ndarray, ...],
-    sizes: np.ndarray,
-    scale: float,
-) -> Parts:
-    """The parts of one goal; ``sizes`` (all nodes,) are the `estimate.weights` of the fine solution."""
-    heat, space = given.heat, given.domain.space
-    spreads, before = [], given.heats[0].free
-    for lower, solve, residual in zip(given.heats[1:], solves, residuals, strict=True):
-        # The free nodes of each space are the first of the next one's.
-        own = slice(before, lower.free)
-        dual = solve(row[: lower.free])
-        spreads.append(estimate.spread(space, space.grid, heat.order[own], dual[own] * residual[own] / scale))
-        before = lower.free
-    every_second = estimate.every_second(space, space.grid, heat.order[: heat.free], dual * sizes[: heat.free])
-    return Parts(spreads[0], spreads[1], every_second)
+def _parts(space: Any, free: Sequence[np.ndarray], products: Sequence[np.ndarray], sizes: np.ndarray) -> Parts:
+    """The parts of one goal, from the free functions of each space, the lowest first, for the two upper ones the dual
+    solutions (functions,) times the residuals of the space below, and the fine one times the `estimate.weights`."""
+    new = [np.setdiff1d(upper, lower) for lower, upper in pairwise(free)]
+    before, last = (estimate.spread(space, at, own[at]) for at, own in zip(new, products, strict=True))
+    return Parts(before, last, estimate.every_second(space, free[-1], sizes[free[-1]]))
 
 
-def goal_row(heat: HeatProblem, probe: object, rise: np.ndarray) -> np.ndarray | None:
+def goal_row(heat: HeatProblem, probe: Any, rise: np.ndarray) -> np.ndarray | None:
     """(all nodes,): how a thermal probe follows the rise, at the point of an extreme; None for an electric one."""
-    if probe.quantity not in ("temperature", "heat_flow"):  # type: ignore[attr-defined]
+    if probe.quantity not in ("temperature", "heat_flow"):
         return None
     how = reading(heat, probe)
     if how.extreme is None:
@@ -277,20 +271,20 @@ def goal_row(heat: HeatProblem, probe: object, rise: np.ndarray) -> np.ndarray |
 def electric_parts(given: Problems) -> Parts:
     """What the degrees p - 1 and p take away of the power of the cold conductor, relative to it."""
     space, own = given.domain.space, given.conductor
-    none = [np.zeros(len(d)) for d in space.grid.degrees]
     if own is None:
+        none = [np.zeros(len(d)) for d in space.grid.degrees]
         return Parts(none, none, none)
-    found, before = [], given.conductors[0].free  # type: ignore[union-attr]
-    potentials = cold_potentials(given)
-    for lower, phi, higher in zip(potentials[:-1], potentials[1:], given.conductors[1:], strict=True):
+    potentials, products = cold_potentials(given), []
+    for lower, phi in pairwise(potentials):
         power = max(float(np.einsum("cn,cn->", phi, (own.matrix @ phi.T).T)), 1e-300)
-        functions = np.setdiff1d(higher.free, before)  # type: ignore[union-attr]
-        parts = (phi * (own.matrix @ lower.T).T).sum(axis=0)[functions] / power
-        found.append(estimate.spread(space, space.grid, functions, parts))
-        before = higher.free  # type: ignore[union-attr]
-    phi = potentials[-1]
-    sizes = sum((v * estimate.weights(own.matrix, v, space.depth) for v in phi), np.zeros(space.size))
-    return Parts(found[0], found[1], estimate.every_second(space, space.grid, own.free, sizes[own.free]))
+        products.append((phi * (own.matrix @ lower.T).T).sum(axis=0) / power)
+    sizes = sum((v * estimate.weights(own.matrix, v, space.depth) for v in potentials[-1]), np.zeros(space.size))
+    return _parts(space, _free(given), products, sizes)
+
+
+def _free(given: Problems) -> list[np.ndarray]:
+    """In each space the functions that the potential is sought of."""
+    return [own.free for own in given.conductors if own is not None]
 
 
 def cold_potentials(given: Problems) -> list[np.ndarray]:
@@ -308,40 +302,23 @@ def cold_potentials(given: Problems) -> list[np.ndarray]:
 
 def _potentials(study: Study, given: Problems, scales: Mapping[str, float]) -> dict[str, Parts]:
     """For each potential that is read inside the conductor the parts of its error, at the initial temperature."""
-    domain, own = given.domain, given.conductor
-    names = [n for n, p in study.goals.items() if _probe(domain, p).quantity == "potential"]
+    domain, own, space = given.domain, given.conductor, given.domain.space
+    names = [n for n, p in study.goals.items() if domain.probes[p].quantity == "potential"]
     if own is None or not names:
         return {}
     *lower, fine = cold_potentials(given)
-    sizes, found = estimate.weights(own.matrix, fine.sum(axis=0), domain.space.depth), {}
+    sizes, found = estimate.weights(own.matrix, fine.sum(axis=0), space.depth), {}
     for name in names:
-        probe = _probe(domain, study.goals[name])
+        probe = domain.probes[study.goals[name]]
         if probe.reduce == "mean":
             row = domain.mean(probe, domain.live)
         else:
-            place = extreme(domain, probe, domain.live).where(fine.sum(axis=0))
-            row = np.zeros(domain.space.size)
-            row[domain.space.dofs[:, place.cell]] = domain.space.at(place.point[:, None])[0]
-        spreads, before = [], given.conductors[0].free  # type: ignore[union-attr]
-        for phi, higher in zip(lower, given.conductors[1:], strict=True):
-            assert higher is not None
-            dual = np.zeros(domain.space.size)
-            dual[higher.free] = higher.solve_cold(row[higher.free])
-            functions = np.setdiff1d(higher.free, before)
-            parts = (dual * (own.matrix @ phi.T).T).sum(axis=0)[functions] / scales[name]
-            spreads.append(estimate.spread(domain.space, domain.space.grid, functions, parts))
-            before = higher.free
-        of = (dual * sizes)[own.free]
-        every_second = estimate.every_second(domain.space, domain.space.grid, own.free, of)
-        found[name] = Parts(spreads[0], spreads[1], every_second)
-    return found
-
-
-def _probe(domain: Domain, name: str):  # type: ignore[no-untyped-def]
-    return next(p for p in domain.scene.probes if p.name == name)
-
-
-def _spaced(heat: HeatProblem, load: np.ndarray) -> np.ndarray:
-    found = np.zeros(heat.domain.space.size)
-    found[heat.order] = load
+            row = extreme(domain, probe, domain.live).where(fine.sum(axis=0)).row(space)
+        products = []
+        for phi, upper in zip(lower, given.conductors[1:], strict=True):
+            assert upper is not None
+            dual = np.zeros(space.size)
+            dual[upper.free] = upper.solve_cold(row[upper.free])
+            products.append((dual * (own.matrix @ phi.T).T).sum(axis=0) / scales[name])
+        found[name] = _parts(space, _free(given), products, dual * sizes)
     return found

@@ -8,13 +8,15 @@ between two planes in proportion: bricks stay bricks, and an integral over one c
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from fem3d.conductor import law
-from fem3d.domain import Domain
+from fem3d.domain import Domain, boxes
+from fem3d.groups import groups
+from meshes.grouped.place import Placed
 from meshes.symmetry import Symmetry
 from scenes import physics
 from scenes.errors import SceneError
@@ -81,8 +83,7 @@ def motion(given: Given, part: Symmetry, other: Symmetry, step: float) -> Motion
     """The motion between the part of a scene that is solved and that of another, whose key is larger by a relative
     ``step``. On a mesh file nothing moves. Raises SceneError where the one can't move into the other."""
     domain, here, there = given.domain, part.scene, other.scene
-    if [p[::2] for p in part.planes] != [p[::2] for p in other.planes] or _names(here) != _names(there):
-        raise SceneError("the scene loses a mirror plane or a part when it changes")
+    _check_alike(part, other)
     space = domain.space
     start = here.initial_temperature, there.initial_temperature
     rises, voltages = np.zeros(space.size), np.zeros(space.size)
@@ -119,6 +120,23 @@ def motion(given: Given, part: Symmetry, other: Symmetry, step: float) -> Motion
         breaks, stretch, change("thermal_conductivity"), change("heat_capacity"), laws[:, 0], laws[:, 1], rises,
         voltages, _sources(here, there, step), films, probes, tuple(electrodes),
     )  # fmt: skip
+
+
+def moved(domain: Any, part: Symmetry, other: Symmetry, step: float) -> Domain:
+    """The domain of the part of another scene, as of `motion`, on the cells of this one's, moved. Raises as that
+    does."""
+    _check_alike(part, other)
+    if isinstance(other.scene, MeshScene):
+        return groups(Placed(other.scene, domain.placed.mesh))
+    grid, by = domain.space.grid, speeds(domain, part.scene, other.scene, step)
+    breaks = tuple(b + step * v for b, v in zip(grid.breaks, by, strict=True))
+    return boxes(other.scene, replace(grid, breaks=breaks, boxes=other.scene.boxes))
+
+
+def _check_alike(part: Symmetry, other: Symmetry) -> None:
+    alike = [p[::2] for p in part.planes] == [p[::2] for p in other.planes]
+    if not alike or _names(part.scene) != _names(other.scene):
+        raise SceneError("the scene loses a mirror plane or a part when it changes")
 
 
 def speeds(domain: Any, here: Scene, there: Scene, step: float) -> tuple[np.ndarray, ...]:

@@ -9,6 +9,7 @@ pass its least conducting box at its largest rise.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import pairwise
 
 import numpy as np
 
@@ -20,23 +21,33 @@ from scenes.model import Box, Probe, Scene, Schedule, Value
 OF_RISE, OF_FLOW = 0.1, 0.01
 ISOTHERMAL = 1e-9  # of what is given above the start: a rise above the coldest that is rounding, and no measure
 FIELD = 0.1  # of the largest rise: what the field at any node may be off by, as far as a few more levels can do that
-EARLY, LATE = 1e-3, 0.1  # of the end time: from here on traces hold their accuracy where no instants are asked for;
-# where some are, from the first of them on, or from the latter at most
+EARLY, LATE = 1e-3, 0.1  # of the end time: of `_earliest` where no instants are asked for, and at most
 
 
 def study(scene: Scene, part: Symmetry) -> Study:
     """What is to be found of a scene (a scene on a mesh has no part, and is solved whole)."""
     probes = {p.name: p for p in scene.probes}
     thermal = tuple(n for n, p in probes.items() if p.quantity == "temperature")
-    instants = tuple(t for t in scene.output_times if 0 < t <= scene.end_time)
     voltages = _spread(b.value for b in scene.boundaries if b.kind == "voltage")
     return Study(
         part, scene.accuracy, max(voltages, default=0.0) - min(voltages, default=0.0), scene.end_time,
-        min(*instants, LATE * scene.end_time) if instants else EARLY * scene.end_time, scene.output_times,
+        _earliest(scene), scene.output_times,
         goals={n: n for n in probes}, trace_goals={n: n for n in probes}, rises=thermal, trace_rises=thermal, ratios={},
         steady=lambda out: values(scene, out), traces=lambda out: values(scene, out),
         steady_scales=lambda out: scales(scene, out), trace_scales=lambda out: scales(scene, out), field=FIELD,
     )  # fmt: skip
+
+
+def _earliest(scene: Scene) -> float:
+    """The time (s) after the start, and after a jump of a given temperature, from which on traces hold their accuracy:
+    that of the first instant that is asked for, and of any other but those right after a jump."""
+    end = scene.end_time
+    given = [b.value for b in scene.boundaries if b.kind == "temperature" and isinstance(b.value, Schedule)]
+    jumps = [t for s in given for t, following in pairwise(s.times) if t == following]
+    instants = [t for t in scene.output_times if 0 < t <= end]
+    since = [min(t - jump for jump in jumps if t > jump) for t in instants if t > min(jumps, default=end)]
+    after = [*instants, *(t for t in since if t >= EARLY * end)]
+    return min(*after, LATE * end) if instants else EARLY * end
 
 
 def values(scene: Scene, out: Outputs) -> Quantities:

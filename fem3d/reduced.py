@@ -98,7 +98,13 @@ def project(
     heat: HeatProblem, conductor: Conductor | None, fields: np.ndarray, patterns: Sequence[Pattern] = ()
 ) -> Reduced:
     """The reduced problem on temperature fields (free nodes, r) and current fields."""
-    basis = orthonormal(heat, fields)
+    return on_basis(heat, conductor, orthonormal(heat, fields), patterns)
+
+
+def on_basis(
+    heat: HeatProblem, conductor: Conductor | None, basis: np.ndarray, patterns: Sequence[Pattern] = ()
+) -> Reduced:
+    """The same on fields as they are, orthonormal or not."""
     n, channels, lifts = heat.free, heat.inputs.count, heat.lifts
     source, inertia = heat.loads[:, :n] @ basis, np.zeros((channels, basis.shape[1]))
     for c, lift in enumerate(lifts):

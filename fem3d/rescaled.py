@@ -62,7 +62,7 @@ def _solution(study: Study, before: SteadyState, reduced: Reduced, factor: float
     density = combined(patterns, point.c)
     source = conductor.joule_load(density, rise) + heat.loads[0]
     answer = lift + heat.whole(heat.solve_steady(source[:n]))
-    probes = {p.name: p for p in heat.domain.scene.probes}
+    probes = heat.domain.probes
     goals = [level.goal_row(heat, probes[name], rise) for name in study.goals.values()]
     rows = [row for row in goals if row is not None]
     moved = max(abs(float(row[:n] @ (answer - rise)[:n]) / float(row[:n] @ answer[:n])) for row in rows)

@@ -157,4 +157,4 @@ def _profile(sink: Sink, count: int, state: SteadyState, part: Symmetry) -> dict
     points = part.mirrored(np.column_stack([np.zeros_like(y), solved, np.full_like(y, sink.thickness / 2)]))
     space: Any = state.heat.domain.space
     rise = space.sample(state.heat.field(state.rise), points[:1, 0], points[:, 1], points[:1, 2])
-    return {"y_m": y, "rise_K": rise[0, :, 0]}
+    return {"y_m": y, "rise_K": rise[0, :, 0], "points_m": points}

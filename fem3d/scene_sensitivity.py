@@ -13,10 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from fem3d import sensitivity, solve_scene
+from fem3d import probe_quantities, sensitivity, sensitivity_over_time, solve_scene
 from fem3d.motion import Given
-from fem3d.moved_response import Moved
 from fem3d.sensitivity import STEP, Known, Table
+from fem3d.sensitivity_over_time import over_time
+from fem3d.study import Study
 from meshes import symmetry
 from meshes.symmetry import Symmetry
 from scenes.errors import quoted
@@ -24,7 +25,6 @@ from scenes.model import AnyScene, MeshScene, values
 from scenes.result import Estimate, Result
 from scenes.varied import numbers, varied
 
-JUST = 1e-12  # of a time: before a jump there
 SAME = 1e-9  # K: given temperatures nearer to each other are one
 
 
@@ -68,33 +68,35 @@ def _over_time(scene: AnyScene, result: Result, others: Mapping[str, AnyScene]) 
     if "transient" not in result.details:
         why = "the currents follow the voltages at once: the steady state of each has its sensitivities"
         return Slopes({}, {}, dict.fromkeys(others, why))
-    traces = result.traces
+    traces, study = result.traces, _study(scene)
     assert traces is not None
+    late = traces.time >= study.earliest * (1 - 1e-9)
     start = {p.name: scene.initial_temperature if p.quantity == "temperature" else 0.0 for p in scene.probes}
-    late = traces.time >= result.details["accurate_from_s"] * (1 - 1e-9)
-    times = traces.time[late]
     own = {n: v[late] - start[n] for n, v in traces.values.items()}
-    top = {n: int(np.abs(v).argmax()) for n, v in own.items()}
-    known, none = _known({n: Estimate(float(v[top[n]]), traces.errors[n]) for n, v in own.items()})
-    left_out, table = dict(none), Table()
-    course: dict[str, dict[str, np.ndarray]] = {}
-    errors: dict[str, dict[str, float]] = {}
-    moved = Moved(scene, result.details["transient"], before_jumps(times))
-    for key, found, apart in moved.derivatives(others):
-        course[key], errors[key], table[key] = found, {}, {}
-        for name, change in found.items():
-            share = traces.errors[name] * float(np.abs(change).max()) / max(float(np.abs(own[name]).max()), 1e-300)
-            errors[key][name] = apart[name] + share
-            if name in known:
-                value = known[name].value
-                table[key][name] = Estimate(float(change[top[name]]) / value, errors[key][name] / abs(value))
-    left_out |= moved.left_out
-    return Slopes(table, known, left_out, times, course, errors)
+    top = {n: float(traces.time[late][np.abs(v).argmax()]) for n, v in own.items()}
+
+    def beside(key: str) -> Study:
+        return _study(varied(scene, key, 1 + sensitivity_over_time.STEP))
+
+    course, left_out = over_time(
+        study, result.details["transient"], {key: partial(beside, key) for key in others}, list(top.values())
+    )
+    at = {n: int(np.abs(v).argmax()) for n, v in course.own.items()}
+    known, none = _known({n: Estimate(float(v[at[n]]), traces.errors[n]) for n, v in course.own.items()})
+    table, errors = Table(), dict[str, dict[str, float]]()
+    for key, of in course.values.items():
+        table[key], errors[key] = {}, {}
+        for n, change in of.items():
+            share = traces.errors[n] * float(np.abs(change).max()) / max(float(np.abs(own[n]).max()), 1e-300)
+            errors[key][n] = float(course.less[key][n].max()) + share
+            if n in known:
+                value = known[n].value
+                table[key][n] = Estimate(float(change[at[n]]) / value, errors[key][n] / abs(value))
+    return Slopes(table, known, left_out | none, course.times, course.values, errors)
 
 
-def before_jumps(times: np.ndarray) -> np.ndarray:
-    """The times (s) of rows, where of two at one time, which a jump has, the first is just before it."""
-    return np.where(np.append(np.diff(times) == 0, False), times * (1 - JUST), times)
+def _study(scene: AnyScene) -> Study:
+    return probe_quantities.study(scene, _part(scene))  # type: ignore[arg-type]
 
 
 def _known(found: Mapping[str, Estimate]) -> tuple[dict[str, Estimate], dict[str, str]]:

@@ -9,7 +9,7 @@ degrees lower by one, as those of the quantities do.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -54,8 +54,10 @@ class _Parts:
 class Tangent:
     """The derivatives at one steady state."""
 
-    def __init__(self, study: Study, state: SteadyState, given: Given) -> None:
-        self.study, self.state, self.given = study, state, given
+    def __init__(
+        self, study: Study, state: SteadyState, given: Given, rows: Mapping[str, np.ndarray] | None = None
+    ) -> None:
+        self.study, self.state, self.given, self.rows = study, state, given, rows or {}
         self.domain = state.heat.domain
         self.linearized = Linearized(state)
         self.out = of_steady(state, study.part)
@@ -77,6 +79,7 @@ class Tangent:
                     continue
                 for name, weight in used.items():
                     found[name] = found[name].plus(weight, one)
+        found |= {name: replace(self.linearized.nothing(), row=row) for name, row in self.rows.items()}
         return {name: goal for name, goal in found.items() if name not in self.without}
 
     def parts(self, goal: Goal) -> _Parts:
@@ -179,10 +182,12 @@ def motions(
 @dataclass(frozen=True, eq=False)
 class Known:
     """What sensitivities are told of quantities: their values with errors, by name, and how these values move with a
-    key beside what is read (the zero that a rise is above), by key and name."""
+    key beside what is read (the zero that a rise is above), by key and name; ``rows`` (functions,) of some that are
+    sums of rises at places that go along with the mesh."""
 
     values: Mapping[str, Estimate]
     zero: Mapping[str, Mapping[str, float]]
+    rows: Mapping[str, np.ndarray] = field(default_factory=dict)
 
 
 def steady_table(
@@ -195,14 +200,14 @@ def steady_table(
     the integrals converge like the energy); and as much as the quantity's own relative error, where that difference is
     small by chance. Raises ConvergenceError where a dual solution is not found.
     """
-    tangent = Tangent(study, state, given)
+    tangent = Tangent(study, state, given, known.rows)
     fine = tangent.table(known.values, by)
     scene, level = study.part.scene, len(state.heat.domain.space.nested) - 2
     heat = state.heat.lower(level)
     conductor = state.conductor and state.conductor.lower(level, heat)
     thermal = physics.heat(scene)
     below = steady.coupled(heat, conductor, thermal, study.voltage, study.accuracy, state.follows_pattern)
-    low = Tangent(study, below, given).table(known.values, by)
+    low = Tangent(study, below, given, known.rows).table(known.values, by)
     rest = 1.0
     if isinstance(scene, Scene):
         sharpest = grading.features(scene).sharpest

@@ -1,362 +1,272 @@
-"""Logarithmic derivatives of a response to a constant drive, in its reduced space widened by dual fields.
+"""Derivatives of the traces of any response by the keys of its scene, in its reduced space widened by dual fields.
 
-The derivative b of the rise by a key solves the linearized equation
+The states a of the reduced problem solve M da/dt = r(a, da/dt, t), and their derivative b by a key
 
-    M db/dt + K b = d(Joule heat)/db b + (explicit derivative of the Joule heat) - K' u - M' du/dt
+    M db/dt = dr/da b + (explicit derivative of the residual by the key),
 
 projected on the Krylov fields of the response and on those of its readings, which is as good as solving backwards for
-each reading (Grimme, Krylov projection methods for model reduction, 1997, section 3). K', M' and the rest are sums over
-the cells as in `fem3d.sensitivity`. The current is taken to keep the pattern of the cold conductor, whose own change
-with the key is exact (by its dual solutions); how heating bends that change is left out.
+each reading (Grimme, Krylov projection methods for model reduction, 1997, section 3). For each key the problem on the
+mesh that is there, moved, is assembled anew, currents and all: what its residual is at the states of the response is
+the explicit derivative, over a step, and what its readings are at a + step b are those of the traces. b is stepped for
+all keys at once.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
-from fem3d.goals import moved_mean
-from fem3d.line_extreme import LineExtreme
-from fem3d.motion import Motion
-from fem3d.probes import reading
-from fem3d.reduced import orthonormal
-from fem3d.sensitivity import COMPLEX, Table
+from fem3d import conductor as conductors
+from fem3d import level, outputs, transient
+from fem3d.assembly import assemble
+from fem3d.conductor import Pattern, independent
+from fem3d.domain import Domain
+from fem3d.inputs import Inputs
+from fem3d.motion import moved
+from fem3d.reduced import Reduced, on_basis, orthonormal
 from fem3d.study import Study
-from fem3d.transient import Base, Krylov, Transient, shift
+from fem3d.transient import Base, Krylov, Transient
+from scenes.errors import SceneError
 
+STEP = 2.0**-14  # of a key: differences to one side are off by that, and rounding shows over it
 GENERATIONS, FEWER = 6, 4  # of dual Krylov fields, and how many the error is told from
-PER_DECADE, FIRST = 20, 1e-3  # steps of the time grid, and its start over the earliest time of interest
+PER_DECADE, FIRST = 20, 1e-3  # rows of a course, and how long after an input jumps they start, of the earliest time
+BENDS = 1e-2  # of the time between two bends of an input: when rows start after one
 SMALL = 1e-4  # of a decay over a step
+JUST = 1e-12  # of a time: before a jump there
+
+Traces = dict[str, np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """d ln quantity / d ln key (times,) at ``times`` (s), by key and quantity; ``errors`` of what the reduced space
-    leaves out, the largest over time."""
+    """Traces ``own`` (times,) at ``times`` (s), of temperatures above the start, with d trace / d ln key (times,) by
+    key and name in ``values``, and by how much ``less`` fields and steps have them otherwise."""
 
     times: np.ndarray
-    values: dict[str, dict[str, np.ndarray]]
-    errors: dict[str, dict[str, float]]
+    own: Traces
+    values: dict[str, Traces]
+    less: dict[str, Traces]
 
 
 @dataclass(frozen=True, eq=False)
-class _Slopes:
-    """How the reduced problem follows a key, on r fields of which the first s hold the response: ``heat`` (r, s) and
-    ``store`` (r, s), K' and M'; ``cold`` (r,) and ``warm`` (r, s) of the Joule heat at unit current; ``resistance`` and
-    ``warming`` (s,) of the circuit, ``voltage`` of the logarithm of the voltage; ``rows`` of means (s,), by probe."""
+class _Problem:
+    """The reduced problem of a scene on given fields (free nodes, r), which are orthonormal in the ``mass`` (r, r) of
+    one of them."""
 
-    heat: np.ndarray
-    store: np.ndarray
-    cold: np.ndarray
-    warm: np.ndarray
-    resistance: float
-    warming: np.ndarray
-    voltage: float
-    rows: dict[str, np.ndarray]
-
-
-@dataclass(frozen=True, eq=False)
-class _Parts:
-    """Of the cold conductor, per axis and live cell: ``heat`` (3, r, live), the Joule heat tested with the fields less
-    what it loses as the pattern gives way to that; ``warm`` (3, r, s, live) per field; ``power`` (3, live), and
-    ``warming`` (3, r, live), what each field adds to it at given current. Summed up: ``source`` (r,), ``feedback``
-    (r, r). ``bend`` (r, functions) and ``push`` (functions,): how heat and power follow the given potentials."""
-
-    heat: np.ndarray
-    warm: np.ndarray
-    power: np.ndarray
-    warming: np.ndarray
-    source: np.ndarray
-    feedback: np.ndarray
-    bend: np.ndarray
-    push: np.ndarray
+    study: Study
+    base: Base
+    reduced: Reduced
+    mass: np.ndarray
 
     @property
-    def power_sum(self) -> float:
-        """W."""
-        return float(self.power.sum())
+    def _inputs(self) -> Inputs:
+        return self.base.heat.inputs
 
-    @property
-    def warming_sum(self) -> np.ndarray:
-        """(r,)."""
-        found: np.ndarray = self.warming.sum(axis=(0, 2))
+    def residual(self, times: np.ndarray, a: np.ndarray, rate: np.ndarray) -> np.ndarray:
+        """(times, r): what states (times, r) of some rate (1/s) leave of the equation of heat."""
+        g, own = self._inputs.at(times), self.reduced
+        left = g @ own.source - self._inputs.rates(times) @ own.inertia - a @ own.stiffness.T - rate @ self.mass.T
+        return left + own.joule(a, own.currents(a, g), g) if own.supply.shape[1] else left
+
+    def feedback(self, times: np.ndarray, a: np.ndarray) -> np.ndarray:
+        """(times, r, r): how the Joule heat follows the states."""
+        own = self.reduced
+        if not own.supply.shape[1]:
+            return np.zeros((len(times), own.states, own.states))
+        g = self._inputs.at(times)
+        c = own.currents(a, g)
+        found = np.einsum("ti,tj,ijlk->tlk", c, c, own.warm_load, optimize=True)
+        turned = -np.linalg.solve(own.dissipation(a, g), np.einsum("ijk,tj->tik", own.warm, c))
+        per_current = np.tensordot(g, own.cold_load, 1) + np.einsum("ijlk,tk->tijl", own.warm_load, a, optimize=True)
+        return found + 2 * np.einsum("tj,tijl,tik->tlk", c, per_current, turned, optimize=True)
+
+    def jump(self, time: float, a: np.ndarray) -> np.ndarray:
+        """(r,): what a jump of the inputs, at 0 from nothing, leaves of that of the states (r,), of heat stored."""
+        g = self._inputs.jump(time) if time else self._inputs.at(np.zeros(1))[0]
+        found: np.ndarray = -g @ self.reduced.inertia - self.mass @ a
         return found
 
-
-class Widened:
-    """The reduced problem of a response with dual fields added, and its derivatives."""
-
-    def __init__(self, study: Study, answer: Transient, generations: int) -> None:
-        self.study, self.answer, self.heat = study, answer, answer.base.heat
-        heat, conductor = self.heat, answer.base.conductor
-        self.domain = heat.domain
-        self.probes = {p.name: p for p in self.domain.scene.probes}
-        rise = heat.field(answer.base.fields[:, -1][: heat.free])
-        self.rows: dict[str, np.ndarray] = {}
-        loads = []
-        for probe in study.trace_goals.values():
-            how = reading(heat, self.probes[probe])
-            top = how.extreme if isinstance(how.extreme, LineExtreme) else None
-            self.rows[probe] = heat.take(top.rows()) if top else how.row[None]
-            loads.append(heat.take(top.where(rise).row(self.domain.space)) if top else how.row)
-        own = answer.reduced.basis
-        if conductor is not None and conductor.warms:
-            pattern = answer.base.patterns[0].density
-            warming = (pattern**2).sum(axis=0) * conductor.warm
-            loads.append(heat.take(conductor.on.load(warming)))
-        base = Base(heat, conductor, answer.base.patterns, own, loads)
-        self.shift = shift(1 / max(float(answer.trajectory.rates.min()), 1e-300), study.earliest)
-        self._krylov = Krylov(base, self.shift)
-        self.basis = orthonormal(heat, self._krylov.fields(generations))
-        self.held = own.shape[1]
-
-    @cached_property
-    def fields(self) -> np.ndarray:
-        """(r, functions)."""
-        return self.heat.field(self.basis.T)
-
-    @cached_property
-    def stiffness(self) -> np.ndarray:
-        """(r, r)."""
-        found: np.ndarray = self.basis.T @ (self.heat.inner_stiffness @ self.basis)
-        return found
-
-    @cached_property
-    def _cells(self) -> tuple[np.ndarray, np.ndarray]:
-        """(3, r, s, cells) and (r, s, cells): conduction and storage between the fields, cell by cell."""
-        space, domain, s = self.domain.space, self.domain, self.held
-        on = space.on(np.arange(len(domain.body)))
-        gradients = np.array([on.gradient(u) for u in self.fields])  # (r, 3, cells, points)
-        values = np.array([on.value(u) for u in self.fields])
-        k, c = domain.per_cell("thermal_conductivity"), domain.per_cell("heat_capacity")
-        conduction = np.empty((3, len(values), s, len(k)))
-        for d in range(3):
-            left = (gradients[:, d] * on.weights).transpose(1, 0, 2)
-            conduction[d] = np.matmul(left, gradients[:s, d].transpose(1, 2, 0)).transpose(1, 2, 0) * k
-        left = (values * on.weights).transpose(1, 0, 2)
-        storage = np.matmul(left, values[:s].transpose(1, 2, 0)).transpose(1, 2, 0) * c
-        return conduction, storage
-
-    @cached_property
-    def _films(self) -> dict[str, np.ndarray]:
-        """(r, s, facets): the integrals of pairs of fields over each film, per coefficient."""
-        found = {}
-        for boundary in self.domain.scene.boundaries:
-            if boundary.kind == "convection":
-                faces = self.domain.faces(boundary)
-                values = np.array([faces.value(u) for u in self.fields])
-                found[boundary.name] = np.einsum("ifp,jfp,fp->ijf", values, values[: self.held], faces.areas)
-        return found
-
-    @cached_property
-    def parts(self) -> _Parts:
-        """The sums over the conductor that all keys share."""
-        conductor = self.answer.base.conductor
-        assert conductor is not None
-        on, phi = conductor.on, conductor.voltages[0].copy()
-        phi[conductor.free] = -conductor.solve_cold((conductor.matrix @ phi)[conductor.free])
-        slope = on.gradient(phi) / np.sqrt(conductor.cold)
-        values = np.array([on.value(u) for u in self.fields])
-        power = slope**2 * on.weights  # (3, live, points), of all that a cell stands for
-        each = conductor.stands_for
-        heat, bend = np.empty((3, len(values), len(conductor.cells))), np.empty((len(values), len(phi)))
-        root = np.sqrt(conductor.cold)
-        for i, v in enumerate(values):
-            w = np.zeros(len(phi))
-            pushed = on.flow(2 * slope * v / each / root)
-            w[conductor.free] = conductor.solve_cold(pushed[conductor.free])
-            given = on.gradient(w) / root
-            heat[:, i] = (power * v / each - slope * given * on.weights).sum(axis=-1)
-            bend[i] = pushed - on.flow(given / root)
-        share = conductor.warm / conductor.cold
-        warming, heated = power * share, power * share / each
-        return _Parts(
-            heat, np.einsum("dcp,icp,jcp->dijc", heated, values, values[: self.held], optimize=True),
-            power.sum(axis=-1), np.einsum("dcp,icp->dic", warming, values),
-            np.einsum("dcp,icp->i", power / each, values),
-            np.einsum("dcp,icp,jcp->ij", heated, values, values, optimize=True), bend, 2 * on.flow(slope / root),
-        )  # fmt: skip
-
-    def slopes(self, by: Motion) -> _Slopes:
-        """The derivatives of the reduced problem by one key."""
-        conduction, storage = self._cells
-        domain, s = self.domain, self.held
-        grown = by.volume - 2 * by.stretch
-        heat = np.einsum("dijc,dc->ij", conduction, grown + by.conductivity / domain.per_cell("thermal_conductivity"))
-        store = storage @ (by.volume + by.capacity / domain.per_cell("heat_capacity"))
-        for boundary in domain.scene.boundaries:
-            if boundary.name in self._films:
-                faces: Any = domain.faces(boundary)
-                along = faces.along(by.stretch)
-                heat = heat + self._films[boundary.name] @ (by.films[boundary.name][1] + boundary.value * along)
-        u = self.fields[:s]
-        rows = {
-            p: moved_mean(domain, self.probes[p], by, u) if self.probes[p].reduce == "mean" else np.zeros(s)
-            for p in self.rows
-        }
-        conductor = self.answer.base.conductor
-        if conductor is None:
-            return _Slopes(heat, store, np.zeros(len(heat)), np.zeros_like(heat), 0.0, np.zeros(s), 0.0, rows)
-        live, parts = conductor.cells, self.parts
-        of_cold = by.cold[live] / conductor.cold[:, 0]
-        once = grown[:, live] - of_cold
-        total = float(parts.power.sum())
-        supply = float((parts.power * once).sum() + parts.push @ by.voltages)
-        voltage = float(parts.push @ by.voltages) / (2 * total)
-        warm = conductor.warm[:, 0]
-        of_warm = np.divide(by.warm[live], warm, out=np.zeros_like(warm), where=warm != 0)
-        twice = once - of_cold + of_warm + 2 * voltage
-        return _Slopes(
-            heat, store, np.einsum("dic,dc->i", parts.heat, once) + parts.bend @ by.voltages,
-            np.einsum("dijc,dc->ij", parts.warm, twice), supply,
-            np.einsum("dic,dc->i", parts.warming[:, :s], twice), voltage, rows,
-        )  # fmt: skip
-
-    def course(
-        self, slopes: Mapping[str, _Slopes], times: np.ndarray | None, fields: int
-    ) -> dict[str, dict[str, np.ndarray]]:
-        """d ln quantity / d ln key (times,) on the first ``fields`` fields; without times, of the steady state (1,)."""
-        s, r, keys = self.held, fields, list(slopes)
-        if times is None:
-            a, rate = self._steady[None, :], np.zeros((1, s))
-        else:
-            a, sources = self.answer.trajectory(times)
-            rate = sources - a * self.answer.trajectory.rates
-        rates, modes = np.linalg.eigh(self.stiffness[:r, :r])
-        forces = np.stack([-(a @ own.heat[:r].T + rate @ own.store[:r].T) for own in slopes.values()], axis=1)
-        feedback = np.zeros((len(a), r, r))
-        circuit = None if self.answer.base.conductor is None else _Circuit(self.parts, a, r)
-        if circuit is not None:
-            forces += np.stack([circuit.force(own) for own in slopes.values()], axis=1)
-            feedback = circuit.feedback
-        forces, feedback = forces @ modes, modes.T @ feedback @ modes
-        if times is None:
-            b = np.linalg.solve(np.diag(rates) - feedback[0], forces[0].T).T[None]
-        else:
-            b = _march(rates, times, forces, feedback)
-        b = b @ modes.T  # (times, keys, r)
-        rows = {name: row[:, : self.heat.free] @ self.basis[:, :r] for name, row in self.rows.items()}
-        room = self.domain.scene.initial_temperature
-        found = {}
-        for n, key in enumerate(keys):
-            read = _Read()
-            for name, of_fields in rows.items():
-                values = a @ of_fields[:, :s].T
-                top = values.argmax(axis=1)[:, None]
-                by_key = np.take_along_axis(b[:, n] @ of_fields.T, top, axis=1)[:, 0] + a @ slopes[key].rows[name]
-                read[f"probe:{name}"] = np.take_along_axis(values, top, axis=1)[:, 0] + COMPLEX * 1j * by_key
-            rises = {n: v - room for n, v in self.study.traces(read).items() if n.endswith("_K")}
-            traces = {n: v.imag / COMPLEX / v.real for n, v in rises.items() if np.isfinite(v).all()}
-            if circuit is not None:
-                power = circuit.power(slopes[key], b[:, n])
-                traces |= {"power_W": power, "current_A": power - slopes[key].voltage}
-            found[key] = traces
-        return found
-
-    @cached_property
-    def _steady(self) -> np.ndarray:
-        """(s,): the steady rise in the fields of the response, where the traces go to."""
-        base, n = self.answer.base, self.heat.free
-        found: np.ndarray = self.answer.reduced.basis.T @ (self.heat.inner_mass @ base.fields[:, -1][:n])
-        return found
+    def traces(self, times: np.ndarray, a: np.ndarray, rate: np.ndarray) -> Traces:
+        """The traces (times,) at states (times, r) of some rate, of temperatures above the start."""
+        there = Transient(self.base, self.reduced, _Known(times, a, rate))  # type: ignore[arg-type]
+        found, start = (
+            self.study.traces(outputs.of_transient(there, self.study.part, times)),
+            self.study.traces(_Rest()),
+        )
+        return {n: v - start[n] for n, v in found.items()}
 
 
-class _Read(dict[str, np.ndarray]):
-    """Outputs that are known, with a derivative as a small imaginary part; all others are no numbers."""
+class _Rest(dict[str, np.ndarray]):
+    """The outputs of a scene at its start."""
 
     def __missing__(self, name: str) -> np.ndarray:
-        return np.array(np.nan)
+        return np.zeros(())
 
 
-class _Circuit:
-    """The current c = P / (P + A_1 a), over that of the cold conductor of power P, at states a (times, s), and what the
-    Joule heat c^2 Q, Q = Q_0 + Q_1 a, makes of it."""
+@dataclass(frozen=True, eq=False)
+class _Known:
+    """Known states and rates (times, r) as a trajectory whose sources are these rates."""
 
-    def __init__(self, parts: _Parts, a: np.ndarray, r: int) -> None:
-        s = a.shape[1]
-        self._a, self._r, self._total = a, r, parts.power_sum
-        self._warming = parts.warming_sum[:r]
-        self._resistance = self._total + a @ self._warming[:s]
-        self._current = self._total / self._resistance
-        self._heated = parts.source[:r] + a @ parts.feedback[:r, :s].T
-        self._drop = -self._current / self._resistance  # dc / d(A_1 a)
-        turned = (2 * self._current * self._drop)[:, None, None] * self._heated[:, :, None] * self._warming
-        self.feedback = self._current[:, None, None] ** 2 * parts.feedback[:r, :r] + turned
+    times: np.ndarray
+    a: np.ndarray
+    rate: np.ndarray
 
-    def _own(self, slopes: _Slopes) -> np.ndarray:
-        """(times,): dc by the key itself."""
-        found: np.ndarray = (slopes.resistance - self._current * (slopes.resistance + self._a @ slopes.warming)) / (
-            self._resistance
-        )
-        return found
+    @property
+    def rates(self) -> np.ndarray:
+        return np.zeros(self.a.shape[1])
 
-    def force(self, slopes: _Slopes) -> np.ndarray:
-        """(times, r): the explicit derivative of the Joule heat, tested with the fields."""
-        explicit = self._current[:, None] ** 2 * (slopes.cold[: self._r] + self._a @ slopes.warm[: self._r].T)
-        found: np.ndarray = explicit + (2 * self._current * self._own(slopes))[:, None] * self._heated
-        return found
-
-    def power(self, slopes: _Slopes, b: np.ndarray) -> np.ndarray:
-        """(times,): d ln power, for derivatives b (times, r) of the states."""
-        change = self._own(slopes) + self._drop * (b @ self._warming)
-        found: np.ndarray = change / self._current + slopes.resistance / self._total
-        return found
+    def __call__(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        at = np.searchsorted(self.times, times)
+        return self.a[at], self.rate[at]
 
 
-def _march(rates: np.ndarray, times: np.ndarray, forces: np.ndarray, feedback: np.ndarray) -> np.ndarray:
-    """(times, keys, r): db/dt = -rates b + force + feedback b from rest at 0, the last two linear between the times and
-    their response exact (exponential trapezoidal rule; Hochbruck and Ostermann, Acta Numerica 19, 2010), the first
-    force held from 0 on."""
-    b, before, since = np.zeros(forces.shape[1:]), forces[0], 0.0
+class _Widened:
+    """The fields of a response and dual ones, in which it is solved beside other scenes on its mesh."""
+
+    def __init__(self, study: Study, answer: Transient) -> None:
+        self._study, self._answer, self._base = study, answer, answer.base
+        heat, conductor = self._base.heat, self._base.conductor
+        self.domain: Domain = heat.domain
+        sizes = [int(own.sum()) for own in self.domain.space.nested]
+        self._level = sizes.index(heat.size)
+        self._hottest = self._as_hot_as_it_gets()
+        probes = {p.name: p for p in self.domain.scene.probes}
+        rows = [level.goal_row(heat, probes[name], self._hottest) for name in dict.fromkeys(study.trace_goals.values())]
+        loads = [row for row in rows if row is not None and row[: heat.free].any()]
+        if conductor is not None and conductor.warms:
+            heating = (self._base.patterns[0].density ** 2).sum(axis=0)
+            loads.append(heat.take(conductor.on.load(heating * conductor.warm)))
+        slowest = min(float(1 / max(answer.trajectory.rates.min(), 1e-300)), answer.end)
+        own = answer.reduced.basis
+        krylov = Krylov(Base(heat, None, [], own, loads), transient.shift(slowest, study.earliest))
+        self.basis = orthonormal(heat, krylov.fields(GENERATIONS))
+        self.held = own.shape[1]
+        self.fewer = self.held + (self.basis.shape[1] - self.held) * FEWER // GENERATIONS
+
+    def _as_hot_as_it_gets(self) -> np.ndarray:
+        """(all nodes,): where what heating does to the pattern of the current shows most."""
+        times = np.geomspace(self._study.earliest, self._answer.end, 40)
+        rises = self._answer.rises(times)
+        hottest: np.ndarray = rises[int(np.abs(rises).max(axis=1).argmax())]
+        return hottest
+
+    def problem(self, study: Study, domain: Domain) -> _Problem:
+        """That of a scene on the cells of this one's."""
+        heat = assemble(domain)
+        conductor = conductors.find(heat)
+        if heat.size != self._base.heat.size:
+            heat = heat.lower(self._level)
+            conductor = conductor and conductor.lower(self._level, heat)
+        heat, patterns = replace(heat, near=self._base.heat.solve_steady), list[Pattern]()
+        if conductor is not None and self._base.conductor is not None and self._base.patterns:
+            conductor = replace(conductor, heat=heat, near=self._base.conductor.solve_cold)
+            lift = heat.inputs.at(np.zeros(1))[0] @ heat.lifts
+            driven = [v for v in conductor.voltages if v.any()]
+            potentials = [conductor.solve(lift, v) for v in driven]
+            if len(self._base.patterns) > len(driven):
+                potentials += [conductor.solve(self._hottest, v) for v in driven]
+            patterns = independent(conductor, potentials)
+        mass = self.basis.T @ (heat.inner_mass @ self.basis)
+        base = Base(heat, conductor, patterns, self.basis, [])
+        return _Problem(study, base, on_basis(heat, conductor, self.basis, patterns), mass)
+
+    def states(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(times, r) twice: the states of the response and their rates."""
+        a, sources = self._answer.trajectory(times)
+        more = ((0, 0), (0, self.basis.shape[1] - self.held))
+        return np.pad(a, more), np.pad(sources - a * self._answer.trajectory.rates, more)
+
+
+def over_time(
+    study: Study, answer: Transient, others: Mapping[str, Callable[[], Study]], instants: Sequence[float] = ()
+) -> tuple[Course, dict[str, str]]:
+    """The derivatives of the traces of a response by keys, of each of which the scene is solved that is larger by a
+    part of `STEP` in it, and why there is none by others; at rows of its own, ``instants`` (s) among them."""
+    wide = _Widened(study, answer)
+    here, found, left_out = wide.problem(study, wide.domain), dict[str, _Problem](), dict[str, str]()
+    for key, other in others.items():
+        try:
+            beside = other()
+            found[key] = wide.problem(beside, moved(wide.domain, study.part, beside.part, STEP))
+        except SceneError as error:
+            left_out[key] = str(error)
+    rows, starts = _rows(study, here.base.heat.inputs, instants)
+    times = np.sort(np.concatenate([rows, (rows[1:] + rows[:-1]) / 2]))
+    a, rate = wide.states(times)
+    still = here.residual(times, a, rate)
+    forces = np.array([there.residual(times, a, rate) - still for there in found.values()]).transpose(1, 0, 2) / STEP
+    jumps = {}
+    for start in starts:
+        after, before = wide.states(np.array([start, start * (1 - JUST)]))[0]
+        jump = after - before if start else after
+        jumps[start] = np.array([there.jump(start, jump) - here.jump(start, jump) for there in found.values()]) / STEP
+    feedback = here.feedback(times, a) - here.reduced.stiffness
+    both = []
+    for fields, every in ((len(feedback[0]), 1), (wide.fewer, 2)):
+        kept = slice(None), slice(None, fields)
+        cut = {time: jump[kept] for time, jump in jumps.items()}
+        b = _march(times[::every], forces[::every, :, :fields], feedback[::every, :fields, :fields], cut)
+        b = b[:: 2 // every]
+        change = np.einsum("tlk,tnk->tnl", feedback[::2, :fields, :fields], b) + forces[::2, :, :fields]
+        more = ((0, 0), (0, 0), (0, len(feedback[0]) - fields))
+        both.append((np.pad(b, more), np.pad(change, more)))
+    late = rows >= study.earliest * (1 - 1e-9)
+    times, a, rate = times[::2][late], a[::2][late], rate[::2][late]
+    own = here.traces(times, a, rate)
+    values, less = dict[str, Traces](), dict[str, Traces]()
+    for n, (key, there) in enumerate(found.items()):
+        for into, (b, change) in zip((values, less), both, strict=True):
+            by_key = there.traces(times, a + STEP * b[late, n], rate + STEP * change[late, n])
+            into[key] = {name: (v - own[name]) / STEP for name, v in by_key.items()}
+        less[key] = {name: np.abs(v - values[key][name]) for name, v in less[key].items()}
+    return Course(times, own, values, less), left_out
+
+
+def _rows(study: Study, inputs: Inputs, instants: Sequence[float]) -> tuple[np.ndarray, list[float]]:
+    """Times (s) that follow each bend and jump of the inputs ever less closely, and the starts, 0 and the jumps, of
+    which each has a row just before it."""
+    end = study.end
+    knots = [0.0, *inputs.knots(end).tolist(), end]
+    starts = [0.0, *(t for t in knots[1:-1] if inputs.jump(t).any())]
+    found = [np.array([t for t in (*instants, study.earliest, end) if 0 < t <= end])]
+    for start, following in pairwise(knots):
+        gap = following - start
+        first = min(FIRST * study.earliest, BENDS * gap)
+        if start not in starts:
+            first = max(first, BENDS * gap)
+        found.append(start + np.geomspace(first, gap, int(PER_DECADE * np.log10(gap / first)) + 2))
+        if start:
+            found.append(np.array([start * (1 - JUST), start]))
+    return np.unique(np.concatenate(found)), starts
+
+
+def _march(
+    times: np.ndarray, forces: np.ndarray, feedback: np.ndarray, jumps: Mapping[float, np.ndarray]
+) -> np.ndarray:
+    """(times, keys, r): db/dt = force + feedback b from rest before 0, with jumps (keys, r) at times of these and at 0;
+    the decay at first is exact, and all else is taken to go linearly between the times (exponential trapezoidal rule;
+    Hochbruck and Ostermann, Acta Numerica 19, 2010), the first force held from 0 on."""
+    rates, modes = np.linalg.eigh(-(feedback[0] + feedback[0].T) / 2)
+    inner = modes.T @ feedback @ modes + np.diag(rates)
+    forces = forces @ modes
+    b, since = jumps[0.0] @ modes, 0.0
+    before = forces[0] + b @ inner[0].T
     found, eye = np.empty(forces.shape), np.eye(len(rates))
     for i, time in enumerate(times):
         h = time - since
         x = rates * h
-        safe = np.maximum(x, SMALL)
+        safe = np.where(np.abs(x) < SMALL, SMALL, x)
         # (1 - e^-x) / x and (e^-x - 1 + x) / x^2, by their series where x is small.
-        one = np.where(x < SMALL, 1 - x / 2, -np.expm1(-safe) / safe)
-        two = np.where(x < SMALL, 0.5 - x / 6, (1 - one) / safe)
+        one = np.where(np.abs(x) < SMALL, 1 - x / 2, -np.expm1(-safe) / safe)
+        two = np.where(np.abs(x) < SMALL, 0.5 - x / 6, (1 - one) / safe)
         ahead = np.exp(-x) * b + h * ((one - two) * before + two * forces[i])
-        b = np.linalg.solve(eye - h * two[:, None] * feedback[i], ahead.T).T
-        before, since = forces[i] + b @ feedback[i].T, time
+        b = np.linalg.solve(eye - h * two[:, None] * inner[i], ahead.T).T
+        if time and time in jumps:
+            b = b + jumps[float(time)] @ modes
+        before, since = forces[i] + b @ inner[i].T, time
         found[i] = b
-    return found
-
-
-def over_time(
-    study: Study, answer: Transient, by: Mapping[str, Motion], steady: Table, instants: Sequence[float] = ()
-) -> Course:
-    """The derivatives of the traces of a response to a constant drive by all keys, from the earliest time of interest
-    on and at some instants (s).
-
-    Errors add up what fewer dual fields and every other time change, how far the limit of the reduced problem is from
-    the derivatives of the ``steady`` state, and the errors of these.
-    """
-    wide = Widened(study, answer, GENERATIONS)
-    start, end = FIRST * study.earliest, study.end
-    count = int(PER_DECADE * np.log10(end / start)) + 2
-    grid = np.unique(np.concatenate([np.geomspace(start, end, count), [t for t in instants if start < t <= end]]))
-    slopes = {key: wide.slopes(motion) for key, motion in by.items()}
-    r = wide.basis.shape[1]
-    fewer = wide.held + (r - wide.held) * FEWER // GENERATIONS
-    found, limit = wide.course(slopes, grid, r), wide.course(slopes, None, r)
-    less = wide.course(slopes, grid[::2], fewer)
-    late, late_less = grid >= study.earliest * (1 - 1e-9), grid[::2] >= study.earliest * (1 - 1e-9)
-    errors: dict[str, dict[str, float]] = {}
-    for key, of in found.items():
-        errors[key] = {}
-        for name, v in of.items():
-            known = steady[key][_steady_name(name)]
-            errors[key][name] = (
-                float(np.abs(v[::2] - less[key][name])[late_less].max())
-                + abs(float(limit[key][name][0]) - known.value) + known.error
-            )  # fmt: skip
-    return Course(grid[late], {key: {n: v[late] for n, v in of.items()} for key, of in found.items()}, errors)
-
-
-def _steady_name(trace: str) -> str:
-    return trace.replace("_K", "_rise_K")
+    return found @ modes.T

@@ -81,7 +81,7 @@ class Space:
     def caution(self, study: Study) -> dict[str, float]:
         """By what the difference of each quantity to the space before is multiplied."""
         known = BETWEEN_MESHES if self.refined else BETWEEN_DEGREES
-        probes = {p.name: p for p in self.problems.domain.scene.probes}
+        probes = self.problems.domain.probes
 
         def gradient(name: str) -> bool:
             probe = probes[name]

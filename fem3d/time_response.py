@@ -30,7 +30,7 @@ KNOTS = 12  # bends and jumps of the inputs after which errors are looked at clo
 @dataclass(frozen=True, eq=False)
 class Response:
     """Traces and their errors (in their units), the heat balance, and what refinement needs if they are too large: what
-    the intervals ``missing`` and the ``worst`` relative error."""
+    the intervals miss for the power and for each of the ``goals`` with it, and the ``worst`` relative error."""
 
     times: np.ndarray
     traces: Quantities
@@ -40,7 +40,7 @@ class Response:
     transient: Transient
     reduced: Reduced
     generations: int  # of fields
-    missing: Spread = field(default_factory=list)
+    goals: list[Spread] = field(default_factory=list)
     worst: float = 0.0
     relative: dict[str, float] = field(default_factory=dict)  # errors without the rows' own, over their scales
     scales: dict[str, float] = field(default_factory=dict)  # what they are relative to
@@ -138,7 +138,7 @@ def respond(
         errors[name] = space_error + electric * scales[name] + lost[name] + doubt
     worst = max(errors[name] / scales[name] for name in errors)
     if worst > (1 - ROW_SHARE) * accuracy:
-        missing = estimate.worst(goals.values(), of_power)
+        missing = [of_power, *level.with_power(goals, of_power).values()]
         return Response(checked, there, errors, False, np.nan, answer, reduced, count, missing, worst)
     return with_rows(study, answer, reduced, errors, scales, count)
 

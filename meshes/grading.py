@@ -58,26 +58,23 @@ def features(scene: Scene) -> Features:
 def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
     """The grid with which the search for an accuracy starts. Every plane of the scene is a breakpoint.
 
-    Intervals at a feature are no longer than half the narrowest extent that is no thin layer's, the length over which a
-    constriction spreads, and at a singular edge of exponent s so short that their energy, which falls with the length
-    to the power 2 s, suits the accuracy. Where both ends of a long one are features it is cut in the
-    middle, as it would be by a mirror. A layer that is at most half as thick as anything is wide is thin: it is
-    crossed by one interval of low degree.
+    Intervals at a feature are no longer than half of its reach, the length over which a constriction there spreads, and
+    at a singular edge of exponent s so short that their energy, which falls with the length to the power 2 s, suits the
+    accuracy. Where both ends of a long one are features it is cut in the middle, as it would be by a mirror. A layer
+    that is at most half as thick as what changes at it is wide is thin: it is crossed by one interval of low degree.
     """
     planes = [np.array(connected.scene_planes(scene, d)) for d in range(3)]
-    gaps = [np.diff(p) for p in planes]
-    least = [float(g[g > SLIVER * g.sum()].min()) for g in gaps]
-    thin = [g <= 0.5 * min(least[:d] + least[d + 1 :]) for d, g in enumerate(gaps)]
-    narrowest = min(float(g[~t & (g > SLIVER * g.sum())].min(initial=np.inf)) for g, t in zip(gaps, thin, strict=True))
+    thin, reaches = _reaches(scene, planes)
     # One degree for each further half digit or so: about what a first grid was found to need (docs/benchmark.md).
     degree, across = (4 if accuracy > 3e-4 else 5 if accuracy > 3e-5 else 6), (2 if accuracy > 3e-3 else 3)
     breaks, degrees = [], []
     for d in range(3):
         found, of = [planes[d][:1]], []
-        for a, b, flat in zip(planes[d][:-1], planes[d][1:], thin[d].tolist(), strict=True):
-            at = [marks.exponents[d].get(float(c)) for c in (a, b)]
-            inner = [] if flat else _graded(a, b, *(_longest(float(c), marks, d, narrowest, accuracy) for c in (a, b)))
-            if {a, b} <= set(marks.planes[d]) and b - a > LONG * narrowest:
+        for i, (a, b, flat) in enumerate(zip(planes[d][:-1], planes[d][1:], thin[d].tolist(), strict=True)):
+            at, near = [marks.exponents[d].get(float(c)) for c in (a, b)], reaches[d][i : i + 2]
+            longest = (_longest(float(c), marks, d, r, accuracy) for c, r in zip((a, b), near.tolist(), strict=True))
+            inner = [] if flat else _graded(a, b, *longest)
+            if not flat and {a, b} <= set(marks.planes[d]) and b - a > LONG * near.min():
                 inner = sorted([*inner, (a + b) / 2])
             found.append(np.array([*inner, b]))
             of += [across] if flat else _layered(len(inner) + 1, degree, at[0] is not None, at[1] is not None)
@@ -86,12 +83,62 @@ def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
     return Grid(tuple(breaks), tuple(degrees), scene.boxes)
 
 
-def _longest(plane: float, marks: Features, d: int, narrowest: float, accuracy: float) -> float | None:
+def _reaches(scene: Scene, planes: list[np.ndarray]) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Per axis which layers are thin, and (planes,) the reach of each plane (m): the least extent, along any axis, of
+    what changes there, but for thin layers and slivers; the least of all where that is nothing."""
+    gaps, faces = [np.diff(p) for p in planes], _faces(scene)
+
+    def across(d: int, thin: list[np.ndarray]) -> np.ndarray:
+        """(planes,): the least extent along the other axes."""
+        found = np.full(len(planes[d]), np.inf)
+        for along, e in enumerate((e for e in range(3) if e != d), start=1):
+            rows = np.moveaxis(faces[d], along, 2)
+            starts = np.ones(rows.shape, bool)
+            starts[..., 1:] = rows[..., 1:] != rows[..., :-1]
+            first = np.flatnonzero(starts)
+            lengths = np.add.reduceat(np.broadcast_to(gaps[e], rows.shape).ravel(), first)
+            thick = np.logical_or.reduceat(np.broadcast_to(~thin[e], rows.shape).ravel(), first)
+            counts = (rows.ravel()[first] > 0) & thick & (lengths > SLIVER * gaps[e].sum())
+            np.minimum.at(found, first[counts] // rows[0].size, lengths[counts])
+        return found
+
+    none = [np.zeros(len(g), bool) for g in gaps]
+    wide = [across(d, none) for d in range(3)]
+    both = [np.minimum(w[:-1], w[1:]) for w in wide]
+    thin = [(g <= 0.5 * w) & np.isfinite(w) for g, w in zip(gaps, both, strict=True)]
+    reaches = []
+    for d, g in enumerate(gaps):
+        own = np.pad(np.where(thin[d] | (g <= SLIVER * g.sum()), np.inf, g), 1, constant_values=np.inf)
+        reaches.append(np.minimum(across(d, thin), np.minimum(own[:-1], own[1:])))
+    least = min(float(r.min()) for r in reaches)
+    return thin, [np.where(np.isfinite(r), r, least) for r in reaches]
+
+
+def _faces(scene: Scene) -> list[np.ndarray]:
+    """Per axis (planes, cells, cells): a number for the faces across it, of the two materials that meet there and of
+    the condition; 0 where nothing changes."""
+    grid = connected.coarsest(scene)
+    kinds = list(dict.fromkeys(b.material for b in grid.boxes))
+    kind = np.pad(np.array([*(kinds.index(b.material) + 1 for b in grid.boxes), 0])[grid.owner], 1)
+    found, count = [], len(kinds) + 1
+    for d in range(3):
+        own = np.moveaxis(kind, d, 0)[:, 1:-1, 1:-1]
+        of = np.zeros(own[1:].shape, int)
+        for number, b in enumerate(scene.boundaries, start=1):
+            if grid.flat(b.lower, b.upper) == d:
+                window = tuple(w for e, w in enumerate(grid.window(b.lower, b.upper)) if e != d)
+                of[grid.at(d, b.lower[d])][window] = number
+        changes = (own[1:] != own[:-1]) | ((of > 0) & (np.maximum(own[1:], own[:-1]) > 0))
+        found.append(np.where(changes, (of * count + own[1:]) * count + own[:-1], 0))
+    return found
+
+
+def _longest(plane: float, marks: Features, d: int, reach: float, accuracy: float) -> float | None:
     """The longest first interval at a plane; None where it needn't be graded."""
     s = marks.exponents[d].get(plane)
     if s is not None:
-        return narrowest * min(0.5, (LAYERS * accuracy) ** (1 / (2 * s)))
-    return narrowest / 2 if plane in marks.planes[d] else None
+        return reach * min(0.5, (LAYERS * accuracy) ** (1 / (2 * s)))
+    return reach / 2 if plane in marks.planes[d] else None
 
 
 def _graded(a: float, b: float, at_a: float | None, at_b: float | None) -> list[float]:
@@ -122,16 +169,21 @@ def shortest_of(grid: Grid) -> float:
 
 def refined(grid: Grid, missing: Sequence[np.ndarray], target: float, marks: Features) -> Grid:
     """The grid with intervals refined until what each misses (``missing``, per axis) is expected to be its share of a
-    ``target``: towards a singular plane cut in layers, elsewhere by a degree more, or halved at the highest."""
-    share = target / max(sum(int((m > 0.1 * target / m.size).sum()) for m in missing), 1)
+    ``target``, of which those that can't be take theirs first: towards a singular plane cut in layers, elsewhere by a
+    degree more, or halved at the highest."""
     near, shortest = marks.near(grid), shortest_of(grid)
+    able = [np.diff(b) > shortest for b in grid.breaks]
+    fixed = sum(float(m[~a].sum()) for m, a in zip(missing, able, strict=True))
+    share = _share(
+        np.concatenate([m[a] for m, a in zip(missing, able, strict=True)]), max(target - fixed, 0.1 * target)
+    )
     breaks, degrees = [], []
     for d, old in enumerate(grid.breaks):
         found, of = [float(old[0])], list[int]()
         for i, p in enumerate(grid.degrees[d].tolist()):
             a, b, ends = float(old[i]), float(old[i + 1]), near[d][i : i + 2]
             inner: list[float] = []
-            if missing[d][i] > share and b - a > shortest:
+            if missing[d][i] > share and able[d][i]:
                 excess = missing[d][i] / share
                 if ends.min() < np.inf:
                     if p < LEAST_AT_EDGE:  # what is missing need not be the edge's
@@ -146,6 +198,13 @@ def refined(grid: Grid, missing: Sequence[np.ndarray], target: float, marks: Fea
         breaks.append(np.array(found))
         degrees.append(np.array(of))
     return grid.with_axes(breaks, degrees)
+
+
+def _share(missing: np.ndarray, target: float) -> float:
+    """What intervals that miss more are to be brought to, so that all together miss a target."""
+    largest = np.sort(missing)[::-1]
+    others = missing.sum() - np.cumsum(largest)
+    return float(((target - others) / np.arange(1, len(missing) + 1)).max(initial=0.0))
 
 
 def _cut(

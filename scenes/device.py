@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from scenes.checks import DEVICE_3D_TOLERANCES, DEVICE_TOLERANCES
+from scenes.checks import DEVICE_3D_TOLERANCES, DEVICE_TOLERANCES, SLOPE_TOLERANCES
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
 from scenes.sink import Sink, face
 
@@ -111,4 +111,4 @@ class Device:
 
     def tolerance(self, check: str) -> float:
         """The relative tolerance of a check: the declared one, or else its default (KeyError for an unknown id)."""
-        return {**DEVICE_TOLERANCES, **DEVICE_3D_TOLERANCES, **self.tolerances}[check]
+        return {**DEVICE_TOLERANCES, **DEVICE_3D_TOLERANCES, **SLOPE_TOLERANCES, **self.tolerances}[check]

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
 
 from scenes import dimensions as d
-from scenes.checks import DEVICE_CHECKS, Differing, tolerances
+from scenes.checks import DEVICE_CHECKS, SLOPE_TOLERANCES, Differing, tolerances
 from scenes.device import Device
 from scenes.kinds import NAME, Choice, Count, Insulator, Kind, Numbers, Quantity, Switch
 from scenes.schema import Key, Schema
@@ -126,7 +126,7 @@ _DEVICE = Schema((
     Key("run.end_time", "end_time", DURATION),
     Key("run.accuracy", "accuracy", Quantity(d.NUMBER, 1e-7, 0.1), physical=False),
     Key("run.accuracy_3d", "accuracy_3d", ACCURACY, physical=False),
-    Key("checks.tolerances", "tolerances", tolerances(DEVICE_CHECKS), physical=False),
+    Key("checks.tolerances", "tolerances", tolerances((*DEVICE_CHECKS, *SLOPE_TOLERANCES)), physical=False),
     Key("checks.expect_differs", "expected_to_differ", Differing(DEVICE_CHECKS), physical=False),
 ))  # fmt: skip
 

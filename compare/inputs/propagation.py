@@ -24,8 +24,8 @@ from scenes.varied import varied
 
 STEP = 1e-4  # of a key: differences of formulas are off by its square
 BENT, SHARE = 0.1, 0.3  # of the first-order change; of u_input
-UNKNOWN = ("fig5", *OF_THE_SPANS)
-"""The checks of the profile and of another sink, whose derivatives are not there."""
+PROFILE = "fig5"
+"""The check of the profile, whose derivatives are its own."""
 BALANCE = "energy"
 """The check of a balance, which holds whatever the inputs are: they don't move it."""
 
@@ -119,9 +119,10 @@ def judged(
     found: Sensitivities,
     definitions: Mapping[str, Callable[[Models], Comparison]] = DEFINITIONS,
 ) -> tuple[Check, ...]:
-    """The checks with their u_input, where all that their ``definitions`` ask for has derivatives."""
+    """The checks with their u_input, where all that their ``definitions`` ask for has derivatives; those of spans have
+    none, as they ask for another sink, too."""
     keys, covariance = list(uncertain.relative), uncertain.covariance()
-    made = [check for check in checks if check.id in definitions and check.id not in (*UNKNOWN, BALANCE)]
+    made = [check for check in checks if check.id in definitions and check.id not in (PROFILE, BALANCE, *OF_THE_SPANS)]
     slopes: dict[str, np.ndarray] = {check.id: np.zeros(len(keys)) for check in made}
     for n, key in enumerate(keys):
         beside = []
@@ -133,6 +134,8 @@ def judged(
             own[n] = (beside[0][name] - beside[1][name]) / (2 * STEP)
     known = {name: combined(own, covariance) for name, own in slopes.items() if np.isfinite(own).all()}
     known[BALANCE] = 0.0
+    if all(key in found.misfit for key in keys):
+        known[PROFILE] = combined(np.array([found.misfit[key] for key in keys]), covariance)
     return tuple(replace(check, u_input=known.get(check.id)) for check in checks)
 
 

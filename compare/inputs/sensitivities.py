@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from compare.verdict import Check, judge
+from compare.figure_checks import fig5
+from compare.verdict import Check, Models, judge
 from scenes.device import Device
 from scenes.formats import percent
 from scenes.model import AnyScene
 from scenes.result import Estimate, Result
 from scenes.sink import Sink
 from scenes.varied import numbers, zeros
+
+if TYPE_CHECKING:
+    from fem3d.device.solve import Model
 
 QUANTITIES = {
     "peak_rise_K": "peak rise",
@@ -26,7 +30,10 @@ QUANTITIES = {
     "anchor_resistance_K_per_W": "anchor resistance",
 }
 PREFIX = "slope_"
+TEMPERATURE = "_temperature"
+"""How the keys of temperatures end."""
 NONE = 1e-6  # of a slope: less is none
+PART = 1e-5  # of the span of a profile, by which it is moved at one place; a central difference is off by its square
 
 
 @dataclass(frozen=True)
@@ -66,7 +73,7 @@ class Sensitivities:
     """``keys`` with their values (SI units); ``steady`` by key and quantity (of a free scene over time of the largest
     size of each); ``course`` where the run went over time; ``left_out`` says why a key, or a quantity, has none in 3D.
     Of a free scene ``values`` are what the quantities come to, temperatures as rises, and ``zeros`` the keys that
-    have no logarithm."""
+    have no logarithm. ``misfit``: what the 3D profile's distance from a parabola, fig5, changes with each key."""
 
     keys: dict[str, float]
     steady: dict[str, dict[str, Slope]]
@@ -74,6 +81,7 @@ class Sensitivities:
     left_out: dict[str, str] = field(default_factory=dict)
     values: dict[str, Estimate] = field(default_factory=dict)
     zeros: tuple[str, ...] = ()
+    misfit: dict[str, float] = field(default_factory=dict)
 
     def remarks(self) -> tuple[str, ...]:
         """What is left out, in a sentence for each reason."""
@@ -86,8 +94,9 @@ class Sensitivities:
         return {key: {name: _document(slope) for name, slope in of.items()} for key, of in self.steady.items()}
 
     def largest(self, quantity: str) -> float:
-        """The largest slope of a quantity by any key, in 3D where that is there."""
-        slopes = [of[quantity] for of in self.steady.values() if quantity in of]
+        """The largest slope of a quantity by any key, in 3D where that is there; but for temperatures, of which a
+        percent is kelvins, however few the rises are."""
+        slopes = [of[quantity] for key, of in self.steady.items() if quantity in of and not key.endswith(TEMPERATURE)]
         return max((abs(s.fem3d.value) if s.fem3d else s.size for s in slopes), default=0.0)
 
     def sorted(self, quantities: Iterable[str]) -> list[str]:
@@ -106,8 +115,8 @@ def _document(slope: Slope) -> dict[str, Any]:
     return found
 
 
-def of_sink(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> Sensitivities:
-    """The sensitivities of what a run has solved.
+def of_sink(sink: Sink, fem3d: Result | None, reduced1d: Result | None, with_profile: bool = False) -> Sensitivities:
+    """The sensitivities of what a run has solved; ``with_profile`` also that of fig5.
 
     Those of reductions that stand on the plate are of the steady state alone: each costs a plate. Raises what
     `fem3d.sink_sensitivity.of_sink` and `reduced1d.slopes.of_sink` raise.
@@ -117,12 +126,13 @@ def of_sink(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> Sensi
     times = None
     course3d: dict[str, dict[str, np.ndarray]] = {}
     errors: dict[str, dict[str, float]] = {}
-    left_out: dict[str, str] = {}
+    left_out, misfit = dict[str, str](), dict[str, float]()
     if fem3d is not None:
         from fem3d import sink_sensitivity
 
-        found = sink_sensitivity.of_sink(sink, fem3d)
-        left_out = found.left_out
+        weights = misfit_weights(sink, fem3d) if with_profile and sink.spans == 1 else None
+        found = sink_sensitivity.of_sink(sink, fem3d, weights=weights)
+        left_out, misfit = found.left_out, found.profile
         for key, of in found.steady.items():
             steady[key] = {name: Slope(estimate, None) for name, estimate in of.items()}
         if found.course is not None:
@@ -141,7 +151,19 @@ def of_sink(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> Sensi
                 name: Slope(own[name].fem3d if name in own else None, value) for name, value in values.items()
             }
     course = None if times is None else Course(times, course3d, errors, course1d)
-    return Sensitivities(keys, steady, course, left_out)
+    return Sensitivities(keys, steady, course, left_out, misfit=misfit)
+
+
+def misfit_weights(sink: Sink, fem3d: Result) -> np.ndarray:
+    """(places,): how fig5 follows the 3D rise at each place of the profile (1/K)."""
+    profile = fem3d.details["profile"]
+    rise = np.asarray(profile["rise_K"], float)
+
+    def at(changed: np.ndarray) -> float:
+        return fig5(Models(sink, replace(fem3d, details={"profile": profile | {"rise_K": changed}}), None)).difference
+
+    step = PART * float(np.ptp(rise))
+    return np.array([at(rise + own) - at(rise - own) for own in step * np.eye(len(rise))]) / (2 * step)
 
 
 def of_free(scene: AnyScene, result: Result) -> Sensitivities:
@@ -154,22 +176,29 @@ def of_free(scene: AnyScene, result: Result) -> Sensitivities:
     return Sensitivities(numbers(scene), steady, course, found.left_out, found.values, zeros(scene))
 
 
-def of_device(device: Device) -> Sensitivities:
-    """The sensitivities of the device's steady state in 1D."""
+def of_device(device: Device, in_3d: Model | None) -> Sensitivities:
+    """The sensitivities of the device's steady state in 1D and, with its few states, in 3D."""
     from reduced1d import slopes
 
-    found = slopes.of_device(device)
-    steady = {key: {name: Slope(None, value) for name, value in of.items()} for key, of in found.items()}
-    return Sensitivities(numbers(device), steady)
+    found, left_out, three = slopes.of_device(device), dict[str, str](), dict[str, dict[str, Estimate]]()
+    if in_3d is not None:
+        from fem3d import device_sensitivity
+
+        three, left_out = device_sensitivity.of_device(device, in_3d)
+    steady = {
+        key: {name: Slope(three.get(key, {}).get(name), value) for name, value in of.items()}
+        for key, of in found.items()
+    }
+    return Sensitivities(numbers(device), steady, left_out=left_out)
 
 
-def checks(sink: Sink, found: Sensitivities) -> tuple[Check, ...]:
+def checks(scene: Sink | Device, found: Sensitivities, called: Mapping[str, str] = QUANTITIES) -> tuple[Check, ...]:
     """For each key that anything follows the check whether 1D follows it as 3D does: the largest difference of their
-    slopes over quantities, of the largest slope of that quantity by any key."""
+    slopes over quantities, of the largest slope of that quantity."""
     made = []
-    largest = {name: found.largest(name) for name in QUANTITIES}
-    tolerance = sink.tolerance("slope")
-    for key in found.sorted(QUANTITIES):
+    largest = {name: found.largest(name) for name in called}
+    tolerance = scene.tolerance("slope")
+    for key in found.sorted(called):
         slopes = found.steady[key].items()
         both = {
             n: (s.fem3d, s.reduced1d)
@@ -183,8 +212,8 @@ def checks(sink: Sink, found: Sensitivities) -> tuple[Check, ...]:
         in_3d, in_1d = both[name]
         u_num = in_3d.error / largest[name]
         verdict = judge(off[name], tolerance, u_num)
-        because = "" if verdict == "agrees" else _said(name, key, in_3d.value, in_1d)
-        title = f"{QUANTITIES[name]}, d ln / d ln key"
+        because = "" if verdict == "agrees" else _said(called[name], key, in_3d.value, in_1d)
+        title = f"{called[name]}, d ln / d ln key"
         made.append(
             Check(
                 f"{PREFIX}{key}", title, in_1d, in_3d.value, "1", off[name], tolerance, u_num, verdict,
@@ -205,8 +234,8 @@ def sentence(made: Iterable[Check]) -> str:
     return f"The 1D model {worst.because}."
 
 
-def _said(name: str, key: str, in_3d: float, in_1d: float) -> str:
-    how = f"how the {QUANTITIES[name]} follows {key}"
+def _said(called: str, key: str, in_3d: float, in_1d: float) -> str:
+    how = f"how the {called} follows {key}"
     slopes = f"{in_1d:+.3f} in place of {in_3d:+.3f} % for each percent"
     if in_1d * in_3d <= 0:
         if abs(in_1d) <= NONE:

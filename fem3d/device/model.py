@@ -46,15 +46,18 @@ class Structure:
         assert isinstance(value, Schedule)
         return 1 + self.heat.inputs.schedules.index(value)
 
+    @cached_property
+    def patterns(self) -> list[Pattern]:
+        """The current fields of either film, by the cold conductor."""
+        still, conductor = np.zeros(self.heat.size), self.conductor
+        voltages = (conductor.voltages[self._channel(f"{name}-0")] for name, _ in FILMS)
+        return [conductor.pattern(conductor.solve(still, voltage)) for voltage in voltages]
+
     def base(self) -> Base:
         """What the fields must hold: the responses to either film's power and to the outer temperature, the steady ones
         exactly, the local heat of the latter among them."""
-        heat, conductor, n = self.heat, self.conductor, self.heat.free
+        heat, conductor, n, patterns = self.heat, self.conductor, self.heat.free, self.patterns
         none = np.zeros(heat.size)
-        patterns = [
-            conductor.pattern(conductor.solve(none, conductor.voltages[self._channel(f"{name}-0")]))
-            for name, _ in FILMS
-        ]
         lift = heat.lifts[self.outside]
         loads = [conductor.joule_load(p.density, none) for p in patterns]
         steady = [heat.solve_steady(load[:n]) for load in loads]
@@ -93,7 +96,7 @@ class Structure:
             shape += list(found)
             external += list(np.linalg.lstsq(found.T, lifted, rcond=None)[0]) if len(found) else []
             film += [e] * len(found)
-        rows = self._polymer
+        rows = self.polymer
         per_rise, per_rate = (self.copies / root * (r[:, : heat.free] @ modal.basis) for r in rows)
         inlets = np.array(shape)
         return Modal(
@@ -102,7 +105,7 @@ class Structure:
         )  # fmt: skip
 
     @cached_property
-    def _polymer(self) -> tuple[np.ndarray, np.ndarray]:
+    def polymer(self) -> tuple[np.ndarray, np.ndarray]:
         """(2, all nodes) twice: the heat that enters the polymer from the gold, and that leaves it at its top, per rise
         and per its rate.
 

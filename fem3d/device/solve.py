@@ -46,7 +46,7 @@ class Model:
 
     ``low`` is what the next lower space gives, ``left`` what is left of its distance for each quantity; ``lost`` is
     what fewer fields and nodes lose of each, relative to its size; ``nodes`` are those between samples. ``edges`` is
-    what is left of the distance of steady values, which singular edges decide.
+    what is left of the distance of steady values, which singular edges decide. ``structures``: those of both spaces.
     """
 
     device: Device
@@ -57,10 +57,11 @@ class Model:
     nodes: int
     edges: float
     details: dict[str, Any]
+    structures: tuple[Structure, Structure]
 
     def steady(self, device: Device, external: float | None = None) -> Steady:
         """The steady state at an outer temperature (K; by default the final one)."""
-        return _named(device, _state(self.fine, device, external))
+        return steady(self.fine, device, external)
 
     def plant(self, device: Device, external: float | None = None) -> Plant:
         """The loop linearised about that state."""
@@ -114,6 +115,11 @@ class Model:
         return result, replace(result, **dict(zip(_NAMES, lower, strict=True)))
 
 
+def steady(modal: Modal, device: Device, external: float | None = None) -> Steady:
+    """The steady state of a model of a device at an outer temperature (K; by default the final one)."""
+    return _named(device, _state(modal, device, external))
+
+
 _NAMES = (*QUANTITIES, TOP)
 
 
@@ -134,10 +140,11 @@ def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _
         given = problems(boxes(part.scene, grid), accuracy)
         say(f"level {number}: {given.heat.size} unknowns")
         shifts = (earliest, max(LATEST * slowest, LONGEST * earliest))
-        found: list[Projected] = []
+        found, structures = list[Projected](), list[Structure]()
         for heat, conductor in zip(given.heats[::-1], given.conductors[::-1], strict=True):
             assert conductor is not None
-            found.append(projected(Structure(device, heat, conductor, part.copies), shifts, generations, accuracy))
+            structures.append(Structure(device, heat, conductor, part.copies))
+            found.append(projected(structures[-1], shifts, generations, accuracy))
         fine, low, lowest = found
         slowest = float(1 / fine.modal.rates[0])
         distances, left = _judged(device, short, fine, low, lowest, nodes)
@@ -155,7 +162,9 @@ def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _
             lost = {q: distances["fewer"][q] + distances["nodes"][q] for q in _NAMES}
             degree = np.array([min(int(d.min()) for d in grid.degrees[:2])])
             edges = max(float(estimate.left(degree, np.array([4 * marks.sharpest]))[0]), 1.0)
-            return Model(device, fine.modal, low.modal, left, lost, nodes, edges, details)
+            return Model(
+                device, fine.modal, low.modal, left, lost, nodes, edges, details, (structures[0], structures[1])
+            )  # fmt: skip
         if space > accuracy / 2:
             grid = grids.refined(grid, given, fine, low, AHEAD * space / accuracy, marks)
     raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this device")

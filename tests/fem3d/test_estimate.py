@@ -82,7 +82,7 @@ def test_the_parts_of_every_second_degree_are_compared(degree):
     along_y = (space.along[0] == [False, True, False]).all(axis=1)
     u = np.where(along_y, 1e3 * 0.1 ** space.depth.clip(0), 0.0)
     sizes = u[heat.order] * estimate.weights(heat.stiffness, u[heat.order], space.depth[heat.order])
-    found = estimate.every_second(space, space.grid, heat.order, sizes)[1][0]
+    found = estimate.every_second(space, heat.order, sizes)[1][0]
     # Coefficients grow tenfold with the degree here, their products hundredfold; a degree below 2 there is none.
     assert found == pytest.approx({3: np.inf, 4: 1e4, 5: 1e4, 8: 1e4}[degree], rel=0.2)
 
@@ -117,10 +117,10 @@ def test_spreads_add_up_to_the_sum_of_absolute_parts_on_the_intervals_of_each_fu
     rng = np.random.default_rng(0)
     functions = np.flatnonzero(space.along[0].any(axis=1))
     values = rng.normal(size=len(functions))
-    found = estimate.spread(space, space.grid, functions, values)
+    found = estimate.spread(space, functions, values)
     assert estimate.total(found) == pytest.approx(np.abs(values).sum())
     along_x = functions[(space.along[0][functions] == [True, False, False]).all(axis=1)][:1]
-    one = estimate.spread(space, space.grid, along_x, np.array([-2.0]))
+    one = estimate.spread(space, along_x, np.array([-2.0]))
     assert one[0][space.along[1][along_x[0], 0]] == 2.0
     assert estimate.total(one) == 2.0
 

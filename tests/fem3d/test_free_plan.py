@@ -3,10 +3,13 @@
 import numpy as np
 import pytest
 
-from fem3d import solve_scene
+from fem3d import probe_quantities, solve_scene
 from fem3d.heat import HeatProblem
+from meshes import symmetry
 from scenes import physics
 from scenes.free import from_dict
+from scenes.model import Boundary, Box, Scene, Schedule
+from scenes.sink import SILICON
 
 
 def bar(**changes):
@@ -90,3 +93,15 @@ def test_an_extreme_potential_turns_over_with_the_voltage():
     document["boundary"][0]["voltage"] = {"times": [0, 1e-3], "values": [2, -2]}
     traces = solve_scene.solve(from_dict(document)).traces
     assert np.interp([0, 2.5e-4, 1e-3], traces.time, traces.values["top"]) == pytest.approx([1, 0.5, 0], abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("instants", "earliest"), [((), 1e-3), ((0.04, 0.5), 0.04), ((0.5,), 0.1), ((0.3, 0.42), 0.02), ((0.4, 0.9), 0.1)]
+)
+def test_traces_hold_from_the_first_instant_on_after_the_start_and_after_a_jump(instants, earliest):
+    """One right at a jump asks for nothing before the next."""
+    box = Box("box", SILICON, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
+    step = Schedule((0.0, 0.4, 0.4), (293.0, 293.0, 300.0))
+    cold = Boundary("cold", "temperature", (0.0, 0.0, 0.0), (1.0, 1.0, 0.0), step)
+    scene = Scene("box", (box,), (cold,), (), end_time=1.0, output_times=instants)
+    assert probe_quantities.study(scene, symmetry.reduce(scene)).earliest == pytest.approx(earliest)

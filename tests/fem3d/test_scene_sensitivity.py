@@ -156,7 +156,7 @@ def test_over_time() -> None:
     course = found.course
     own = np.interp(found.times, result.traces.time, result.traces.values["top"]) - 300.0
     size = own.max()
-    # STEP leaves a part in two thousand, for what is no straight line; traces are known to 1e-2.
+    # Traces are known to 1e-2.
     assert course["box.bar.heat_source"]["top"] == pytest.approx(own, abs=5e-3 * size)
     together = sum(course[key]["top"] for key in ("box.bar.heat_source", "material.m.thermal_conductivity",
                                                   "material.m.density"))  # fmt: skip
@@ -171,11 +171,25 @@ def test_over_time() -> None:
         assert of["most"].value == pytest.approx(of["top"].value, abs=of["most"].error + of["top"].error)
 
 
-def test_the_first_row_of_a_jump_is_before_it() -> None:
-    times = np.array([0.5, 1.0, 1.0, 2.0])
-    found = scene_sensitivity.before_jumps(times)
-    assert 1 - 1e-9 < found[1] < 1.0
-    assert found[[0, 2, 3]].tolist() == [0.5, 1.0, 2.0]
+def test_inputs_that_jump() -> None:
+    """What is linear is followed as it is: a source over time, and temperatures that all are shifted together."""
+    given = deepcopy(BAR)
+    jumping: dict[str, Any] = {"times": [0.0, 1e-3, 1e-3, 2e-3]}
+    given["box"][0]["heat_source"] = jumping | {"values": [1e9, 1e9, 3e9, 3e9]}
+    given["boundary"][0]["temperature"] = jumping | {"values": [300.0, 300.0, 330.0, 330.0]}
+    scene = from_dict(given)
+    assert isinstance(scene, Scene)
+    result = solve_scene.solve(scene, None, True)
+    found, traces = scene_sensitivity.of_scene(scene, result), result.traces
+    by = {key: of["top"] for key, of in found.course.items()}
+    together = by["box.bar.heat_source"] + by["boundary.cold.temperature"] + by["scene.initial_temperature"]
+    own = found.values["top"].value
+    # The scene is linear in all three, and the rise is above the start, which is one of them.
+    assert traces is not None
+    rows = np.interp(found.times, traces.time, traces.values["top"]) - 300.0  # type: ignore[arg-type]
+    late = np.abs(found.times - 1e-3) > 2e-5  # type: ignore[operator]
+    assert together[late] == pytest.approx(rows[late], abs=5e-3 * own)
+    assert np.abs(by["boundary.cold.temperature"]).max() > 100
 
 
 WIRE: dict[str, Any] = {

@@ -99,10 +99,11 @@ def test_layers_are_cut_as_the_exponent_needs():
     assert all(d.min() < grading.LEAST_AT_EDGE for d, e in degrees if e.any())
 
 
-def test_what_no_layer_resolves_is_refused_at_once_and_named():
+@pytest.mark.parametrize("steady", [True, False])
+def test_what_no_layer_resolves_is_refused_at_once_and_named(steady):
     said = []
     with pytest.raises(NumericsError, match=r"at y = 1e-05 m .* to the power 0\.0"):
-        solve(checkerboard(1000.0), said.append)
+        solve(replace(checkerboard(1000.0), steady=steady, end_time=1e-3), said.append)
     assert len(said) < 5
 
 

@@ -140,6 +140,25 @@ def test_the_tighter_the_accuracy_the_shorter_the_layers_at_singular_edges_and_t
     assert highest[0] < highest[-1]
 
 
+def test_a_short_step_sets_lengths_where_it_is_and_nowhere_else():
+    """A beam nearly as wide as its pads: 2.5 um beside their corners alone; the layers stay thin."""
+    narrow, usual = (first(symmetry.reduce(Sink(width=w).scene()).scene) for w in (145e-6, 100e-6))
+    assert [len(p) for p in narrow.degrees][2] == [len(p) for p in usual.degrees][2] == 2
+    ends = [g.breaks[1][g.breaks[1] < -30e-6] for g in (narrow, usual)]
+    assert ends[0] == pytest.approx(ends[1])
+    beside = [np.diff(g.breaks[0])[np.diff(g.breaks[0]).argmin()] for g in (narrow, usual)]
+    assert beside[0] < 0.2 * beside[1]
+
+
+@pytest.mark.parametrize(("target", "refined"), [(1.21, 0), (1.19, 1), (0.31, 1), (0.29, 3)])
+def test_so_many_intervals_are_refined_as_bring_all_together_to_a_target(target, refined):
+    scene = Scene("box", (Box("box", SILICON, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)),), (), ())
+    grid = Grid(3 * (np.array([0.0, 1.0]),), 3 * (np.array([4]),), scene.boxes)
+    missing = [np.array([1.0]), np.array([0.1]), np.array([0.1])]
+    finer = grading.refined(grid, missing, target, grading.features(scene))
+    assert sum(int(p[0] > 4) for p in finer.degrees) == refined
+
+
 def test_cells_of_the_coarsest_grid_are_found_on_a_finer_one():
     scene = Sink().scene()
     coarse, fine = connected.coarsest(scene), first(scene)

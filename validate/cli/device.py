@@ -32,7 +32,7 @@ OPTIONS = {
     "--figure {9,10,11,12,13} ...": "this figure and its checks only, as often as needed",
     "--scheme {accurate,paper}": "the accurate scheme (default), or the paper's own and how far it is off",
     "--meter {PXI-4070,MAX1367}": "round the resistances to what a meter resolves",
-    "--sensitivities": "how the steady state in 1D follows each key: d ln Q / d ln key",
+    "--sensitivities": "how the steady state follows each key: d ln Q / d ln key",
     "--max-voltage V": "the sensor's largest voltage, for the range: 100mV",
     "--max-power W": "the sensor's largest power, for the range: 20mW",
 }  # fmt: skip

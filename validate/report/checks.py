@@ -36,6 +36,11 @@ _NOTE = (
 )
 
 
+def without_slopes(checks: Sequence[Check]) -> list[Check]:
+    """The checks but those of slopes, which have a table of their own."""
+    return [check for check in checks if not check.id.startswith("slope_")]
+
+
 def sections(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -> list[Section]:
     """The sink's checks by what is compared, and why those differ that do."""
     if style.page or not checks:

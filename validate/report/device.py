@@ -121,7 +121,7 @@ def sections(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) 
     return [
         Section("Findings", [sentences(outcome.runs.base.result.findings)]),
         *(_quantities(run, model) for model, run in runs.items()),
-        *checks.of_device(outcome.checks, contrary, style),
+        *checks.of_device(checks.without_slopes(outcome.checks), contrary, style),
         *asked_for(outcome, style),
         *([] if outcome.design is None else [_design(outcome, style)]),
         *(_settling(run, model) for model, run in runs.items() if style.page),

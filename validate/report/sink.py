@@ -43,7 +43,7 @@ def title(outcome: Outcome[Sink]) -> str:
 def headline(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) -> str:
     """The answer of the run, then how many checks differ, and whether that was known."""
     said = [style.paint(wrapped(outcome.answer), "heading")]
-    listed = _without_slopes(outcome.checks)
+    listed = checks.without_slopes(outcome.checks)
     own = Counter(check.verdict for check in listed if check.own)
     if total := own.total():
         name, model = sink_text(outcome.scene), _model(outcome)
@@ -71,13 +71,8 @@ def headline(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) ->
 def sections(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) -> list[Section]:
     """The quantities, the checks with their reasons and, where asked for, the parts of the differences."""
     data = [] if outcome.against is None else [Section("Your data", [outcome.against.said()], headed=False)]
-    judged = checks.sections(_without_slopes(outcome.checks), contrary, style)
+    judged = checks.sections(checks.without_slopes(outcome.checks), contrary, style)
     return [quantities(outcome, style), *data, *judged, *asked_for(outcome, style)]
-
-
-def _without_slopes(found: Sequence[Check]) -> list[Check]:
-    """The checks but those of slopes, which have a table of their own."""
-    return [check for check in found if not check.id.startswith("slope_")]
 
 
 def _model(outcome: Outcome[Sink]) -> str:

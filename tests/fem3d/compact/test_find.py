@@ -26,7 +26,7 @@ from scenes.model import Schedule
 from scenes.result import Result
 from tests.validate.solve.test_mesh_cli import SCENE as MESH_SCENE
 from tests.validate.solve.test_mesh_cli import WIRE
-from validate.against.ngspice import read_raw
+from validate.against import raw
 from validate.cli import main
 
 BAR = """
@@ -160,7 +160,7 @@ def in_ngspice(document: dict[str, Any], folder: Path, times: np.ndarray) -> tup
     run = ["ngspice", "-b", "-r", "out.raw", "step.cir"]
     done = subprocess.run(run, cwd=folder, capture_output=True, text=True, timeout=60, check=False)
     assert (folder / "out.raw").exists(), done.stdout + done.stderr
-    table = read_raw(folder / "out.raw", (folder / "out.raw").read_bytes())
+    table = raw.read(folder / "out.raw", (folder / "out.raw").read_bytes())
     values = {column.name.lower(): column.values for column in table.columns}
     start = {o["name"]: document["initial_temperature_K"] if o["unit"] == "K" else 0.0 for o in document["outputs"]}
     found = {n: start[n] + np.interp(times, values["time"], values[f"v({node.lower()})"]) for n, node in names.items()}

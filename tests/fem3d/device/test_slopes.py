@@ -1,0 +1,59 @@
+"""How the device's steady state in 3D follows its keys, against differences of whole models, and laws that it obeys."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+
+from fem3d.device.solve import model
+from fem3d.device_sensitivity import FOLLOWED
+from scenes.device import Device
+from scenes.varied import numbers, varied
+from validate.cli import main
+
+DEVICE, STEP = Device(), 0.02
+
+
+@pytest.fixture(scope="module")
+def summary(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    folder = tmp_path_factory.mktemp("device") / "run"
+    arguments = ["device", "--3d", "--sensitivities", "--figure", "9", "--no-figures", "--accuracy", "1e-2"]
+    assert main([*arguments, "--out", str(folder)]) in (0, 1)
+    found: dict[str, Any] = json.loads((folder / "summary.json").read_text())
+    return found
+
+
+def test_differences_of_models(summary: dict[str, Any]) -> None:
+    key = "sink.width"
+    solved = [
+        model(varied(DEVICE, key, 1 + step), 1e-3).steady(varied(DEVICE, key, 1 + step)) for step in (STEP, -STEP)
+    ]
+    for name in FOLLOWED:
+        more, less = (getattr(state, name) for state in solved)
+        slope = summary["sensitivities"][key][name]["fem3d"]
+        # Models known to 1e-3 over twice the step, where their meshes are not alike.
+        expected = (more - less) / (STEP * (more + less))
+        assert slope["value"] == pytest.approx(expected, abs=slope["error"] + 3e-3)
+        assert slope["error"] < 2e-2
+
+
+def test_laws(summary: dict[str, Any]) -> None:
+    """Powers go with all sizes, the offset of a centred oxide being none of them; voltages with the root of the
+    resistivity; the sensor pays for the polymer."""
+    table = {key: {q: s["fem3d"] for q, s in of.items()} for key, of in summary["sensitivities"].items()}
+    assert set(table) == set(numbers(DEVICE))
+    sizes = {key for key in table if key.startswith(("sink.", "anchor.")) or key.endswith("_thickness")}
+    for name in ("sink_power_W", "sensor_power_W"):
+        slopes = [table[key][name] for key in sizes - {"anchor.oxide_offset"}]
+        assert sum(slope["value"] for slope in slopes) == pytest.approx(1, abs=1e-3)
+    assert table["materials.gold.resistivity"]["sensor_V"]["value"] == pytest.approx(0.5, abs=1e-4)
+    assert table["materials.pdms.thermal_conductivity"]["polymer_flux_W"]["value"] == pytest.approx(1, abs=1e-2)
+
+
+def test_checks(summary: dict[str, Any]) -> None:
+    checks = {check["id"]: check for check in summary["checks"]}
+    # 1D's heat leaves along the sink alone, and eq 14 leaves out the constriction.
+    assert checks["slope_sink.length"]["verdict"] == "differs"
+    assert checks["slope_materials.gold.resistivity"]["verdict"] == "agrees"
