@@ -75,6 +75,11 @@ def varied(scene: T, path: str, factor: float) -> T:
     return schema.apply({path: value * factor}, scene)
 
 
+def is_word(scene: object, path: str) -> bool:
+    """Whether the value of a key is a word, which comes to a number."""
+    return attrgetter(type_of(scene).schema.paths[path].attribute)(scene) is None
+
+
 def _value(scene: object, attribute: str) -> Any:
     """The value of a key; where it is a word, what that comes to."""
     value = attrgetter(attribute)(scene)

@@ -10,7 +10,8 @@ import numpy as np
 
 from compare.inputs import sampling
 from scenes.errors import SceneError
-from scenes.varied import numbers
+from scenes.keys import type_of
+from scenes.varied import is_word, numbers
 from validate.processes import processors
 from validate.sweep.cluster import Cluster
 from validate.sweep.design import base
@@ -19,6 +20,7 @@ from validate.sweep.point import Scope, Work
 if TYPE_CHECKING:
     from compare.outcome import Outcome
     from scenes.sink import Sink
+    from scenes.uncertain import Uncertain
 
 FEWEST = 10
 MOST = 100_000
@@ -32,8 +34,7 @@ def added(outcome: Outcome[Sink], count: int, say: Callable[[str], None]) -> Out
         raise ValueError("the run has no uncertain inputs")
     uncertain, sink, request = found.uncertain, outcome.scene, outcome.request
     keys = tuple(uncertain.relative)
-    middle = np.array([numbers(sink)[key] for key in keys])
-    points = middle * (1 + sampling.draw(uncertain, count))
+    points = drawn(sink, uncertain, count)
     scope = Scope((request.reduction,), not request.transient, blame=False, all_checks=False)
     given = base(sink)
     tasks = (Work(given, scope, keys, (n,), (tuple(point),)) for n, point in enumerate(points.tolist()))
@@ -50,3 +51,16 @@ def added(outcome: Outcome[Sink], count: int, say: Callable[[str], None]) -> Out
     checks = {check.id: check.u_input for check in outcome.checks if check.u_input}
     sampled = sampling.spreads(columns, found, checks, count - len(rows))
     return replace(outcome, sampled=sampled, warnings=(*outcome.warnings, *sampled.warnings()))
+
+
+def drawn(sink: Sink, uncertain: Uncertain, count: int) -> np.ndarray:
+    """(count, keys): the values (SI units) of the uncertain keys in each sample; what a word comes to, the offset of a
+    centred oxide, is a part of what it comes to there."""
+    keys, known = tuple(uncertain.relative), numbers(sink)
+    found: np.ndarray = np.array([known[key] for key in keys]) * (1 + sampling.draw(uncertain, count))
+    for n, word in enumerate(keys):
+        if is_word(sink, word):
+            for point in found:
+                others = {key: value for key, value in zip(keys, point.tolist(), strict=True) if key != word}
+                point[n] *= numbers(type_of(sink).schema.apply(others, sink))[word] / known[word]
+    return found

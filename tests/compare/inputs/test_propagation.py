@@ -24,6 +24,7 @@ from scenes.sink import Sink
 from scenes.uncertain import Uncertain, read
 from scenes.varied import varied
 from validate.cli import main
+from validate.monte_carlo import drawn
 
 GIVEN = ["materials.silicon.thermal_conductivity=2%", "materials.oxide.thermal_conductivity=2%", "sink.width=2%",
          "pad_length=2%", "oxide_thickness=2%"]  # fmt: skip
@@ -175,3 +176,12 @@ def test_the_profile_is_followed(key: str) -> None:
     expected = (at(varied(sink, key, 1 + step)) - at(varied(sink, key, 1 - step))) / (2 * step)
     # Runs known to 1e-4, over the difference of their keys; central differences are off by the square of that.
     assert found == pytest.approx(expected, rel=2e-2)
+
+
+def test_the_offset_of_a_centred_oxide_is_sampled_about_the_centre() -> None:
+    """As its derivative has it: by the pad's length the centre moves, and by its own key the oxide off it."""
+    keys = ("anchor.pad_length", "anchor.oxide_offset")
+    pad, offset = drawn(Sink(), Uncertain(dict.fromkeys(keys, 0.02)), 400).T
+    off = offset / ((pad - Sink().oxide_length) / 2)
+    assert off.std() == pytest.approx(0.02, rel=0.1)
+    assert abs(np.corrcoef(off, pad)[0, 1]) < 0.15
