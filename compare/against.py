@@ -12,12 +12,10 @@ from typing import Any
 import numpy as np
 
 from compare.verdict import FIRST_TIME, Check, Comparison, Models, judged
-from scenes.checks import AGAINST_TOLERANCES
 from scenes.errors import SceneError, quoted
 from scenes.formats import cut, quantity, signed
-from scenes.quantities import OF_A_SINK
 from scenes.result import Result
-from scenes.sink import Sink
+from scenes.sink import OF_A_SINK, Sink
 
 QUANTITIES = {name: asked.trace for name, asked in OF_A_SINK.items() if asked.trace}
 """What a user calls the quantities of traces.csv."""
@@ -76,19 +74,19 @@ def check_id(key: str) -> str:
     return f"against_{key.rpartition('_')[0]}"
 
 
-def evaluate(sink: Sink, data: Data, fem3d: Result) -> tuple[Check, ...]:
-    """A check for every quantity of the data, in the order of the declared tolerances."""
-    keys = [key for key in _NAMES if key in data.values and check_id(key) in AGAINST_TOLERANCES]
-    return tuple(judged(check_id(key), compare(sink, data, fem3d, key), sink, always=True) for key in keys)
-
-
 def definitions(data: Data) -> dict[str, Callable[[Models], Comparison]]:
-    """What the checks of a file are made of, by their ids."""
+    """What the checks of a file are made of, by their ids: one for every quantity of the data."""
 
     def of(key: str) -> Callable[[Models], Comparison]:
         return lambda models: compare(models.sink, data, models.fem3d, key)
 
-    return {check_id(key): of(key) for key in data.values}
+    return {check_id(key): of(key) for key in _NAMES if key in data.values}
+
+
+def evaluate(sink: Sink, data: Data, fem3d: Result) -> tuple[Check, ...]:
+    """A check for every quantity of the data, in the order of the declared tolerances."""
+    models = Models(sink, fem3d, None)
+    return tuple(judged(name, made(models), sink, always=True) for name, made in definitions(data).items())
 
 
 def compare(sink: Sink, data: Data, fem3d: Result, key: str) -> Comparison:

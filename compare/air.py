@@ -23,9 +23,8 @@ from fem3d.run import solve as solve_3d
 from reduced1d import ladder
 from scenes.formats import percent, quantity
 from scenes.plan import Request
-from scenes.quantities import OF_A_SINK
 from scenes.result import Estimate, Result
-from scenes.sink import Sink
+from scenes.sink import OF_A_SINK, Sink
 
 QUANTITIES = {name: OF_A_SINK[name].steady for name in ("peak", "mean", "end", "current")}
 STILL = 10.0

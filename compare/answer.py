@@ -60,7 +60,12 @@ def answered(outcome: Outcome[Sink], levels: Levels | None = None) -> Outcome[Si
         return replace(outcome, answer=_of_one_model(three, one))
     if not three.steady["peak_rise_K"].value:
         return replace(outcome, answer="Nothing is heated, so that there is nothing to compare.")
-    steady, over_time = _steady(outcome, three, one), _over_time(outcome)
+    steady = _steady(outcome, three, one)
+    over_time = [
+        Claim(_OVER_TIME[check.id], check.difference, check.u_num, check.verdict, check.time)
+        for check in outcome.checks
+        if check.id in _OVER_TIME
+    ]
     told = _told_apart(steady, over_time)
     wrong = [claim for claim in (*steady, *told) if claim.verdict == "differs"]
     budget, reason = outcome.why, ""
@@ -74,12 +79,8 @@ def answered(outcome: Outcome[Sink], levels: Levels | None = None) -> Outcome[Si
     elif over_time and all(claim.verdict == "agrees" for claim in (*steady, *over_time)):
         most = max(claim.most for claim in over_time if claim.of in _PLACES)
         farther = most > max(claim.most for claim in steady)
-        said += (
-            f", and within {_bound(most)} of the final rise on the way" if farther else ", and no farther on the way"
-        )
-    plan = outcome.plan
-    if reason:
-        plan = noted(plan, [Step(BLAME, "skipped", reason)])
+        said += f", and {f'within {_bound(most)} of the final rise' if farther else 'no farther'} on the way"
+    plan = noted(outcome.plan, [Step(BLAME, "skipped", reason)] if reason else [])
     return replace(outcome, answer=f"{said}.", plan=plan)
 
 
@@ -107,17 +108,9 @@ def _steady(outcome: Outcome[Sink], three: Result, one: Result) -> list[Claim]:
     found = []
     for place, (_, key, check) in _PLACES.items():
         inputs = {"predicted": one.steady[key], "measured": three.steady[key]}
-        difference, error = relative(inputs["predicted"].value, inputs["measured"].value), spread(relative, inputs)
+        difference, error = relative(*(estimate.value for estimate in inputs.values())), spread(relative, inputs)
         found.append(Claim(place, difference, error, judge(difference, outcome.scene.tolerance(check), error)))
     return found
-
-
-def _over_time(outcome: Outcome[Sink]) -> list[Claim]:
-    return [
-        Claim(_OVER_TIME[check.id], check.difference, check.u_num, check.verdict, check.time)
-        for check in outcome.checks
-        if check.id in _OVER_TIME
-    ]
 
 
 def _told_apart(steady: Sequence[Claim], over_time: Iterable[Claim]) -> list[Claim]:
@@ -129,13 +122,13 @@ def _told_apart(steady: Sequence[Claim], over_time: Iterable[Claim]) -> list[Cla
         rest = at_rest.get(claim.of)
         if claim.verdict == "agrees" or (rest is None and (found or any(c.verdict != "agrees" for c in steady))):
             continue
-        if rest is None or claim.difference * rest.difference < 0 or _exceeds(claim, rest):
-            found.append(claim)
+        again = (
+            rest is not None
+            and claim.difference * rest.difference >= 0
+            and abs(claim.difference) <= (_MORE * abs(rest.difference) + claim.error + rest.error)
+        )
+        found += [] if again else [claim]
     return found
-
-
-def _exceeds(claim: Claim, rest: Claim) -> bool:
-    return abs(claim.difference) > _MORE * abs(rest.difference) + claim.error + rest.error
 
 
 def _ladder(outcome: Outcome[Sink], levels: Levels | None, transient: bool) -> tuple[Budget | None, str]:
@@ -143,14 +136,11 @@ def _ladder(outcome: Outcome[Sink], levels: Levels | None, transient: bool) -> t
     from compare.budget import budget
     from reduced1d.ladder.levels import Levels as Rough
 
-    assert outcome.fem3d is not None
     assert outcome.reduced1d is not None
-    name = outcome.reduced1d.model
-    fem3d = outcome.fem3d if transient else replace(outcome.fem3d, traces=None)
+    sink, name = outcome.scene, outcome.reduced1d.model
+    fem3d = outcome.solved if transient else replace(outcome.solved, traces=None)
     try:
-        return budget(
-            outcome.scene, "paper" if name in PAPERS else name, fem3d, levels or Rough(outcome.scene, rough=True)
-        ), ""
+        return budget(sink, "paper" if name in PAPERS else name, fem3d, levels or Rough(sink, rough=True)), ""
     except ArithmeticError as error:
         return None, str(error)
 
@@ -174,14 +164,11 @@ def _steady_words(steady: Sequence[Claim]) -> str:
 
 def _on_the_way(told: Sequence[Claim]) -> str:
     rises = [claim for claim in told if claim.of in _PLACES]
-    parts = [f"{_off(claim)} at the {_PLACES[claim.of][0]} (at {_when(claim)})" for claim in rises]
+    when = {claim.of: quantity(claim.time or 0.0, "s", 3) for claim in told}
+    parts = [f"{_off(claim)} at the {_PLACES[claim.of][0]} (at {when[claim.of]})" for claim in rises]
     if rises:
         return f"it is up to {' and '.join(parts)}, relative to the final rise"
-    return f"its current is up to {_off(told[0])} (at {_when(told[0])}), relative to its change"
-
-
-def _when(claim: Claim) -> str:
-    return quantity(claim.time or 0.0, "s", 3)
+    return f"its current is up to {_off(told[0])} (at {when[told[0].of]}), relative to its change"
 
 
 def _blame(claims: Sequence[Claim], budget: Budget | None) -> str:

@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from compare.figure_checks import from_first
 from compare.verdict import FIRST_TIME
 from scenes.formats import percent, quantity, signed
-from scenes.quantities import OF_A_SINK
+from scenes.sink import OF_A_SINK
 
 if TYPE_CHECKING:
     from reduced1d.ladder.levels import Levels
@@ -79,28 +80,32 @@ def budget(
     from reduced1d.ladder.rungs import rungs, solve
 
     found = rungs(levels, start)
-    times = None if fem3d.traces is None else fem3d.traces.time
+    at = None if fem3d.traces is None else fem3d.traces.time
     results = []
     for rung in found:
         progress(f"solving the ladder: {rung.name}")
         try:
-            results.append(solve(levels, rung, times is None, times))
+            results.append(solve(levels, rung, at is None, at))
         except RunawayError as error:
             raise RunawayError(
                 f"on the ladder from {start} to 3D, in the model {rung.name} (see --why): {error}", error.limit_voltage
             ) from None
     results.append(fem3d)
-    steady = tuple(_steady_split(scale_of(sink, name, fem3d, levels), name, found, results) for name in QUANTITIES)
-    transient: tuple[Split, ...] = ()
-    over_time = {}
-    if times is not None and times[-1] > FIRST_TIME:
-        late = np.concatenate([[FIRST_TIME], times[times > FIRST_TIME]])
-        curves = {name: _curves(results, asked.trace, late) for name, asked in QUANTITIES.items()}
-        transient = tuple(_transient_split(split, found, results, curves[split.quantity], late) for split in steady)
-        over_time = {name: -np.diff(curve, axis=0) for name, curve in curves.items()}
-        times = late
+    times, steady, transient, over_time = None, [], [], {}
+    if fem3d.traces is not None and fem3d.traces.time[-1] > FIRST_TIME:
+        times = from_first(fem3d.traces.time)
+    for name, asked in QUANTITIES.items():
+        scale = scale_of(sink, name, fem3d, levels)
+        known = [result.steady[asked.steady] for result in results]
+        values = np.array([[estimate.value] for estimate in known])
+        steady.append(_split(name, scale, found, values, [estimate.error for estimate in known], None))
+        if times is not None:
+            traces = [result.traces for result in results if result.traces is not None]
+            values = np.array([np.interp(times, t.time, t.values[asked.trace]) for t in traces])
+            transient.append(_split(name, scale, found, values, [t.errors[asked.trace] for t in traces], times))
+            over_time[name] = values[:-1] - values[1:]
     sentence = _sentence(found, (*steady, *transient), of_current(sink))
-    return Budget(start, steady, transient, times if over_time else None, over_time, sentence)
+    return Budget(start, tuple(steady), tuple(transient), times, over_time, sentence)
 
 
 def scale_of(sink: Sink, name: str, fem3d: Result, levels: Levels) -> float:
@@ -120,39 +125,23 @@ def of_current(sink: Sink) -> str:
     return "change of the current" if sink.silicon.temperature_coefficient and sink.spans == 1 else ITSELF
 
 
-def _steady_split(scale: float, name: str, found: Sequence[Rung], results: Sequence[Result]) -> Split:
-    asked = QUANTITIES[name]
-    estimates = [result.steady[asked.steady] for result in results]
-    parts = tuple(
-        Part(rung.blame, a.value - b.value, a.error + b.error)
-        for rung, a, b in zip(found, estimates[:-1], estimates[1:], strict=True)
-    )
-    first, last = estimates[0], estimates[-1]
-    return Split(name, asked.unit, scale, first.value - last.value, first.error + last.error, parts)
-
-
-def _curves(results: Sequence[Result], key: str, late: np.ndarray) -> np.ndarray:
-    """(models, times): a trace of each model."""
-    rows = []
-    for result in results:
-        assert result.traces is not None
-        rows.append(np.interp(late, result.traces.time, result.traces.values[key]))
-    return np.array(rows)
-
-
-def _transient_split(
-    steady: Split, found: Sequence[Rung], results: Sequence[Result], curves: np.ndarray, late: np.ndarray
-) -> Split:
-    i = int(np.argmax(np.abs(curves[0] - curves[-1])))
-    errors = [r.traces.errors[QUANTITIES[steady.quantity].trace] for r in results if r.traces is not None]
-    drops = -np.diff(curves, axis=0)
-    worst = np.argmax(np.abs(drops), axis=1)
-    parts = tuple(
-        Part(rung.blame, float(drops[n, i]), errors[n] + errors[n + 1], float(drops[n, at]), float(late[at]))
-        for n, (rung, at) in enumerate(zip(found, worst, strict=True))
-    )
-    total = float(curves[0, i] - curves[-1, i])
-    return replace(steady, total=total, error=errors[0] + errors[-1], parts=parts, time=float(late[i]))
+def _split(
+    name: str, scale: float, found: Sequence[Rung], values: np.ndarray, errors: Sequence[float],
+    times: np.ndarray | None,
+) -> Split:  # fmt: skip
+    """The parts of a quantity's ``values`` (models, times), each known to an error, when the difference is largest;
+    without ``times`` those of the steady state."""
+    i = int(np.argmax(np.abs(values[0] - values[-1])))
+    drops = values[:-1] - values[1:]
+    parts = [Part(rung.blame, float(drops[n, i]), errors[n] + errors[n + 1]) for n, rung in enumerate(found)]
+    if times is not None:
+        worst = np.argmax(np.abs(drops), axis=1)
+        parts = [
+            replace(part, largest=float(drops[n, at]), when=float(times[at]))
+            for n, (part, at) in enumerate(zip(parts, worst, strict=True))
+        ]
+    total, when = float(values[0, i] - values[-1, i]), None if times is None else float(times[i])
+    return Split(name, QUANTITIES[name].unit, scale, total, errors[0] + errors[-1], tuple(parts), when)
 
 
 def _sentence(found: Sequence[Rung], splits: Sequence[Split], of_current: str) -> str:

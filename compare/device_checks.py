@@ -307,8 +307,7 @@ def _above(run: Run) -> bool:
 
 def _overshoot(run: Run) -> float:
     """How far the sensor goes above the set temperature (K) before the outer step."""
-    result = run.result
-    start = result.sensor_K[result.time_s < run.device.external.step_time]
+    start = run.result.sensor_K[run.result.time_s < run.device.external.step_time]
     return float(max(start.max() - run.device.control.set_temperature, 0.0))
 
 

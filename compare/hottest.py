@@ -12,11 +12,11 @@ from reduced1d.equations import end_rise_from_equivalent
 from reduced1d.painted import Reduction, of_result
 from reduced1d.sink import anchor_series_resistance
 from scenes.device import Device
-from scenes.dimensions import TIME
 from scenes.loop.result import DeviceResult
 from scenes.model import Material
 from scenes.result import Result, Traces
 from scenes.sink import Sink
+from scenes.units import TIME
 
 MOST = 100
 """How many instants of a transient are looked at beside those at which a trace is largest or least."""

@@ -34,16 +34,12 @@ S = TypeVar("S", covariant=True)
 @dataclass(frozen=True)
 class Outcome(Generic[S]):
     """What a run found: the plan as carried out, each model's result (``None`` where not asked for), the checks, the
-    remarks on the run, the answer in a sentence, how long each stage took (s), the folder with its files, and which
-    earlier run it replaced.
-
-    Of a sink also ``why``, the budget of the differences of the 1D model, and ``exported``, what the few-state model is
-    and its folder (of a free scene too), where asked for, and ``against``, a user's own traces if there are any, and
-    ``sensitivities`` and what they make of uncertain inputs (``propagated``, ``sampled``, and ``validation`` and a
-    ``fit`` of the data) where asked for; of a row of spans ``varied``, how its differences run, and of any what the
-    ``air`` does to it, where asked for. Of a device its ``simulated`` runs in 1D, those of ``device_3d`` where asked
-    for, and a designer's answers. Of a free scene over time ``shown``: the time (s) whose field is drawn, and whether
-    it is then above the initial temperature.
+    remarks on the run, the answer in a sentence, how long each stage took (s), the folder with its files, which earlier
+    run it replaced; and what was asked for beside: of a sink ``why`` (the budget of the 1D model's differences),
+    ``varied`` (how those of a row run), what the ``air`` does and a user's own traces (``against``); of any the
+    few-state model with its folder (``exported``), and what inputs do; of a device its runs and a designer's answers.
+    Of a free scene over time ``shown``: the time (s) whose field is drawn, and whether it is then above the initial
+    temperature.
     """
 
     scene: S
@@ -101,10 +97,7 @@ class Clock:
         try:
             yield
         finally:
-            self.add(name, time.perf_counter() - start)
-
-    def add(self, name: str, seconds: float) -> None:
-        self._stages[name] = self._stages.get(name, 0.0) + seconds
+            self._stages[name] = self._stages.get(name, 0.0) + time.perf_counter() - start
 
     def all(self) -> dict[str, float]:
         return {**self._stages, "total": time.perf_counter() - self._start}

@@ -35,7 +35,6 @@ if TYPE_CHECKING:
 
     from compare.against import Data
     from compare.inputs.sensitivities import Sensitivities
-    from fem3d.device.runs import Solved
     from reduced1d.ladder.levels import Levels
     from scenes.loop.runs import Runs
     from scenes.result import Result
@@ -273,9 +272,14 @@ def _device(run: _Run[Device]) -> Outcome[Device]:
     solved = answers = followed = None
     if request.in_3d:
         from compare.device_3d_checks import evaluate_3d
+        from fem3d.device.runs import make
+        from reduced1d.device.meters import METERS, in_the_loop
 
         with clock.stage("device in 3D"):
-            solved = _solved_in_3d(run)
+            meter = METERS[request.meter] if request.meter else None
+            rounded = in_the_loop(device, meter, device.external.initial_temperature) if meter else (0.0, 0.0)
+            slow, steps = drawn(device, request, "figure11"), drawn(device, request, "figure12", "figure13")
+            solved = make(device, rounded, slow, steps, run.say)
     with clock.stage("checks"):
         found = device_checks.evaluate(device, request, made)
         if solved is not None:
@@ -291,11 +295,10 @@ def _device(run: _Run[Device]) -> Outcome[Device]:
         with clock.stage("sensitivities"):
             followed = sensitivities.of_device(device, None if solved is None else solved.model)
             found += sensitivities.checks(device, followed, OF_DEVICE)
-    remarks = followed.remarks() if followed else ()
     return Outcome(
         device, request, of_device(device, request), checks=found,
-        warnings=(*hottest.of_device(device, made.base.result), *remarks), simulated=made, device_3d=solved,
-        design=answers, sensitivities=followed,
+        warnings=(*hottest.of_device(device, made.base.result), *(followed.remarks() if followed else ())),
+        simulated=made, device_3d=solved, design=answers, sensitivities=followed,
     )  # fmt: skip
 
 
@@ -305,18 +308,6 @@ def simulated(device: Device, request: Request, say: Callable[[str], None] = lam
 
     slow, steps = needs(device, request, "figure11"), needs(device, request, "figure12", "figure13")
     return runs.make(device, request.scheme, request.meter, slow, steps, say)
-
-
-def _solved_in_3d(run: _Run[Device]) -> Solved:
-    """Every run in 3D that a request needs."""
-    from fem3d.device.runs import make
-    from reduced1d.device.meters import METERS, in_the_loop
-
-    device, request = run.scene, run.request
-    meter = METERS[request.meter] if request.meter else None
-    rounded = in_the_loop(device, meter, device.external.initial_temperature) if meter else (0.0, 0.0)
-    slow, steps = drawn(device, request, "figure11"), drawn(device, request, "figure12", "figure13")
-    return make(device, rounded, slow, steps, run.say)
 
 
 def _free(run: _Run[AnyScene]) -> Outcome[AnyScene]:

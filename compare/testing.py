@@ -17,8 +17,7 @@ from compare.verdict import Verdict, judge, relative, spread
 from scenes.checks import AGAINST_TOLERANCES, DEFAULT_TOLERANCES, OVER_TIME
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.formats import difference_text, percent, quantity, sink_text, with_error
-from scenes.quantities import OF_A_SINK
-from scenes.sink import Sink
+from scenes.sink import OF_A_SINK, Sink
 
 if TYPE_CHECKING:
     from compare import Run
@@ -47,8 +46,7 @@ def assert_reduction_agrees(
     SceneError for a name that there isn't.
     """
     __tracebackhide__ = True
-    known = (*QUANTITIES, *DEFAULT_TOLERANCES)
-    _known(tolerances, known, "peak=0.05")
+    _known(tolerances, (*QUANTITIES, *DEFAULT_TOLERANCES))
     steady = not set(tolerances) & set(OVER_TIME)
     found = compare.run(scene, voltage=voltage, accuracy=accuracy, steady=steady, uncertain=uncertain)
     told = [
@@ -75,16 +73,16 @@ def assert_traces_agree(
     ``power`` to itself. Raises as ``assert_reduction_agrees``, and SceneError for a quantity that the file has not.
     """
     __tracebackhide__ = True
-    _known(tolerances, tuple(name.removeprefix("against_") for name in AGAINST_TOLERANCES), "peak=0.05")
+    _known(tolerances, tuple(name.removeprefix("against_") for name in AGAINST_TOLERANCES))
     found = compare.run(scene, voltage=voltage, accuracy=accuracy, against=file, columns=columns)
     told = [_check(found.check(f"against_{name}"), tolerance) for name, tolerance in tolerances.items()]
     _fail(f"{Path(file).name} for {sink_text(found.scene)}", told)
     return found
 
 
-def _known(tolerances: dict[str, float], known: tuple[str, ...], example: str) -> None:
+def _known(tolerances: dict[str, float], known: tuple[str, ...]) -> None:
     if not tolerances:
-        raise SceneError(f"nothing to assert: give at least one tolerance, such as {example}")
+        raise SceneError("nothing to assert: give at least one tolerance, such as peak=0.05")
     for name, tolerance in tolerances.items():
         if name not in known:
             raise SceneError(f"{quoted(name)} can't be asserted: give {', '.join(known)}{did_you_mean(name, known)}")

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from scenes.dimensions import NUMBER
 from scenes.errors import SceneError, quoted
 from scenes.kinds import Kind, Numbers, Quantity, known_name
+from scenes.units import NUMBER
 
 EQUATIONS = ("eq12", "eq13", "eq14", "eq16", "eq18", "eq18_measured")
 FIGURES = ("fig4", "fig5", "fig6_peak", "fig6_end", "fig7_current")
@@ -30,12 +30,9 @@ DEFAULT_TOLERANCES: dict[str, float] = {
 """The relative tolerance of every check of the sink, by its id, where a scene declares none."""
 
 ISLAND_TOLERANCES: dict[str, float] = {
-    **dict.fromkeys(("islands_peak_inner", "islands_peak_outer", "islands_mean"), 0.05),
-    "islands_current": 0.02,
-    "islands_equivalent": 0.05,
-    **dict.fromkeys(("islands_peak_inner_over_time", "islands_peak_outer_over_time", "islands_mean_over_time"), 0.05),
-    "islands_current_over_time": 0.02,
-    "islands_equivalent_over_time": 0.05,
+    f"{check}{when}": 0.02 if check == "islands_current" else 0.05
+    for when in ("", "_over_time")
+    for check in (*OF_THE_ROW, "islands_equivalent")
 }
 """The same of a sink of several spans, which has these and the energy's. The current, of itself, is to be as good as an
 equation, for it is one: Ohm's law of the row."""
@@ -43,9 +40,7 @@ equation, for it is one: Ohm's law of the row."""
 AIR_TOLERANCES: dict[str, float] = {"air_peak": 0.05, "air_mean": 0.05, "air_end": 0.05, "air_current": 0.02}
 """The same of leaving out the air, where it is asked for."""
 
-AGAINST_TOLERANCES: dict[str, float] = dict.fromkeys(
-    ("against_peak", "against_end", "against_mean", "against_current", "against_power"), 0.05
-)
+AGAINST_TOLERANCES = {f"against_{name}": 0.05 for name in ("peak", "end", "mean", "current", "power")}
 """The same of the checks of a user's own traces against the 3D model."""
 
 SLOPE_TOLERANCES: dict[str, float] = {"slope": 0.1}
@@ -56,17 +51,9 @@ SINK_CHECKS = tuple(SINK_TOLERANCES)
 """The ids of every check that a sink may have, but those of slopes, which are one for each key."""
 
 DEVICE_TOLERANCES: dict[str, float] = {
-    "fig9_settling": 0.25,
-    "fig9_balance": 1e-6,
-    "fig10_steady": 1e-6,
-    "fig11_slow": 0.05,
-    "fig12_same_time": 0.05,
-    "fig13_slope": 1e-6,
-    "fig13_limit": 1e-6,
-    "meter_resistance": 0.1,
-    "meter_power": 0.05,
-    "meter_rate": 0.05,
-}
+    "fig9_settling": 0.25, "fig9_balance": 1e-6, "fig10_steady": 1e-6, "fig11_slow": 0.05, "fig12_same_time": 0.05,
+    "fig13_slope": 1e-6, "fig13_limit": 1e-6, "meter_resistance": 0.1, "meter_power": 0.05, "meter_rate": 0.05,
+}  # fmt: skip
 """The same of the device. The paper's "about" is taken as a quarter, its "ca." as a tenth, a number of two digits as a
 twentieth; what it states as exact, as 1e-6."""
 
@@ -94,13 +81,13 @@ def tolerances(known: tuple[str, ...] = (*SINK_CHECKS, *SLOPE_TOLERANCES)) -> Nu
 
 @dataclass(frozen=True)
 class Differing(Kind):
-    """A list of the checks that are expected to differ; ``word`` is what a file says for ``None``, nothing declared."""
+    """A list of the checks that are expected to differ, each once; one text with commas between is a list as well.
+    ``word`` is what a file says for ``None``, nothing declared."""
 
     known: tuple[str, ...] = SINK_CHECKS
     word: str = "undeclared"
 
     def read(self, path: str, given: object) -> tuple[str, ...] | None:
-        """The ids, each once, in the order given; one text with commas between is a list as well."""
         if isinstance(given, str) and given == self.word:
             return None
         items = [part.strip() for part in given.split(",")] if isinstance(given, str) else given
@@ -112,9 +99,7 @@ class Differing(Kind):
         return tuple(dict.fromkeys(known_name(path, i, self.known, "check") for i in items))
 
     def write(self, value: Any) -> Any:
-        """A list, or the word for ``None``."""
         return self.word if value is None else list(value) if isinstance(value, (list, tuple)) else value
 
     def show(self, value: Any) -> str:
-        """The ids."""
         return self.word if value is None else ", ".join(value)

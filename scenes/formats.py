@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from scenes.dimensions import VOLTAGE
+from scenes.units import VOLTAGE
 
 if TYPE_CHECKING:
     from scenes.sink import Sink
@@ -24,22 +24,18 @@ def scale(value: float, unit: str) -> tuple[float, str]:
     return 10.0**-power, _PREFIXES[power] + unit
 
 
-def decimals(error: float) -> int:
-    """Decimals that an error leaves meaningful: up to its second digit, at most 12."""
-    if not error > 0 or not math.isfinite(error):
-        return 6
-    return min(max(1 - math.floor(math.log10(error)), 0), 12)
-
-
 def with_error(value: float, error: float, unit: str) -> tuple[str, str, str, int, float]:
     """Value, error and unit as texts, then the decimals and the factor used, for others to stand in the same column.
 
-    At most eight digits of the value; an error below the last one is rounded up to it, and so stays a bound.
+    Decimals go up to the error's second digit, 12 at most, and to eight digits of the value at most; an error below the
+    last one is rounded up to it, and so stays a bound.
     """
     factor, shown = scale(value, unit)
     most = 7 - math.floor(math.log10(abs(value * factor))) if value and math.isfinite(value) else 6
-    places = min(decimals(error * factor), max(most, 0))
-    bound = max(error * factor, 10.0**-places) if error > 0 else 0.0
+    scaled = error * factor
+    meant = 1 - math.floor(math.log10(scaled)) if scaled > 0 and math.isfinite(scaled) else 6
+    places = max(min(meant, most, 12), 0)
+    bound = max(scaled, 10.0**-places) if error > 0 else 0.0
     return f"{value * factor:.{places}f}", f"{bound:.{places}f}", shown, places, factor
 
 

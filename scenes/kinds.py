@@ -15,10 +15,9 @@ from itertools import pairwise
 from numbers import Real
 from typing import Any, Protocol
 
-from scenes.dimensions import LENGTH, TEMPERATURE, TIME, Dimension, named
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.model import Schedule, Value
-from scenes.units import UnitError, parse_quantity
+from scenes.units import LENGTH, TEMPERATURE, TIME, Dimension, UnitError, named, parse_quantity
 
 
 class Kind(Protocol):
@@ -27,11 +26,9 @@ class Kind(Protocol):
     def read(self, path: str, given: object) -> Any: ...
 
     def write(self, value: Any) -> Any:
-        """The value as a file has it."""
         return value
 
     def show(self, value: Any) -> str:
-        """The value for a person."""
         return str(value)
 
 
@@ -51,7 +48,6 @@ class Quantity(Kind):
     note: str = ""
 
     def read(self, path: str, given: object) -> float | None:
-        """The value in SI units, or ``None`` for the word that stands for it."""
         if self.word is not None and isinstance(given, str) and given == self.word:
             return None
         value, fault = self._number(given)
@@ -70,7 +66,6 @@ class Quantity(Kind):
         return float(value) if isinstance(value, Real) and not isinstance(value, bool) else value
 
     def show(self, value: Any) -> str:
-        """The value with its unit."""
         return self.word or "" if value is None else self.dimension.show(value)
 
     def _number(self, given: object) -> tuple[float, str]:
@@ -100,23 +95,19 @@ class Quantity(Kind):
 
 @dataclass(frozen=True)
 class Count(Kind):
-    """A whole number between two bounds that are themselves allowed."""
+    """A whole number between two bounds that are themselves allowed; text and 3.0 will do, 2.5 will not."""
 
     lower: int
     upper: int
 
     def read(self, path: str, given: object) -> int:
-        """The number itself; text and 3.0 will do, 2.5 will not."""
-        value = given
-        if isinstance(given, str):
-            try:
-                value = float(given)
-            except ValueError:
-                value = None
-        whole = isinstance(value, Real) and not isinstance(value, bool) and float(value).is_integer()
-        if not whole or not self.lower <= float(value) <= self.upper:  # type: ignore[arg-type]
+        try:
+            value = float("nan" if isinstance(given, bool) else given)  # type: ignore[arg-type]
+        except (TypeError, ValueError, OverflowError):
+            value = math.nan
+        if not (value.is_integer() and self.lower <= value <= self.upper):
             raise SceneError(f"{path} = {quoted(given)} must be a whole number from {self.lower} to {self.upper}")
-        return int(value)  # type: ignore[call-overload, no-any-return]
+        return int(value)
 
 
 @dataclass(frozen=True)
@@ -126,15 +117,12 @@ class Insulator(Kind):
     quantity: Quantity
 
     def read(self, path: str, given: object) -> None:
-        """Always ``None``; refuses a resistivity below the quantity's lower bound."""
         self.quantity.read(path, given)
 
     def write(self, value: Any) -> Any:
-        """The word for an insulator."""
         return self.quantity.write(value)
 
     def show(self, value: Any) -> str:
-        """The word for an insulator."""
         return self.quantity.show(value)
 
 
@@ -145,7 +133,6 @@ class Choice(Kind):
     options: tuple[str, ...]
 
     def read(self, path: str, given: object) -> str:
-        """The word itself."""
         if isinstance(given, str) and given in self.options:
             return given
         known = " or ".join(f'"{o}"' for o in self.options)
@@ -164,18 +151,15 @@ class Numbers(Kind):
     form: str
 
     def read(self, path: str, given: object) -> dict[str, float]:
-        """The plain numbers, of those names alone that are given."""
         if not isinstance(given, Mapping):
             raise SceneError(f"{path} = {quoted(given)} must be {self.form}")
         names = {known_name(path, name, self.known, self.called): value for name, value in given.items()}
         return {name: float(self.quantity.read(f"{path}.{name}", value) or 0) for name, value in names.items()}
 
     def write(self, value: Any) -> Any:
-        """A plain dictionary."""
         return {k: self.quantity.write(v) for k, v in value.items()} if isinstance(value, Mapping) else value
 
     def show(self, value: Any) -> str:
-        """The names with their numbers."""
         return ", ".join(f"{name} {self.quantity.show(number)}" for name, number in value.items())
 
 
@@ -194,13 +178,11 @@ class Switch(Kind):
     """True or false."""
 
     def read(self, path: str, given: object) -> bool:
-        """The boolean itself."""
         if isinstance(given, bool):
             return given
         raise SceneError(f"{path} = {quoted(given)} is neither true nor false: give one of these")
 
     def show(self, value: Any) -> str:
-        """As a file has it."""
         return str(value).lower()
 
 
@@ -213,7 +195,6 @@ class Text(Kind):
     longest: int = 60
 
     def read(self, path: str, given: object) -> str:
-        """The text itself."""
         if isinstance(given, str) and len(given) <= self.longest and re.fullmatch(self.form, given):
             return given
         raise SceneError(f"{path} = {quoted(given)} {self.refusal}")
@@ -238,11 +219,8 @@ class Place(Kind):
     coordinate: Quantity
 
     def read(self, path: str, given: object) -> tuple[float, float, float]:
-        """The coordinates in m."""
         if not isinstance(given, (list, tuple)) or len(given) != 3:
-            raise SceneError(
-                f'{path} = {quoted(given)} is not a point: give [x, y, z], such as [0, "-50 um", 2e-6]'
-            )  # fmt: skip
+            raise SceneError(f'{path} = {quoted(given)} is not a point: give [x, y, z], such as [0, "-50 um", 2e-6]')
         x, y, z = (self.coordinate.read(f"{path}[{'xyz'[d]}]", c) or 0.0 for d, c in enumerate(given))
         return x, y, z
 
@@ -252,7 +230,6 @@ class Instants(Kind):
     """A list of times; the value has each once, ascending."""
 
     def read(self, path: str, given: object) -> tuple[float, ...]:
-        """The times in s."""
         if not isinstance(given, (list, tuple)) or not given:
             raise SceneError(f'{path} = {quoted(given)} is not a list of times: give some, such as [0.1, "200 ms"]')
         return tuple(sorted({INSTANT.read(f"{path}[{i}]", t) or 0.0 for i, t in enumerate(given, 1)}))
@@ -265,7 +242,6 @@ class Varying(Kind):
     quantity: Quantity
 
     def read(self, path: str, given: object) -> Value:
-        """A number in SI units, or a Schedule of such."""
         if not isinstance(given, Mapping):
             return self.quantity.read(path, given) or 0.0
         _only(path, given, ("times", "values"))
@@ -289,7 +265,6 @@ class Varying(Kind):
         return Schedule(times, values)
 
     def write(self, value: Any) -> Any:
-        """A number, or a table of two lists."""
         if isinstance(value, Schedule):
             return {"times": list(value.times), "values": list(value.values)}
         return self.quantity.write(value)
@@ -303,7 +278,6 @@ class Convection(Kind):
     ambient: Varying
 
     def read(self, path: str, given: object) -> tuple[float, Value]:
-        """The coefficient in W/(m2 K) and the ambient temperature in K."""
         example = '{coefficient = "10 W/(m2 K)", ambient = "293 K"}'
         if not isinstance(given, Mapping):
             raise SceneError(f"{path} = {quoted(given)} is not a table: give {example}")
@@ -320,7 +294,6 @@ class Convection(Kind):
         return coefficient, self.ambient.read(f"{path}.ambient", given["ambient"])
 
     def write(self, value: Any) -> Any:
-        """A table."""
         return {"coefficient": self.coefficient.write(value[0]), "ambient": self.ambient.write(value[1])}
 
 
@@ -329,7 +302,6 @@ class GroupName(Kind):
     """The name of a group of a mesh, or the number of one that has no name."""
 
     def read(self, path: str, given: object) -> str:
-        """The name as text."""
         if isinstance(given, int) and not isinstance(given, bool):
             return str(given)
         if isinstance(given, str) and given.strip():
@@ -342,7 +314,6 @@ class GroupNames(Kind):
     """A list of names of groups."""
 
     def read(self, path: str, given: object) -> tuple[str, ...]:
-        """The names."""
         if isinstance(given, (list, tuple)) and given:
             return tuple(GROUP.read(f"{path}[{i}]", name) for i, name in enumerate(given, 1))
         raise SceneError(f'{path} = {quoted(given)} is not a list of groups: give some, such as ["silicon"]')
@@ -353,7 +324,6 @@ class LengthUnit(Kind):
     """The unit of a file's coordinates: "um", or the length in m."""
 
     def read(self, path: str, given: object) -> float:
-        """The unit in m."""
         text = f"1 {given}" if isinstance(given, str) and not given[:1].isdigit() else given
         try:
             value, unit = parse_quantity(text) if isinstance(text, str) else (float(text), None)  # type: ignore[arg-type]
@@ -379,17 +349,12 @@ KELVIN = Quantity(TEMPERATURE, 0.0, 1e6)
 def _only(path: str, given: Mapping[Any, object], known: tuple[str, ...]) -> None:
     for name, value in given.items():
         if name not in known:
-            raise SceneError(
-                f"unknown key {path}.{name} = {quoted(value)}: give {' and '.join(known)}{did_you_mean(name, known)}"
-            )
+            hint = did_you_mean(name, known)
+            raise SceneError(f"unknown key {path}.{name} = {quoted(value)}: give {' and '.join(known)}{hint}")
 
 
 def _type_name(given: object) -> str:
     if given is None:
         return "missing"
-    names: tuple[tuple[type | tuple[type, ...], str], ...] = (
-        (bool, "a boolean"),
-        (Mapping, "a table"),
-        ((list, tuple), "a list"),
-    )
-    return next((name for kind, name in names if isinstance(given, kind)), f"a {type(given).__name__}")
+    names = {bool: "a boolean", Mapping: "a table", list: "a list", tuple: "a list"}
+    return next((name for kind, name in names.items() if isinstance(given, kind)), f"a {type(given).__name__}")

@@ -1,27 +1,27 @@
-"""Reading the parametric scenes: built-in or from a TOML file, with overrides, checked; and writing them back."""
+"""Reading the parametric scenes: built-in or from a TOML file, with overrides, checked; writing them back; and what
+distinguishes one from the built-in one, in a few words that are safe in the name of a folder."""
 
 from __future__ import annotations
 
 import re
 import tomllib
+import zlib
 from collections.abc import Mapping, Sequence
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, TypeVar, overload
 
 from scenes import examples
 from scenes.errors import SceneError, did_you_mean, quoted, reason
 from scenes.keys import SINK, TYPES, SceneType, type_of
-from scenes.overrides import override
-from scenes.schema import nest
+from scenes.kinds import Choice
+from scenes.schema import nest, override
 from scenes.sink import Sink
-from scenes.slug import distinguishes
-from scenes.validity import check
-
-__all__ = ["as_dict", "builtin_names", "builtin_text", "check", "distinguishes", "from_dict", "load"]
+from scenes.validity import check as check
 
 T = TypeVar("T")
-_BUILTIN = tuple(TYPES)
 _EXPECTED = "checks.expect_differs"
+_LONGEST = 80
 
 
 @overload
@@ -36,7 +36,7 @@ def load(source: str | Path, overrides: Sequence[str] = (), *, of: SceneType[Any
     a statement about that scene: an override of anything physical withdraws it (``expected_to_differ`` is then
     ``None``), unless an override says what is expected now. Raises SceneError.
     """
-    name = source if isinstance(source, str) and source == of.name else file_name(Path(source))
+    name = of.name if source == of.name else file_name(Path(source))
     return _built({"scene.name": name} | of.schema.flatten(_document(source, of)), overrides, of)
 
 
@@ -68,21 +68,16 @@ def as_dict(scene: object) -> dict[str, Any]:
     return nest(type_of(scene).schema.write(scene))
 
 
-def builtin_names() -> tuple[str, ...]:
-    """The names of the parametric scenes that come with the toolkit."""
-    return _BUILTIN
-
-
 def known_names() -> tuple[str, ...]:
-    """The same, with the examples of free scenes."""
-    return (*_BUILTIN, *examples.names())
+    """The names of the scenes that come with the toolkit, of the parametric ones first."""
+    return (*TYPES, *examples.names())
 
 
 def builtin_text(name: str) -> str:
     """A built-in scene as commented TOML, to copy and edit; raises SceneError for an unknown name."""
     if name in examples.names():
         return examples.text(name)
-    if name not in _BUILTIN:
+    if name not in TYPES:
         known = known_names()
         raise SceneError(
             f"{quoted(name)} is not a built-in scene: give {' or '.join(known)}{did_you_mean(name, known)}"
@@ -92,8 +87,7 @@ def builtin_text(name: str) -> str:
 
 def _document(source: str | Path, of: SceneType[Any]) -> dict[str, Any]:
     """The TOML document of a built-in scene or a file."""
-    builtin = isinstance(source, str) and source == of.name
-    return toml(builtin_text(str(source)) if builtin else file_text(source, (of.name,)), source)
+    return toml(builtin_text(of.name) if source == of.name else file_text(source, (of.name,)), source)
 
 
 def toml(text: str, source: str | Path) -> dict[str, Any]:
@@ -130,3 +124,40 @@ def _physical(values: Mapping[str, Any], of: SceneType[Any]) -> dict[str, Any]:
     """What says what is solved, with a default standing for what is left out."""
     written = of.schema.write(of.schema.apply(values, of.default))
     return {path: written[path] for path, key in of.schema.paths.items() if key.physical}
+
+
+def distinguishes(scene: object) -> str:
+    """The leading key (a sink's voltage, a device's final outer temperature), then every key that differs from its
+    default: "1V", "2V-width20um", "1V-pad-edge", "273K".
+
+    Different scenes get different texts, but for their name and checks, which are left out. A text longer than 80
+    characters ends in a checksum of the whole instead. The values are taken as valid (``scenes.validity.check``).
+    """
+    kind = type_of(scene)
+    words: list[str] = []
+    for path, key in kind.schema.paths.items():
+        value = attrgetter(key.attribute)(scene)
+        section, _, name = path.rpartition(".")
+        if section in ("scene", "checks"):
+            continue
+        if path == kind.leading:
+            words.insert(0, _safe(key.kind.show(value)))
+        elif value != attrgetter(key.attribute)(kind.default):
+            owner = section.removeprefix("materials.") + "_" if section.startswith("materials.") else ""
+            label = "" if isinstance(key.kind, Choice) else f"{owner}{name}"
+            words.append(label + _safe(key.kind.show(value)))
+    return shortened("-".join(words))
+
+
+def shortened(text: str) -> str:
+    """A text of at most 80 characters: a longer one ends in a checksum of the whole."""
+    if len(text) <= _LONGEST:
+        return text
+    return f"{text[: _LONGEST - 9].rstrip('-.')}-{zlib.crc32(text.encode()):08x}"
+
+
+def _safe(shown: str) -> str:
+    """Without the spaces and signs of compound units: a number, and "20um" where the unit is one word."""
+    number, _, unit = shown.partition(" ")
+    signed = re.sub("^-", "minus", number)
+    return re.sub(r"[^\w.+-]", "", signed + (unit if unit.isalpha() else ""))

@@ -1,4 +1,6 @@
-"""A schema: the table of the keys that one type of scene file may have, and reading and writing by it.
+"""A schema: the table of the keys that one type of scene file may have, and reading and writing by it; and overrides,
+as given on a command line, put over what a file says: "sink.width=20um", "run.accuracy=1e-4", for an item of a table by
+its name "boundary.left.voltage=2", and for one coordinate of a point "box.arm.upper.x=9um".
 
 A *path* is a key's full name, section and all: "materials.silicon.density". A *flat* scene maps paths to what stands in
 the file, and the name of a table that a file may have many of, "box", to the list of them; its *values* map the same to
@@ -7,16 +9,21 @@ what has been read from that.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import copy
+import tomllib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from math import inf
 from operator import attrgetter
 from typing import Any, TypeVar
 
 from scenes.errors import SceneError, did_you_mean, nearest, printable, quoted
-from scenes.kinds import Kind
+from scenes.kinds import Instants, Kind, Numbers, Quantity
+from scenes.units import TIME
 
 T = TypeVar("T")
+_HOW_LONG = ("run.end_time", "run.output_times")
 
 
 @dataclass(frozen=True)
@@ -121,7 +128,9 @@ class Schema:
 
     def apply(self, values: Mapping[str, Any], default: T) -> T:
         """The default scene (a frozen dataclass) with the values put in its attributes."""
-        return _replaced(default, {self.paths[path].attribute: value for path, value in values.items()})
+        for path, value in values.items():
+            default = _with(default, self.paths[path].attribute, value)
+        return default
 
     def write(self, scene: object) -> dict[str, Any]:
         """Every key of a scene as a flat scene that reads back equal: SI numbers and plain JSON types."""
@@ -159,18 +168,10 @@ def label_of(table: str, number: int, given: Mapping[str, object]) -> tuple[str,
     return f"{table}-{number}", f"{table}[{number}]"
 
 
-def _replaced(default: T, attributes: Mapping[str, Any]) -> T:
-    """A frozen dataclass with new values for attributes of it and, where there are dots, of its parts."""
-    own: dict[str, Any] = {}
-    parts: dict[str, dict[str, Any]] = {}
-    for attribute, value in attributes.items():
-        head, _, tail = attribute.partition(".")
-        if tail:
-            parts.setdefault(head, {})[tail] = value
-        else:
-            own[head] = value
-    own |= {head: _replaced(getattr(default, head), part) for head, part in parts.items()}
-    return replace(default, **own)  # type: ignore[type-var]
+def _with(scene: Any, attribute: str, value: Any) -> Any:
+    """A frozen dataclass with a new value for an attribute of it or, where there are dots, of its parts."""
+    name, _, rest = attribute.partition(".")
+    return replace(scene, **{name: _with(getattr(scene, name), rest, value) if rest else value})
 
 
 def nest(flat: Mapping[str, Any]) -> dict[str, Any]:
@@ -188,3 +189,102 @@ def nest(flat: Mapping[str, Any]) -> dict[str, Any]:
 def section(values: Mapping[str, Any], name: str) -> dict[str, Any]:
     """The values of one section, by key."""
     return {key.removeprefix(f"{name}."): value for key, value in values.items() if key.startswith(f"{name}.")}
+
+
+def override(flat: Mapping[str, object], settings: Sequence[str], schema: Schema) -> dict[str, object]:
+    """A flat scene with the settings put over it, in their order, so that a later one wins.
+
+    The last parts of a path are enough where they name one key only. How long a run of a free scene lasts is said in
+    one way: a setting of it takes the place of what the file says of that, and of those output times that lie beyond.
+    Raises SceneError for a setting without "=" or value, for a key that is unknown or not the only one of that name,
+    and for an item that does not exist.
+    """
+    result = dict(flat)
+    given: set[str] = set()
+    for setting in settings:
+        key, equals, text = (part.strip() for part in setting.partition("="))
+        if not equals or not key or not text:
+            raise SceneError(f"{quoted(setting)} sets nothing: give KEY=VALUE, such as {schema.example}")
+        value = toml_value(text)
+        table, _, rest = key.partition(".")
+        if table in schema.lists:
+            if "." not in rest:
+                raise SceneError(f"{printable(key)} names no item of a [[{table}]]: give {table}.NAME.KEY")
+            result[table] = copy.deepcopy(result.get(table, []))
+            _put(*_find(table, rest, result[table]), value)
+            continue
+        path, item = locate(key, value, schema)
+        given.add(path)
+        if item:
+            tolerances = result.get(path)
+            value = {**(tolerances if isinstance(tolerances, Mapping) else {}), item: value}
+        result |= schema.flatten({path: value})
+    return _of_one_length(result, given) if "run.steady" in schema.paths else result
+
+
+def _of_one_length(flat: dict[str, object], given: set[str]) -> dict[str, object]:
+    """Without what contradicts a steady or an end_time that was ``given``; what else does is refused."""
+    if {"run.steady", "run.end_time"} <= given:
+        return flat
+    if "run.steady" in given and flat["run.steady"] is True:
+        return {path: value for path, value in flat.items() if path in given or path not in _HOW_LONG}
+    if "run.end_time" in given:
+        flat.pop("run.steady", None)
+        if "run.output_times" in flat and "run.output_times" not in given:
+            end = Quantity(TIME, 0.0, inf).read("run.end_time", flat["run.end_time"]) or 0.0
+            times = Instants().read("run.output_times", flat.pop("run.output_times"))
+            if within := [time for time in times if time <= end]:
+                flat["run.output_times"] = within
+    return flat
+
+
+def locate(key: str, value: object, schema: Schema) -> tuple[str, str]:
+    """The path that a key stands for, and the item within it where that is a table of tolerances. Raises SceneError."""
+    if key in schema.paths or key in schema.sections:
+        return key, ""
+    ends = [path for path in schema.paths if path.endswith(f".{key}")]
+    if len(ends) > 1:
+        raise SceneError(f"{printable(key)} = {quoted(value)} could mean any of {', '.join(ends)}: give one of these")
+    if ends:
+        return ends[0], ""
+    head, _, item = key.rpartition(".")
+    for path, entry in schema.paths.items():
+        if isinstance(entry.kind, Numbers) and head and (path == head or path.endswith(f".{head}")):
+            return path, item
+    raise schema.unknown(key, value)
+
+
+def _find(table: str, rest: str, items: object) -> tuple[dict[str, Any], list[str]]:
+    """The item whose name ``rest`` starts with, and the key after it; names may have dots in them."""
+    names: dict[str, dict[str, Any]] = {}
+    for number, item in enumerate(items if isinstance(items, list) else [], 1):
+        if isinstance(item, dict):
+            names[label_of(table, number, item)[0]] = item
+    for name in sorted(names, key=len, reverse=True):
+        if rest.startswith(f"{name}."):
+            return names[name], rest.removeprefix(f"{name}.").split(".")
+    wanted = rest.rpartition(".")[0]
+    known = f"give {', '.join(map(quoted, names))}" if names else "it has none"
+    raise SceneError(f"the scene has no {table} {quoted(wanted)}: {known}{did_you_mean(wanted, names)}")
+
+
+def _put(item: dict[str, Any], path: list[str], value: object) -> None:
+    """Sets a key, one within a table such as convection, or a coordinate of a point; a condition given so takes the
+    place of no other."""
+    *tables, key = path
+    for table in tables:
+        inner = item.get(table)
+        if isinstance(inner, list) and len(inner) == 3 and key in ("x", "y", "z") and table == tables[-1]:
+            item[table] = [value if axis == key else old for axis, old in zip("xyz", inner, strict=True)]
+            return
+        item[table] = item = dict(inner) if isinstance(inner, Mapping) else {}
+    item[key] = value
+
+
+def toml_value(text: str) -> object:
+    """The text as a TOML value, or as it stands where it is none: 20um and pad-edge need no quotes."""
+    try:
+        document = tomllib.loads(f"value = {text}")
+    except (ValueError, RecursionError):
+        return text
+    return document["value"] if len(document) == 1 else text

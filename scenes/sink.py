@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from scenes.checks import SINK_TOLERANCES, SLOPE_TOLERANCES
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene
@@ -101,9 +101,10 @@ class Sink:
     def scene(self, count: int | None = None) -> Scene:
         """The sink as boxes, conditions and probes; with so many spans, the innermost of which stand for the rest."""
         count = self.spans if count is None else count
+        boxes = _boxes(self, count)
         return Scene(
-            self.name, _boxes(self, count), _boundaries(self, count), _probes(self, count),
-            self.room_temperature, self.end_time, self.accuracy,
+            self.name, boxes, _boundaries(self, boxes), _probes(self, boxes, count), self.room_temperature,
+            self.end_time, self.accuracy,
         )  # fmt: skip
 
 
@@ -121,25 +122,33 @@ def decay(sink: Sink) -> float:
     return min(half - math.sqrt(half**2 - 1), SLOWEST)
 
 
-def _stand_for(sink: Sink, count: int) -> tuple[float, float]:
-    """How many spans, and how many islands, each of the innermost of a row of ``count`` stands for."""
-    spans, islands = (1, 2) if count % 2 else (2, 1)
-    left_out = sink.spans - count
-    return 1 + left_out / spans, 1 + left_out / islands
-
-
 def start(sink: Sink, number: int) -> float:
     """Where along y a span begins (m)."""
     return (number - 1) * (sink.length + sink.island)
 
 
 def _boxes(sink: Sink, count: int) -> tuple[Box, ...]:
-    """The boxes of a row of ``count`` spans."""
-    end = start(sink, count) + sink.length
-    t, oxide, depth = sink.thickness, sink.oxide_width / 2, sink.oxide_thickness
+    """The boxes of a row of ``count`` spans: the beam, cut at the islands, and the islands; then pads and oxide."""
+    w, t, depth, oxide = sink.width / 2, sink.thickness, sink.oxide_thickness, sink.island_width / 2
+    # How many spans, and how many islands, each of the innermost stands for.
+    spans, islands = (1, 2) if count % 2 else (2, 1)
+    of_span, of_island = 1 + (sink.spans - count) / spans, 1 + (sink.spans - count) / islands
+    found: list[Box] = []
+    for number in range(1, count + 1):
+        a, b, c = start(sink, number), start(sink, number) + sink.length, start(sink, number + 1)
+        inner = of_span if different(count) in (number, count + 1 - number) else 1.0
+        name = "beam" if sink.spans == 1 else f"span-{number}"
+        found.append(Box(name, sink.silicon, (-w, a, 0.0), (w, b, t), stands_for=inner))
+        if number < count:
+            inner = of_island if count // 2 in (number, count - number) else 1.0
+            found += [
+                Box(f"bridge-{number}", sink.silicon, (-w, b, 0.0), (w, c, t), stands_for=inner),
+                Box(f"island-{number}", sink.oxide, (-oxide, b, -depth), (oxide, c, 0.0)),
+            ]
+    end, oxide = start(sink, count) + sink.length, sink.oxide_width / 2
     pad, near, far = sink.pad_width / 2, sink.anchor_distance, sink.anchor_distance + sink.oxide_length
     return (
-        *_row(sink, count),
+        *found,
         Box("pad-0", sink.silicon, (-pad, -sink.pad_length, 0.0), (pad, 0.0, t)),
         Box("pad-1", sink.silicon, (-pad, end, 0.0), (pad, end + sink.pad_length, t)),
         Box("oxide-0", sink.oxide, (-oxide, -far, -depth), (oxide, -near, 0.0)),
@@ -147,54 +156,31 @@ def _boxes(sink: Sink, count: int) -> tuple[Box, ...]:
     )
 
 
-def _row(sink: Sink, count: int) -> list[Box]:
-    """The beam, cut at the islands, and the islands."""
-    w, t, oxide = sink.width / 2, sink.thickness, sink.island_width / 2
-    if sink.spans == 1:
-        return [Box("beam", sink.silicon, (-w, 0.0, 0.0), (w, sink.length, t))]
-    of_span, of_island = _stand_for(sink, count)
-    found = []
-    for number in range(1, count + 1):
-        a, b = start(sink, number), start(sink, number) + sink.length
-        inner = of_span if different(count) in (number, count + 1 - number) else 1.0
-        found.append(Box(f"span-{number}", sink.silicon, (-w, a, 0.0), (w, b, t), stands_for=inner))
-        if number < count:
-            c = start(sink, number + 1)
-            inner = of_island if count // 2 in (number, count - number) else 1.0
-            found += [
-                Box(f"bridge-{number}", sink.silicon, (-w, b, 0.0), (w, c, t), stands_for=inner),
-                Box(f"island-{number}", sink.oxide, (-oxide, b, -sink.oxide_thickness), (oxide, c, 0.0)),
-            ]
-    return found
-
-
-def _boundaries(sink: Sink, count: int) -> tuple[Boundary, ...]:
-    """The conditions on a row of ``count`` spans."""
-    all_boxes = {b.name: b for b in _boxes(sink, count)}
-    room = sink.room_temperature
-    beams = [b for n, b in all_boxes.items() if n.startswith(("beam", "span", "bridge"))]
+def _boundaries(sink: Sink, boxes: tuple[Box, ...]) -> tuple[Boundary, ...]:
+    room, pads = sink.room_temperature, [b for b in boxes if b.name.startswith("pad")]
+    beams = [b for b in boxes if b.name.startswith(("beam", "span", "bridge"))]
     found = [
-        Boundary(f"substrate-{n.removeprefix('oxide-')}", "temperature", *face(b, 2, 0), room)
-        for n, b in all_boxes.items()
-        if n.startswith(("oxide", "island"))
+        Boundary(f"substrate-{b.name.removeprefix('oxide-')}", "temperature", *face(b, 2, 0), room)
+        for b in boxes
+        if b.name.startswith(("oxide", "island"))
     ]
-    first, last = (beams[0], beams[-1]) if sink.electrodes == "beam-end" else (all_boxes["pad-0"], all_boxes["pad-1"])
+    ends = beams if sink.electrodes == "beam-end" else pads
     found += [
-        Boundary("electrode-0", "voltage", *face(first, 1, 0), sink.spans * sink.voltage),
-        Boundary("electrode-1", "voltage", *face(last, 1, 1), 0.0),
+        Boundary("electrode-0", "voltage", *face(ends[0], 1, 0), sink.spans * sink.voltage),
+        Boundary("electrode-1", "voltage", *face(ends[-1], 1, 1), 0.0),
     ]
     if sink.convection_coefficient:
         found += [
             Boundary(f"air-{b.name}", "convection", *face(b, 2, 1), sink.convection_coefficient, room)
-            for b in (*beams, all_boxes["pad-0"], all_boxes["pad-1"])
+            for b in (*beams, *pads)
         ]
     return tuple(found)
 
 
-def _probes(sink: Sink, count: int) -> tuple[Probe, ...]:
+def _probes(sink: Sink, boxes: tuple[Box, ...], count: int) -> tuple[Probe, ...]:
     """What is read off a row of ``count`` spans: "end", and of one span "peak" and "mean"; of more, for each span of
     the lower half, "span<k>_" with "peak", the largest along the middle of its underside, "middle" and "mean"."""
-    spans = [b for b in _row(sink, count) if b.name.startswith(("beam", "span"))]
+    spans = [b for b in boxes if b.name.startswith(("beam", "span"))]
     end = Probe("end", *face(spans[0], 1, 0))
     if sink.spans == 1:
         centre = (0.0, sink.length / 2, sink.thickness / 2)
@@ -216,3 +202,25 @@ def face(box: Box, axis: int, side: int) -> tuple[Point, Point]:
     lower, upper = list(box.lower), list(box.upper)
     lower[axis] = upper[axis] = (box.lower, box.upper)[side][axis]
     return (lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2])
+
+
+class Asked(NamedTuple):
+    """A quantity: the key of its ``steady`` value in summary.json, that of its ``trace`` in traces.csv (where it has
+    one), its SI unit, and what it is ``called``."""
+
+    steady: str
+    trace: str
+    unit: str
+    called: str
+
+
+OF_A_SINK = {
+    "peak": Asked("peak_rise_K", "peak_K", "K", "peak rise"),
+    "end": Asked("end_rise_K", "end_K", "K", "end rise"),
+    "mean": Asked("mean_rise_K", "mean_K", "K", "mean rise"),
+    "current": Asked("current_A", "current_A", "A", "current"),
+    "power": Asked("power_W", "power_W", "W", "power"),
+    "heat_out": Asked("heat_out_W", "", "W", "heat to the substrate"),
+    "anchor_resistance": Asked("anchor_resistance_K_per_W", "", "K/W", "anchor resistance"),
+}
+"""What is asked of a sink, by a user's word for it."""

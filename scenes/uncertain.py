@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from scenes.errors import SceneError, did_you_mean, printable, quoted
 from scenes.keys import type_of
-from scenes.overrides import locate
+from scenes.schema import locate
 from scenes.units import UnitError, parse_quantity
 from scenes.varied import is_free, kind_of, numbers
 

@@ -1,4 +1,4 @@
-"""Units: a number with a unit, as text, to SI and back.
+"""Units and the kinds of quantity that a scene file may hold: a number with a unit, as text, to SI and back.
 
 Every unit here is SI but for a power of ten (degC, by its offset, is the one exception). The power is added to the
 exponent of the number before the text becomes a double, so that "20 um" is exactly the double 20e-6.
@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from decimal import Decimal
+from functools import cached_property
 
 from scenes.errors import did_you_mean, printable
 
@@ -74,9 +76,9 @@ def parse_quantity(text: str) -> tuple[float, Unit | None]:
         raise UnitError("is not a number with a unit")
     mantissa, exponent, rest = match.groups()
     if not rest.strip():
-        return _times_ten(mantissa, int(exponent or 0)), None
+        return float(f"{mantissa}e{exponent or 0}"), None
     unit = parse_unit(rest)
-    value = _times_ten(mantissa, int(exponent or 0) + unit.exponent)
+    value = float(f"{mantissa}e{int(exponent or 0) + unit.exponent}")
     # Rounded because 0.2 + 273.15 should be the double 273.35.
     return (round(value + 273.15, 9) if unit.celsius else value), unit
 
@@ -87,25 +89,21 @@ def parse_unit(text: str) -> Unit:
     Raises UnitError.
     """
     close_up = re.sub(r"\s*([/()])\s*", r"\1", _plain(text).strip())
-    tokens = _TOKEN.findall(close_up)
+    tokens, unknown = _TOKEN.findall(close_up), UnitError(f'has an unknown unit "{printable(text.strip())}"')
     if "".join(tokens) != re.sub(r"\s+", "", close_up):
-        raise UnitError(f'has an unknown unit "{printable(text.strip())}"')
+        raise unknown
     if tokens == ["degC"]:
         return Unit(_SYMBOLS["K"][0], 0, celsius=True)
     tokens.reverse()
     unit = _product(tokens)
     if tokens:
-        raise UnitError(f'has an unknown unit "{printable(text.strip())}"')
+        raise unknown
     return unit
 
 
 def _plain(text: str) -> str:
     """The text with one spelling for every sign: ASCII, factors apart, powers right behind their unit."""
     return text.replace("**", "").translate(_SPELLINGS)
-
-
-def _times_ten(mantissa: str, exponent: int) -> float:
-    return float(f"{mantissa}e{exponent}")
 
 
 def _product(tokens: list[str]) -> Unit:
@@ -118,28 +116,22 @@ def _product(tokens: list[str]) -> Unit:
                 raise UnitError('has a unit with "//" in it')
             sign = -1
             continue
-        factor = _bracket(tokens) if token == "(" else _symbol(token)
+        if token == "(":
+            factor = _product(tokens)
+            if not tokens:
+                raise UnitError("has a unit with an open bracket")
+            tokens.pop()
+        else:
+            name = token.rstrip("-0123456789") or "1"
+            power = int(token[len(name) :] or 1)
+            base, ten = _named(name)
+            factor = Unit(_combine(_NONE, base, power), power * ten)
         powers = _combine(powers, factor.powers, sign)
         exponent += sign * factor.exponent
         sign = 1
     if sign == -1:
         raise UnitError('has a unit that ends in "/"')
     return Unit(powers, exponent)
-
-
-def _bracket(tokens: list[str]) -> Unit:
-    inner = _product(tokens)
-    if not tokens:
-        raise UnitError("has a unit with an open bracket")
-    tokens.pop()
-    return inner
-
-
-def _symbol(token: str) -> Unit:
-    name = token.rstrip("-0123456789") or "1"
-    power = int(token[len(name) :] or 1)
-    powers, exponent = _named(name)
-    return Unit(_combine(_NONE, powers, power), power * exponent)
 
 
 def _named(name: str) -> tuple[Powers, int]:
@@ -155,4 +147,70 @@ def _named(name: str) -> tuple[Powers, int]:
 
 
 def _combine(a: Powers, b: Powers, times: int) -> Powers:
-    return a[0] + times * b[0], a[1] + times * b[1], a[2] + times * b[2], a[3] + times * b[3], a[4] + times * b[4]
+    m, kg, s, ampere, kelvin = (x + times * y for x, y in zip(a, b, strict=True))
+    return m, kg, s, ampere, kelvin
+
+
+_SHOWN = ((0, ""), (-3, "m"), (-6, "u"), (-9, "n"))
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """A kind of quantity: its name with an article, its SI unit, an example; ``prefixed`` ones are shown as "20 um"."""
+
+    name: str
+    unit: str
+    example: str
+    prefixed: bool = False
+
+    @cached_property
+    def powers(self) -> Powers:
+        """The exponents of its SI base units."""
+        return parse_unit(self.unit).powers
+
+    def show(self, value: float) -> str:
+        """An SI value for a person to read, such as "20 um", exact to the last digit."""
+        exact = Decimal(repr(float(value)))
+        power, prefix = 0, ""
+        if self.prefixed and exact:
+            power, prefix = next(((p, n) for p, n in _SHOWN if exact.adjusted() >= p), _SHOWN[-1])
+        return f"{_digits(exact.scaleb(-power))} {prefix}{self.unit}".rstrip()
+
+
+NUMBER = Dimension("a plain number", "", "0.1 %")
+LENGTH = Dimension("a length", "m", "20 um", prefixed=True)
+TIME = Dimension("a time", "s", "0.2 ms", prefixed=True)
+VOLTAGE = Dimension("a voltage", "V", "1 V", prefixed=True)
+TEMPERATURE = Dimension("a temperature", "K", "20 degC")
+THERMAL_CONDUCTIVITY = Dimension("a thermal conductivity", "W/(m K)", "130 W/(m K)")
+DENSITY = Dimension("a density", "kg/m3", "2330 kg/m3")
+SPECIFIC_HEAT = Dimension("a specific heat", "J/(kg K)", "712 J/(kg K)")
+RESISTIVITY = Dimension("a resistivity", "ohm m", "6e-5 ohm m")
+TEMPERATURE_COEFFICIENT = Dimension("a temperature coefficient", "1/K", "500 ppm/K")
+CONVECTION_COEFFICIENT = Dimension("a convection coefficient", "W/(m2 K)", "10 W/(m2 K)")
+HEAT_FLUX = Dimension("a heat flux", "W/m2", "100 W/m2")
+HEAT_SOURCE = Dimension("a heat source", "W/m3", "1e9 W/m3")
+POWER = Dimension("a power", "W", "3 mW")
+
+DIMENSIONS = tuple(found for found in list(globals().values()) if isinstance(found, Dimension))
+
+
+def _digits(number: Decimal) -> str:
+    """Without zeros at the end, and with an exponent only where there would be many zeros in front or behind."""
+    short = number.normalize()
+    return f"{short:f}" if not short or -5 <= short.adjusted() < 6 else f"{short:e}"
+
+
+def named(powers: Powers) -> str | None:
+    """The name of the dimension with these base units, or ``None`` where no scene has such a quantity."""
+    return next((d.name for d in DIMENSIONS if d.powers == powers), None)
+
+
+def point(at: tuple[float, float, float]) -> str:
+    """A point with units."""
+    return f"[{', '.join(LENGTH.show(float(f'{c:.9g}')) for c in at)}]"
+
+
+def extent(axis: int, lower: tuple[float, float, float], upper: tuple[float, float, float]) -> str:
+    """The extent along an axis, as "x from 0 m to 2 um"."""
+    return f"{'xyz'[axis]} from {LENGTH.show(lower[axis])} to {LENGTH.show(upper[axis])}"

@@ -8,13 +8,13 @@ from operator import attrgetter
 from typing import TypeVar
 
 from scenes.device import Device
-from scenes.dimensions import LENGTH, TIME
 from scenes.errors import SceneError, quoted
 from scenes.keys import type_of
 from scenes.kinds import Quantity
 from scenes.model import Material
 from scenes.physics import check_resistivity
 from scenes.sink import Sink
+from scenes.units import LENGTH, TIME
 
 T = TypeVar("T")
 _ROUNDING = 1e-9
@@ -38,8 +38,7 @@ def check(scene: T) -> T:
             raise SceneError(f"{key.path} = {quoted(value)} must be given as {read!r} in Python")
     sink = scene.sink if isinstance(scene, Device) else scene
     if isinstance(sink, Sink):
-        _check_oxide(sink)
-        _check_island(sink)
+        _check_sizes(sink)
         if isinstance(scene, Device) and sink.spans > 1:
             raise SceneError(f"sink.spans = {sink.spans} makes a row, and a device has one span: give 1")
         _check_film(sink.silicon, "environment.room_temperature", sink.room_temperature)
@@ -71,7 +70,7 @@ def _check_control(device: Device) -> None:
             _check_film(film, f"external.{name}", getattr(external, name))
 
 
-def _check_oxide(sink: Sink) -> None:
+def _check_sizes(sink: Sink) -> None:
     for side in ("length", "width"):
         oxide, pad = getattr(sink, f"oxide_{side}"), getattr(sink, f"pad_{side}")
         if oxide > pad * (1 + _ROUNDING):
@@ -85,9 +84,6 @@ def _check_oxide(sink: Sink) -> None:
             f"anchor.oxide_offset = {_shown(sink.anchor_distance)} lets the oxide stick out of its pad: give at most "
             f"anchor.pad_length - anchor.oxide_length = {_shown(room)}"
         )
-
-
-def _check_island(sink: Sink) -> None:
     if sink.spans > 1 and sink.island > sink.length * (1 + _ROUNDING):
         raise SceneError(
             f"sink.island_length = {_shown(sink.island)} is longer than a span: give at most sink.length = "

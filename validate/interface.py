@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from compare.outcome import Outcome
-from scenes.any import load, overridden
+from scenes import load, overridden
 from scenes.device import Device
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.plan import Request

@@ -14,21 +14,13 @@ from scenes.device import Device
 from scenes.formats import percent
 from scenes.model import AnyScene
 from scenes.result import Estimate, Result
-from scenes.sink import Sink
+from scenes.sink import OF_A_SINK, Sink
 from scenes.varied import numbers, zeros
 
 if TYPE_CHECKING:
     from fem3d.device.solve import Model
 
-QUANTITIES = {
-    "peak_rise_K": "peak rise",
-    "end_rise_K": "end rise",
-    "mean_rise_K": "mean rise",
-    "current_A": "current",
-    "power_W": "power",
-    "heat_out_W": "heat to the substrate",
-    "anchor_resistance_K_per_W": "anchor resistance",
-}
+QUANTITIES = {asked.steady: asked.called for asked in OF_A_SINK.values()}
 PREFIX = "slope_"
 TEMPERATURE = "_temperature"
 """How the keys of temperatures end."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from scenes.dimensions import TIME
+from scenes.units import TIME
 
 
 def facts(document: Mapping[str, Any]) -> list[str]:

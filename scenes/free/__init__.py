@@ -13,8 +13,7 @@ from scenes.free.document import as_dict as as_dict
 from scenes.free.tables import BOXES, ON_MESH
 from scenes.loading import file_name, file_text, toml
 from scenes.model import AnyScene, Scene
-from scenes.overrides import override
-from scenes.schema import Schema
+from scenes.schema import Schema, override
 
 
 def load(source: str | Path, overrides: Sequence[str] = ()) -> AnyScene:

@@ -6,76 +6,60 @@ unit.
 
 from __future__ import annotations
 
-from scenes import dimensions as d
+from scenes import kinds as k
+from scenes import units as d
 from scenes.keys import ACCURACY, VALID_TO
-from scenes.kinds import (
-    GROUP,
-    KELVIN,
-    LABEL,
-    MESH_FILE,
-    NAME,
-    Choice,
-    Convection,
-    GroupNames,
-    Instants,
-    Kind,
-    LengthUnit,
-    Place,
-    Quantity,
-    Switch,
-    Varying,
-)
 from scenes.schema import Key, Schema
 
-POINT = Place(Quantity(d.LENGTH, 0.0, 1e4, signed=True))
+POINT = k.Place(k.Quantity(d.LENGTH, 0.0, 1e4, signed=True))
 
-CONDITIONS: dict[str, Varying | Convection] = {
-    "temperature": Varying(KELVIN),
-    "heat_flux": Varying(Quantity(d.HEAT_FLUX, 0.0, 1e15, signed=True)),
-    "convection": Convection(Quantity(d.CONVECTION_COEFFICIENT, 0.0, 1e12), Varying(KELVIN)),
-    "voltage": Varying(Quantity(d.VOLTAGE, 0.0, 1e6, signed=True)),
+CONDITIONS: dict[str, k.Varying | k.Convection] = {
+    "temperature": k.Varying(k.KELVIN),
+    "heat_flux": k.Varying(k.Quantity(d.HEAT_FLUX, 0.0, 1e15, signed=True)),
+    "convection": k.Convection(k.Quantity(d.CONVECTION_COEFFICIENT, 0.0, 1e12), k.Varying(k.KELVIN)),
+    "voltage": k.Varying(k.Quantity(d.VOLTAGE, 0.0, 1e6, signed=True)),
 }
 """What a boundary may have, of which it has one."""
 
-RESISTIVITY = Quantity(d.RESISTIVITY, 1e-12, 1e9, word="insulator")
-HEAT_SOURCE = Varying(Quantity(d.HEAT_SOURCE, 0.0, 1e20, signed=True))
+RESISTIVITY = k.Quantity(d.RESISTIVITY, 1e-12, 1e9, word="insulator")
+HEAT_SOURCE = k.Varying(k.Quantity(d.HEAT_SOURCE, 0.0, 1e20, signed=True))
 
 
 _SCENE_AND_RUN = (
-    Key("scene.name", "name", NAME),
-    Key("scene.initial_temperature", "initial_temperature", KELVIN),
-    Key("run.steady", "steady", Switch()),
-    Key("run.end_time", "end_time", Quantity(d.TIME, 1e-12, 1e9)),
-    Key("run.output_times", "output_times", Instants()),
+    Key("scene.name", "name", k.NAME),
+    Key("scene.initial_temperature", "initial_temperature", k.KELVIN),
+    Key("run.steady", "steady", k.Switch()),
+    Key("run.end_time", "end_time", k.Quantity(d.TIME, 1e-12, 1e9)),
+    Key("run.output_times", "output_times", k.Instants()),
     Key("run.accuracy", "accuracy", ACCURACY),
 )
 
-LISTS: dict[str, dict[str, Kind]] = {
+LISTS: dict[str, dict[str, k.Kind]] = {
     "material": {
-        "name": LABEL,
-        "thermal_conductivity": Quantity(d.THERMAL_CONDUCTIVITY, 1e-9, 1e9),
-        "density": Quantity(d.DENSITY, 1e-6, 1e9),
-        "specific_heat": Quantity(d.SPECIFIC_HEAT, 1e-6, 1e9),
+        "name": k.LABEL,
+        "thermal_conductivity": k.Quantity(d.THERMAL_CONDUCTIVITY, 1e-9, 1e9),
+        "density": k.Quantity(d.DENSITY, 1e-6, 1e9),
+        "specific_heat": k.Quantity(d.SPECIFIC_HEAT, 1e-6, 1e9),
         "resistivity": RESISTIVITY,
-        "temperature_coefficient": Quantity(d.TEMPERATURE_COEFFICIENT, 0.0, 1.0, signed=True),
-        "reference_temperature": KELVIN,
+        "temperature_coefficient": k.Quantity(d.TEMPERATURE_COEFFICIENT, 0.0, 1.0, signed=True),
+        "reference_temperature": k.KELVIN,
         "valid_to": VALID_TO,
     },
     "box": {
-        "name": LABEL,
-        "material": LABEL,
+        "name": k.LABEL,
+        "material": k.LABEL,
         "lower": POINT,
         "upper": POINT,
         "heat_source": HEAT_SOURCE,
     },
-    "boundary": {"name": LABEL, "lower": POINT, "upper": POINT, **CONDITIONS},
+    "boundary": {"name": k.LABEL, "lower": POINT, "upper": POINT, **CONDITIONS},
     "probe": {
-        "name": LABEL,
-        "quantity": Choice(("temperature", "potential", "heat_flow", "current")),
+        "name": k.LABEL,
+        "quantity": k.Choice(("temperature", "potential", "heat_flow", "current")),
         "at": POINT,
         "lower": POINT,
         "upper": POINT,
-        "reduce": Choice(("mean", "max", "min")),
+        "reduce": k.Choice(("mean", "max", "min")),
     },
 }
 """The tables that a file may have many of, as [[material]] and so on."""
@@ -93,12 +77,12 @@ BOXES = Schema(_SCENE_AND_RUN, LISTS, REQUIRED, "a free scene", "run.accuracy=1e
 
 _CORNERS = ("lower", "upper")
 ON_MESH = Schema(
-    (*_SCENE_AND_RUN, Key("mesh.file", "file", MESH_FILE), Key("mesh.unit", "unit", LengthUnit())),
+    (*_SCENE_AND_RUN, Key("mesh.file", "file", k.MESH_FILE), Key("mesh.unit", "unit", k.LengthUnit())),
     {
-        "material": {**LISTS["material"], "groups": GroupNames()},
-        "source": {"name": LABEL, "group": GROUP, "heat_source": HEAT_SOURCE},
-        "boundary": {"name": LABEL, "group": GROUP, **CONDITIONS},
-        "probe": {key: kind for key, kind in LISTS["probe"].items() if key not in _CORNERS} | {"group": GROUP},
+        "material": {**LISTS["material"], "groups": k.GroupNames()},
+        "source": {"name": k.LABEL, "group": k.GROUP, "heat_source": HEAT_SOURCE},
+        "boundary": {"name": k.LABEL, "group": k.GROUP, **CONDITIONS},
+        "probe": {key: kind for key, kind in LISTS["probe"].items() if key not in _CORNERS} | {"group": k.GROUP},
     },
     {"material": ("name",), "source": ("group", "heat_source"), "boundary": ("group",), "probe": ("name",)},
     "a scene on a mesh",

@@ -9,10 +9,10 @@ from typing import TypeVar
 import numpy as np
 
 from scenes import physics
-from scenes.dimensions import extent, point
 from scenes.errors import SceneError, listed, quoted
 from scenes.free.grid import ROUNDING, Grid, Sheet, grid_of
 from scenes.model import Boundary, Box, Point, Probe, Scene, Value, is_zero
+from scenes.units import extent, point
 
 T = TypeVar("T", Box, Boundary, Probe)
 

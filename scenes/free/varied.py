@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from scenes import physics
-from scenes.dimensions import LENGTH
 from scenes.free.tables import HEAT_SOURCE, LISTS
 from scenes.kinds import KELVIN, Convection, Quantity, Varying
 from scenes.model import AnyScene, Material, MeshScene, Scene, Schedule, Value, values
+from scenes.units import LENGTH
 
 PLANE = 1e-9  # of a scene's extent: coordinates nearer to each other are in one plane
 _SIZE = Quantity(LENGTH, 0.0, 1e4)

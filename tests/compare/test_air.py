@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -11,27 +13,34 @@ import pytest
 from compare import air
 from fem3d.run import solve
 from scenes.plan import Request
+from scenes.result import Result
 from scenes.sink import Sink
 
-SINK = Sink(accuracy=1e-2)
-FEW = (20.0, 100.0, 300.0, 1000.0)
+SINK = Sink(accuracy=2e-2)
+solved = cache(solve)
 
 
-@pytest.fixture(scope="module")
-def found() -> air.Air:
+def cooled(coefficient: float, transient: bool = True) -> Result:
+    sink = replace(SINK, convection_coefficient=coefficient)
+    return solved(sink, Request(models=("fem3d",), transient=transient))
+
+
+@pytest.fixture(scope="module", autouse=True)
+def found() -> Iterator[air.Air]:
+    """Of few coefficients, every sink solved once for all tests."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(air, "COEFFICIENTS", FEW)
-        return air.of_sink(SINK, lambda _: None)
+        patch.setattr(air, "solve_3d", solved)
+        patch.setattr(air, "COEFFICIENTS", (20.0, 100.0, 1000.0))
+        yield air.of_sink(SINK, lambda _: None)
+    solved.cache_clear()
 
 
 def test_at_a_limit_the_difference_is_the_tolerance(found: air.Air) -> None:
     limit, tolerance = found.limits["mean"], SINK.tolerance("air_mean")
     assert limit is not None
-    request = Request(models=("fem3d",), transient=False)
 
     def off(h: float) -> float:
-        cooled = solve(replace(SINK, convection_coefficient=h), request).steady["mean_rise_K"]
-        return solve(SINK, request).steady["mean_rise_K"].value / cooled.value - 1
+        return cooled(0.0).steady["mean_rise_K"].value / cooled(h, False).steady["mean_rise_K"].value - 1
 
     # The mean falls like 1 / (1 + h / h0): what the search leaves, and the twin's tenth.
     assert off(limit.value) == pytest.approx(tolerance, rel=2 * air.CLOSE)
@@ -47,14 +56,11 @@ def test_at_a_limit_the_difference_is_the_tolerance(found: air.Air) -> None:
 def test_until_then_the_air_may_be_left_out(found: air.Air) -> None:
     """At the time that is said the traces of two runs are apart by the tolerance, of the final rise."""
     assert found.over_time is not None
-    h, request = FEW[-1], Request(models=("fem3d",))
-    bare, cooled = (solve(replace(SINK, convection_coefficient=c), request) for c in (0.0, h))
+    bare, windy = cooled(0.0), cooled(1000.0)
     until = float(found.over_time.until["peak"][-1])
-    assert bare.traces is not None
-    assert cooled.traces is not None
     for when, same in ((until, True), (2 * until, False)):
-        at = [float(np.interp(when, r.traces.time, r.traces.values["peak_K"])) for r in (bare, cooled) if r.traces]
-        apart = (at[0] - at[1]) / cooled.steady["peak_rise_K"].value
+        at = [float(np.interp(when, r.traces.time, r.traces.values["peak_K"])) for r in (bare, windy) if r.traces]
+        apart = (at[0] - at[1]) / windy.steady["peak_rise_K"].value
         # Rows are so dense that straight lines between them are within the accuracy.
         assert (abs(apart - SINK.tolerance("air_peak")) < 2 * SINK.accuracy) == same
     assert np.isinf(found.over_time.until["peak"][0])
@@ -78,21 +84,17 @@ def test_the_lumped_term_is_nearer_than_none(found: air.Air) -> None:
 def test_a_row_of_spans_loses_heat_to_the_air_too(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(air, "COEFFICIENTS", (50.0, 200.0))
     monkeypatch.setattr(air, "QUANTITIES", {"mean": "mean_rise_K"})
-    found = air.of_sink(replace(SINK, spans=2), lambda _: None, False)
-    limit = found.limits["mean"]
+    limit = air.of_sink(replace(SINK, spans=2), lambda _: None, False).limits["mean"]
     assert limit is not None
     assert limit.value == pytest.approx(100.0, rel=0.5)
 
 
 def test_what_air_at_rest_conducts() -> None:
-    """A strip of 1000 x 100 um: pi k / (w ln 40)."""
-    assert air.conduction(Sink()) == pytest.approx(math.pi * 0.0263 / (1e-4 * math.log(40)))
-
-
-def test_what_air_at_rest_conducts_is_what_a_slender_elliptic_disc_does() -> None:
-    """Exactly 2 pi a / K(e) from one side, a = L / 2: as slender as the beam it is within two percent."""
+    """A strip of 1000 x 100 um: pi k / (w ln 40). Exactly an elliptic disc has 2 pi a / K(e) from one side, a = L /
+    2: as slender as the beam it is within two percent."""
     from scipy.special import ellipkm1
 
+    assert air.conduction(Sink()) == pytest.approx(math.pi * 0.0263 / (1e-4 * math.log(40)))
     for width, close in ((1e-4, 5e-3), (1e-5, 1e-4)):
         sink = Sink(width=width)
         exact = air.CONDUCTIVITY * math.pi * sink.length / float(ellipkm1((width / sink.length) ** 2))

@@ -24,7 +24,7 @@ def _somewhere_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
-def test_three_lines(tmp_path: Path) -> None:
+def test_three_lines_and_a_folder_only_where_asked_for(tmp_path: Path) -> None:
     scene = scenes.load("sink")
     run = compare.run(scene, voltage=1)
     check = run.check("eq13")
@@ -34,9 +34,6 @@ def test_three_lines(tmp_path: Path) -> None:
     assert len(time) == len(three) == len(one)
     assert "eq14" in run.report()
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_folder_only_where_asked_for() -> None:
     compare.run("sink", steady=True, out="mine")
     assert Path("mine/report.html").exists()
 
@@ -87,31 +84,24 @@ def test_a_tolerance_within_the_numerical_error_is_undecided() -> None:
         assert_reduction_agrees(scenes.load("sink"), mean=abs(a / b - 1))
 
 
-def test_what_cannot_be_asserted() -> None:
-    scene = scenes.load("sink")
-    with pytest.raises(SceneError, match="nothing to assert"):
-        assert_reduction_agrees(scene)
-    with pytest.raises(SceneError, match='did you mean "peak"'):
-        assert_reduction_agrees(scene, peek=0.1)
-    with pytest.raises(SceneError, match="5 %"):
-        assert_reduction_agrees(scene, peak=-1)
+@pytest.mark.parametrize(("tolerances", "said"), [
+    ({}, "nothing to assert"), ({"peek": 0.1}, 'did you mean "peak"'), ({"peak": -1}, "5 %"),
+])  # fmt: skip
+def test_what_cannot_be_asserted(tolerances: dict[str, float], said: str) -> None:
+    with pytest.raises(SceneError, match=said):
+        assert_reduction_agrees(scenes.load("sink"), **tolerances)
 
 
 def test_traces_of_a_file() -> None:
-    run = compare.run("sink")
-    time, three, _ = run.traces("peak_K")
-    Path("good.csv").write_text("time_s,peak_K\n" + "".join(f"{t!r},{v!r}\n" for t, v in _rows(time, three)))
-    less = 293 + 0.9 * (three - 293)
-    Path("bad.csv").write_text("time_s,peak_K\n" + "".join(f"{t!r},{v!r}\n" for t, v in _rows(time, less)))
+    time, three, _ = compare.run("sink").traces("peak_K")
+    for name, values in (("good.csv", three), ("bad.csv", 293 + 0.9 * (three - 293))):
+        rows = [f"{t!r},{v!r}\n" for t, v in zip(time.tolist(), values.tolist(), strict=True)]
+        Path(name).write_text("time_s,peak_K\n" + "".join(rows))
     assert_traces_agree("sink", "good.csv", peak=0.01)
     with pytest.raises(AssertionError, match=r"bad\.csv"):
         assert_traces_agree("sink", "bad.csv", peak=0.05)
     with pytest.raises(SceneError, match="against_end"):
         assert_traces_agree("sink", "good.csv", end=0.05)
-
-
-def _rows(time: object, values: object) -> list[tuple[float, float]]:
-    return list(zip(time.tolist(), values.tolist(), strict=True))  # type: ignore[attr-defined]
 
 
 def test_importing_costs_nothing() -> None:

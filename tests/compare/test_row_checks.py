@@ -10,11 +10,12 @@ import pytest
 from compare.checks import evaluate
 from compare.outcome import Outcome
 from compare.pipeline import answer
+from compare.verdict import Check
 from fem3d import run
 from scenes.checks import ISLAND_TOLERANCES
 from scenes.errors import SceneError
 from scenes.plan import Request
-from scenes.result import Estimate
+from scenes.result import Estimate, Result
 from scenes.sink import Sink
 
 ROW = Sink(spans=3, accuracy=1e-2)
@@ -25,6 +26,14 @@ def outcome() -> Outcome[Sink]:
     return answer(ROW, Request(figures=False))
 
 
+def named(checks: tuple[Check, ...]) -> dict[str, Check]:
+    return {check.id: check for check in checks}
+
+
+def evaluated(outcome: Outcome[Sink], fem3d: Result, single: Result) -> dict[str, Check]:
+    return named(evaluate(ROW, outcome.request, fem3d, outcome.reduced1d, single))
+
+
 def test_a_row_has_the_checks_of_rows(outcome: Outcome[Sink]) -> None:
     assert [check.id for check in outcome.checks] == [*ISLAND_TOLERANCES, "fig4", "energy"]
     assert all(check.because for check in outcome.checks if check.id.startswith("islands"))
@@ -32,27 +41,25 @@ def test_a_row_has_the_checks_of_rows(outcome: Outcome[Sink]) -> None:
 
 def test_the_current_is_off_by_what_is_left_out_of_the_circuit(outcome: Outcome[Sink]) -> None:
     """Two islands of 50 um in a row of 3100 um; the spans' rises change the resistance by less than a thousandth."""
-    found = {check.id: check for check in outcome.checks}
+    found = named(outcome.checks)
     assert found["islands_current"].difference == pytest.approx(3100 / 3000 - 1, abs=1e-3)
     assert "3.2 % of the row's resistance" in found["islands_current"].because
 
 
 def test_one_sink_alone_is_compared_with_each_span(outcome: Outcome[Sink]) -> None:
     """The twin: a single sink that is like the spans agrees."""
-    found = {check.id: check for check in outcome.checks}
-    assert found["islands_equivalent"].verdict == "differs"
+    assert named(outcome.checks)["islands_equivalent"].verdict == "differs"
     steady = outcome.solved.steady
     alike = {name: e for name, e in steady.items() if name.startswith("span1")}
     same = {name.replace("span1", f"span{k}"): e for name, e in alike.items() for k in (1, 2)}
     other = replace(outcome.solved, steady={**steady, **same})
     one = replace(outcome.solved, steady={f"{w}_rise_K": alike[f"span1_{w}_rise_K"] for w in ("peak", "mean")})
-    checks = evaluate(ROW, outcome.request, other, outcome.reduced1d, one)
-    assert next(c for c in checks if c.id == "islands_equivalent").verdict == "agrees"
+    assert evaluated(outcome, other, one)["islands_equivalent"].verdict == "agrees"
 
 
 def test_spans_are_apart_over_time_as_their_traces_are(outcome: Outcome[Sink]) -> None:
     """At the time that is said, against the traces themselves; the twin: the row's own peak for the single one's."""
-    found = next(check for check in outcome.checks if check.id == "islands_equivalent_over_time")
+    found = named(outcome.checks)["islands_equivalent_over_time"]
     single = run.solve(replace(ROW, spans=1), Request(models=("fem3d",)))
     assert "one sink alone" in found.because
     assert found.time is not None
@@ -64,16 +71,15 @@ def test_spans_are_apart_over_time_as_their_traces_are(outcome: Outcome[Sink]) -
     apart = (at[0] - at[1]) / outcome.solved.steady["span2_mean_rise_K"].value
     assert found.difference == pytest.approx(apart, rel=1e-9)
     assert found.verdict == "differs"
-    own = evaluate(ROW, outcome.request, outcome.solved, outcome.reduced1d, outcome.solved)
-    assert abs(next(check for check in own if check.id == found.id).difference) < abs(found.difference) / 2
+    own = evaluated(outcome, outcome.solved, outcome.solved)[found.id]
+    assert abs(own.difference) < abs(found.difference) / 2
 
 
 def test_a_wrong_inner_peak_is_seen(outcome: Outcome[Sink]) -> None:
     steady = outcome.solved.steady
     moved = Estimate(1.1 * steady["span2_peak_rise_K"].value, 0.0)
     other = replace(outcome.solved, steady={**steady, "span2_peak_rise_K": moved})
-    checks = evaluate(ROW, outcome.request, other, outcome.reduced1d, outcome.solved)
-    assert next(c for c in checks if c.id == "islands_peak_inner").verdict == "differs"
+    assert evaluated(outcome, other, outcome.solved)["islands_peak_inner"].verdict == "differs"
 
 
 def test_two_spans_have_no_inner_one() -> None:
@@ -87,15 +93,11 @@ def test_what_is_made_of_one_span_is_refused_before_anything_is_solved() -> None
 
 
 def test_a_long_rows_fin_is_cheap_and_told_from_that_of_a_short_one() -> None:
-    found = answer(
-        replace(ROW, spans=60), Request(figures=False, transient=False, reduction="fin", models=("reduced1d",))
-    )
-    short = answer(
-        replace(ROW, spans=8), Request(figures=False, transient=False, reduction="fin", models=("reduced1d",))
-    )
-    assert found.reduced1d is not None
-    assert short.reduced1d is not None
-    assert found.reduced1d.details["states"] < 500
+    request = Request(figures=False, transient=False, reduction="fin", models=("reduced1d",))
+    long, short = (answer(replace(ROW, spans=n), request).reduced1d for n in (60, 8))
+    assert long is not None
+    assert short is not None
+    assert long.details["states"] < 500
     # Seven islands between eight spans, 59 between sixty: the current tells them apart by their share of the row.
-    current = [row.reduced1d.steady["current_A"].value for row in (found, short)]
+    current = [row.steady["current_A"].value for row in (long, short)]
     assert current[0] / current[1] == pytest.approx((8000 + 7 * 50) / 8 / ((60_000 + 59 * 50) / 60), rel=2e-4)

@@ -91,26 +91,6 @@ def test_what_distinguishes_it():
     assert re.fullmatch(r"[\w.+-]{70,80}", distinguishes(EXPECTED))
 
 
-@pytest.mark.parametrize(
-    ("setting", "said"),
-    [
-        ("sensor_thickness=0", "device.sensor_thickness = 0 is out of range"),
-        ("sample_time=0", "control.sample_time = 0 is out of range"),
-        ("sink_gain=-1", "control.sink_gain = -1 is out of range"),
-        ("sink_gain=1 K", "is a temperature, not a voltage"),
-        ("pdms.resistivity=10e-12", "for no current is modelled in this material"),
-        ("polymer_thicknes=1um", 'did you mean "device.polymer_thickness"'),
-        ("checks.expect_differs=eq14", 'unknown check "eq14"'),
-        ("oxide_length=1mm", "stick out of its pad"),
-    ],
-)
-def test_refusals(setting, said):
-    with pytest.raises(SceneError) as caught:
-        device(setting)
-    assert said in str(caught.value)
-    assert "\n" not in str(caught.value)
-
-
 def test_a_device_made_in_python_is_checked():
     assert check(Device()) == Device()
     with pytest.raises(SceneError, match="asks for cooling"):

@@ -9,8 +9,8 @@ from dataclasses import replace
 import pytest
 
 from scenes.checks import DEFAULT_TOLERANCES
-from scenes.keys import SINK
-from scenes.loading import as_dict, builtin_names, builtin_text, from_dict, load
+from scenes.keys import SINK, TYPES
+from scenes.loading import as_dict, builtin_text, from_dict, load
 from scenes.model import Material
 from scenes.schema import nest
 from scenes.sink import Sink
@@ -74,7 +74,7 @@ def test_the_comments_of_the_built_in_file_are_true(tmp_path):
 
 
 def test_every_name_of_a_built_in_scene_has_its_text():
-    for name in builtin_names():
+    for name in TYPES:
         assert tomllib.loads(builtin_text(name))["scene"]["name"] == name
 
 
@@ -83,61 +83,39 @@ def test_every_key_reaches_its_own_attribute():
     assert from_dict(nest(CHANGED)) == EXPECTED
 
 
-def test_an_empty_file_is_the_default_sink_by_its_own_name(tmp_path):
+def test_what_a_file_says(tmp_path):
     assert load(write(tmp_path, "")) == Sink(name="my-sink")
     assert load(write(tmp_path, "", "odd: (2).toml")).name == "odd_ _2_"
     assert load(write(tmp_path, "[scene]\nname = 'other'\n")).name == "other"
-
-
-def test_a_copy_of_the_built_in_text_is_the_built_in_scene(tmp_path):
     assert load(write(tmp_path, builtin_text("sink"), "copy.toml")) == load("sink")
-
-
-def test_a_byte_order_mark_is_no_part_of_the_text(tmp_path):
+    # A byte order mark is no part of the text.
     assert load(write(tmp_path, "\ufeff[drive]\nvoltage = 2\n")).voltage == 2.0
-
-
-def test_a_file_beats_the_default_and_an_override_beats_the_file(tmp_path):
     path = write(tmp_path, '[sink]\nwidth = "50 um"\nlength = 9e-4\n')
     sink = load(str(path), ["sink.width=20um"])
     assert (sink.width, sink.length, sink.thickness) == (20e-6, 9e-4, 2e-6)
 
 
-@pytest.mark.parametrize(
-    ("setting", "attribute", "value"),
-    [
-        ("sink.width=20um", "width", 20e-6),
-        ("sink.width = 20 um", "width", 20e-6),
-        ('width="20 um"', "width", 20e-6),
-        ("width=2e-5", "width", 20e-6),
-        ("length=800um", "length", 800e-6),
-        ("voltage=2", "voltage", 2.0),
-        ("voltage=.5", "voltage", 0.5),
-        ("voltage=-3 V", "voltage", -3.0),
-        ("electrodes=pad-edge", "electrodes", "pad-edge"),
-        ("oxide_offset=centred", "oxide_offset", None),
-        ("oxide_offset=0", "oxide_offset", 0.0),
-        ("tolerances.eq12=5 %", "tolerances", {"eq12": 0.05}),
-        ("checks.tolerances={eq12 = 0.1, fig4 = 0.2}", "tolerances", {"eq12": 0.1, "fig4": 0.2}),
-        ('expect_differs=["eq14", "eq14", "eq18"]', "expected_to_differ", ("eq14", "eq18")),
-        ("expect_differs=eq14, eq18", "expected_to_differ", ("eq14", "eq18")),
-        ("expect_differs=[]", "expected_to_differ", ()),
-        ("expect_differs=undeclared", "expected_to_differ", None),
-        ("room_temperature=20 degC", "room_temperature", 293.15),
-    ],
-)
+@pytest.mark.parametrize(("setting", "attribute", "value"), [
+    ("sink.width=20um", "width", 20e-6), ("sink.width = 20 um", "width", 20e-6), ('width="20 um"', "width", 20e-6),
+    ("width=2e-5", "width", 20e-6), ("length=800um", "length", 800e-6), ("voltage=2", "voltage", 2.0),
+    ("voltage=.5", "voltage", 0.5), ("voltage=-3 V", "voltage", -3.0),
+    ("electrodes=pad-edge", "electrodes", "pad-edge"),
+    ("oxide_offset=centred", "oxide_offset", None), ("oxide_offset=0", "oxide_offset", 0.0),
+    ("tolerances.eq12=5 %", "tolerances", {"eq12": 0.05}), ("room_temperature=20 degC", "room_temperature", 293.15),
+    ("checks.tolerances={eq12 = 0.1, fig4 = 0.2}", "tolerances", {"eq12": 0.1, "fig4": 0.2}),
+    ('expect_differs=["eq14", "eq14", "eq18"]', "expected_to_differ", ("eq14", "eq18")),
+    ("expect_differs=eq14, eq18", "expected_to_differ", ("eq14", "eq18")),
+    ("expect_differs=[]", "expected_to_differ", ()), ("expect_differs=undeclared", "expected_to_differ", None),
+])  # fmt: skip
 def test_an_override_sets_one_key(setting, attribute, value):
     sink = load("sink", [setting])
     assert getattr(sink, attribute) == value
     assert replace(sink, **{"expected_to_differ": None, attribute: getattr(Sink(), attribute)}) == Sink()
 
 
-def test_the_tail_of_a_path_is_enough_where_it_is_unambiguous():
-    assert load("sink", ["silicon.density=3000"]).silicon.density == 3000.0
-    assert load("sink", ["silicon.density=3000"]).oxide.density == 2200.0
-
-
-def test_a_later_override_wins_and_tolerances_add_up():
+def test_the_tail_of_a_path_is_enough_a_later_override_wins_and_tolerances_add_up():
+    denser = load("sink", ["silicon.density=3000"])
+    assert (denser.silicon.density, denser.oxide.density) == (3000.0, 2200.0)
     assert load("sink", ["voltage=2", "drive.voltage=3"]).voltage == 3.0
     assert load("sink", ["tolerances.eq12=1", "tolerances.eq13=2"]).tolerances == {"eq12": 1.0, "eq13": 2.0}
 

@@ -4,67 +4,36 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenes import dimensions as d
+from scenes import units as d
 from scenes.kinds import Quantity
 from scenes.units import UnitError, parse_quantity, parse_unit
 
+SI = {
+    d.LENGTH: {"1000 um": 1e-3, "20um": 20e-6, "20 \N{MICRO SIGN}m": 20e-6, "20 \N{GREEK SMALL LETTER MU}m": 20e-6,
+        "50 nm": 50e-9, "1.5mm": 1.5e-3, "2e1 um": 20e-6, "1 m": 1.0},
+    d.TIME: {"0.2 ms": 2e-4, "6 us": 6e-6, "3 ns": 3e-9, "2 s": 2.0},
+    d.VOLTAGE: {"250 mV": 0.25, "-1.5 kV": -1500.0, "\N{MINUS SIGN}1 V": -1.0, ".5 V": 0.5},
+    d.TEMPERATURE: {"37.5 degC": 310.65, "0.2 degC": 273.35, "-10 \N{DEGREE SIGN}C": 263.15, "293 K": 293.0},
+    d.THERMAL_CONDUCTIVITY: {"130 W/(m K)": 130.0, "130 W/m/K": 130.0, "130 W/(m*K)": 130.0,
+        "130 W m^-1 K^-1": 130.0, "130 W\N{MIDDLE DOT}m\N{SUPERSCRIPT MINUS}\N{SUPERSCRIPT ONE}/K": 130.0,
+        "1.3 W / (cm K)": 130.0},
+    d.DENSITY: {"2330 kg/m3": 2330.0, "2330 kg/m^3": 2330.0, "2330 kg/m**3": 2330.0,
+        "2330 kg/m\N{SUPERSCRIPT THREE}": 2330.0, "2.33 g/cm3": 2330.0},
+    d.SPECIFIC_HEAT: {"712 J/(kg K)": 712.0, "0.712 J/g/K": 712.0, "0.712 kJ/(kg K)": 712.0},
+    d.RESISTIVITY: {"6e-5 ohm m": 6e-5, "6e-5 ohm*m": 6e-5, "6e-5 \N{GREEK CAPITAL LETTER OMEGA} m": 6e-5,
+        "6e-3 ohm cm": 6e-5, "60 uohm m": 6e-5},
+    d.TEMPERATURE_COEFFICIENT: {"5e-4 1/K": 5e-4, "5e-4/K": 5e-4, "500 ppm/K": 5e-4, "500 ppm/degC": 5e-4},
+    d.CONVECTION_COEFFICIENT: {"10 W/(m2 K)": 10.0, "10 W/m^2/K": 10.0},
+    d.HEAT_FLUX: {"1 W/cm2": 1e4},
+    d.HEAT_SOURCE: {"1 W/mm3": 1e9},
+    d.POWER: {"3 mW": 3e-3},
+    d.NUMBER: {"0.1 %": 1e-3},
+}  # fmt: skip
 
-@pytest.mark.parametrize(
-    ("text", "value", "dimension"),
-    [
-        ("1000 um", 1e-3, d.LENGTH),
-        ("20um", 20e-6, d.LENGTH),
-        ("20 \N{MICRO SIGN}m", 20e-6, d.LENGTH),
-        ("20 \N{GREEK SMALL LETTER MU}m", 20e-6, d.LENGTH),
-        ("50 nm", 50e-9, d.LENGTH),
-        ("1.5mm", 1.5e-3, d.LENGTH),
-        ("2e1 um", 20e-6, d.LENGTH),
-        ("1 m", 1.0, d.LENGTH),
-        ("0.2 ms", 2e-4, d.TIME),
-        ("6 us", 6e-6, d.TIME),
-        ("3 ns", 3e-9, d.TIME),
-        ("2 s", 2.0, d.TIME),
-        ("250 mV", 0.25, d.VOLTAGE),
-        ("-1.5 kV", -1500.0, d.VOLTAGE),
-        ("\N{MINUS SIGN}1 V", -1.0, d.VOLTAGE),
-        (".5 V", 0.5, d.VOLTAGE),
-        ("37.5 degC", 310.65, d.TEMPERATURE),
-        ("0.2 degC", 273.35, d.TEMPERATURE),
-        ("-10 \N{DEGREE SIGN}C", 263.15, d.TEMPERATURE),
-        ("293 K", 293.0, d.TEMPERATURE),
-        ("130 W/(m K)", 130.0, d.THERMAL_CONDUCTIVITY),
-        ("130 W/m/K", 130.0, d.THERMAL_CONDUCTIVITY),
-        ("130 W/(m*K)", 130.0, d.THERMAL_CONDUCTIVITY),
-        ("130 W m^-1 K^-1", 130.0, d.THERMAL_CONDUCTIVITY),
-        ("130 W\N{MIDDLE DOT}m\N{SUPERSCRIPT MINUS}\N{SUPERSCRIPT ONE}/K", 130.0, d.THERMAL_CONDUCTIVITY),
-        ("1.3 W / (cm K)", 130.0, d.THERMAL_CONDUCTIVITY),
-        ("2330 kg/m3", 2330.0, d.DENSITY),
-        ("2330 kg/m^3", 2330.0, d.DENSITY),
-        ("2330 kg/m**3", 2330.0, d.DENSITY),
-        ("2330 kg/m\N{SUPERSCRIPT THREE}", 2330.0, d.DENSITY),
-        ("2.33 g/cm3", 2330.0, d.DENSITY),
-        ("712 J/(kg K)", 712.0, d.SPECIFIC_HEAT),
-        ("0.712 J/g/K", 712.0, d.SPECIFIC_HEAT),
-        ("0.712 kJ/(kg K)", 712.0, d.SPECIFIC_HEAT),
-        ("6e-5 ohm m", 6e-5, d.RESISTIVITY),
-        ("6e-5 ohm*m", 6e-5, d.RESISTIVITY),
-        ("6e-5 \N{GREEK CAPITAL LETTER OMEGA} m", 6e-5, d.RESISTIVITY),
-        ("6e-3 ohm cm", 6e-5, d.RESISTIVITY),
-        ("60 uohm m", 6e-5, d.RESISTIVITY),
-        ("5e-4 1/K", 5e-4, d.TEMPERATURE_COEFFICIENT),
-        ("5e-4/K", 5e-4, d.TEMPERATURE_COEFFICIENT),
-        ("500 ppm/K", 5e-4, d.TEMPERATURE_COEFFICIENT),
-        ("500 ppm/degC", 5e-4, d.TEMPERATURE_COEFFICIENT),
-        ("10 W/(m2 K)", 10.0, d.CONVECTION_COEFFICIENT),
-        ("10 W/m^2/K", 10.0, d.CONVECTION_COEFFICIENT),
-        ("1 W/cm2", 1e4, d.HEAT_FLUX),
-        ("1 W/mm3", 1e9, d.HEAT_SOURCE),
-        ("3 mW", 3e-3, d.POWER),
-        ("0.1 %", 1e-3, d.NUMBER),
-    ],
-)
-def test_a_quantity_has_its_si_value_to_the_last_digit(text, value, dimension):
-    assert Quantity(dimension, -1e12, 1e12).read("key", text) == value
+
+@pytest.mark.parametrize(("dimension", "text"), [(dimension, text) for dimension, of in SI.items() for text in of])
+def test_a_quantity_has_its_si_value_to_the_last_digit(dimension, text):
+    assert Quantity(dimension, -1e12, 1e12).read("key", text) == SI[dimension][text]
     unit = parse_quantity(text)[1]
     assert unit is not None
     assert unit.powers == dimension.powers

@@ -8,10 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from compare.against import QUANTITIES
-from scenes.dimensions import POWER, TEMPERATURE, VOLTAGE
 from scenes.errors import SceneError, quoted
 from scenes.sink import Sink
-from scenes.units import parse_unit
+from scenes.units import POWER, TEMPERATURE, VOLTAGE, parse_unit
 from validate.against.tables import Column, Table, in_si, unit_of
 
 IGNORED = "ignore"

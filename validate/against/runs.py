@@ -16,12 +16,11 @@ from operator import attrgetter
 import numpy as np
 
 from compare.against import QUANTITIES
-from scenes.dimensions import TIME
 from scenes.errors import SceneError, did_you_mean, printable, quoted
 from scenes.keys import SINK
 from scenes.kinds import Quantity
 from scenes.sink import Sink
-from scenes.units import UnitError, parse_quantity
+from scenes.units import TIME, UnitError, parse_quantity
 from validate.against import quantities
 from validate.against.quantities import IGNORED, Meaning
 from validate.against.tables import Column, Table, has_time, in_si, is_time, split, unit_of

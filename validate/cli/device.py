@@ -55,9 +55,9 @@ def run(arguments: argparse.Namespace) -> int:
 def _request(arguments: argparse.Namespace) -> Request:
     """What is asked for; SceneError where one thing leaves out another."""
     from compare.plan import DEVICE_FIGURES, LATE, design_reason
-    from scenes.dimensions import POWER, VOLTAGE
     from scenes.kinds import Quantity
     from scenes.plan import Request
+    from scenes.units import POWER, VOLTAGE
 
     limits = {"--max-voltage": (arguments.max_voltage, VOLTAGE), "--max-power": (arguments.max_power, POWER)}
     voltage, power = (

@@ -77,9 +77,9 @@ def run(arguments: argparse.Namespace) -> int:
 def _request(arguments: argparse.Namespace, end_time: float) -> Request:
     """What is asked for; SceneError where one thing leaves out another."""
     from reduced1d.ladder import canonical, few_states_of
-    from scenes.dimensions import TIME
     from scenes.kinds import Quantity
     from scenes.plan import Request
+    from scenes.units import TIME
 
     only, named = arguments.only, arguments.reduction is not None
     common.refuse(

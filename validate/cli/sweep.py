@@ -94,8 +94,8 @@ def execute(
 ) -> int:  # fmt: skip
     """Runs a job and reports on it; both commands end here."""
     from reduced1d.ladder import canonical
-    from scenes.dimensions import TIME
     from scenes.kinds import Quantity
+    from scenes.units import TIME
     from validate.report.names import of_sweep
     from validate.report.table import wrapped
     from validate.sweep.point import Job, Scope, checked

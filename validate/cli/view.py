@@ -35,8 +35,8 @@ OPTIONS = {
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from scenes.dimensions import NUMBER, TIME
     from scenes.kinds import Quantity
+    from scenes.units import NUMBER, TIME
     from validate.viewer.start import start
 
     files = [name for name in (arguments.screenshot, arguments.movie) if name]
@@ -74,8 +74,8 @@ def _ending(option: str, given: str | None, allowed: tuple[str, ...]) -> None:
 def _clip(given: str | None) -> tuple[str, float] | None:
     if given is None:
         return None
-    from scenes.dimensions import NUMBER
     from scenes.kinds import Quantity
+    from scenes.units import NUMBER
 
     axis, _, part = given.partition("=")
     if axis not in ("x", "y", "z"):

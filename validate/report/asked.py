@@ -18,8 +18,7 @@ from scenes.device import Device
 from scenes.formats import cut, difference_text, percent, quantity, signed
 from scenes.keys import type_of
 from scenes.model import UNITS
-from scenes.quantities import OF_A_SINK
-from scenes.sink import Sink
+from scenes.sink import OF_A_SINK, Sink
 from validate.report.table import Row, Section, Style, Table
 
 if TYPE_CHECKING:

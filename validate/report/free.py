@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenes.dimensions import TIME
 from scenes.formats import Column, cut, quantity, with_error
 from scenes.model import UNITS
+from scenes.units import TIME
 from validate.report import asked_for
 from validate.report.table import Section, Style, Table, wrapped
 

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from compare.pipeline import kind
-from scenes.dimensions import POWER, TIME, VOLTAGE
-from scenes.slug import distinguishes, shortened
+from scenes.loading import distinguishes, shortened
+from scenes.units import POWER, TIME, VOLTAGE
 
 if TYPE_CHECKING:
     from scenes.plan import Request

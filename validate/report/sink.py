@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from compare.verdict import PAPERS, Check, relative
 from scenes.checks import OF_THE_REDUCTION
 from scenes.formats import percent, quantity, sink_text, with_error
-from scenes.quantities import OF_A_SINK
+from scenes.sink import OF_A_SINK
 from validate.report import asked_for, checks
 from validate.report.table import Section, Style, Table, wrapped
 

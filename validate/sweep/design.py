@@ -12,16 +12,14 @@ from typing import Any, Literal
 
 import numpy as np
 
-from scenes import examples, free
-from scenes.any import type_of_file
+from scenes import examples, free, type_of_file
 from scenes.errors import SceneError, quoted
 from scenes.free import schema_of
 from scenes.keys import DEVICE, SINK, TYPES
 from scenes.kinds import Count, Quantity
 from scenes.loading import as_dict, builtin_text, check, file_name, file_text, toml
 from scenes.model import AnyScene
-from scenes.overrides import locate, override
-from scenes.schema import Schema
+from scenes.schema import Schema, locate, override
 from scenes.sink import Sink
 from scenes.units import UnitError, parse_quantity
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from compare import device_checks as checks
+from compare.device_3d_checks import _why_steady
 from compare.pipeline import simulated
 from compare.plan import made_checks, needs, skipped_checks
 from compare.verdict import Check, judged
@@ -157,3 +160,12 @@ def test_an_unstable_loop_settles_nothing() -> None:
     assert found["fig9_settling"].verdict == found["fig12_same_time"].verdict == "differs"
     assert found["fig13_slope"].verdict == found["fig9_balance"].verdict == "unresolved"
     assert "the loop is unstable, its largest eigenvalue per sample -" in found["fig12_same_time"].because
+
+
+def test_the_air_cools_the_covered_top_in_1d_alone() -> None:
+    """With 100 W/(m2 K) over 1000 um x 100 um at 17.5 K: 175 uW."""
+    windy = replace(Device(), sink=replace(Device().sink, convection_coefficient=100.0))
+    cooled: Any = SimpleNamespace(device=windy)
+    still: Any = SimpleNamespace(device=Device())
+    assert "1D loses 175 uW to the air from the beam's top" in _why_steady(cooled, "sink_power_W")
+    assert "air" not in _why_steady(still, "sink_power_W") + _why_steady(cooled, "sensor_power_W")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -293,3 +294,15 @@ def test_a_part_that_nothing_acts_on_is_refused(tmp_path: Path) -> None:
     boxes.write(mesh, tmp_path / "chip.msh")
     with pytest.raises(SceneError, match='of group "foot" is joined to nothing that a boundary or a heat source acts'):
         read_and_check(document, tmp_path)
+
+
+def test_cells_in_no_group_are_refused(tmp_path: Path) -> None:
+    document = boxes.document(bridge(), "chip.msh")
+    boxes.write(boxes.grouped(scene_of(bridge()), "hexahedron", 1), tmp_path / "chip.msh")
+    found = read(tmp_path / "chip.msh", 1.0)
+    scene = from_dict(document | {"material": document["material"][:1]}, folder=str(tmp_path))
+    assert isinstance(scene, MeshScene)
+    with pytest.raises(SceneError, match=r"have no material \(in \"foot\"\): give"):
+        check(scene, found)
+    with pytest.raises(SceneError, match="have no material, which are in no group: give"):
+        check(scene, replace(found, volumes={name: cells for name, cells in found.volumes.items() if name != "foot"}))

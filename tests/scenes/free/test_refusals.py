@@ -81,15 +81,12 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
     "unknown key": (put("boundary", 1, voltge=1), ('boundary "left".voltge = 1', 'did you mean "voltage"?')),
     "single bracket": (lambda d: d.update(box=d["box"][0]), ("box must be a list of tables", "[[box]]")),
     "no boxes": (lambda d: d.update(box=[]), ("no [[box]]",)),
-    "wrong unit": (
-        put("boundary", 1, voltage="2 um"), ('boundary "left".voltage = "2 um" is a length, not a voltage',),
-    ),
-    "unnamed boundary": (
-        both(drop("boundary", 1, "name"), put("boundary", 1, voltage="x")), ("boundary[2].voltage = ",),
-    ),
-    "flux in volts": (
-        both(drop("boundary", 1, "voltage"), put("boundary", 1, heat_flux="2 V")), ("not a heat flux", "100 W/m2"),
-    ),
+    "wrong unit": (put("boundary", 1, voltage="2 um"),
+        ('boundary "left".voltage = "2 um" is a length, not a voltage',)),
+    "unnamed boundary": (both(drop("boundary", 1, "name"), put("boundary", 1, voltage="x")),
+        ("boundary[2].voltage = ",)),
+    "flux in volts": (both(drop("boundary", 1, "voltage"), put("boundary", 1, heat_flux="2 V")),
+        ("not a heat flux", "100 W/m2")),
     "not a point": (put("box", 0, lower=[0, 0]), ('box "beam".lower = [0, 0] is not a point',)),
     "bad coordinate": (put("box", 0, lower=[0, 0, "1 s"]), ('box "beam".lower[z] = "1 s" is a time',)),
     "no upper": (drop("box", 0, "upper"), ('box "beam".upper is missing',)),
@@ -102,18 +99,13 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
     "two probes": (add("probe", {"name": "tip", "at": [0, 0, 0]}), ('probe[2].name = "tip" is taken',)),
     "bad name": (put("probe", 0, name="a,b"), ('"a,b" is not a name',)),
     "name of the times": (put("probe", 0, name="time_s"), ("the column of times",)),
-    "covered box": (
-        add("box", {"name": "all", "material": "metal", "lower": [0, 0, -1], "upper": [1, 1, 0]}),
-        ('box "foot" is entirely covered',),
-    ),
-    "no conductivity": (
-        drop("material", 1, "thermal_conductivity"), ('material "oxide".thermal_conductivity is missing',),
-    ),
+    "covered box": (add("box", {"name": "all", "material": "metal", "lower": [0, 0, -1], "upper": [1, 1, 0]}),
+        ('box "foot" is entirely covered',)),
+    "no conductivity": (drop("material", 1, "thermal_conductivity"),
+        ('material "oxide".thermal_conductivity is missing',)),
     "no capacity": (run(end_time=1), ('material "metal".density is missing', "specific_heat")),
-    "negative resistivity": (
-        put("material", 0, temperature_coefficient=0.1, reference_temperature=350),
-        ('material "metal".temperature_coefficient', "scene.initial_temperature = 293 K", "above 0"),
-    ),
+    "negative resistivity": (put("material", 0, temperature_coefficient=0.1, reference_temperature=350),
+        ('material "metal".temperature_coefficient', "scene.initial_temperature = 293 K", "above 0")),
     "not flat": (put("boundary", 1, upper=[1, 1, 1]), ('boundary "left" is not flat',)),
     "a line": (put("boundary", 1, upper=[0, 0, 1]), ('boundary "left" is not flat',)),
     "negative boundary": (put("boundary", 1, upper=[0, -1, 1]), ('boundary "left" has a negative extent, y',)),
@@ -122,61 +114,42 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
     "in the air": (put("boundary", 1, lower=[-1, 0, 0], upper=[-1, 1, 1]), ('boundary "left" touches no solid',)),
     "beside": (put("boundary", 1, lower=[0, 2, 0], upper=[0, 3, 1]), ('boundary "left" touches no solid',)),
     "touches an edge": (put("boundary", 1, lower=[0, 1, 0], upper=[0, 2, 1]), ('boundary "left" touches no solid',)),
-    "buried flux": (
-        add("boundary", flat("in", [0, 0, 0], [1, 1, 0], heat_flux=1)),
-        ('boundary "in".heat_flux has solid on both sides', "exposed"),
-    ),
-    "buried convection": (
-        add("boundary", flat("in", [2, 0, 0], [2, 1, 1], convection=AIR)), ('boundary "in".convection has solid',),
-    ),
+    "buried flux": (add("boundary", flat("in", [0, 0, 0], [1, 1, 0], heat_flux=1)),
+        ('boundary "in".heat_flux has solid on both sides', "exposed")),
+    "buried convection": (add("boundary", flat("in", [2, 0, 0], [2, 1, 1], convection=AIR)),
+        ('boundary "in".convection has solid',)),
     "varying coefficient": (
         add("boundary", {"name": "air", **LID, "convection": {"coefficient": {"times": [0], "values": [1]},
                                                               "ambient": 1}}),
         ('boundary "air".convection.coefficient may not vary in time',),
     ),
-    "no ambient": (
-        add("boundary", {"name": "air", **LID, "convection": {"coefficient": 1}}), ("convection.ambient is missing",),
-    ),
-    "electrode on oxide": (
-        add("boundary", flat("low", [0, 0, -1], [1, 1, -1], voltage=1)),
-        ('boundary "low".voltage touches nothing that',),
-    ),
-    "electrodes at an edge": (
-        add("boundary", flat("top", [0, 0, 1], [1, 1, 1], voltage=2)), ('"left" and "top" touch', "1 V and 2 V"),
-    ),
-    "electrodes over one another": (
-        add("boundary", flat("again", [0, 0.5, 0], [0, 1, 1], voltage=2)), ('"left" and "again" touch',),
-    ),
-    "flux into a fixed temperature": (
-        add("boundary", flat("in", [0, 0, -1], [0.5, 1, -1], heat_flux=1)),
-        ('boundary "in".heat_flux lies where other boundaries fix the temperature',),
-    ),
-    "two temperatures": (
-        add("boundary", flat("warm", [0.5, 0, -1], [2, 1, -1], temperature=300)),
-        ('"base" and "warm" overlap', "300 K"),
-    ),
+    "no ambient": (add("boundary", {"name": "air", **LID, "convection": {"coefficient": 1}}),
+        ("convection.ambient is missing",)),
+    "electrode on oxide": (add("boundary", flat("low", [0, 0, -1], [1, 1, -1], voltage=1)),
+        ('boundary "low".voltage touches nothing that',)),
+    "electrodes at an edge": (add("boundary", flat("top", [0, 0, 1], [1, 1, 1], voltage=2)),
+        ('"left" and "top" touch', "1 V and 2 V")),
+    "electrodes over one another": (add("boundary", flat("again", [0, 0.5, 0], [0, 1, 1], voltage=2)),
+        ('"left" and "again" touch',)),
+    "flux into a fixed temperature": (add("boundary", flat("in", [0, 0, -1], [0.5, 1, -1], heat_flux=1)),
+        ('boundary "in".heat_flux lies where other boundaries fix the temperature',)),
+    "two temperatures": (add("boundary", flat("warm", [0.5, 0, -1], [2, 1, -1], temperature=300)),
+        ('"base" and "warm" overlap', "300 K")),
     "probe outside": (put("probe", 0, at=[2, 0.5, -0.5]), ('probe "tip" lies outside the solid', "at [2 m, ")),
     "probe beyond": (put("probe", 0, at=[9, 0.5, 0.5]), ('probe "tip" lies outside the solid',)),
-    "probe half outside": (
-        both(drop("probe", 0, "at"), put("probe", 0, lower=[0, 0, -1], upper=[4, 1, 1])),
-        ('probe "tip" reaches outside the solid',),
-    ),
+    "probe half outside": (both(drop("probe", 0, "at"), put("probe", 0, lower=[0, 0, -1], upper=[4, 1, 1])),
+        ('probe "tip" reaches outside the solid',)),
     "probe nowhere": (drop("probe", 0, "at"), ('probe "tip" has no place', "at = [x, y, z]")),
     "probe twice": (put("probe", 0, lower=[0, 0, 0]), ('probe "tip" has at and lower',)),
-    "flow at a point": (
-        put("probe", 0, quantity="heat_flow"), ('probe "tip" asks for a heat flow through what is not',),
-    ),
+    "flow at a point": (put("probe", 0, quantity="heat_flow"),
+        ('probe "tip" asks for a heat flow through what is not',)),
     "largest current": (put("probe", 0, quantity="current", reduce="max"), ('probe "tip".reduce = "max"',)),
-    "current in oxide": (
-        add("probe", flat("i", [0, 0, -0.5], [1, 1, -0.5], quantity="current")),
-        ('probe "i" asks for a current where',),
-    ),
-    "flow in the air": (
-        add("probe", flat("q", [2, 0, -0.5], [3, 1, -0.5], quantity="heat_flow")), ('probe "q" lies outside',),
-    ),
-    "potential in oxide": (
-        put("probe", 0, quantity="potential", at=[0.5, 0.5, -0.5]), ('probe "tip" asks for the potential where',),
-    ),
+    "current in oxide": (add("probe", flat("i", [0, 0, -0.5], [1, 1, -0.5], quantity="current")),
+        ('probe "i" asks for a current where',)),
+    "flow in the air": (add("probe", flat("q", [2, 0, -0.5], [3, 1, -0.5], quantity="heat_flow")),
+        ('probe "q" lies outside',)),
+    "potential in oxide": (put("probe", 0, quantity="potential", at=[0.5, 0.5, -0.5]),
+        ('probe "tip" asks for the potential where',)),
     "flow both ways": (
         both(add("boundary", {"name": "air", **LID, "convection": AIR}),
              add("box", {"name": "knob", "material": "oxide", "lower": [0, 0, 1], "upper": [1, 1, 2]}),
@@ -217,21 +190,15 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
     "steady for a time": (run(steady=True, end_time=1), ("run.steady = true and run.end_time",)),
     "steady at times": (run(steady=True, output_times=[1]), ("run.steady = true and run.output_times",)),
     "times after the end": (run(end_time=1, output_times=[2]), ("run.end_time = 1 s is before",)),
-    "steady and varying": (
-        put("boundary", 1, voltage={"times": [0, 1], "values": [0, 1]}),
-        ('boundary "left".voltage varies in time', "run.end_time"),
-    ),
-    "lists of two lengths": (
-        put("box", 0, heat_source={"times": [0, 1], "values": [0]}),
-        ('box "beam".heat_source has 2 times and 1 values',),
-    ),
-    "decreasing times": (
-        put("box", 0, heat_source={"times": [1, 0], "values": [0, 1]}), ('box "beam".heat_source.times[2] = 0',),
-    ),
+    "steady and varying": (put("boundary", 1, voltage={"times": [0, 1], "values": [0, 1]}),
+        ('boundary "left".voltage varies in time', "run.end_time")),
+    "lists of two lengths": (put("box", 0, heat_source={"times": [0, 1], "values": [0]}),
+        ('box "beam".heat_source has 2 times and 1 values',)),
+    "decreasing times": (put("box", 0, heat_source={"times": [1, 0], "values": [0, 1]}),
+        ('box "beam".heat_source.times[2] = 0',)),
     "no values": (put("box", 0, heat_source={"times": [1]}), ('box "beam".heat_source.values is missing',)),
-    "value of values": (
-        put("box", 0, heat_source={"times": [1], "values": ["1 V"]}), ('heat_source.values[1] = "1 V" is a voltage',),
-    ),
+    "value of values": (put("box", 0, heat_source={"times": [1], "values": ["1 V"]}),
+        ('heat_source.values[1] = "1 V" is a voltage',)),
 }  # fmt: skip
 
 
@@ -265,9 +232,7 @@ ALLOWED: dict[str, Callable[[Document], None]] = {
         add("probe", flat("in", [0, 0, -1], [1, 1, -1], quantity="heat_flow")),
     ),
     "the same temperature over itself": add("boundary", flat("again", [0.5, 0, -1], [2, 1, -1], temperature=293)),
-    "flux into a fixed temperature and beside it": add(
-        "boundary", flat("in", [0, 0, -1], [0, 1, 1], heat_flux=1)
-    ),
+    "flux into a fixed temperature and beside it": add("boundary", flat("in", [0, 0, -1], [0, 1, 1], heat_flux=1)),
     "flux where partly exposed": add("boundary", flat("under", [0, 0, 0], [4, 1, 0], heat_flux=1)),
     "probe on a corner": put("probe", 0, at=[4, 1, 1]),
     "probe within rounding": put("probe", 0, at=[4 + 1e-10, 1, 1]),

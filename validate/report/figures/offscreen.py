@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 
-from scenes.dimensions import LENGTH
+from scenes.units import LENGTH
 from validate.report.figures import table
 
 SIZE = [1400, 700]

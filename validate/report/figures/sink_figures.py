@@ -15,8 +15,7 @@ from compare.verdict import PAPERS, Models
 from reduced1d.equations import parabola, parabola_between, unequal_ends
 from reduced1d.ladder.lumps import half_island
 from scenes.formats import quantity, scale, sink_text
-from scenes.quantities import OF_A_SINK
-from scenes.sink import start
+from scenes.sink import OF_A_SINK, start
 from validate.report.figures import INK, LINES
 from validate.report.figures.drawing import band, legend, logarithmic, new_figure, smooth
 
