@@ -295,11 +295,10 @@ def _device(run: _Run[Device]) -> Outcome[Device]:
         with clock.stage("sensitivities"):
             followed = sensitivities.of_device(device, None if solved is None else solved.model)
             found += sensitivities.checks(device, followed, OF_DEVICE)
-    remarks = followed.remarks() if followed else ()
     return Outcome(
         device, request, of_device(device, request), checks=found,
-        warnings=(*hottest.of_device(device, made.base.result), *remarks), simulated=made, device_3d=solved,
-        design=answers, sensitivities=followed,
+        warnings=(*hottest.of_device(device, made.base.result), *(followed.remarks() if followed else ())),
+        simulated=made, device_3d=solved, design=answers, sensitivities=followed,
     )  # fmt: skip
 
 
