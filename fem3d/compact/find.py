@@ -24,7 +24,7 @@ from scenes.errors import SceneError, quoted
 from scenes.model import AnyScene, MeshScene, Schedule
 from scenes.result import Result
 
-TRUTH, MESH, SPACE = 0.5, 0.5, 0.02  # parts of the accuracy: of the runs it is held against, the mesh, the fields
+TRUTH, MESH, SPACE = 0.5, 1.0, 0.02  # parts of the accuracy: of the runs it is held against, the mesh, the fields
 FINER, TURNS = 0.3, 3  # by how much the mesh is made for less where it isn't fine enough, and how often
 LONG = 20.0  # times the slowest response: when a steady state is reached
 
@@ -52,7 +52,9 @@ def _compact(scene: AnyScene, states: int | None, accuracy: float, say: Callable
     reached = np.inf
     for turn in range(TURNS):
         say(f"compact model: mesh {turn + 1}")
-        heat, conductor, part = problem(scene, found, MESH * FINER**turn * accuracy, rise_of(scene, truths[OWN]))
+        heat, conductor, part = problem(
+            scene, found, MESH * FINER**turn * accuracy, rise_of(scene, truths[OWN]), truths[OWN].scales
+        )
         structure, rich = _rich(scene, found, heat, conductor, part, accuracy)
         judge = Judge(scene, found, truths, structure, rich)
         if structure.places:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from fem3d.compact.channels import OWN, UNITS, Channel
+from fem3d.compact.channels import OWN, UNITS, Channel, channels
 from fem3d.compact.tensors import Structure, Tensors, tensors
 from fem3d.level import goal_row
 from fem3d.probe_quantities import EARLY, LATE, OF_FLOW
@@ -37,6 +38,14 @@ class Truth:
     over_time: Result | None
     steady: Result | None
 
+    @property
+    def scales(self) -> dict[str, float]:
+        """What errors of each probe are relative to."""
+        known = self.steady or self.over_time
+        assert known is not None
+        found: dict[str, float] = known.details["scales"]
+        return found
+
 
 def rise_of(scene: AnyScene, of: Truth) -> float:
     """The largest rise (K) of any probe in a run."""
@@ -54,6 +63,18 @@ def first_time(scene: AnyScene) -> float:
     """The time (s) from which on traces hold their accuracy."""
     instants = [t for t in scene.output_times if 0 < t <= scene.end_time]
     return min(*instants, LATE * scene.end_time) if instants else EARLY * scene.end_time
+
+
+def instants(scene: AnyScene, times: np.ndarray, inputs: Mapping[str, Value] | None = None) -> np.ndarray:
+    """Which times of a run under some inputs, by default the scene's own, are compared: some of those from the first on
+    that its accuracy holds from, also after a jump."""
+    first = first_time(scene)
+    own = {c.name: c.own for c in channels(scene)} if inputs is None else inputs
+    given = [v for v in own.values() if isinstance(v, Schedule)]
+    jumps = [t for v in given for t, then in pairwise(v.times) if t == then and t > 0]
+    waits = [(times >= jump) & (times < jump + first * (1 - 1e-12)) for jump in jumps]
+    late = np.flatnonzero((times >= first * (1 - 1e-12)) & ~np.any([np.zeros(len(times), bool), *waits], axis=0))
+    return late[np.unique(np.linspace(0, len(late) - 1, INSTANTS).astype(int))]
 
 
 class Judge:
@@ -117,11 +138,10 @@ class Judge:
         inputs = {name: _table(value) for name, value in truth.inputs.items()}
         # Where all is of one temperature no heat flows, and its error is relative to what such a rise makes otherwise.
         own = self.truths[OWN]
-        size, known = rise_of(self.scene, own), own.steady or own.over_time
-        assert known is not None
+        size = rise_of(self.scene, own)
         rise = OF_FLOW * rise_of(self.scene, truth) / size if size else 0.0
         flows = [p.name for p in self.scene.probes if p.quantity == "heat_flow"]
-        least = {name: rise * known.details["scales"][name] for name in flows}
+        least = {name: rise * own.scales[name] for name in flows}
         if truth.steady is not None:
             ours, scales = model.steady(inputs), truth.steady.details["scales"]
             found["steady"] = {
@@ -130,7 +150,7 @@ class Judge:
             }
         if truth.over_time is not None and truth.over_time.traces is not None:
             traces, scales = truth.over_time.traces, truth.over_time.details["scales"]
-            at = self._instants(traces.time, truth.inputs)
+            at = instants(self.scene, traces.time, truth.inputs)
             over = model.simulate(traces.time[at], inputs)
             found["over time"] = {
                 name: _both(
@@ -140,15 +160,6 @@ class Judge:
                 for name in over
             }
         return found
-
-    def _instants(self, times: np.ndarray, inputs: dict[str, Value]) -> np.ndarray:
-        """Which times of a run are compared: from the first on that its accuracy holds from, also after a jump."""
-        first = first_time(self.scene)
-        given = [v for v in inputs.values() if isinstance(v, Schedule)]
-        jumps = [t for v in given for t, then in pairwise(v.times) if t == then and t > 0]
-        waits = [(times >= jump) & (times < jump + first * (1 - 1e-12)) for jump in jumps]
-        late = np.flatnonzero((times >= first * (1 - 1e-12)) & ~np.any([np.zeros(len(times), bool), *waits], axis=0))
-        return late[np.unique(np.linspace(0, len(late) - 1, INSTANTS).astype(int))]
 
     def worst(self, count: int) -> float:
         """The largest relative error."""

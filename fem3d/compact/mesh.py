@@ -12,6 +12,7 @@ from fem3d.conductor import Conductor
 from fem3d.domain import boxes
 from fem3d.fields import grid_of
 from fem3d.heat import HeatProblem
+from fem3d.outputs import Outputs
 from meshes import symmetry
 from meshes.symmetry import Symmetry
 from scenes.model import AnyScene, MeshScene, Value
@@ -21,11 +22,11 @@ FARTHEST = 0.2  # by which a step of a temperature changes a resistivity, at mos
 
 
 def problem(
-    scene: AnyScene, channels: tuple[Channel, ...], accuracy: float, rise: float
+    scene: AnyScene, channels: tuple[Channel, ...], accuracy: float, rise: float, scales: dict[str, float]
 ) -> tuple[HeatProblem, Conductor | None, Symmetry]:
     """The heat problem and the conductor with a channel for each input, where they hold ``accuracy`` for inputs that
-    together make rises of the size ``rise`` (K); and the part that they are of. On a mesh file they are those of its
-    finest space."""
+    together make rises of the size ``rise`` (K), relative to ``scales`` or more, as such rises may cancel out in a
+    probe; and the part that they are of. On a mesh file they are those of its finest space."""
     named = apart(scene, channels)
     if isinstance(named, MeshScene):
         *_, space = solve_mesh.spaces(solve_mesh.place(named))
@@ -35,7 +36,11 @@ def problem(
     mixed = _mixed(scene, channels, rise)
     there = replace(driven(scene, mixed), accuracy=accuracy)
     part_there = replace(part, scene=replace(driven(part.scene, mixed), accuracy=accuracy))
-    study = replace(probe_quantities.study(there, part_there), field=None)
+
+    def largest(out: Outputs) -> dict[str, float]:
+        return {name: max(scale, scales[name]) for name, scale in probe_quantities.scales(there, out).items()}
+
+    study = replace(probe_quantities.study(there, part_there), field=None, steady_scales=largest, trace_scales=largest)
     heat = adapt.solve(study, False).fine.state.heat if scene.steady else adapt.solve_course(study).base.heat
     given = level.problems(boxes(replace(part.scene, accuracy=accuracy), grid_of(heat)), accuracy)
     return given.heat, given.conductor, part

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from validate.stress import drives, extremes, steps, sweep
+from validate.stress import compact_models, drives, extremes, steps, sweep
 from validate.stress.report import Row, failed
 
 QUICK_SCENES = 24
@@ -20,6 +20,7 @@ def run(quick: bool, scenes: int, seed: int, jobs: int, progress: Callable[[str]
         "voltages": lambda: extremes.runaway(quick),
         "drives": lambda: drives.rows(quick),
         "accuracies": lambda: extremes.accuracies(quick),
+        "compact models": lambda: compact_models.rows(quick, seed),
     }
     found: list[Row] = []
     for name, part in parts.items():

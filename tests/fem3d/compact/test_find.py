@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -15,13 +17,17 @@ from fem3d import solve_mesh, solve_scene
 from fem3d.compact.channels import driven
 from fem3d.compact.find import check, compact
 from fem3d.compact.judge import needed
+from scenes.compact import fmu
 from scenes.compact.files import write
 from scenes.compact.runtime import CompactModel
 from scenes.errors import SceneError
 from scenes.free import load
 from scenes.model import Schedule
+from scenes.result import Result
 from tests.validate.solve.test_mesh_cli import SCENE as MESH_SCENE
 from tests.validate.solve.test_mesh_cli import WIRE
+from validate.against import raw
+from validate.cli import main
 
 BAR = """
 [scene]
@@ -80,6 +86,7 @@ quantity = "potential"
 at = ["200 um", "5 um", "5 um"]
 """
 ACCURACY = 2e-2
+Traces = dict[str, Any]
 
 
 @pytest.fixture(scope="module")
@@ -94,25 +101,119 @@ def document(bar: Any) -> dict[str, Any]:
     return compact(bar, None, ACCURACY)
 
 
-def off(document: dict[str, Any], scene: Any, inputs: dict[str, Any], run: str) -> float:
-    """The largest distance of a model from a run at a tenth of its accuracy, over the stated error of ``run``."""
-    truth = solve_scene.solve(replace(scene, accuracy=ACCURACY / 10))
-    late = truth.traces.time >= document["range"]["from_s"]
-    found = CompactModel(document).simulate(truth.traces.time[late], inputs)
-    stated = document["error"][run]["over time"]
-    return max(float(np.abs(found[n] - truth.traces.values[n][late]).max()) / stated[n]["error"] for n in found)
+@pytest.fixture(scope="module")
+def truth(bar: Any) -> Result:
+    """What `validate solve` has of the bar, at a tenth of its accuracy."""
+    return solve_scene.solve(replace(bar, accuracy=ACCURACY / 10))
 
 
-def test_the_scene_itself(bar: Any, document: dict[str, Any]) -> None:
+@pytest.fixture(scope="module")
+def steady_truth(bar: Any) -> Result:
+    return solve_scene.solve(replace(bar, accuracy=ACCURACY / 10, steady=True))
+
+
+def wrong(document: dict[str, Any]) -> dict[str, Any]:
+    """The same, with what is read off the states 3 % larger."""
+    Y = document["matrices"]["Y"]
+    width = Y["shape"][1]
+    nudged = [1.03 * y if k % width > len(document["inputs"]) else y for k, y in enumerate(Y["values"])]
+    return document | {"matrices": document["matrices"] | {"Y": Y | {"values": nudged}}}
+
+
+def off(document: dict[str, Any], found: Traces, truth: Traces, kind: str = "over time") -> float:
+    """The largest distance of a model from a run, over the error that the model states."""
+    stated = document["error"]["the scene"][kind]
+    return max(float(np.abs(found[n] - truth[n]).max()) / stated[n]["error"] for n in stated)
+
+
+def test_the_scene_itself(document: dict[str, Any]) -> None:
     assert document["states"] <= 12 * len(document["inputs"])
     each = [e for run in document["error"].values() for kind in run.values() for e in kind.values()]
     assert max(e["relative"] for e in each) <= ACCURACY
     assert document["estimated"]["residual"] < ACCURACY
-    assert off(document, bar, {}, "the scene") <= 1
-    wrong = document["matrices"] | {"Y": document["matrices"]["Y"] | {"values": [
-        1.03 * y if k % len(document["inputs"]) else y for k, y in enumerate(document["matrices"]["Y"]["values"])
-    ]}}  # fmt: skip
-    assert off(document | {"matrices": wrong}, bar, {}, "the scene") > 1
+
+
+def in_python(document: dict[str, Any], folder: Path, times: np.ndarray) -> tuple[Traces, Traces]:
+    """By the file alone, in a Python that has none of this package."""
+    code = (
+        "import json, sys; sys.path.insert(0, sys.argv[1]); from model import model\n"
+        "assert not any(m.split('.')[0] in ('scenes', 'fem3d', 'scipy') for m in sys.modules)\n"
+        "found = model.simulate(json.loads(sys.argv[2]))\n"
+        "print(json.dumps([{n: v.tolist() for n, v in found.items()}, model.steady()]))"
+    )
+    command = [sys.executable, "-B", "-c", code, str(folder), json.dumps(times.tolist())]
+    done = subprocess.run(command, check=True, capture_output=True, text=True, cwd=folder)
+    over_time, steady = json.loads(done.stdout)
+    return {n: np.array(v) for n, v in over_time.items()}, steady
+
+
+def in_ngspice(document: dict[str, Any], folder: Path, times: np.ndarray) -> tuple[Traces, Traces]:
+    """A step of the voltage on the electrode, the other pins at their rest: over time, and where it ends."""
+    names = {o["name"]: "out_" + o["name"].replace(" ", "_") for o in document["outputs"]}
+    pins = [entry["name"].replace(".", "_") for entry in document["inputs"]]
+    held = [f"V{pin} {pin} 0 {'PWL(0 0 1n 4)' if pin == 'in_voltage' else '0'}" for pin in pins]
+    call = f"X1 {' '.join([*pins, *names.values()])} compact_model"
+    end = times[-1]
+    circuit = ["* step", ".include model.cir", *held, call, ".options reltol=1e-5",
+               f".tran {end / 400} {end} 0 {end / 400}", ".end"]  # fmt: skip
+    (folder / "step.cir").write_text("\n".join(circuit) + "\n")
+    run = ["ngspice", "-b", "-r", "out.raw", "step.cir"]
+    done = subprocess.run(run, cwd=folder, capture_output=True, text=True, timeout=60, check=False)
+    assert (folder / "out.raw").exists(), done.stdout + done.stderr
+    table = raw.read(folder / "out.raw", (folder / "out.raw").read_bytes())
+    values = {column.name.lower(): column.values for column in table.columns}
+    start = {o["name"]: document["initial_temperature_K"] if o["unit"] == "K" else 0.0 for o in document["outputs"]}
+    found = {n: start[n] + np.interp(times, values["time"], values[f"v({node.lower()})"]) for n, node in names.items()}
+    prints = [f"print v({node})" for node in names.values()]
+    settled = [*circuit[: 4 + len(held)], ".control", "op", *prints, "quit", ".endc", ".end"]
+    settled = [line.replace("PWL(0 0 1n 4)", "4") for line in settled]
+    (folder / "rest.cir").write_text("\n".join(settled) + "\n")
+    said = subprocess.run(["ngspice", "-b", "rest.cir"], cwd=folder, capture_output=True, text=True, timeout=60,
+                          check=False).stdout.lower()  # fmt: skip
+    steady = {n: start[n] + float(said.split(f"v({node.lower()}) = ")[1].split()[0]) for n, node in names.items()}
+    return found, steady
+
+
+def in_an_fmu(document: dict[str, Any], folder: Path, times: np.ndarray) -> tuple[Traces, None]:
+    """Of a model over time it has no steady state."""
+    import fmpy
+
+    names = {o["name"]: o["name"].replace(" ", "_") for o in document["outputs"]}
+    end = float(times[-1])
+    found = fmpy.simulate_fmu(
+        str(folder / "model.fmu"), stop_time=end, output_interval=end / 50, output=[*names.values()]
+    )
+    late = found["time"] >= times[0]
+    return {n: (found["time"][late], found[node][late]) for n, node in names.items()}, None
+
+
+@pytest.mark.parametrize(
+    "run",
+    [
+        in_python,
+        pytest.param(in_ngspice, marks=pytest.mark.skipif(shutil.which("ngspice") is None, reason="no ngspice")),
+        pytest.param(in_an_fmu, marks=pytest.mark.skipif(not fmu.available(), reason="pythonfmu is not installed")),
+    ],
+)
+def test_every_file_is_within_its_error_of_the_full_model(
+    run: Any, document: dict[str, Any], truth: Result, steady_truth: Result, tmp_path: Path
+) -> None:
+    assert truth.traces is not None
+    late = truth.traces.time >= document["range"]["from_s"]
+    times = truth.traces.time[late]
+    for name, made in (("right", document), ("wrong", wrong(document))):
+        folder = write(made, tmp_path / name)
+        over_time, steady = run(made, folder, times)
+        if run is in_an_fmu:
+            at = next(iter(over_time.values()))[0]
+            expected = {n: np.interp(at, truth.traces.time, v) for n, v in truth.traces.values.items()}
+            over_time = {n: v for n, (_, v) in over_time.items()}
+        else:
+            expected = {n: v[late] for n, v in truth.traces.values.items()}
+        assert (off(made, over_time, expected) <= 1) == (name == "right")
+        if steady is not None:
+            settled = {n: is_.value for n, is_ in steady_truth.steady.items()}
+            assert (off(made, steady, settled, "steady") <= 1) == (name == "right")
 
 
 def test_inputs_that_it_was_not_made_with(bar: Any, document: dict[str, Any]) -> None:
@@ -127,19 +228,6 @@ def test_inputs_that_it_was_not_made_with(bar: Any, document: dict[str, Any]) ->
         found = CompactModel(document).simulate(truth.traces.time[late], tables)
     for name, scale in truth.details["scales"].items():
         assert np.abs(found[name] - truth.traces.values[name][late]).max() <= 2 * ACCURACY * scale, name
-
-
-def test_python_without_this_package(document: dict[str, Any], tmp_path: Path) -> None:
-    write(document, tmp_path)
-    code = (
-        "import sys; sys.path.insert(0, sys.argv[1]); from model import model\n"
-        "assert not any(m.split('.')[0] in ('scenes', 'fem3d', 'scipy') for m in sys.modules)\n"
-        "print(repr(float(model.simulate([1e-3])['middle'][0])))"
-    )
-    done = subprocess.run(
-        [sys.executable, "-B", "-c", code, str(tmp_path)], check=True, capture_output=True, text=True, cwd=tmp_path
-    )
-    assert float(done.stdout) == pytest.approx(CompactModel(document).simulate([1e-3])["middle"][0], rel=1e-12)
 
 
 def test_a_steady_state_with_currents() -> None:
@@ -170,6 +258,19 @@ def test_a_mesh_file(tmp_path: Path) -> None:
         assert abs(ours[name] - is_.value) <= stated, name
     found.Y[:, -1] *= 1.1
     assert abs(found.steady(other)["end"] - truth["end"].value) > stated
+
+
+def test_a_model_of_the_sink(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Of its 3D problem: both electrodes and both undersides as inputs, the current as an output too."""
+    command = ["sink", "--steady", "--no-figures", "--accuracy", "1e-2", "--out", str(tmp_path / "run")]
+    assert main([*command, "--export", str(tmp_path / "mine"), "--states", "3"]) == 0
+    assert "Exported a compact model (3 states, within" in " ".join(capsys.readouterr().out.split())
+    model = CompactModel(json.loads((tmp_path / "mine" / "model.json").read_text()))
+    assert (model.states, len(model.inputs)) == (3, 4)
+    run = json.loads((tmp_path / "run" / "summary.json").read_text())["fem3d"]["steady"]
+    found = model.steady()
+    assert found["current"] == pytest.approx(run["current_A"]["value"], rel=2e-2)
+    assert 0 < model.document["error"]["the scene"]["steady"]["current"]["relative"] < 2e-2
 
 
 def test_the_places_of_an_extreme() -> None:

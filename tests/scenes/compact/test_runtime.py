@@ -98,3 +98,18 @@ def test_what_it_refuses() -> None:
     narrow["inputs"][0]["range"] = [-1.0, 1.0]
     with pytest.warns(UserWarning, match=r"V = 1.5 V is past the model's range, -1 to 1 V"):
         CompactModel(narrow).steady({"V": 1.5})
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_steady_state_in_which_all_inputs_cancel_out(seed: int) -> None:
+    """As where all is of one temperature: the states are what rounding leaves of large terms."""
+    rng, n, warm = np.random.default_rng(seed), 20, np.full(3, 293.15)
+    per_kelvin = rng.normal(size=(n, 3))
+    F = np.column_stack([-per_kelvin @ warm, per_kelvin, -np.diag(10.0 ** rng.uniform(0, 4, n))])
+    z = F.shape[1]
+    nothing = {"A": (0, 0, z), "S": (0, z), "Q": (0, n, z), "Y": (1, z), "W": (1, 3), "U": (0, 1, z), "P": (0, 1, z)}
+    made = document(steady=True) | {"inputs": [{"name": f"T{k}"} for k in range(3)], "matrices": {
+        "F": {"shape": F.shape, "values": F.ravel()},
+        **{name: {"shape": shape, "values": np.zeros(shape).ravel()} for name, shape in nothing.items()},
+    }}  # fmt: skip
+    assert np.abs(CompactModel(made).rest(warm)).max() < 1e-9
