@@ -137,7 +137,8 @@ class Schema:
         return {path: key.kind.write(attrgetter(key.attribute)(scene)) for path, key in self.paths.items()}
 
     def unknown(self, path: str, given: object) -> SceneError:
-        """The error for a path that is neither a key nor a section, with the nearest that is."""
+        """The error for a path that is neither a key nor a section, given something or None, with the nearest that
+        is."""
         section = path
         while section not in self.sections:
             section = section.rpartition(".")[0]
@@ -151,7 +152,7 @@ class Schema:
         elif self.lists and isinstance(given, list):
             what = f"table {printable(path)}"
         else:
-            what = f"key {printable(path)} = {quoted(given)}"
+            what = f"key {printable(path)}" + (f" = {quoted(given)}" if given is not None else "")
         return SceneError(f"unknown {what}: {self._takes(section)}{hint}")
 
     def _takes(self, section: str) -> str:
@@ -239,12 +240,14 @@ def _of_one_length(flat: dict[str, object], given: set[str]) -> dict[str, object
 
 
 def locate(key: str, value: object, schema: Schema) -> tuple[str, str]:
-    """The path that a key stands for, and the item within it where that is a table of tolerances. Raises SceneError."""
+    """The path that a key stands for, given a value or None, and the item within it where that is a table of
+    tolerances. Raises SceneError."""
     if key in schema.paths or key in schema.sections:
         return key, ""
     ends = [path for path in schema.paths if path.endswith(f".{key}")]
     if len(ends) > 1:
-        raise SceneError(f"{printable(key)} = {quoted(value)} could mean any of {', '.join(ends)}: give one of these")
+        said = printable(key) + (f" = {quoted(value)}" if value is not None else "")
+        raise SceneError(f"{said} could mean any of {', '.join(ends)}: give one of these")
     if ends:
         return ends[0], ""
     head, _, item = key.rpartition(".")

@@ -91,7 +91,7 @@ def path_of(scene: object, key: str, known: Mapping[str, float], option: str) ->
         raise SceneError(
             f"{option} {printable(key)} is no key: give one of {', '.join(known)}{did_you_mean(key, known)}"
         )
-    path = ".".join(filter(None, locate(key, 0.0, type_of(scene).schema)))
+    path = ".".join(filter(None, locate(key, None, type_of(scene).schema)))
     if path in known:
         return path
     if path in type_of(scene).schema.paths:
