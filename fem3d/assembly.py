@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -18,8 +19,52 @@ from scenes.model import Schedule, Value
 PLANE = 0.95  # of normals' lengths that their sum keeps: faces that bend by less pass for one plane
 
 
-def assemble(domain: Domain) -> HeatProblem:
-    """The heat problem of a domain."""
+class Beside:
+    """What problems of scenes next to one that is there take over from it, on its bricks, moved: the order of the
+    unknowns, and all of the matrices but what changes."""
+
+    def __init__(self, heat: HeatProblem) -> None:
+        self.heat = heat
+        space: Any = heat.domain.space
+        self._pattern = part(space.pattern[0], heat.order)
+        for matrix in (self._pattern, heat.stiffness, heat.mass):
+            matrix.sort_indices()
+
+    def matrices(self, domain: Domain) -> list[csc_array]:
+        """Stiffness, without what films change of it, and mass."""
+        k, c = ([of(d) for d in (self.heat.domain, domain)] for of in (_conductivity, _capacity))
+        space: Any = domain.space
+        changes = space.changes(self.heat.domain.space, tuple(k), tuple(c))
+        own = self.heat.stiffness, self.heat.mass
+        return [self._plus(m, change[self._pattern.data]) for m, change in zip(own, changes, strict=True)]
+
+    def _plus(self, matrix: csc_array, change: np.ndarray) -> csc_array:
+        own = self._pattern
+        if not change.any():
+            return matrix
+        if matrix.nnz == own.nnz and (matrix.indices == own.indices).all():
+            return csc_array((matrix.data + change, matrix.indices, matrix.indptr), matrix.shape)
+        return csc_array(matrix + csc_array((change, own.indices, own.indptr), own.shape))
+
+    @cached_property
+    def films(self) -> csc_array:
+        """The part of its films in the stiffness, by functions."""
+        domain = self.heat.domain
+        cooled = [b for b in domain.scene.boundaries if b.kind == "convection" and b.value]
+        none = csc_array((domain.space.size,) * 2)
+        return csc_array(sum((float(b.value) * domain.faces(b).mass() for b in cooled), none))
+
+
+def _conductivity(domain: Domain) -> np.ndarray:
+    return domain.per_cell("thermal_conductivity")
+
+
+def _capacity(domain: Domain) -> np.ndarray:
+    return domain.per_cell("density") * domain.per_cell("specific_heat")
+
+
+def assemble(domain: Domain, beside: Beside | None = None) -> HeatProblem:
+    """The heat problem of a domain, perhaps ``beside`` one that is there, in whose space it is then."""
     scene, space, channels = domain.scene, domain.space, domain.inputs
     initial = scene.initial_temperature
     held = [b for b in scene.boundaries if b.kind == "temperature"]
@@ -31,16 +76,13 @@ def assemble(domain: Domain) -> HeatProblem:
         fixed |= own
     torn = _torn([b.value for b in held], faces, space.unit)
     parts, edges = reactions([b.name for b in held], [b.value for b in held], faces, space.unit)
-    stiffness, mass = space.matrices(
-        domain.per_cell("thermal_conductivity"), domain.per_cell("density") * domain.per_cell("specific_heat")
-    )
     loads, generated = np.zeros((channels.count, space.size)), np.zeros(channels.count)
     for value, cells in domain.sources:
         heating, on = channels.split(value), space.on(cells)
         loads += np.outer(heating, on.load(np.ones((len(cells), 1))))
         generated += heating * on.weights.sum()
     films: dict[str, tuple[np.ndarray, np.ndarray]] = {}
-    cooled = np.zeros(space.size)
+    cooled, cooling = np.zeros(space.size), csc_array((space.size,) * 2)
     for b in scene.boundaries:
         if b.kind not in ("convection", "heat_flux"):
             continue
@@ -48,24 +90,33 @@ def assemble(domain: Domain) -> HeatProblem:
         area, h = face.load(), float(b.value) if b.kind == "convection" else 0.0
         flux = channels.split(b.value) if b.kind == "heat_flux" else h * above(channels, b.ambient, initial)
         if h:
-            stiffness = csc_array(stiffness + h * face.mass())
+            cooling = csc_array(cooling + h * face.mass())
             cooled += h * area
         loads += np.outer(flux, area)
         films[b.name] = flux * float(face.areas.sum()), -h * area
-    # Lower spaces first, so that theirs are leading parts of the matrices.
-    level = np.sum([~nested for nested in space.nested], axis=0)
-    order = np.lexsort((np.arange(space.size), level, fixed))
-    order = order[space.nested[-1][order]]
+    if beside is None:
+        # Lower spaces first, so that theirs are leading parts of the matrices.
+        level = np.sum([~nested for nested in space.nested], axis=0)
+        order = np.lexsort((np.arange(space.size), level, fixed))
+        order = order[space.nested[-1][order]]
+        stiffness, mass = space.matrices(_conductivity(domain), _capacity(domain))
+        stiffness = csc_array(stiffness + cooling) if cooling.nnz else stiffness
+        stiffness, mass = part(stiffness, order), part(mass, order)
+        _conserve(stiffness, space.unit[order], cooled[order])
+    else:
+        order = beside.heat.order
+        stiffness, mass = beside.matrices(domain)
+        warmer = csc_array(cooling - beside.films)
+        if warmer.nnz:
+            stiffness = csc_array(stiffness + part(warmer, order))
     free = int((~fixed[order]).sum())
-    stiffness, mass = part(stiffness, order), part(mass, order)
-    _conserve(stiffness, space.unit[order], cooled[order])
     return HeatProblem(
         channels, free, stiffness, mass, loads[:, order],
         given[:, order[free:]], generated, {name: own[order[free:]] for name, own in parts.items()},
         part(edges, order[free:]),
         {name: Film(entering, row[order]) for name, (entering, row) in films.items()},
         domain.anchored, scene.end_time, space.unit[order], space.entity[order], Ordering(space.places), domain, order,
-        torn[order],
+        torn[order], None if beside is None else beside.heat,
     )  # fmt: skip
 
 

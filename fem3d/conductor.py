@@ -157,7 +157,7 @@ class Conductor:
         steps = self._steps(resistivity / self.cold)
         if steps:
             size = (len(free), len(free))
-            operator, inverse = (LinearOperator(size, f, dtype=float) for f in (inner, self.solve_cold))
+            operator, inverse = (LinearOperator(size, f, dtype=float) for f in (inner, self.near or self.solve_cold))
             start[free] += cg(operator, -charge(start)[free], rtol=0.0, atol=0.0, maxiter=steps, M=inverse)[0]
         density = -self.on.gradient(start) / resistivity
         through = {name: self._through(section, start, rise) for name, section in self.sections.items()}

@@ -130,7 +130,19 @@ def moved(domain: Any, part: Symmetry, other: Symmetry, step: float) -> Domain:
         return groups(Placed(other.scene, domain.placed.mesh))
     grid, by = domain.space.grid, speeds(domain, part.scene, other.scene, step)
     breaks = tuple(b + step * v for b, v in zip(grid.breaks, by, strict=True))
-    return boxes(other.scene, replace(grid, breaks=breaks, boxes=other.scene.boxes))
+    there = replace(grid, breaks=breaks, boxes=other.scene.boxes)
+    if _voltages(part.scene) != _voltages(other.scene):
+        return boxes(other.scene, there)  # which cells carry current may change
+    owned = (b.heat_source for b in other.scene.boxes if b.heat_source)
+    return replace(
+        domain, scene=other.scene, space=domain.space.moved(there),
+        materials=tuple(b.material for b in other.scene.boxes),
+        sources=tuple((value, cells) for value, (_, cells) in zip(owned, domain.sources, strict=True)),
+    )  # fmt: skip
+
+
+def _voltages(scene: AnyScene) -> list[Value]:
+    return [b.value for b in scene.boundaries if b.kind == "voltage"]
 
 
 def _check_alike(part: Symmetry, other: Symmetry) -> None:

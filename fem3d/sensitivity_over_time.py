@@ -21,9 +21,9 @@ import numpy as np
 
 from fem3d import conductor as conductors
 from fem3d import level, outputs, transient
-from fem3d.assembly import assemble
+from fem3d.assembly import Beside, assemble
 from fem3d.conductor import Pattern, independent
-from fem3d.domain import Domain
+from fem3d.domain import Boxes, Domain
 from fem3d.inputs import Inputs
 from fem3d.motion import moved
 from fem3d.reduced import Reduced, on_basis, orthonormal
@@ -143,6 +143,7 @@ class _Widened:
         slowest = min(float(1 / max(answer.trajectory.rates.min(), 1e-300)), answer.end)
         own = answer.reduced.basis
         krylov = Krylov(Base(heat, None, [], own, loads), transient.shift(slowest, study.earliest))
+        self._beside = Beside(heat) if isinstance(self.domain, Boxes) else None
         self.basis = orthonormal(heat, krylov.fields(GENERATIONS))
         self.held = own.shape[1]
         self.fewer = self.held + (self.basis.shape[1] - self.held) * FEWER // GENERATIONS
@@ -156,12 +157,12 @@ class _Widened:
 
     def problem(self, study: Study, domain: Domain) -> _Problem:
         """That of a scene on the cells of this one's."""
-        heat = assemble(domain)
-        conductor = conductors.find(heat)
+        heat = assemble(domain, self._beside)
         if heat.size != self._base.heat.size:
             heat = heat.lower(self._level)
-            conductor = conductor and conductor.lower(self._level, heat)
-        heat, patterns = replace(heat, near=self._base.heat.solve_steady), list[Pattern]()
+        heat, patterns = replace(heat, near=self._base.heat), list[Pattern]()
+        conductor = conductors.find(heat)
+        conductor = conductor and conductor.lower(self._level, heat)
         if conductor is not None and self._base.conductor is not None and self._base.patterns:
             conductor = replace(conductor, heat=heat, near=self._base.conductor.solve_cold)
             lift = heat.inputs.at(np.zeros(1))[0] @ heat.lifts
