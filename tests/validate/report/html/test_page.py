@@ -143,7 +143,7 @@ def test_the_scene_shows_the_field_turns_and_nears(run: Path, chromium: Browser)
     assert chromium.run("document.querySelector('.field').classList.contains('live')")
     pixel = (
         f"(() => {{ const c = {CANVAS}, t = document.createElement('canvas'); t.width = c.width; t.height = c.height;\
- const g = t.getContext('2d'); g.drawImage(c, 0, 0);\
+ const g = t.getContext('2d', {{willReadFrequently: true}}); g.drawImage(c, 0, 0);\
  return [0.5, 0.02].map((f) => [...g.getImageData(f * c.width, f * c.height, 1, 1).data].slice(0, 3)); }})()"
     )
     middle, corner = chromium.run(pixel)
