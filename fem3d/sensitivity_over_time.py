@@ -31,7 +31,8 @@ from fem3d.study import Study
 from fem3d.transient import Base, Krylov, Transient
 from scenes.errors import SceneError
 
-STEP = 2.0**-14  # of a key: differences to one side are off by that, and rounding shows over it
+STEP = 2.0**-14  # of a key, to one side; rounding shows over it
+ONE_SIDED = 1.5 * STEP  # of a derivative: what goes like key^s has one off by |s - 1| / 2 steps, s being -2 to 2
 GENERATIONS, FEWER = 6, 4  # of dual Krylov fields, and how many the error is told from
 PER_DECADE, FIRST = 20, 1e-3  # rows of a course, and how long after an input jumps they start, of the earliest time
 BENDS = 1e-2  # of the time between two bends of an input: when rows start after one
@@ -44,7 +45,7 @@ Traces = dict[str, np.ndarray]
 @dataclass(frozen=True, eq=False)
 class Course:
     """Traces ``own`` (times,) at ``times`` (s), of temperatures above the start, with d trace / d ln key (times,) by
-    key and name in ``values``, and by how much ``less`` fields and steps have them otherwise."""
+    key and name in ``values``, and how far off they are by ``less`` fields and steps, and a difference to one side."""
 
     times: np.ndarray
     own: Traces
@@ -223,7 +224,8 @@ def over_time(
         for into, (b, change) in zip((values, less), both, strict=True):
             by_key = there.traces(times, a + STEP * b[late, n], rate + STEP * change[late, n])
             into[key] = {name: (v - own[name]) / STEP for name, v in by_key.items()}
-        less[key] = {name: np.abs(v - values[key][name]) for name, v in less[key].items()}
+        sided = {name: ONE_SIDED * np.abs(v) for name, v in values[key].items()}
+        less[key] = {name: np.abs(v - values[key][name]) + sided[name] for name, v in less[key].items()}
     return Course(times, own, values, less), left_out
 
 
