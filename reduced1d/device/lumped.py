@@ -20,7 +20,7 @@ from reduced1d.equations import resistance, room_resistivity
 from reduced1d.sink import lump as lump_sink
 from scenes.device import Device
 from scenes.loop.result import Steady
-from scenes.loop.steady import complementary
+from scenes.loop.stability import complementary
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,7 @@ from reduced1d.device.lumped import lump, steady
 from reduced1d.device.modes import modes
 from scenes.device import Device, External
 from scenes.loop.march import CEILING, March
-from scenes.loop.stability import Plant, Stability, linearised
-from scenes.loop.steady import State
+from scenes.loop.stability import Plant, Stability, State, linearised
 
 DEGREE = 9
 ELEMENTS = ("sink", "sensor")

@@ -87,7 +87,7 @@ def solve(
 
         found = solve_paper(sink, steady_only=steady_only, times=times)
         return replace(found, model=name, details={**found.details, "states": 1})
-    from reduced1d.ladder.answer import result
+    from reduced1d.ladder.few_states import result
 
     if name == "paper":
         from reduced1d.ladder.lumps import lumps

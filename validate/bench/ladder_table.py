@@ -153,7 +153,7 @@ def _apart(one: Result, other: Result, key: str) -> float:
 def times_of(sink: Sink, name: str) -> tuple[float | None, float]:
     """Seconds to build a reduction (``None`` for the paper's, which has nothing to build) and to evaluate it."""
     from reduced1d import ladder
-    from reduced1d.ladder.answer import over_time
+    from reduced1d.ladder.few_states import over_time
     from reduced1d.ladder.levels import Levels
 
     times = grid(sink.end_time)

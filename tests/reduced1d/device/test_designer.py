@@ -14,7 +14,7 @@ from reduced1d.device.lumped import steady
 from reduced1d.device.meters import MAX1367, PXI_4070, in_the_loop, reading
 from reduced1d.equations import anchor_flow
 from scenes.device import GOLD, Control, Device, External
-from scenes.loop.settling import settling, settling_time
+from scenes.loop.runs import settling, settling_time
 
 
 def test_steady_state_of_the_default_device():
