@@ -11,16 +11,13 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from compare.verdict import FIRST_TIME
 from scenes.formats import percent, quantity
-
-if TYPE_CHECKING:
-    from scenes.result import Result
-    from scenes.sink import Sink
+from scenes.result import Result
+from scenes.sink import Sink
 
 REPEATS = 7
 """Runs of which a time is the smallest, for what else the machine does only adds to it."""

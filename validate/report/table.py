@@ -8,16 +8,13 @@ import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from compare.outcome import Outcome
+from compare.verdict import Check
 from scenes.formats import cut
+from scenes.plan import Step
 from validate.report import of
-
-if TYPE_CHECKING:
-    from compare.outcome import Outcome
-    from compare.verdict import Check
-    from scenes.plan import Step
-
 
 WIDTH = 80
 _COLOURS = {"agrees": "32", "differs": "31", "unresolved": "33", "heading": "1"}

@@ -21,14 +21,11 @@ from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from itertools import chain, islice
 from threading import TIMEOUT_MAX, Lock, Thread, Timer
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from scenes.errors import SceneError, printable, quoted
 from validate.processes import ONE_THREAD
-
-if TYPE_CHECKING:
-    from validate.sweep.point import Row, Work
-
+from validate.sweep.point import Row, Work
 
 ANSWERS_WITHIN = 10.0  # seconds that a scheduler has to answer
 IDLE = 60.0  # seconds after which a process that has nothing to do ends
@@ -152,8 +149,6 @@ def _rows(future: Any, work: Work) -> list[Row]:
     """What a Dask worker has found; of points whose workers died one after the other that is said."""
     from distributed.scheduler import KilledWorker
 
-    from validate.sweep.point import Row
-
     if future.status == "finished":
         found: list[Row] = future.result()
         return found
@@ -235,8 +230,6 @@ def solve(work: Work, seconds: float | None) -> list[Row]:
     found of a task whose process died is found anew, since its points share fields. RuntimeError where processes end
     before they have begun.
     """
-    from validate.sweep.point import Row
-
     found: dict[int, Row] = {}
     deaths = starts = 0
     while left := [(n, point) for n, point in zip(work.numbers, work.points, strict=True) if n not in found]:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 import warnings
 from itertools import cycle
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -19,9 +20,6 @@ from scenes.formats import percent, scale
 from validate.report.figures import INK
 from validate.report.figures.drawing import new_figure
 from validate.sweep.table import COLOURS, TITLES, Table
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 _LOST: dict[str, Any] = {"marker": "x", "ls": "", "color": "#d55e00", "ms": 5, "clip_on": False}
 DRAWS = 4096  # points of the surface that the indices are estimated from; a surface costs nothing to ask

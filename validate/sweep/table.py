@@ -6,18 +6,16 @@ import sys
 from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from scenes.checks import DEFAULT_TOLERANCES, ISLAND_TOLERANCES
 from scenes.formats import percent, quantity
 from validate.sweep.design import VOLTAGE, array
+from validate.sweep.mapping import Map
 from validate.sweep.point import Job
 from validate.sweep.store import Store
-
-if TYPE_CHECKING:
-    from validate.sweep.mapping import Map
 
 TITLES = {"fig4": "the steady peak", "fig6_peak": "the peak over time", "fig6_end": "the end over time",
        "fig7_current": "the current over time", "fig5": "the shape of the profile"}  # fmt: skip

@@ -10,20 +10,17 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from compare.outcome import Outcome
 from compare.plan import DEVICE_FIGURES, ROW_FIGURES
 from compare.verdict import contrary
 from scenes.formats import percent, quantity, with_error
 from validate.report import of
 from validate.report.checks import NAMES as DEVICE
+from validate.report.figures.render import Field
 from validate.report.sink import QUANTITIES as SINK
 from validate.report.table import MARKS, Section, Style, Table
-
-if TYPE_CHECKING:
-    from compare.outcome import Outcome
-    from validate.report.figures.render import Field
-
 
 _HERE = Path(__file__).parent
 _STYLE = Style(page=True)
