@@ -86,7 +86,6 @@ def builtin_text(name: str) -> str:
 
 
 def _document(source: str | Path, of: SceneType[Any]) -> dict[str, Any]:
-    """The TOML document of a built-in scene or a file."""
     return toml(builtin_text(of.name) if source == of.name else file_text(source, (of.name,)), source)
 
 

@@ -9,7 +9,6 @@ HEAT_KEYS = ("thermal_conductivity", "density", "specific_heat")
 
 
 def materials(scene: AnyScene) -> tuple[Material, ...]:
-    """Every material that is used."""
     return tuple(part.material for part in (scene.bodies if isinstance(scene, MeshScene) else scene.boxes))
 
 
@@ -52,12 +51,10 @@ def heat(scene: AnyScene) -> bool:
 
 
 def capacity(scene: AnyScene) -> bool:
-    """Whether density and specific heat matter."""
     return heat(scene) and not scene.steady
 
 
 def needed(scene: AnyScene) -> tuple[str, ...]:
-    """What the heat problem needs to know of each material."""
     return HEAT_KEYS if capacity(scene) else HEAT_KEYS[:1] if heat(scene) else ()
 
 

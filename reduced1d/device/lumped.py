@@ -47,7 +47,6 @@ class Slab:
 
     @property
     def conductance(self) -> float:
-        """k A/t in W/K."""
         return self.conductivity * self.area / self.thickness
 
     @property

@@ -58,7 +58,6 @@ def check(scene: Scene) -> Scene:
 
 
 def _check_extents(scene: Scene) -> None:
-    """Refuses boxes of no or negative extent."""
     for axis in range(3):
         low, high = min(b.lower[axis] for b in scene.boxes), max(b.upper[axis] for b in scene.boxes)
         for box in scene.boxes:

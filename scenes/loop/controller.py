@@ -74,7 +74,6 @@ class Timetable:
 
     @property
     def times(self) -> np.ndarray:
-        """Times of the samples in s."""
         return self.sample_time * np.arange(self.samples)
 
     def pieces(self) -> Iterator[Piece]:

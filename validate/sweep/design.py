@@ -42,7 +42,6 @@ class Base:
 
     @property
     def schema(self) -> Schema:
-        """What the scene's file may say."""
         return SINK.schema if self.kind == "sink" else schema_of(self.document)
 
     def at(self, settings: Sequence[str]) -> Sink | AnyScene:
@@ -72,7 +71,6 @@ class Base:
             return key, text
 
     def counts(self, key: str) -> bool:
-        """Whether a key takes whole numbers only."""
         return isinstance(self._kind(key), Count)
 
     def unit(self, key: str) -> str:
@@ -126,7 +124,6 @@ class Axis:
 
     @property
     def numeric(self) -> bool:
-        """Whether all values are numbers."""
         return all(isinstance(value, float) for value in self.values)
 
     def at(self, place: float) -> Value:
@@ -139,7 +136,6 @@ class Axis:
         return min(max(float(f"{found:.12g}"), low), high)
 
     def taken(self, places: Iterable[float]) -> Axis:
-        """A range as its values at some places."""
         return Axis(self.key, tuple(self.at(place) for place in places), self.log)
 
 
@@ -243,14 +239,12 @@ class Design:
         return drawn
 
     def point(self, number: int) -> tuple[Value, ...]:
-        """The values of a point's keys."""
         if self.sample is not None:
             return tuple(axis.at(float(u)) for axis, u in zip(self.axes, self._drawn[number], strict=True))
         places = np.unravel_index(number, self.shape)
         return tuple(axis.values[int(i)] for axis, i in zip(self.axes, places, strict=True))
 
     def columns(self, numbers: Iterable[int]) -> dict[str, np.ndarray]:
-        """The values of some points, by key."""
         points = [self.point(number) for number in numbers]
         return {key: array([point[i] for point in points]) for i, key in enumerate(self.keys)}
 

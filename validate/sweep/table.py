@@ -70,12 +70,10 @@ class Table:
 
     @cached_property
     def units(self) -> dict[str, str]:
-        """The SI unit of each key."""
         return {key: self.job.base.unit(key) for key in self.keys}
 
     @cached_property
     def tolerances(self) -> dict[str, float]:
-        """The tolerance of every check that was made."""
         scene: Any = self.job.base.at(())
         return {check: scene.tolerance(check) for check in self.series()} if self.relative else {}
 
@@ -100,7 +98,6 @@ class Table:
         return found
 
     def at(self, number: int) -> str:
-        """A point in words."""
         said = []
         for key, values in self.keys.items():
             value, unit = values[number], self.units[key]
