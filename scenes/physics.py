@@ -75,6 +75,13 @@ def _varies(material: Material) -> bool:
     return material.resistivity is not None and material.temperature_coefficient != 0
 
 
+def check_resistivities(scene: AnyScene) -> None:
+    """Refuses a resistivity that would not be positive at the initial temperature, where currents are asked for."""
+    for m in dict.fromkeys(materials(scene)) if electric(scene) else ():
+        where = f"scene.initial_temperature = {scene.initial_temperature:g} K"
+        check_resistivity(m, f"material {quoted(m.name)}", where, scene.initial_temperature)
+
+
 def check_resistivity(material: Material, label: str, where: str, temperature: float) -> None:
     """Refuses a resistivity that would not be positive at a temperature (K); ``where`` says which."""
     factor = 1 + material.temperature_coefficient * (temperature - material.reference_temperature)

@@ -45,11 +45,7 @@ def check(scene: Scene) -> Scene:
         raise SceneError(
             f"box {quoted(hidden[0])} is entirely covered by later ones, which win: leave it out, or put it after them"
         )
-    if physics.electric(scene):
-        for material in dict.fromkeys(physics.materials(scene)):
-            where = f"scene.initial_temperature = {scene.initial_temperature:g} K"
-            label = f"material {quoted(material.name)}"
-            physics.check_resistivity(material, label, where, scene.initial_temperature)
+    physics.check_resistivities(scene)
     _check_boundaries(grid)
     for probe in scene.probes:
         _check_probe(grid, probe)

@@ -12,12 +12,12 @@ from typing import Any, Literal
 
 import numpy as np
 
-from scenes import examples, free, type_of_file
+from scenes import free, type_of_file
 from scenes.errors import SceneError, quoted
 from scenes.free import schema_of
-from scenes.keys import DEVICE, SINK, TYPES
+from scenes.keys import DEVICE, SINK
 from scenes.kinds import Count, Quantity
-from scenes.loading import as_dict, builtin_text, check, file_name, file_text, toml
+from scenes.loading import as_dict, check, document, known_names
 from scenes.model import AnyScene
 from scenes.schema import Schema, locate, override
 from scenes.sink import Sink
@@ -101,15 +101,13 @@ def base(source: str | Path | Sink | AnyScene, settings: Sequence[str] = ()) -> 
         return Base("sink", source.name, as_dict(source), settings=tuple(settings))
     if not isinstance(source, str | Path):
         return Base("free", source.name, free.as_dict(source), str(Path.cwd()), tuple(settings))
-    name = str(source)
-    known = name in (*TYPES, *examples.names())
-    document = toml(builtin_text(name) if known else file_text(source, (SINK.name, *examples.names())), source)
-    of = type_of_file(document)
+    found, name, folder = document(source, known_names())
+    of = type_of_file(found)
     if of is DEVICE:
-        raise SceneError(f"{quoted(name)} is a device, which has no 3D model to sweep: give a sink or a scene of boxes")
-    folder = "" if known else str(Path(source).resolve().parent)
-    name = name if known else file_name(Path(source))
-    return Base("free" if of is None else "sink", name, document, folder, tuple(settings))
+        said = f"{quoted(str(source))} is a device, which has no 3D model to sweep: give a sink or a scene of boxes"
+        raise SceneError(said)
+    folder = str(Path(folder).resolve()) if folder else ""
+    return Base("free" if of is None else "sink", name, found, folder, tuple(settings))
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,6 @@ from validate.sweep.store import Store
 
 TITLES = {"fig4": "the steady peak", "fig6_peak": "the peak over time", "fig6_end": "the end over time",
        "fig7_current": "the current over time", "fig5": "the shape of the profile"}  # fmt: skip
-COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#999999", "#f0e442")
-"""Okabe and Ito's, which stay apart for colour-blind readers."""
 
 Series = tuple[np.ndarray, np.ndarray]
 """Values and their numerical errors, each (points,)."""
