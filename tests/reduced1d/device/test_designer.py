@@ -14,7 +14,7 @@ from reduced1d.device.design import limiter_acts, measurable_range, resolution, 
 from reduced1d.device.lumped import steady
 from reduced1d.device.meters import MAX1367, PXI_4070, in_the_loop, reading
 from reduced1d.equations import anchor_flow
-from scenes.device import GOLD, Control, Device, External
+from scenes.device import Device, External
 from scenes.errors import SceneError
 from scenes.loop.runs import settling, settling_time
 
@@ -114,21 +114,6 @@ def test_same_settling_time_for_all_steps_but_the_saturated_one():
     assert times[20.0] < 0.7 * times[-80.0]
 
 
-@pytest.mark.parametrize(
-    ("device", "says"),
-    [
-        (Device(control=Control(set_temperature=290.0)), "control.set_temperature = 290 K asks for cooling"),
-        (Device(control=Control(sample_time=0.0)), "control.sample_time = 0.0 is out of range"),
-        (Device(control=Control(sink_gain=-1.0)), "control.sink_gain = -1.0 is out of range"),
-        (Device(polymer_thickness=0.0), "device.polymer_thickness = 0.0 is out of range"),
-        (Device(gold=replace(GOLD, resistivity=None)), "materials.gold.resistivity = None is missing"),
-        (
-            Device(gold=replace(GOLD, temperature_coefficient=0.0)),
-            "leaves the controllers without a signal",
-        ),
-        (Device(external=External(293, 10.0, 0.25)), "makes the resistivity .* at external.final_temperature = 10"),
-    ],
-)
-def test_what_makes_no_device_is_said_in_a_sentence(device, says):
-    with pytest.raises(SceneError, match=says):
-        compare.device(device)
+def test_what_makes_no_device_is_said_in_a_sentence():
+    with pytest.raises(SceneError, match=r"device.polymer_thickness = 0.0 is out of range"):
+        compare.device(Device(polymer_thickness=0.0))
