@@ -61,7 +61,7 @@ def imbalance(lumped: Lumped, run: March) -> float:
     m, found = run.modes.modal, run.run
     heat = (found.energy @ m.shape - found.change + found.stepped) / m.rates
     generated = float(found.energy.sum())
-    anchors = float(lumped.sink.conductance * (m.shape[0] @ heat + m.external[0] * found.outer_time))
+    anchors = float(lumped.conductance * (m.shape[0] @ heat + m.external[0] * found.outer_time))
     polymer = float(m.flux[0] @ heat + m.flux_external[0] * found.outer_time)
     stored = float(run.modes.content @ found.change + run.modes.content_external * found.outer)
     total = abs(generated) + abs(anchors) + abs(polymer)
