@@ -273,7 +273,7 @@ def _device(run: _Run[Device]) -> Outcome[Device]:
     if request.in_3d:
         from compare.device_3d_checks import evaluate_3d
         from fem3d.device.runs import make
-        from reduced1d.device.meters import METERS, in_the_loop
+        from reduced1d.device.design import METERS, in_the_loop
 
         with clock.stage("device in 3D"):
             meter = METERS[request.meter] if request.meter else None

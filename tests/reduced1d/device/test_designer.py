@@ -10,9 +10,17 @@ import pytest
 import compare
 from reduced1d.device import solve
 from reduced1d.device.accurate import solve_accurate
-from reduced1d.device.design import limiter_acts, measurable_range, resolution, smooth_start_gain
+from reduced1d.device.design import (
+    MAX1367,
+    PXI_4070,
+    in_the_loop,
+    limiter_acts,
+    measurable_range,
+    reading,
+    resolution,
+    smooth_start_gain,
+)
 from reduced1d.device.lumped import steady
-from reduced1d.device.meters import MAX1367, PXI_4070, in_the_loop, reading
 from reduced1d.equations import anchor_flow
 from scenes.device import Device, External
 from scenes.errors import SceneError

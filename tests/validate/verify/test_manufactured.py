@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from validate.verify import manufactured, orders
-from validate.verify.answers import observed_order
+from validate.verify.report import observed_order
 
 POINTS = np.random.default_rng(1).uniform((0.1, 0.1, 0.02), (0.5, 0.5, 0.24), (20, 3)).T
 LAYERS = {0: POINTS, 1: POINTS + np.array([[0.0], [0.0], [manufactured.LAYER]])}

@@ -8,7 +8,7 @@ import pytest
 from validate.cli import main
 from validate.report.table import Style
 from validate.verify import cases, report
-from validate.verify.answers import Row, observed_order, order_row, skipped
+from validate.verify.report import Row, observed_order, order_row, skipped
 
 GOOD = Row("exact", "slab", "middle", "K", 300.0, 300.001, 0.002, 0.01)
 FAR = Row("exact", "slab", "mean", "K", 300.0, 300.003, 0.002, 0.01, "a source")
