@@ -16,7 +16,7 @@ from typing import Any
 
 _FROM = {
     **dict.fromkeys(("DeviceRun", "Run", "Solution", "device", "run", "solve"), "validate.interface"),
-    "sweep": "validate.sweep.interface",
+    "sweep": "validate.sweep.run",
 }
 """Where the functions are that also write and tell: looked up when they are first asked for. Their types stand in
 ``__init__.pyi``."""

@@ -5,4 +5,4 @@ from validate.interface import Solution as Solution
 from validate.interface import device as device
 from validate.interface import run as run
 from validate.interface import solve as solve
-from validate.sweep.interface import sweep as sweep
+from validate.sweep.run import sweep as sweep

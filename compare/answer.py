@@ -186,7 +186,7 @@ def _blame(claims: Sequence[Claim], budget: Budget | None) -> str:
 
 def _cause(claim: Claim, budget: Budget) -> str:
     """The largest parts of a difference, as many as make it up but for a third."""
-    from reduced1d.ladder.rungs import AT_FAULT
+    from reduced1d.ladder.levels import AT_FAULT
 
     splits = budget.steady if claim.time is None else budget.transient
     split = next(split for split in splits if split.quantity == claim.of)

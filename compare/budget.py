@@ -20,8 +20,7 @@ from scenes.formats import percent, quantity, signed
 from scenes.sink import OF_A_SINK
 
 if TYPE_CHECKING:
-    from reduced1d.ladder.levels import Levels
-    from reduced1d.ladder.rungs import Rung
+    from reduced1d.ladder.levels import Levels, Rung
     from scenes.result import Result
     from scenes.sink import Sink
 
@@ -77,7 +76,7 @@ def budget(
     Raises RunawayError where a model of the ladder has no steady state.
     """
     from reduced1d.errors import RunawayError
-    from reduced1d.ladder.rungs import rungs, solve
+    from reduced1d.ladder.levels import rungs, solve
 
     found = rungs(levels, start)
     at = None if fem3d.traces is None else fem3d.traces.time

@@ -10,18 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import compare
-from compare.verdict import Verdict, judge, relative, spread
+from compare.verdict import Check, Verdict, judge, relative, spread
 from scenes.checks import AGAINST_TOLERANCES, DEFAULT_TOLERANCES, OVER_TIME
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.formats import difference_text, percent, quantity, sink_text, with_error
 from scenes.sink import OF_A_SINK, Sink
-
-if TYPE_CHECKING:
-    from compare import Run
-    from compare.verdict import Check
 
 QUANTITIES = {name: asked for name, asked in OF_A_SINK.items() if name != "heat_out"}
 """What can be asserted of the steady state, beside the checks by their ids."""
@@ -36,7 +31,7 @@ def assert_reduction_agrees(
     accuracy: float | None = None,
     uncertain: Mapping[str, str] | None = None,
     **tolerances: float,
-) -> Run:
+) -> compare.Run:
     """Assert that the 1D model is within relative tolerances of the 3D one; returns the run.
 
     ``tolerances`` are by quantity (``peak=0.05``; rises relative to the 3D rise) or by check (``eq13=0.001``,
@@ -65,7 +60,7 @@ def assert_traces_agree(
     accuracy: float | None = None,
     columns: Mapping[str, str] | None = None,
     **tolerances: float,
-) -> Run:
+) -> compare.Run:
     """Assert that traces in a file (COMSOL table, CSV, ngspice) are within tolerances of the 3D model's over time.
 
     ``columns`` say what some of the file's columns are: {"peak": "T (K), Point 1"}.
@@ -90,7 +85,7 @@ def _known(tolerances: dict[str, float], known: tuple[str, ...]) -> None:
             raise SceneError(f"the tolerance {name} = {tolerance!r} must be a positive number, relative: 0.05 is 5 %")
 
 
-def _quantity(found: Run, name: str, tolerance: float) -> tuple[Verdict, str]:
+def _quantity(found: compare.Run, name: str, tolerance: float) -> tuple[Verdict, str]:
     """The verdict on a steady quantity, and its lines of the message."""
     asked = QUANTITIES[name]
     measured, predicted = found.fem3d.steady[asked.steady], found.reduced1d.steady[asked.steady].value
@@ -103,7 +98,6 @@ def _quantity(found: Run, name: str, tolerance: float) -> tuple[Verdict, str]:
 
 
 def _check(check: Check, tolerance: float) -> tuple[Verdict, str]:
-    """The same of a check."""
     unit = "" if check.unit == "1" else check.unit
     values = f"1D {quantity(check.predicted, unit, 5)}, 3D {quantity(check.measured, unit, 5)}"
     said = f"{check.id}: {check.title}, {values}"

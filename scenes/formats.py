@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+from scenes.sink import Sink
 from scenes.units import VOLTAGE
-
-if TYPE_CHECKING:
-    from scenes.sink import Sink
 
 _PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 # Units that carry no prefix: a rise of 2e-7 K reads better than 200 nK, and K/W is quoted in full in the paper.
@@ -112,7 +109,6 @@ def milliseconds(time: float) -> str:
 
 
 def kelvin(difference: float) -> str:
-    """A temperature difference: "17.5 K"."""
     return f"{difference:.3g} K"
 
 

@@ -119,7 +119,7 @@ class _Found(Generic[S]):
 
     def report(self) -> str:
         """What the command prints about the run."""
-        from validate.report.text import found_text
+        from validate.report.table import found_text
 
         return found_text(*self._told())
 
@@ -128,13 +128,13 @@ class _Found(Generic[S]):
 
     def _repr_html_(self) -> str:
         from validate.report import of
-        from validate.report.html.parts import of_section
+        from validate.report.html.page import of_section
 
         said = f"<p><strong>{escape(' '.join(self._headline().split()))}</strong></p>"
         return "\n".join([said, *map(of_section, of(self.scene).sections(*self._told(page=True))[:3])])
 
     def _headline(self) -> str:
-        from validate.report.text import headline
+        from validate.report.table import headline
 
         return headline(*self._told())
 
@@ -179,8 +179,7 @@ class Solution(_Found["AnyScene"]):
     def report(self) -> str:
         """The probes with their errors: steady, or at the end of the transient."""
         from validate.report.free import value_text
-        from validate.report.table import Style
-        from validate.report.text import warnings_text
+        from validate.report.table import Style, warnings_text
 
         result = self.outcome.solved
         lines = [f"  {probe.name:<30} {value_text(probe, result, Style())}" for probe in self.scene.probes]

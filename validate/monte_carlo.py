@@ -4,23 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from compare.inputs import sampling
+from compare.outcome import Outcome
 from scenes.errors import SceneError
 from scenes.keys import type_of
+from scenes.sink import Sink
+from scenes.uncertain import Uncertain
 from scenes.varied import is_word, numbers
 from validate.processes import processors
 from validate.sweep.cluster import Cluster
 from validate.sweep.design import base
 from validate.sweep.point import Scope, Work
-
-if TYPE_CHECKING:
-    from compare.outcome import Outcome
-    from scenes.sink import Sink
-    from scenes.uncertain import Uncertain
 
 FEWEST = 10
 MOST = 100_000

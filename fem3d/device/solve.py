@@ -16,7 +16,7 @@ from fem3d.errors import NumericsError
 from fem3d.level import problems
 from meshes import grading, symmetry
 from scenes.device import Device, External
-from scenes.loop import steady as states
+from scenes.loop import stability as states
 from scenes.loop.controller import law, timetable
 from scenes.loop.march import March, Resolution, Start, march
 from scenes.loop.modal import Modal

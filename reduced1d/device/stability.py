@@ -11,8 +11,7 @@ from reduced1d.device.lumped import lump, steady
 from reduced1d.device.modes import modes
 from scenes.device import Device, External
 from scenes.loop.march import CEILING, March
-from scenes.loop.stability import Plant, Stability, linearised
-from scenes.loop.steady import State
+from scenes.loop.stability import Plant, Stability, State, linearised
 
 DEGREE = 9
 ELEMENTS = ("sink", "sensor")
@@ -53,7 +52,6 @@ def _gains(device: Device) -> np.ndarray:
 
 
 def at_sample_time(device: Device, sample_time: float) -> Device:
-    """The same device with another sample time (s)."""
     return replace(device, control=replace(device.control, sample_time=sample_time))
 
 

@@ -8,10 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from reduced1d.ladder.anchor import warnings
-from reduced1d.ladder.answer import over_time
-from reduced1d.ladder.few_states import FewStates
+from reduced1d.ladder.few_states import FIRST_TIME, FewStates, over_time
 from reduced1d.ladder.levels import Levels
-from reduced1d.ladder.moments import FIRST_TIME
 from scenes.sink import Sink, different
 
 

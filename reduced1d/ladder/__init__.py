@@ -57,7 +57,6 @@ def canonical(text: str) -> str:
 
 
 def describe(name: str) -> str:
-    """What a reduction is, in words."""
     family, _, states = name.partition(":")
     return REDUCTIONS[family].replace("a few", states) if states else REDUCTIONS[family]
 
@@ -87,7 +86,7 @@ def solve(
 
         found = solve_paper(sink, steady_only=steady_only, times=times)
         return replace(found, model=name, details={**found.details, "states": 1})
-    from reduced1d.ladder.answer import result
+    from reduced1d.ladder.few_states import result
 
     if name == "paper":
         from reduced1d.ladder.lumps import lumps

@@ -14,11 +14,8 @@ import math
 
 import numpy as np
 
-from reduced1d.ladder.few_states import FewStates, steady_state
+from reduced1d.ladder.few_states import FIRST_TIME, FewStates, steady_state
 from reduced1d.ladder.plate import Plate, current_through_pads, factorize
-
-FIRST_TIME = 10e-6
-"""From this time (s) on the response is to be right."""
 
 PLATE_STATES = 24
 """With so many fields the projection is the plate to 1e-5 from the first time on."""

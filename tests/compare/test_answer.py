@@ -12,8 +12,7 @@ from compare.checks import evaluate
 from compare.outcome import Outcome
 from compare.pipeline import answer
 from compare.plan import BLAME, of_sink
-from reduced1d.ladder.levels import Levels
-from reduced1d.ladder.rungs import AT_FAULT, rungs
+from reduced1d.ladder.levels import AT_FAULT, Levels, rungs
 from scenes.loading import load
 from scenes.plan import Request
 from scenes.result import Estimate, Result, Traces

@@ -158,8 +158,8 @@ def test_nested_problems_are_those_assembled_at_the_lower_degrees(name):
 
 
 def test_what_a_goal_misses_of_the_joule_heat_is_seen_from_where_it_heats():
-    """A film's mean follows the current through it, which misses what the far rim of an electrode does: nearly twice what the
-    power misses."""
+    """A film's mean follows the square of the current, which the far rim of an electrode spoils: it misses nearly twice
+    what the power misses."""
     scene = draw(1349).scene
     study = probe_quantities.study(scene, part_of(scene, False))
     given = level.problems(boxes(study.part.scene, reach.first_grid(scene, 1e-3, grading.features(scene))), 1e-6)

@@ -14,7 +14,7 @@ from scipy.integrate import quad, solve_bvp
 from reduced1d import equations, ladder
 from reduced1d.export import export
 from reduced1d.ladder import fin
-from reduced1d.ladder.answer import over_time, steady
+from reduced1d.ladder.few_states import over_time, steady
 from reduced1d.ladder.levels import Levels
 from reduced1d.ladder.lumps import half_island, lumps
 from reduced1d.ladder.plate import film

@@ -133,7 +133,8 @@ def run(
     """Explains, solves, writes and reports a scene as asked, and returns the exit status. The folder's name has the
     ``overrides`` in it and, of a user's own ``data``, the file ``given`` and what is said of its columns;
     ``then`` adds to what was found."""
-    from validate.report import names, text
+    from validate.report import names
+    from validate.report.table import headline, outcome_text, plan_text
 
     folder, planned = out(arguments) or names.of(scene, request, overrides, given), None
     asked = [f"--{name}" for name in ("explain", "dry-run", "quiet", "json") if vars(arguments)[name.replace("-", "_")]]
@@ -142,7 +143,7 @@ def run(
         from compare.pipeline import plan
 
         planned = plan(scene, request, data)
-        show(text.plan_text(planned, style()) + ("\n" if arguments.explain else ""))
+        show(plan_text(planned, style()) + ("\n" if arguments.explain else ""))
     if arguments.dry_run:
         return FINE
     from validate.report.output import run
@@ -155,9 +156,9 @@ def run(
     if arguments.json:
         show((outcome.folder / "summary.json").read_text(encoding="utf-8").rstrip("\n"))
     elif arguments.quiet:
-        show(" ".join(text.headline(outcome, against, style()).split()))
+        show(" ".join(headline(outcome, against, style()).split()))
     else:
-        show(text.outcome_text(outcome, against, style(), planned))
+        show(outcome_text(outcome, against, style(), planned))
     return DIFFERS if against else FINE
 
 

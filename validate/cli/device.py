@@ -16,14 +16,10 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from scenes.errors import SceneError
+from scenes.plan import Request
 from validate.cli import common
-
-if TYPE_CHECKING:
-    from scenes.plan import Request
-
 
 OPTIONS = {
     **common.of_run("device", "control.sample_time=1ms",
@@ -56,7 +52,6 @@ def _request(arguments: argparse.Namespace) -> Request:
     """What is asked for; SceneError where one thing leaves out another."""
     from compare.plan import DEVICE_FIGURES, LATE, design_reason
     from scenes.kinds import Quantity
-    from scenes.plan import Request
     from scenes.units import POWER, VOLTAGE
 
     limits = {"--max-voltage": (arguments.max_voltage, VOLTAGE), "--max-power": (arguments.max_power, POWER)}

@@ -27,7 +27,7 @@ OPTIONS = {
 
 def run(arguments: argparse.Namespace) -> int:
     from validate.stress import report
-    from validate.stress.run import QUICK_SCENES, run
+    from validate.stress.sweep import QUICK_SCENES, run
 
     default = str(QUICK_SCENES if arguments.quick else 200)
     scenes = common.whole("--scenes", arguments.scenes or default, 1, 1_000_000)

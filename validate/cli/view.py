@@ -37,7 +37,7 @@ OPTIONS = {
 def run(arguments: argparse.Namespace) -> int:
     from scenes.kinds import Quantity
     from scenes.units import NUMBER, TIME
-    from validate.viewer.start import start
+    from validate.viewer.window import start
 
     files = [name for name in (arguments.screenshot, arguments.movie) if name]
     if arguments.off_screen and not files:

@@ -13,8 +13,7 @@ from compare.verdict import Check
 from reduced1d.device.stability import largest_eigenvalue, shown
 from scenes.formats import kelvin, milliseconds, percent, quantity
 from scenes.loop.result import QUANTITIES
-from scenes.loop.runs import BAND, Run
-from scenes.loop.settling import settling
+from scenes.loop.runs import BAND, Run, settling
 from validate.report import asked_for, checks
 from validate.report.checks import NAMES, off_by, sides
 from validate.report.table import Section, Style, Table, sentences, wrapped
@@ -79,7 +78,6 @@ def _happens(run: Run) -> str:
 
 
 def _outside(run: Run) -> float:
-    """The outer temperature (K) that the run ends with."""
     external = run.device.external
     late = run.device.end_time > external.step_time
     return external.final_temperature if late else external.initial_temperature
@@ -195,7 +193,6 @@ def _gain(gain: float) -> str:
 
 
 def entries(outcome: Outcome[Device]) -> dict[str, Any]:
-    """What summary.json has of a device."""
     from validate.report.summary import check_document
 
     solved = outcome.device_3d
@@ -248,7 +245,6 @@ def _peaks(run: Run) -> dict[str, dict[str, float]]:
 
 
 def columns(outcome: Outcome[Device]) -> dict[str, np.ndarray]:
-    """A row for each controller sample."""
     one, found = outcome.runs.base.result, dict[str, np.ndarray]()
     if outcome.device_3d is not None:
         three = outcome.device_3d.runs.base.result

@@ -4,15 +4,13 @@ VTK itself writes (9.4 or newer)."""
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from compare.verdict import FIRST_TIME
+from reduced1d.painted import Reduction
 from scenes.result import Result
-
-if TYPE_CHECKING:
-    from reduced1d.painted import Reduction
 
 _TYPES = {"tetra": 10, "hexahedron": 12, "tetra10": 24, "hexahedron20": 25, "hexahedron27": 29}
 """VTK's numbers of meshio's types."""

@@ -4,22 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from compare.outcome import Outcome
+from compare.verdict import Check
 from scenes.formats import Column, cut, quantity, with_error
-from scenes.model import UNITS
+from scenes.model import UNITS, AnyScene, GroupProbe, Probe
+from scenes.result import Result, Traces
 from scenes.units import TIME
 from validate.report import asked_for
+from validate.report.figures.render import Field
 from validate.report.table import Section, Style, Table, wrapped
-
-if TYPE_CHECKING:
-    from compare.outcome import Outcome
-    from compare.verdict import Check
-    from scenes.model import AnyScene, GroupProbe, Probe
-    from scenes.result import Result, Traces
-    from validate.report.figures.render import Field
 
 FIGURES = {"figure traces": "trace_figure.draw", "sensitivity": "asked_figures.sensitivity"}
 FIELD_FIGURE = "figure field"
@@ -188,8 +185,6 @@ def stored(outcome: Outcome[AnyScene]) -> tuple[np.ndarray, float, None]:
 def field(outcome: Outcome[AnyScene]) -> Field:
     """The steady field above its coldest place, or that of a transient's hottest moment (its coldest where the scene is
     cooled)."""
-    from validate.report.figures.render import Field
-
     fields, when = outcome.solved.details["fields"], "steady"
     if outcome.shown is None:
         kelvins = fields.steady

@@ -9,14 +9,12 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from compare.pipeline import kind
 from scenes.loading import distinguishes, shortened
+from scenes.plan import Request
 from scenes.units import POWER, TIME, VOLTAGE
-
-if TYPE_CHECKING:
-    from scenes.plan import Request
 
 
 def of(scene: Any, request: Request, settings: Sequence[str] = (), data: Sequence[str] = ()) -> Path:

@@ -1,4 +1,5 @@
-"""Random scenes, each solved and held to the invariants under a time limit, side by side in processes."""
+"""All tests of robustness, in order; the last are random scenes, each solved and held to the invariants under a time
+limit, side by side in processes."""
 
 from __future__ import annotations
 
@@ -8,9 +9,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from validate.processes import side_by_side
-from validate.stress.report import Row
+from validate.stress import compact_models, extremes, steps
+from validate.stress.report import Row, failed
 
 GROUP = "random scenes"
+QUICK_SCENES = 24
 LIMIT, PATIENCE = 60, 20  # s of computing a scene with its invariants may take, and times that by the clock
 
 
@@ -107,3 +110,26 @@ def rows(outcomes: list[Outcome]) -> Iterator[Row]:
     if refused := seeds["refused by name"]:
         yield Row(GROUP, "refused by name: runaway, or out of reach", extremes, "scenes", len(refused), count,
                   said=first_of["refused by name"])  # fmt: skip
+
+
+def run(quick: bool, scenes: int, seed: int, jobs: int, progress: Callable[[str], None]) -> list[Row]:
+    """The rows; ``quick`` takes fewer of each kind, ``scenes`` random ones from ``seed`` on."""
+    parts: dict[str, Callable[[], Iterator[Row]]] = {
+        "time steps": steps.rows,
+        "explicit coupling": lambda: steps.coupling(quick),
+        "aspect ratios": lambda: extremes.aspect_ratios(quick),
+        "contrasts": lambda: extremes.contrasts(quick),
+        "voltages": lambda: extremes.runaway(quick),
+        "drives": lambda: extremes.drives(quick),
+        "accuracies": lambda: extremes.accuracies(quick),
+        "compact models": lambda: compact_models.rows(quick, seed),
+    }
+    found: list[Row] = []
+    for name, part in parts.items():
+        progress(name)
+        try:
+            for row in part():
+                found.append(row)
+        except Exception as error:
+            found.append(failed(name, name, error))
+    return found + list(rows(sweep(seed, scenes, jobs, progress)))

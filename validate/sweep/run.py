@@ -7,20 +7,29 @@ import json
 import math
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scenes.errors import SceneError
 from scenes.formats import quantity
+from scenes.sink import Sink
 from validate.processes import processors
-from validate.sweep.point import Job, Work
+from validate.report.figures import PARTS
+from validate.sweep.design import Design, base, listed, parse
+from validate.sweep.point import Job, Scope, Work, checked
 from validate.sweep.store import ASKED, Store
-from validate.sweep.table import COLOURS, Table, read, sentence
+from validate.sweep.table import Table, read, sentence
 
 if TYPE_CHECKING:
+    import xarray
+
+    from scenes.model import AnyScene
     from validate.sweep.mapping import Map
+
 
 MOST = 40_000  # points that the page shows; of more it shows some, evenly chosen
 _CAPTIONS = {
@@ -139,7 +148,7 @@ def _provenance() -> dict[str, Any]:
 def _page(folder: Path, found: Table, document: Mapping[str, Any]) -> str:
     """report.html: the sentence, the points to hover over, the figures from ``folder``, and what was asked."""
     from validate.report.html import page
-    from validate.report.html.parts import section, table, text, values
+    from validate.report.html.page import section, table, text, values
 
     name = found.job.base.name
     script = Path(__file__).with_name("hover.js").read_text(encoding="utf-8")
@@ -202,5 +211,65 @@ def _data(found: Table) -> dict[str, Any]:
         "words": {name: column(given) for name, given in words.items() if given.dtype == object},
         "tolerances": found.tolerances,
         "cells": list(design.shape) if found.map else None,
-        "colours": COLOURS,
+        "colours": PARTS,
     }
+
+
+def sweep(
+    scene: Sink | AnyScene | str | Path = "sink",
+    vary: Mapping[str, Sequence[Any] | str] | None = None,
+    *,
+    sample: int | None = None,
+    seed: int = 0,
+    reduction: str | Sequence[str] = "paper",
+    steady: bool = False,
+    accuracy: float = 1e-2,
+    check: str | None = None,
+    blame: bool = True,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    point_timeout: float | None = None,
+    out: str | Path | None = None,
+    fresh: bool = False,
+    figures: bool = False,
+    progress: Callable[[str], None] | None = None,
+) -> xarray.Dataset:
+    """Solve and compare a scene at many designs; the columns of points.csv as an ``xarray.Dataset``.
+
+    ``vary`` has the values of each key: numbers in SI units, texts with units, words, or as on a command line the text
+    "10um:200um:20", with ``sample`` "10um:200um". A grid's dimensions are the keys; a sample has one, "point". What is
+    solved is kept in the folder ``out``, where the same call goes on; without it nothing stays. ``point_timeout`` is in
+    s; ``workers`` are processes, one a processor if not given. Raises SceneError for bad input, ArithmeticError where a
+    cluster is lost, ImportError without xarray.
+    """
+    from reduced1d.ladder import canonical
+
+    try:
+        import xarray
+    except ImportError:
+        raise ImportError(
+            "a sweep from Python needs xarray: pip install 'heated-microstructure-validation[sweep]'"
+        ) from None
+    if figures and out is None:
+        raise SceneError("figures need a folder to go to: give out=")
+    found = base(scene, [f"run.accuracy={accuracy!r}"])
+    form = "grid" if sample is None else "sample"
+    axes = [
+        parse(found, f"{key}={given}", form) if isinstance(given, str) else listed(found, key, list(given))
+        for key, given in (vary or {}).items()
+    ]
+    design = Design(tuple(axes), sample, seed)
+    names = [reduction] if isinstance(reduction, str) else reduction
+    scope = Scope(tuple(map(canonical, names)), steady, checked(found, check, steady, design.keys), blame)
+    job, say = Job(found, design, scope), progress or (lambda _: None)
+    with TemporaryDirectory() as folder, Store(Path(out or Path(folder, "sweep")), job.document(), fresh) as store:
+        table, document = run(
+            job, store, say, workers=workers, scheduler=scheduler, seconds=point_timeout, figures=figures
+        )
+    dims = design.keys if sample is None else ("point",)
+    columns = {name: (dims, column.reshape(design.shape)) for name, column in table.columns.items()}
+    places: dict[str, Any] = {axis.key: (axis.key, list(axis.values)) for axis in design.axes}
+    if sample is not None:
+        places = {key: ("point", values) for key, values in table.keys.items()}
+    coordinates = {key: (*place, {"units": table.units[key]}) for key, place in places.items()}
+    return xarray.Dataset(columns, coordinates, {"sentence": document["sentence"], "scene": found.name})

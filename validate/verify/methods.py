@@ -1,5 +1,5 @@
 """Diagonally implicit Runge-Kutta methods, L-stable and stiffly accurate, by order: rows of their tableaux; and the
-plainest way to a transient and to a steady state with them, on the matrices of any program.
+plainest way to a transient and to a steady state with them, on the matrices of any program, those of the sink too.
 
 Orders 2 and 3: Alexander, SIAM J. Numer. Anal. 14, 1977, 1006. Order 4: Hairer and Wanner, Solving Ordinary
 Differential Equations II, 2nd ed., table IV.6.5.
@@ -13,6 +13,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from fem3d.errors import NumericsError
+from reduced1d.equations import room_resistivity
+from scenes.sink import Sink
 
 _HALF = 1 - 0.5**0.5
 # The middle root of x^3 - 3 x^2 + 3 x / 2 - 1 / 6, for which the method of order 3 is L-stable.
@@ -84,3 +86,34 @@ def march(
             rates.append(rate)
         rise = start + gamma * length * rate
         yield rise, rate
+
+
+COPIES = 4
+
+
+class Uniform:
+    """The Joule load of a state and the quantities.
+
+    ``peak``, ``end``, ``mean`` (unknowns,) are the value at the middle and the integrals over the end (m2) and the beam
+    (m3) of the part; ``beam`` is the mass matrix of the part's beam (m3).
+    """
+
+    def __init__(self, sink: Sink, peak: np.ndarray, end: np.ndarray, mean: np.ndarray, beam: Any) -> None:
+        self.sink, self.beam, self.volume = sink, beam, mean
+        self.rows = peak, end / (sink.cross_section / 2), mean / (sink.length * sink.cross_section / COPIES)
+        rho, coefficient = room_resistivity(sink.silicon, sink.room_temperature)
+        self.rho = rho, rho * coefficient
+
+    def current(self, rise: np.ndarray) -> float:
+        ratio = self.sink.length / self.sink.cross_section
+        return float(self.sink.voltage / ((self.rho[0] + self.rho[1] * (self.rows[2] @ rise)) * ratio))
+
+    def load(self, rise: np.ndarray) -> np.ndarray:
+        """The Joule load (W) at a rise."""
+        density = self.current(rise) / self.sink.cross_section
+        found: np.ndarray = density**2 * (self.rho[0] * self.volume + self.rho[1] * (self.beam @ rise))
+        return found
+
+    def quantities(self, rise: np.ndarray) -> list[float]:
+        """The rises (K) of peak, end and mean, and the current (A)."""
+        return [*(float(row @ rise) for row in self.rows), self.current(rise)]

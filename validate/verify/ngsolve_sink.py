@@ -21,7 +21,7 @@ from ngsolve import dx, grad
 from meshes.grid import Grid
 from scenes.sink import Sink
 from validate.verify import reference
-from validate.verify.uniform import COPIES, Uniform
+from validate.verify.methods import COPIES, Uniform
 
 MICRO = 1e-6
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
@@ -89,7 +89,6 @@ class Problem(Uniform):
         return np.asarray(self.joule.Assemble().vec.FV().NumPy())
 
     def current(self, rise: np.ndarray) -> float:
-        """The current (A) of the whole cross section at a rise."""
         if not self.full:
             return super().current(rise)
         self.load(rise)

@@ -17,7 +17,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from reduced1d.export import export
-from reduced1d.ladder.answer import over_time
+from reduced1d.ladder.few_states import over_time
 from reduced1d.ladder.levels import Levels
 from scenes.compact.python import write_module
 from scenes.errors import SceneError

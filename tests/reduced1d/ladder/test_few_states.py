@@ -10,8 +10,7 @@ from scipy.integrate import solve_ivp
 
 from reduced1d.errors import RunawayError
 from reduced1d.ladder.anchor import Anchor
-from reduced1d.ladder.answer import over_time, steady
-from reduced1d.ladder.few_states import runaway_voltage, steady_state, trajectory
+from reduced1d.ladder.few_states import over_time, runaway_voltage, steady, steady_state, trajectory
 from reduced1d.ladder.fin import fin
 from reduced1d.ladder.levels import Levels
 from reduced1d.ladder.lumps import lumps

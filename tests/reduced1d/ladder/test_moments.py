@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from reduced1d import ladder
-from reduced1d.ladder.answer import over_time, steady
+from reduced1d.ladder.few_states import over_time, steady
 from reduced1d.ladder.levels import Levels
 from reduced1d.ladder.moments import added, moment_fields
 from reduced1d.ladder.plate import factorize

@@ -10,7 +10,7 @@ import pytest
 
 from reduced1d.equations import room_resistivity
 from reduced1d.ladder.anchor import anchor_of, fin_warnings, oxide_time, warnings
-from reduced1d.ladder.answer import over_time, steady
+from reduced1d.ladder.few_states import over_time, steady
 from reduced1d.ladder.levels import Levels
 from reduced1d.ladder.moments import hot
 from reduced1d.ladder.plate import (

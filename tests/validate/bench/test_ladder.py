@@ -18,8 +18,7 @@ from compare.outcome import Outcome
 from fem3d.run import solve as solve_3d
 from reduced1d import ladder
 from reduced1d.errors import RunawayError
-from reduced1d.ladder.answer import result
-from reduced1d.ladder.few_states import FewStates
+from reduced1d.ladder.few_states import FewStates, result
 from reduced1d.ladder.levels import Levels
 from scenes.loading import load
 from scenes.plan import Request

@@ -20,7 +20,6 @@ import pytest
 from tests import browser
 from validate.cli import main
 from validate.sweep import cluster as cluster_of
-from validate.sweep import solver
 from validate.sweep.design import Design, base
 from validate.sweep.point import Scope, Work
 
@@ -52,10 +51,10 @@ def stored(folder: Path) -> int:
 @pytest.fixture(scope="module", autouse=True)
 def _solvers_that_stay() -> Iterator[None]:
     """The processes that solve are started once: to start one takes longer than all that a test asks of it."""
-    start, close = solver.start, solver.close
+    start, close = cluster_of.start, cluster_of.close
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(solver, "start", lambda count: start(max(count - len(solver._waiting), 0)))
-        patch.setattr(solver, "close", lambda: None)
+        patch.setattr(cluster_of, "start", lambda count: start(max(count - len(cluster_of._waiting), 0)))
+        patch.setattr(cluster_of, "close", lambda: None)
         yield
     close()
 
@@ -133,7 +132,7 @@ def _until(true: Callable[[], bool], run: subprocess.Popen[bytes]) -> None:
 def test_a_finished_sweep_solves_nothing_and_another_is_refused(
     undisturbed: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(solver, "start", lambda count: pytest.fail("nothing is left to solve"))
+    monkeypatch.setattr(cluster_of, "start", lambda count: pytest.fail("nothing is left to solve"))
     rows = table(undisturbed)
     assert main([*SWEEP, "--quiet", "--out", str(undisturbed)]) == 0
     assert table(undisturbed) == rows
@@ -199,9 +198,9 @@ def test_a_point_that_takes_too_long_is_stopped_and_the_next_is_solved() -> None
     sink = base("sink", ["run.accuracy=1e-2"])
     keys, points = ("run.accuracy", "sink.width"), ((1e-6, 57e-6), (1e-2, -1.0))
     work = Work(sink, Scope(steady=True, blame=False), keys, (0, 1), points)
-    solver.start(1)
-    process = solver._waiting[-1]._process
-    rows = solver.solve(work, 0.3)
+    cluster_of.start(1)
+    process = cluster_of._waiting[-1]._process
+    rows = cluster_of.solve(work, 0.3)
     assert [row.status for row in rows] == ["timeout", "refused"]
     assert "more than 0.3 s" in rows[0].because
     assert process.poll() == -signal.SIGKILL
@@ -275,7 +274,7 @@ def test_a_cluster_that_is_slow_to_end_is_no_failure() -> None:
 
 
 def test_a_port_that_is_taken_warns_nobody(monkeypatch: pytest.MonkeyPatch, recwarn: pytest.WarningsRecorder) -> None:
-    monkeypatch.setattr(solver, "start", lambda count: None)
+    monkeypatch.setattr(cluster_of, "start", lambda count: None)
     with socket.socket() as other, cluster_of.Cluster(1, None, None) as cluster:
         with suppress(OSError):  # whoever has it, it is taken
             other.bind(("", 8787))

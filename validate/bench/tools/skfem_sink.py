@@ -21,7 +21,7 @@ from scenes.model import Box
 from scenes.sink import Sink
 from validate.bench.problem import graded, numbers, quarter, solved
 from validate.verify import reference
-from validate.verify.uniform import Uniform
+from validate.verify.methods import Uniform
 
 SMALL = 1e-9  # of the extent: closer coordinates are the same
 ELEMENTS = {1: (ElementHex1, 3), 2: (ElementHex2, 5)}  # with the order of integration that is exact on bricks
@@ -45,7 +45,6 @@ class Matrices:
         self.mass = self.inner(forms.capacity.assemble(basis, heat_capacity=per_element("heat_capacity")))
 
     def inner(self, matrix: Any) -> csc_array:
-        """Between free nodes."""
         return csc_array(matrix[self.free][:, self.free])
 
     def factors(self, mass: float, stiffness: float) -> Callable[[np.ndarray], np.ndarray]:

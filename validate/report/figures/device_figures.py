@@ -7,23 +7,21 @@ What is held from sample to sample is drawn so; the heat flow isn't held.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from compare.outcome import Outcome
 from reduced1d.device.lumped import lump, steady
+from scenes.device import Device
 from scenes.formats import percent, quantity, scale
 from scenes.loop.runs import BAND, Run
 from validate.report.checks import drawn, with_mu
 from validate.report.figures import INK, LAYERS
 from validate.report.figures.drawing import legend, logarithmic, new_figure
-
-if TYPE_CHECKING:
-    from compare.outcome import Outcome
-    from scenes.device import Device
 
 Curve = tuple[str, str, str, dict[str, Any]]
 """A quantity with its label, its colour and how its line looks."""

@@ -10,7 +10,7 @@ import re
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
@@ -25,9 +25,7 @@ from compare.verdict import Check
 from scenes.formats import difference_text, percent
 from validate.report.checks import judged
 from validate.report.figures import INK, table
-
-if TYPE_CHECKING:
-    from validate.report.figures.render import Field
+from validate.report.figures.render import Field
 
 DPI = 130
 _LINE = 0.215  # inches of a line of the title
@@ -47,7 +45,6 @@ _MEANS = {
 
 
 def style() -> Any:
-    """A context in which figures are drawn."""
     return rc_context(_STYLE)
 
 

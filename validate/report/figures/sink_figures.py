@@ -3,27 +3,24 @@ rise along the whole row, and how the differences run with its sizes."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from compare import figure_checks
+from compare.against import Data
 from compare.checks import FOLLOWED
+from compare.outcome import Outcome
 from compare.verdict import PAPERS, Models
 from reduced1d.equations import parabola, parabola_between, unequal_ends
 from reduced1d.ladder.lumps import half_island
 from scenes.formats import quantity, scale, sink_text
-from scenes.sink import OF_A_SINK, start
+from scenes.result import Result
+from scenes.sink import OF_A_SINK, Sink, start
 from validate.report.figures import INK, LINES
 from validate.report.figures.drawing import band, legend, logarithmic, new_figure, smooth
-
-if TYPE_CHECKING:
-    from compare.against import Data
-    from compare.outcome import Outcome
-    from scenes.result import Result
-    from scenes.sink import Sink
 
 Spans = list[tuple[float, int]]
 
