@@ -89,10 +89,9 @@ def test_heat_balances_steady_to_rounding_and_over_time_to_the_accuracy(sink, ru
     assert 0 < runs[1e-2].details["transient_imbalance"] < 1e-3
 
 
-@pytest.mark.parametrize("seed", [1253, 1349])
-def test_errors_hold_at_edges_that_the_element_resolves_slowly(seed):
-    """Edges with exponents of 1/3 to 2/3 in thin layers that cause nearly all of the error."""
-    drawn = draw(seed)
+def test_errors_hold_where_the_rim_of_an_electrode_causes_nearly_all_of_them():
+    """An edge of exponent 1/3 in a film thinner than the cells beside it."""
+    drawn = draw(1349)
     found = invariants.solve(drawn.scene)
     assert 0.01 < invariants.honest(drawn, found) < 0.6
     less = replace(found, steady={q: Estimate(e.value, e.error / 10) for q, e in found.steady.items()})
