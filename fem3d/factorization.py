@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -122,18 +121,3 @@ def dissection(places: np.ndarray, graph: csc_array) -> np.ndarray:
 
     split(np.arange(len(places)), coo.row, coo.col)
     return np.concatenate(found)
-
-
-def refined(
-    matrix: csc_array, near: Callable[[np.ndarray], np.ndarray], rounds: int = 3
-) -> Callable[[np.ndarray], np.ndarray]:
-    """What solves with a matrix by what solves with one next to it: each round takes away as much more of the error as
-    the two are alike."""
-
-    def solve(b: np.ndarray) -> np.ndarray:
-        x = near(b)
-        for _ in range(rounds):
-            x = x + near(b - matrix @ x)
-        return x
-
-    return solve
