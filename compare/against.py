@@ -46,7 +46,6 @@ class Data:
     others: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def document(self) -> dict[str, Any]:
-        """What the summary says of it."""
         return {
             "file": self.name, "kind": self.kind, "rows": len(self.time),
             "from_s": float(self.time[0]), "to_s": float(self.time[-1]), "run": self.run or None,

@@ -70,7 +70,6 @@ class Air:
     checks: tuple[Check, ...]
 
     def document(self) -> dict[str, Any]:
-        """What summary.json says of it."""
         found = {
             "coefficient_W_per_m2_K": self.coefficients.tolist(),
             "left_out": {name: values.tolist() for name, values in self.left_out.items()},
@@ -118,7 +117,6 @@ class _Runs:
         return solve_3d(cooled, self._request), ladder.solve(cooled, "paper", steady_only=True)
 
     def cooled(self, coefficient: float) -> Result:
-        """The 3D model."""
         return self._at(float(coefficient))[0]
 
     def left_out(self, name: str, coefficient: float) -> Estimate:

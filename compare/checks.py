@@ -51,7 +51,6 @@ def evaluate(
 
 
 def key_of(sink: Sink, what: str) -> str:
-    """The steady quantity that a row's check is of."""
     inner = f"span{different(sink.spans)}_peak_rise_K"
     return {"peak_inner": inner, "peak_outer": "span1_peak_rise_K", "mean": "mean_rise_K", "current": "current_A"}[what]
 

@@ -27,19 +27,15 @@ NAMES = {"sink": "the sink", "sensor": "the sensor"}
 
 @dataclass(frozen=True)
 class Both:
-    """The runs of a device in 1D and in 3D."""
-
     one: Runs
     three: Solved
 
     @property
     def device(self) -> Device:
-        """The device itself."""
         return self.one.base.device
 
     @property
     def base(self) -> Run:
-        """The 3D run of the scene itself."""
         return self.three.runs.base
 
 
@@ -54,7 +50,6 @@ def evaluate_3d(device: Device, request: Request, one: Runs, three: Solved) -> t
 
 
 def _steady(both: Both, quantity_: str, title: str, unit: str) -> Comparison:
-    """A steady value after the outer step."""
     one, three = (getattr(run.after, quantity_) for run in (both.one.base, both.base))
     error = both.three.model.steady_errors(both.device)[quantity_]
     before = [getattr(run.before, quantity_) for run in (both.one.base, both.base)]
@@ -82,7 +77,6 @@ def _why_steady(both: Both, quantity_: str) -> str:
 
 
 def _peak(both: Both, film: str) -> Comparison:
-    """The highest rise before the outer step."""
     one, three = (_highest(run, film)[0] for run in (both.one.base, both.base))
     error = both.base.result.errors[f"{film}_K"]
     said = (
@@ -113,7 +107,6 @@ def _highest(run: Run, film: str) -> tuple[float, float]:
 
 
 def _settling(both: Both) -> Comparison:
-    """When the sensor's power is settled after the outer step."""
     (one, d_one), (three, d_three) = both.one.base.settled(), both.base.settled()
     if math.inf in (one, three):
         said = (

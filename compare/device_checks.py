@@ -233,7 +233,6 @@ def _one_sided(title: str, claim: float, found: float, unit: str, said: str) -> 
 
 
 def _unsettled(run: Run) -> str:
-    """Why a run does not settle after the outer step."""
     if run.watched == math.inf:
         return f"never settles: {_unsteady(run)}"
     return (

@@ -27,7 +27,6 @@ SETTLED = 0.9
 
 
 def fig4(models: Models) -> Comparison:
-    """The steady peak rise of the two models."""
 
     def because(_: float) -> str:
         """The gap in two parts: that of the ends, and that above the ends."""

@@ -303,7 +303,6 @@ def _device(run: _Run[Device]) -> Outcome[Device]:
 
 
 def simulated(device: Device, request: Request, say: Callable[[str], None] = lambda _: None) -> Runs:
-    """Every run in 1D that a request needs."""
     from reduced1d.device import runs
 
     slow, steps = needs(device, request, "figure11"), needs(device, request, "figure12", "figure13")

@@ -87,7 +87,6 @@ def of_sink(sink: Sink, request: Request, solver: tuple[Step, ...], data: Data |
 
 
 def of_device(device: Device, request: Request) -> tuple[Step, ...]:
-    """The plan of a device."""
     scheme = {
         "accurate": "all layers at once, exact between samples but for V2/R, its error estimated",
         "paper": "the paper's own: partitioned, Crank-Nicolson and Runge-Kutta; the accurate one beside it",
@@ -233,7 +232,6 @@ def needs(device: Device, request: Request, *figures: str) -> bool:
 
 
 def drawn(device: Device, request: Request, *figures: str) -> bool:
-    """Whether any of these figures is drawn."""
     return not skipped_figures(device, request).keys() >= set(figures)
 
 
@@ -262,7 +260,6 @@ def _only(request: Request) -> str:
 
 
 def _figure_of(check: str) -> str:
-    """The figure that a check of the device is about."""
     return check.partition("_")[0].replace("fig", "figure")
 
 

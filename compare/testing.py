@@ -98,7 +98,6 @@ def _quantity(found: compare.Run, name: str, tolerance: float) -> tuple[Verdict,
 
 
 def _check(check: Check, tolerance: float) -> tuple[Verdict, str]:
-    """The same of a check."""
     unit = "" if check.unit == "1" else check.unit
     values = f"1D {quantity(check.predicted, unit, 5)}, 3D {quantity(check.measured, unit, 5)}"
     said = f"{check.id}: {check.title}, {values}"

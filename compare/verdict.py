@@ -99,7 +99,6 @@ class Models:
     single: Result | None = None
 
     def steady(self, key: str) -> float:
-        """A steady 3D value."""
         return self.fem3d.steady[key].value
 
     def reduction(self) -> Result:
@@ -208,5 +207,4 @@ def contradicts(check: Check, scene: Sink | Device, strict: bool) -> bool:
 
 
 def contrary(checks: Iterable[Check], scene: Sink | Device, strict: bool = False) -> list[Check]:
-    """The checks that came out other than the scene declares."""
     return [check for check in checks if contradicts(check, scene, strict)]

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csc_array, eye_array
-from scipy.sparse.linalg import splu
+from scipy.linalg.blas import dsyrk, dtrsm, dtrsv
+from scipy.linalg.lapack import dpotrf
+from scipy.sparse import csc_array
 
-SYMMETRIC = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
-MANY = 2_500  # groups from which on a dissection is tried beside minimum degree: below it takes longer than it saves
-LEAF = 40  # groups up to which a piece isn't dissected further
+from fem3d.errors import NumericsError
+
+LEAF = 120  # unknowns up to which a piece isn't dissected further: dense blocks of that size take next to no time
 
 
 def entities(mesh: Any, dofs: Any, vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -28,55 +31,138 @@ def entities(mesh: Any, dofs: Any, vertices: np.ndarray) -> tuple[np.ndarray, np
     return found, np.concatenate(places)
 
 
+@dataclass(frozen=True, eq=False)
+class Dissection:
+    """Pieces of a graph of groups, each after those that it joins.
+
+    ``rank`` (groups,) is when each group is eliminated, negative for those that are not there, ``starts`` (pieces + 1,)
+    the rank of the first group of each piece, ``joined`` the pieces that each joins, and ``beyond`` the ranks of the
+    later groups that each has to do with once those before it are eliminated.
+    """
+
+    rank: np.ndarray
+    starts: np.ndarray
+    joined: list[list[int]]
+    beyond: list[np.ndarray]
+
+
 class Ordering:
     """When the groups of a mesh's functions, those of one vertex, edge, facet or cell at ``places`` (groups, 3), are
-    eliminated: a group at once, for orderings of a matrix itself are slow and poor on the cliques of high degrees.
-
-    The groups go by minimum degree or, where that fills in less, as a large solid body's do, by nested dissection. It
-    is found for the first matrix, and serves all others whose groups that one has too.
+    eliminated: by nested dissection, found for the first matrix; it serves all others whose groups that one has too.
     """
 
     def __init__(self, places: np.ndarray) -> None:
-        self._places, self._rank = places, np.full(len(places), -1)
+        self._places = places
+        self._found: Dissection | None = None
 
-    def rank(self, matrix: csc_array, groups: np.ndarray) -> np.ndarray:
-        """(n,): when the group of each unknown of a matrix is eliminated."""
-        if (self._rank[groups] < 0).any():
-            own, group = np.unique(groups, return_inverse=True)
-            self._rank[own] = self._found(matrix, self._places[own], group)
-        return self._rank[groups]
+    def of(self, matrix: csc_array, groups: np.ndarray) -> Dissection:
+        """The dissection for a matrix whose unknowns are of ``groups`` (n,)."""
+        if self._found is None or (self._found.rank[groups] < 0).any():
+            self._found = self._dissected(matrix, groups)
+        return self._found
 
-    @staticmethod
-    def _found(matrix: csc_array, places: np.ndarray, group: np.ndarray) -> np.ndarray:
-        """(places,): when each group is eliminated, in that of two orders which fills in less."""
-        n = len(places)
-        columns = np.repeat(group, np.diff(matrix.indptr))
-        graph = csc_array((np.full(matrix.nnz, -1.0), (group[matrix.indices], columns)), shape=(n, n))
-        # Made definite, for what is known of an ordering comes with factors of it.
-        graph = csc_array(graph - graph.sum() * eye_array(n))
-        if MANY < n == len(group):
-            # Of groups of one function each factors take as long as the matrix's: none are made to choose by.
-            return np.argsort(dissection(places, graph))
-        by_degree = splu(graph, permc_spec="MMD_AT_PLUS_A", **SYMMETRIC)
-        if n > MANY:
-            order = dissection(places, graph)
-            if splu(part(graph, order), permc_spec="NATURAL", **SYMMETRIC).L.nnz < by_degree.L.nnz:
-                return np.argsort(order)
-        return by_degree.perm_c
+    def _dissected(self, matrix: csc_array, groups: np.ndarray) -> Dissection:
+        own, group, sizes = np.unique(groups, return_inverse=True, return_counts=True)
+        count = len(own)
+        pairs = group[matrix.indices], np.repeat(group, np.diff(matrix.indptr))
+        graph = csc_array((np.ones(matrix.nnz, np.int8), pairs), shape=(count, count)).tocoo()
+        below = graph.row > graph.col
+        rows, columns = graph.row[below], graph.col[below]
+        pieces, joined = dissection(self._places[own], sizes, rows, columns)
+        order = np.concatenate(pieces)
+        place = np.argsort(order)
+        starts = np.concatenate([[0], np.cumsum([len(p) for p in pieces])])
+        first, last = np.sort([place[rows], place[columns]], axis=0)
+        by_first = np.argsort(first, kind="stable")
+        last, at = last[by_first], np.searchsorted(first[by_first], starts)
+        beyond: list[np.ndarray] = []
+        for piece, end in enumerate(starts[1:]):
+            near = np.unique(np.concatenate([last[at[piece] : at[piece + 1]], *(beyond[j] for j in joined[piece])]))
+            beyond.append(near[np.searchsorted(near, end) :])
+        rank = np.full(len(self._places), -1)
+        rank[own] = place
+        return Dissection(rank, starts, joined, beyond)
 
 
 class Factors:
-    """LU factors of a symmetric positive definite matrix without pivoting, its unknowns being of ``groups`` (n,)."""
+    """Cholesky factors of a symmetric positive definite matrix, its unknowns being of ``groups`` (n,).
+
+    Raises NumericsError for a matrix that rounding leaves indefinite.
+
+    The pieces of a dissection are eliminated one after the other, each in a dense matrix of its own unknowns and of
+    those beyond, to which it hands on what is left of them (Duff and Reid, ACM Trans. Math. Softw. 9, 1983).
+    """
 
     def __init__(self, matrix: csc_array, groups: np.ndarray, ordering: Ordering) -> None:
-        self._order = np.argsort(ordering.rank(matrix, groups), kind="stable")
-        self._lu = splu(part(matrix, self._order), permc_spec="NATURAL", **SYMMETRIC)
+        tree = ordering.of(matrix, groups)
+        rank = tree.rank[groups]
+        self._order = np.argsort(rank, kind="stable")
+        self._blocks: list[tuple[slice, np.ndarray, np.ndarray, np.ndarray]] = []
+        sizes = np.bincount(rank, minlength=tree.starts[-1])
+        first = np.concatenate([[0], np.cumsum(sizes)])
+        ordered = part(matrix, self._order)
+        place = np.empty(len(rank), int)
+        left: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+        for piece, (start, end) in enumerate(pairwise(first[tree.starts].tolist())):
+            groups_beyond = tree.beyond[piece]
+            beyond = _ranges(first[groups_beyond], sizes[groups_beyond])
+            own = end - start
+            place[start:end] = np.arange(own)
+            place[beyond] = np.arange(own, own + len(beyond))
+            front = np.zeros((own + len(beyond),) * 2)
+            entries = slice(ordered.indptr[start], ordered.indptr[end])
+            rows, columns = (
+                ordered.indices[entries],
+                np.repeat(np.arange(own), np.diff(ordered.indptr[start : end + 1])),
+            )
+            later = rows >= start
+            front[columns[later], place[rows[later]]] = ordered.data[entries][later]
+            for j in tree.joined[piece]:
+                _add(front, *left.pop(j), place)
+            if not own:
+                left[piece] = beyond, front
+                continue
+            # The upper triangle by rows is LAPACK's lower one by columns.
+            lower, failed = dpotrf(front[:own, :own].T, lower=1)
+            if failed:
+                raise NumericsError("sizes or conductivities differ by so much that rounding leaves no solution")
+            across = dtrsm(1.0, lower, front[:own, own:].T, side=1, lower=1, trans_a=1)
+            if len(beyond):
+                left[piece] = beyond, dsyrk(-1.0, across, beta=1.0, c=front[own:, own:].T, lower=1).T
+            self._blocks.append((slice(start, end), beyond, lower, across))
+
+    @property
+    def entries(self) -> int:
+        """How many numbers the factors hold."""
+        return sum(lower.size + across.size for _, _, lower, across in self._blocks)
 
     def solve(self, b: np.ndarray) -> np.ndarray:
         """The solution for one right-hand side (n,)."""
-        x = np.empty_like(b)
-        x[self._order] = self._lu.solve(b[self._order])
-        return x
+        x = b[self._order]
+        for own, beyond, lower, across in self._blocks:
+            x[own] = dtrsv(lower, x[own], lower=1)
+            x[beyond] -= across @ x[own]
+        for own, beyond, lower, across in reversed(self._blocks):
+            x[own] = dtrsv(lower, x[own] - x[beyond] @ across, lower=1, trans=1)
+        found = np.empty_like(x)
+        found[self._order] = x
+        return found
+
+
+def _ranges(starts: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """The numbers of some ranges, one after the other."""
+    return np.repeat(starts - np.cumsum(sizes) + sizes, sizes) + np.arange(sizes.sum())
+
+
+def _add(front: np.ndarray, unknowns: np.ndarray, own: np.ndarray, place: np.ndarray) -> None:
+    """Adds the upper triangle of a matrix of some unknowns to a larger one, where these have a ``place``."""
+    at = place[unknowns]
+    ends = [*(np.flatnonzero(np.diff(at) != 1) + 1).tolist(), len(at)]
+    start = 0
+    for end in ends:
+        # Neighbours stay neighbours: whole runs of columns move at once.
+        front[at[:end], at[start] : at[end - 1] + 1] += own[:end, start:end]
+        start = end
 
 
 def part(matrix: csc_array, kept: np.ndarray) -> csc_array:
@@ -90,34 +176,43 @@ def part(matrix: csc_array, kept: np.ndarray) -> csc_array:
     return csc_array((columns.data[there], rows[there], starts), (len(kept),) * 2)
 
 
-def dissection(places: np.ndarray, graph: csc_array) -> np.ndarray:
-    """(n,): an order of elimination in which a graph of neighbours at some places (n, 3) fills in little.
+def dissection(
+    places: np.ndarray, sizes: np.ndarray, rows: np.ndarray, columns: np.ndarray
+) -> tuple[list[np.ndarray], list[list[int]]]:
+    """The pieces of a graph of nodes at some places (n, 3) and of some sizes (n,), whose edges are pairs (rows,
+    columns), such that elimination in their order fills in little; and for each the earlier ones that it joins.
 
     Halves on either side of a plane come first, then what joins them (George, SIAM J. Numer. Anal. 10, 1973).
     """
-    coo = graph.tocoo()
-    found: list[np.ndarray] = []
+    pieces: list[np.ndarray] = []
+    joined: list[list[int]] = []
     side = np.zeros(len(places), np.int8)
 
-    def split(nodes: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> None:
+    def split(nodes: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> list[int]:
         along = places[nodes][:, int(np.ptp(places[nodes], axis=0).argmax())]
-        right = along > np.median(along)
-        if len(nodes) <= LEAF or not right.any():
-            found.append(nodes)
-            return
+        by_place = np.argsort(along, kind="stable")
+        before = np.cumsum(sizes[nodes[by_place]])
+        right = along > along[by_place[np.searchsorted(before, before[-1] / 2)]]
+        if before[-1] <= LEAF or not right.any():
+            pieces.append(nodes)
+            joined.append([])
+            return [len(pieces) - 1]
         side[nodes] = np.where(right, 2, 1)
+        across = side[rows] != side[columns]
         # What has a neighbour across the plane joins the halves: of its two sides the smaller one.
-        across = (side[rows] == 1) & (side[columns] == 2)
-        joins = min((np.unique(each[across]) for each in (rows, columns)), key=len)
+        ends = np.unique(np.concatenate([rows[across], columns[across]]))
+        joins = min((ends[side[ends] == which] for which in (1, 2)), key=lambda each: int(sizes[each].sum()))
         side[joins] = 3
         halves = []
         for which in (1, 2):
             within = (side[rows] == which) & (side[columns] == which)
             halves.append((nodes[side[nodes] == which], rows[within], columns[within]))
-        for half in halves:
-            if len(half[0]):
-                split(*half)
-        found.append(joins)
+        below = [piece for half in halves if len(half[0]) for piece in split(*half)]
+        if not len(joins):
+            return below
+        pieces.append(joins)
+        joined.append(below)
+        return [len(pieces) - 1]
 
-    split(np.arange(len(places)), coo.row, coo.col)
-    return np.concatenate(found)
+    split(np.arange(len(places)), rows, columns)
+    return pieces, joined

@@ -33,7 +33,6 @@ class Line:
 
     @property
     def size(self) -> int:
-        """How many functions there are."""
         return int(self.functions[-1][-1]) + 1
 
     def integral(self, densities: np.ndarray) -> np.ndarray:

@@ -50,7 +50,6 @@ class Lump:
 
     @property
     def time_constant(self) -> float:
-        """Capacity over conductance (s)."""
         return self.capacity / self.conductance
 
 

@@ -55,7 +55,6 @@ def paint(sink: Sink, points: np.ndarray, end: float, peak: float) -> np.ndarray
 
 
 def of_result(sink: Sink, result: Result) -> Reduction:
-    """The 1D model's answer to a sink."""
     rises = (result.steady["end_rise_K"].value, result.steady["peak_rise_K"].value)
     if result.traces is None:
         return Reduction(sink, rises, *[np.empty(0)] * 3)

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, overload
 
-from scenes import examples, loading
+from scenes import loading
 from scenes.device import Device
-from scenes.keys import DEVICE, SINK, TYPES, SceneType
+from scenes.keys import DEVICE, SINK, SceneType
 from scenes.sink import Sink
 
 
@@ -27,12 +27,11 @@ def load(source: str | Path, overrides: Sequence[str] = ()) -> Any:
     """
     from scenes import free
 
-    if isinstance(source, str) and source in TYPES:
-        return loading.load(source, overrides, of=TYPES[source])
-    if isinstance(source, str) and source in examples.names():
-        return free.load(source, overrides)
-    of = type_of_file(loading.toml(loading.file_text(source, loading.known_names()), source))
-    return free.load(source, overrides) if of is None else loading.load(source, overrides, of=of)
+    document, name, folder = loading.document(source, loading.known_names())
+    of = type_of_file(document)
+    if of is None:
+        return free.from_dict(document, name, folder, overrides)
+    return loading.of_document(document, name, overrides, of)
 
 
 def type_of_file(document: Mapping[str, Any]) -> SceneType[Any] | None:
@@ -49,10 +48,10 @@ def type_of_file(document: Mapping[str, Any]) -> SceneType[Any] | None:
 
 def overridden(scene: Any, overrides: Sequence[str]) -> Any:
     """Any scene with overrides put over it, checked; raises SceneError."""
+    if isinstance(scene, (Sink, Device)):
+        return loading.overridden(scene, overrides) if overrides else loading.check(scene)
     if not overrides:
         return scene
-    if isinstance(scene, (Sink, Device)):
-        return loading.overridden(scene, overrides)
     from scenes import free
 
     return free.overridden(scene, overrides)

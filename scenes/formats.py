@@ -109,7 +109,6 @@ def milliseconds(time: float) -> str:
 
 
 def kelvin(difference: float) -> str:
-    """A temperature difference: "17.5 K"."""
     return f"{difference:.3g} K"
 
 

@@ -128,8 +128,6 @@ class Insulator(Kind):
 
 @dataclass(frozen=True)
 class Choice(Kind):
-    """One of a few words."""
-
     options: tuple[str, ...]
 
     def read(self, path: str, given: object) -> str:
@@ -175,8 +173,6 @@ def known_name(path: str, name: object, known: tuple[str, ...], called: str) -> 
 
 @dataclass(frozen=True)
 class Switch(Kind):
-    """True or false."""
-
     def read(self, path: str, given: object) -> bool:
         if isinstance(given, bool):
             return given

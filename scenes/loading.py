@@ -7,11 +7,11 @@ import re
 import tomllib
 import zlib
 from collections.abc import Mapping, Sequence
+from functools import cache
 from operator import attrgetter
 from pathlib import Path
 from typing import Any, TypeVar, overload
 
-from scenes import examples
 from scenes.errors import SceneError, did_you_mean, quoted, reason
 from scenes.keys import SINK, TYPES, SceneType, type_of
 from scenes.kinds import Choice
@@ -22,6 +22,7 @@ from scenes.validity import check as check
 T = TypeVar("T")
 _EXPECTED = "checks.expect_differs"
 _LONGEST = 80
+_HERE = Path(__file__).parent
 
 
 @overload
@@ -36,8 +37,13 @@ def load(source: str | Path, overrides: Sequence[str] = (), *, of: SceneType[Any
     a statement about that scene: an override of anything physical withdraws it (``expected_to_differ`` is then
     ``None``), unless an override says what is expected now. Raises SceneError.
     """
-    name = of.name if source == of.name else file_name(Path(source))
-    return _built({"scene.name": name} | of.schema.flatten(_document(source, of)), overrides, of)
+    found, name, _ = document(source, (of.name,))
+    return of_document(found, name, overrides, of)
+
+
+def of_document(found: Mapping[str, Any], name: str, overrides: Sequence[str], of: SceneType[Any]) -> Any:
+    """The scene of a file's document as ``load`` makes it; ``name`` is for one that has none."""
+    return _built({"scene.name": name} | of.schema.flatten(found), overrides, of)
 
 
 def overridden(scene: T, overrides: Sequence[str]) -> T:
@@ -70,24 +76,31 @@ def as_dict(scene: object) -> dict[str, Any]:
 
 def known_names() -> tuple[str, ...]:
     """The names of the scenes that come with the toolkit, of the parametric ones first."""
-    return (*TYPES, *examples.names())
+    return (*TYPES, *examples())
+
+
+@cache
+def examples() -> tuple[str, ...]:
+    """The names of the free scenes that come with the toolkit, to copy and edit."""
+    return tuple(sorted(path.stem for path in _HERE.glob("examples/*.toml")))
 
 
 def builtin_text(name: str) -> str:
     """A built-in scene as commented TOML, to copy and edit; raises SceneError for an unknown name."""
-    if name in examples.names():
-        return examples.text(name)
-    if name not in TYPES:
-        known = known_names()
+    known = known_names()
+    if name not in known:
         raise SceneError(
             f"{quoted(name)} is not a built-in scene: give {' or '.join(known)}{did_you_mean(name, known)}"
         )
-    return Path(__file__).with_name(f"{name}.toml").read_text(encoding="utf-8")
+    return (_HERE / ("" if name in TYPES else "examples") / f"{name}.toml").read_text(encoding="utf-8")
 
 
-def _document(source: str | Path, of: SceneType[Any]) -> dict[str, Any]:
-    """The TOML document of a built-in scene or a file."""
-    return toml(builtin_text(of.name) if source == of.name else file_text(source, (of.name,)), source)
+def document(source: str | Path, known: Sequence[str]) -> tuple[dict[str, Any], str, str]:
+    """What stands in a scene of those ``known`` by their names or in a file, a name for a scene that has none, and the
+    folder that it lies in; raises SceneError."""
+    if isinstance(source, str) and source in known:
+        return toml(builtin_text(source), source), source, ""
+    return toml(file_text(source, known), source), file_name(Path(source)), str(Path(source).parent)
 
 
 def toml(text: str, source: str | Path) -> dict[str, Any]:

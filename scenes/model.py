@@ -35,7 +35,6 @@ def values(value: Value) -> tuple[float, ...]:
 
 
 def is_zero(value: Value) -> bool:
-    """Whether a possibly varying value is zero throughout."""
     return not any(values(value))
 
 
@@ -200,7 +199,6 @@ class MeshScene:
 
     @property
     def path(self) -> Path:
-        """Where the mesh is."""
         return Path(self.folder) / self.file
 
 

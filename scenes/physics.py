@@ -9,7 +9,6 @@ HEAT_KEYS = ("thermal_conductivity", "density", "specific_heat")
 
 
 def materials(scene: AnyScene) -> tuple[Material, ...]:
-    """Every material that is used."""
     return tuple(part.material for part in (scene.bodies if isinstance(scene, MeshScene) else scene.boxes))
 
 
@@ -52,12 +51,10 @@ def heat(scene: AnyScene) -> bool:
 
 
 def capacity(scene: AnyScene) -> bool:
-    """Whether density and specific heat matter."""
     return heat(scene) and not scene.steady
 
 
 def needed(scene: AnyScene) -> tuple[str, ...]:
-    """What the heat problem needs to know of each material."""
     return HEAT_KEYS if capacity(scene) else HEAT_KEYS[:1] if heat(scene) else ()
 
 
@@ -76,6 +73,13 @@ def heats(boundary: Boundary | GroupBoundary, initial: float) -> bool:
 
 def _varies(material: Material) -> bool:
     return material.resistivity is not None and material.temperature_coefficient != 0
+
+
+def check_resistivities(scene: AnyScene) -> None:
+    """Refuses a resistivity that would not be positive at the initial temperature, where currents are asked for."""
+    for m in dict.fromkeys(materials(scene)) if electric(scene) else ():
+        where = f"scene.initial_temperature = {scene.initial_temperature:g} K"
+        check_resistivity(m, f"material {quoted(m.name)}", where, scene.initial_temperature)
 
 
 def check_resistivity(material: Material, label: str, where: str, temperature: float) -> None:

@@ -62,7 +62,6 @@ class Schema:
 
     @cached_property
     def paths(self) -> dict[str, Key]:
-        """The keys by path."""
         return {key.path: key for key in self.keys}
 
     @cached_property
@@ -176,7 +175,6 @@ def _with(scene: Any, attribute: str, value: Any) -> Any:
 
 
 def nest(flat: Mapping[str, Any]) -> dict[str, Any]:
-    """A flat scene as nested sections."""
     nested: dict[str, Any] = {}
     for path, value in flat.items():
         *sections, name = path.split(".")
@@ -188,7 +186,6 @@ def nest(flat: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def section(values: Mapping[str, Any], name: str) -> dict[str, Any]:
-    """The values of one section, by key."""
     return {key.removeprefix(f"{name}."): value for key, value in values.items() if key.startswith(f"{name}.")}
 
 

@@ -207,7 +207,6 @@ def named(powers: Powers) -> str | None:
 
 
 def point(at: tuple[float, float, float]) -> str:
-    """A point with units."""
     return f"[{', '.join(LENGTH.show(float(f'{c:.9g}')) for c in at)}]"
 
 

@@ -45,14 +45,12 @@ def numbers(scene: Any) -> dict[str, float]:
 
 
 def zeros(scene: Any) -> tuple[str, ...]:
-    """The numbers of a free scene that are zero."""
     from scenes.free import varied as free
 
     return tuple(path for path, number in free.numbers(scene).items() if not number.value)
 
 
 def kind_of(scene: Any, path: str) -> Quantity:
-    """The kind of one of `numbers`."""
     if is_free(scene):
         from scenes.free import varied as free
 

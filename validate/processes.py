@@ -16,7 +16,6 @@ ONE_THREAD = dict.fromkeys(
 
 
 def processors() -> int:
-    """How many processors this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 

@@ -106,15 +106,7 @@ def materials(placed: Placed) -> None:
             f"{int(bare.sum())} volume cells of {len(owner)} have no material{where}: give a [[material]] whose groups "
             "hold them"
         )
-    if physics.electric(scene):
-        for m in placed.materials:
-            factor = 1 + m.temperature_coefficient * (scene.initial_temperature - m.reference_temperature)
-            if m.resistivity is not None and factor <= 0:
-                raise SceneError(
-                    f"material {quoted(m.name)}.temperature_coefficient = {m.temperature_coefficient:g} 1/K makes the "
-                    f"resistivity {factor:.3g} times its reference value at scene.initial_temperature = "
-                    f"{scene.initial_temperature:g} K: give values that keep it above 0"
-                )
+    physics.check_resistivities(scene)
 
 
 def boundaries(placed: Placed) -> None:

@@ -52,7 +52,6 @@ def _gains(device: Device) -> np.ndarray:
 
 
 def at_sample_time(device: Device, sample_time: float) -> Device:
-    """The same device with another sample time (s)."""
     return replace(device, control=replace(device.control, sample_time=sample_time))
 
 

@@ -57,7 +57,6 @@ def canonical(text: str) -> str:
 
 
 def describe(name: str) -> str:
-    """What a reduction is, in words."""
     family, _, states = name.partition(":")
     return REDUCTIONS[family].replace("a few", states) if states else REDUCTIONS[family]
 

@@ -75,7 +75,6 @@ class FewStates:
 
     @property
     def states(self) -> int:
-        """How many there are."""
         return len(self.source)
 
     @property
@@ -249,7 +248,6 @@ def result(
 
 
 def steady(model: FewStates) -> dict[str, float]:
-    """The steady quantities of summary.json."""
     state, current = steady_state(model)
     found = {name.replace("_K", "_rise_K"): float(value) for name, value in _read(model, state).items()}
     power = model.voltage * current

@@ -47,7 +47,6 @@ class Level:
 
     @cached_property
     def anchor(self) -> Anchor:
-        """The anchor, with the circuit in it."""
         return anchor_of(self.plate)
 
     @cached_property
@@ -81,7 +80,6 @@ class Level:
         return model.on(moment_fields(model, cold, rise, states)).in_modes()
 
     def whole_plate(self) -> FewStates:
-        """The plate, on so many fields that it is the plate."""
         return self.moments(self.plate_states)
 
     def most(self) -> tuple[str, FewStates]:

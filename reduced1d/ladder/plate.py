@@ -90,11 +90,9 @@ class Plate:
 
     @property
     def unknowns(self) -> int:
-        """How many basis functions there are."""
         return self.model.states
 
     def carrying(self, beam: Heat, pads: Heat) -> Plate:
-        """The same plate with another current."""
         resistance, source, feedback = (of_beam + of_pads for of_beam, of_pads in zip(beam, pads, strict=True))
         model = replace(
             self.model, resistance=resistance, source=source, feedback=feedback.tocsc(),
@@ -104,7 +102,6 @@ class Plate:
 
 
 def factorize(matrix: csc_matrix) -> Any:
-    """The sparse factors of a symmetric positive definite matrix."""
     from scipy.sparse.linalg import splu
 
     return splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})

@@ -7,11 +7,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from scenes import examples
+from scenes import loading
 from scenes.free import document
 from scenes.free.document import as_dict as as_dict
 from scenes.free.tables import BOXES, ON_MESH
-from scenes.loading import file_name, file_text, toml
 from scenes.model import AnyScene, Scene
 from scenes.schema import Schema, override
 
@@ -22,10 +21,7 @@ def load(source: str | Path, overrides: Sequence[str] = ()) -> AnyScene:
     ``source`` is the name of an example or a path to a TOML file; a scene without a name is called after its file, and
     the mesh of one with a [mesh], which is not read here, lies beside it. Raises SceneError.
     """
-    example = isinstance(source, str) and source in examples.names()
-    found = toml(examples.text(str(source)) if example else file_text(source, examples.names()), source)
-    name, folder = (str(source), "") if example else (file_name(Path(source)), str(Path(source).parent))
-    return from_dict(found, name, folder, overrides)
+    return from_dict(*loading.document(source, loading.examples()), overrides)
 
 
 def from_dict(

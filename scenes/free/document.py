@@ -98,7 +98,6 @@ def _with_run(scene: S, values: Values) -> S:
 
 
 def _run_keys(given: dict[str, Any]) -> dict[str, Any]:
-    """The keys of [run] as attributes of a scene."""
     times: tuple[float, ...] = given.get("output_times", ())
     if given.get("steady"):
         for key in ("end_time", "output_times"):
@@ -139,7 +138,6 @@ def _condition(item: Item) -> dict[str, Any]:
 
 
 def _reading(item: Item) -> dict[str, Any]:
-    """The quantity and the reduction of a probe."""
     quantity, reduce = item.values.get("quantity", "temperature"), item.values.get("reduce", "mean")
     if item.name == "time_s":
         raise SceneError('probe.name = "time_s" is the name of the column of times: give another')
@@ -163,7 +161,6 @@ def _corners(item: Item) -> tuple[Point, Point]:
 
 
 def _place(item: Item) -> tuple[Point | None, str | None]:
-    """The point or the group of a probe."""
     at, group = item.values.get("at"), item.values.get("group")
     if (at is None) == (group is None):
         has = "no place" if at is None else "at and group"

@@ -39,7 +39,6 @@ class Sheet:
         return cells[self.below] | cells[self.above]
 
     def corners(self, chosen: np.ndarray) -> set[int]:
-        """The grid's vertices of some faces."""
         v = self.vertices
         return set(np.concatenate([part[chosen] for part in (v[:-1, :-1], v[:-1, 1:], v[1:, :-1], v[1:, 1:])]).tolist())
 
@@ -75,7 +74,6 @@ class Grid:
         return np.array([True] * len(self.scene.boxes) + [False])
 
     def inside(self, lower: Point, upper: Point) -> bool:
-        """Whether a box lies within the extent of the solid."""
         along = zip(self.planes, self.small, lower, upper, strict=True)
         return all(p[0] - s <= a and b <= p[-1] + s for p, s, a, b in along)
 
@@ -102,7 +100,6 @@ class Grid:
         return np.pad(self.owner, 1, constant_values=VOID)[tuple(window)]
 
     def flat(self, lower: Point, upper: Point) -> tuple[int, ...]:
-        """The axes along which a box has no extent."""
         return tuple(d for d in range(3) if upper[d] - lower[d] <= self.small[d])
 
     def sheet(self, item: Boundary | Probe, values: np.ndarray | None = None) -> Sheet | None:
@@ -160,7 +157,6 @@ class Grid:
         return found
 
     def parts_at(self, labels: np.ndarray, boundary: Boundary) -> set[int]:
-        """The labels of the cells on which a boundary acts."""
         sheet, beside = self.sheet(boundary), self.sheet(boundary, labels)
         assert sheet is not None
         assert beside is not None

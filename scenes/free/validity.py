@@ -45,11 +45,7 @@ def check(scene: Scene) -> Scene:
         raise SceneError(
             f"box {quoted(hidden[0])} is entirely covered by later ones, which win: leave it out, or put it after them"
         )
-    if physics.electric(scene):
-        for material in dict.fromkeys(physics.materials(scene)):
-            where = f"scene.initial_temperature = {scene.initial_temperature:g} K"
-            label = f"material {quoted(material.name)}"
-            physics.check_resistivity(material, label, where, scene.initial_temperature)
+    physics.check_resistivities(scene)
     _check_boundaries(grid)
     for probe in scene.probes:
         _check_probe(grid, probe)
@@ -58,7 +54,6 @@ def check(scene: Scene) -> Scene:
 
 
 def _check_extents(scene: Scene) -> None:
-    """Refuses boxes of no or negative extent."""
     for axis in range(3):
         low, high = min(b.lower[axis] for b in scene.boxes), max(b.upper[axis] for b in scene.boxes)
         for box in scene.boxes:

@@ -204,7 +204,6 @@ def _slices(sizes: list[int]) -> list[slice]:
 
 
 def _apply(blocks: list[np.ndarray], vector: np.ndarray, columns: list[slice], rows: list[slice]) -> np.ndarray:
-    """The product of a block diagonal matrix with a vector."""
     if len(blocks) == 1:
         return blocks[0] @ vector
     product = np.empty(rows[-1].stop)

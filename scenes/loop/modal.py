@@ -35,12 +35,10 @@ class Modal:
 
     @property
     def count(self) -> int:
-        """Number of modes."""
         return len(self.rates)
 
     @property
     def responses(self) -> int:
-        """Number of responses."""
         return len(self.film)
 
     def power(self, voltage: np.ndarray, rise: np.ndarray) -> np.ndarray:

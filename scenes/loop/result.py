@@ -62,11 +62,9 @@ class DeviceResult:
 
     @property
     def quantities(self) -> tuple[str, ...]:
-        """The quantities that there are."""
         return QUANTITIES if self.polymer_top_W is None else (*QUANTITIES, TOP)
 
     def trace(self, quantity: str) -> np.ndarray:
-        """One of QUANTITIES over time."""
         if quantity not in self.quantities:
             raise KeyError(f"no quantity {quantity!r}; there are {', '.join(self.quantities)}")
         return np.asarray(getattr(self, quantity))

@@ -36,12 +36,10 @@ class Run:
 
     @property
     def before(self) -> Steady:
-        """The steady state at the initial outer temperature."""
         return self.result.before
 
     @property
     def after(self) -> Steady:
-        """The steady state at the final outer temperature."""
         return self.result.after
 
     @cached_property
@@ -61,7 +59,6 @@ class Run:
 
     @property
     def ran_away(self) -> bool:
-        """Whether the ceiling stopped the run before its end."""
         return bool(self.result.time_s[-1] < self.device.end_time - 1.5 * self.device.control.sample_time)
 
     @property

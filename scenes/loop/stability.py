@@ -81,7 +81,6 @@ class Stability:
 
     @property
     def stable(self) -> bool:
-        """Whether small disturbances die out."""
         return abs(self.eigenvalue) < 1
 
     @staticmethod

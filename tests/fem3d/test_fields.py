@@ -1,11 +1,13 @@
-"""The whole structure from its part, and the elimination order."""
+"""The whole structure from its part, and factors."""
 
 import numpy as np
 import pytest
+from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
 from fem3d import run
-from fem3d.factorization import SYMMETRIC, Factors, Ordering
+from fem3d.errors import NumericsError
+from fem3d.factorization import Factors, Ordering
 from meshes import grading, symmetry
 from scenes.plan import Request
 from scenes.sink import Sink
@@ -56,13 +58,20 @@ def test_a_steady_run_has_no_fields_over_time():
         fields.at(np.array([0.0]))
 
 
-def test_factors_solve_and_eliminate_entities_with_less_fill_than_minimum_degree_of_the_unknowns():
+def test_factors_solve_and_fill_in_less_than_minimum_degree_of_the_unknowns():
     part = symmetry.reduce(Sink().scene())
-    heat = problem(part.scene, grading.first_grid(part.scene, 1e-3, grading.features(part.scene)))
+    heat = problem(part.scene, grading.first_grid(part.scene, 1e-5, grading.features(part.scene)))
     matrix = heat.inner_stiffness
     u = np.random.default_rng(0).random(heat.free)
     factors = Factors(matrix, heat.groups[: heat.free], heat.ordering)
     assert np.abs(factors.solve(matrix @ u) - u).max() < 1e-9
-    assert factors._lu.nnz < splu(matrix, permc_spec="MMD_AT_PLUS_A", **SYMMETRIC).nnz
+    by_degree = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    assert factors.entries < by_degree.L.nnz
     alone = Factors(matrix, np.arange(heat.free), Ordering(heat.domain.space.places[heat.groups[: heat.free]]))
     assert np.abs(alone.solve(matrix @ u) - u).max() < 1e-9
+
+
+def test_an_indefinite_matrix_is_refused():
+    matrix = csc_array(np.diag([1.0, 2.0, -1e-9, 1.0]))
+    with pytest.raises(NumericsError, match="rounding leaves no solution"):
+        Factors(matrix, np.arange(4), Ordering(np.eye(4, 3)))

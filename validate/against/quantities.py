@@ -88,7 +88,6 @@ def match(column: Column, meaning: Meaning | None, sink: Sink, spice: bool) -> M
 
 
 def refusal(table: Table, found: dict[str, str]) -> str:
-    """A sentence on columns of which none could be used."""
     if table.unnamed:
         return (
             "its columns have no names: say what they are by their numbers, such as "
@@ -111,7 +110,6 @@ def _refused(meaning: Meaning | None, column: Column, why: str) -> str:
 
 
 def _called(what: str) -> str:
-    """What a user calls a quantity."""
     return next((name for name, key in QUANTITIES.items() if key == what), what)
 
 

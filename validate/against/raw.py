@@ -19,7 +19,6 @@ _VARIABLES = re.compile(rb"^(Variables:.*?)^(Values|Binary):[ \t]*\r?\n", re.DOT
 
 
 def is_one(data: bytes) -> bool:
-    """Whether the content looks like a raw file."""
     head = data[:4000]
     return head.startswith(b"Title:") and b"Plotname:" in head
 

@@ -45,7 +45,6 @@ class Parameter:
     shown: tuple[str, ...]
 
     def matches(self, sink: Sink) -> np.ndarray:
-        """Which of them have the scene's value."""
         wanted = attrgetter(_PATHS[self.path].attribute)(sink)
         return np.isclose(self.values, np.nan if wanted is None else wanted, rtol=_CLOSE, atol=1e-15)
 
@@ -129,7 +128,6 @@ def tells_apart(values: np.ndarray, time: np.ndarray) -> bool:
 
 
 def _show(path: str, value: float) -> str:
-    """An SI value of a key as a person reads it."""
     return _kind(path).show(float(f"{value:.6g}"))
 
 

@@ -90,7 +90,6 @@ def is_time(column: Column) -> bool:
 
 
 def has_time(column: Column) -> bool:
-    """Whether a column has a unit of time."""
     unit = unit_of(column.unit)
     return unit is not None and unit.powers == parse_unit("s").powers
 

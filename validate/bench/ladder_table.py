@@ -70,7 +70,6 @@ The paper's sink with larger square pads: the largest distances from the plate, 
 
 
 def main() -> None:
-    """Writes the page."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("--accuracy", default="1e-5", help="of the 3D solutions (default 1e-5)")
     parser.add_argument("--out", default="docs/reductions.md", help="the page (default docs/reductions.md)")
@@ -99,7 +98,6 @@ def _row(cells: Sequence[str]) -> str:
 
 
 def scene(title: str, settings: list[str], accuracy: str) -> Iterator[str]:
-    """One scene's title and table."""
     from fem3d.run import solve as solve_3d
     from reduced1d import ladder
     from reduced1d.ladder.levels import Levels
@@ -136,7 +134,6 @@ def scales(fem3d: Result) -> dict[str, float]:
 
 
 def errors(found: Result, fem3d: Result) -> list[float]:
-    """The largest distances of peak, end and current, relative."""
     return [_apart(found, fem3d, key) / scale for key, scale in scales(fem3d).items()]
 
 
@@ -189,7 +186,6 @@ def own_error(fem3d: Result) -> str:
 
 
 def thin_row(thickness: str, accuracy: str = "1e-4") -> str:
-    """A row of the table of thicknesses, in the steady state."""
     from fem3d.run import solve as solve_3d
     from reduced1d import ladder
     from scenes.loading import load

@@ -69,7 +69,6 @@ class Measured:
 
     @property
     def median_s(self) -> float:
-        """The median over all timed solves."""
         return statistics.median(self.seconds)
 
 

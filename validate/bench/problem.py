@@ -70,7 +70,6 @@ def errors(found: Values, reference: Values, steady: Values) -> dict[str, float]
 
 
 def quarter(sink: Sink) -> Scene:
-    """The quarter of a sink that every entry solves."""
     return symmetry.reduce(sink.scene()).scene
 
 

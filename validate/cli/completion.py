@@ -29,7 +29,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def script(shell: str) -> str:
-    """The script for "bash", "zsh" or "fish"."""
     before = "autoload -U +X bashcompinit && bashcompinit\n" if shell == "zsh" else ""
     return _fish() if shell == "fish" else before + _bash()
 

@@ -54,7 +54,6 @@ def progress(quiet: bool = False) -> Iterator[Callable[[str], None]]:
 
 
 def complain(sentence: str, status: int) -> int:
-    """Prints one sentence on standard error and returns the status."""
     with suppress(OSError, ValueError):
         print(f"validate: {' '.join(sentence.split())}", file=sys.stderr)
     return status

@@ -283,12 +283,10 @@ def why(found: Budget, outcome: Outcome[Any], style: Style) -> Section:
 
 
 def named(reduction: str) -> str:
-    """A reduction in a sentence."""
     return "the paper's model" if reduction == "paper" else reduction
 
 
 def budget(found: Budget) -> dict[str, Any]:
-    """The budget for summary.json."""
 
     def part(given: Part) -> dict[str, Any]:
         when = {} if given.when is None else {"largest": given.largest, "largest_time_s": given.when}

@@ -101,7 +101,6 @@ def _by_kind(checks: Sequence[Check], row: Callable[[Check], Row]) -> list[Row]:
 
 
 def _kind_of(check: Check) -> str:
-    """What is compared in a check, in words."""
     if check.id in OF_THE_REDUCTION:
         return "one model against the other: 1D less 3D"
     if check.id in OF_THE_PAPER:

@@ -78,7 +78,6 @@ def _happens(run: Run) -> str:
 
 
 def _outside(run: Run) -> float:
-    """The outer temperature (K) that the run ends with."""
     external = run.device.external
     late = run.device.end_time > external.step_time
     return external.final_temperature if late else external.initial_temperature
@@ -194,7 +193,6 @@ def _gain(gain: float) -> str:
 
 
 def entries(outcome: Outcome[Device]) -> dict[str, Any]:
-    """What summary.json has of a device."""
     from validate.report.summary import check_document
 
     solved = outcome.device_3d
@@ -247,7 +245,6 @@ def _peaks(run: Run) -> dict[str, dict[str, float]]:
 
 
 def columns(outcome: Outcome[Device]) -> dict[str, np.ndarray]:
-    """A row for each controller sample."""
     one, found = outcome.runs.base.result, dict[str, np.ndarray]()
     if outcome.device_3d is not None:
         three = outcome.device_3d.runs.base.result

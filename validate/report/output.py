@@ -96,13 +96,11 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, clock: Clock)
 
 
 def _drawn(place: str, outcome: Outcome[Any]) -> Figure:
-    """The figure that "module.function" draws."""
     module, _, function = place.partition(".")
     return getattr(import_module(f"validate.report.figures.{module}"), function)(outcome)
 
 
 def draws_field(scene: Any, request: Request) -> bool:
-    """Whether there will be a field to render."""
     name = of(scene).FIELD_FIGURE.removeprefix("figure ")
     return bool(name) and name not in plan.skipped_figures(scene, request)
 

@@ -101,7 +101,6 @@ def quantities(outcome: Outcome[Sink], style: Style) -> Section:
 
 
 def entries(outcome: Outcome[Sink]) -> dict[str, Any]:
-    """What summary.json has of a sink."""
     from validate.report.summary import check_document, of_3d
 
     fem3d, one = outcome.fem3d, outcome.reduced1d

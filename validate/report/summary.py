@@ -82,7 +82,6 @@ def version() -> str:
 
 
 def check_document(check: Check) -> dict[str, Any]:
-    """A check as the summary has it."""
     found = asdict(check)
     time = found.pop("time")
     if check.u_input is None:

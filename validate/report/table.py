@@ -46,7 +46,6 @@ class Style:
 
     @property
     def plus_minus(self) -> str:
-        """The sign between a value and its error."""
         return "+-" if self.ascii_only else "\N{PLUS-MINUS SIGN}"
 
 
@@ -70,12 +69,10 @@ class Table:
 
     @property
     def aligned(self) -> str:
-        """The sides of all columns."""
         return self.sides or "<" + ">" * (len(self.heads) - 1)
 
     @property
     def marked(self) -> list[Row]:
-        """The rows as such."""
         return [row if isinstance(row, Row) else Row(row) for row in self.rows]
 
     def text(self, style: Style) -> str:
@@ -134,7 +131,6 @@ class Section:
 
     @property
     def filled(self) -> list[Table | str | Sequence[str]]:
-        """The parts that are not empty."""
         return [part for part in self.parts if part]
 
 

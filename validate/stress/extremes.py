@@ -29,7 +29,6 @@ SLOW = LENGTH**2 / 4 * SILICON.heat_capacity / SILICON.thermal_conductivity  # s
 
 
 def aspect_ratios(quick: bool) -> Iterator[Row]:
-    """Oxide of 20 nm to 20 um, beams of 10 um to 10 mm."""
     oxides = (20e-9, 20e-6) if quick else (20e-9, 60e-9, 200e-9, 700e-9, 2e-6, 7e-6, 20e-6)
     yield from _family("aspect ratios", "thickness of the oxide", [
         (f"{t * 1e9:g} nm", replace(Sink(), oxide_thickness=t)) for t in oxides

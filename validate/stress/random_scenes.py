@@ -39,7 +39,6 @@ class Drawn:
 
 
 def draw(seed: int, accuracy: float = 1e-2) -> Drawn:
-    """The scene of a seed."""
     # What is drawn of the second generator leaves the rest as it is.
     rng, more = np.random.default_rng(seed), np.random.default_rng([seed, 1])
     base = 10 ** float(rng.uniform(-5.5, -4))
@@ -191,7 +190,6 @@ def _conducting(boxes: list[Box], cells: list[Cell]) -> set[int]:
 
 
 def _free_faces(cells: list[Cell]) -> list[Face]:
-    """All faces on the surface."""
     return [
         (number, d, side)
         for number, (d, side) in product(range(len(cells)), product(range(3), (0, 1)))

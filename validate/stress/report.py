@@ -42,7 +42,6 @@ class Row:
 
     @property
     def verdict(self) -> Outcome:
-        """Whether the bound holds."""
         if math.isnan(self.found):
             return "failed"
         if self.found <= self.bound:
@@ -51,7 +50,6 @@ class Row:
 
 
 def failed(group: str, what: str, error: BaseException) -> Row:
-    """A row for a test that ended in an error."""
     return Row(group, what, "", "ended", math.nan, 0.0, True, f"{type(error).__name__}: {error}")
 
 
@@ -61,7 +59,6 @@ def broken(rows: Sequence[Row]) -> list[Row]:
 
 
 def headline(rows: Sequence[Row]) -> str:
-    """The outcome in one line."""
     predicted, bad = sum(row.verdict == "as predicted" for row in rows), len(broken(rows))
     said = f"{len(rows) - predicted - bad} of {len(rows)} rows hold"
     said += f", {predicted} break as predicted" if predicted else ""
@@ -83,7 +80,6 @@ def text(rows: Sequence[Row], style: Style) -> str:
 
 
 def markdown(rows: Sequence[Row], versions: dict[str, str], seed: int) -> str:
-    """The page of the documentation."""
     heads = ("what", "extremes", "measure", "found", "bound", "verdict", "")
     tables = []
     for group, of_group in groupby(rows, lambda row: row.group):
@@ -96,5 +92,4 @@ def markdown(rows: Sequence[Row], versions: dict[str, str], seed: int) -> str:
 
 
 def document(rows: Sequence[Row], versions: dict[str, str], seconds: float) -> dict[str, Any]:
-    """The table as JSON types."""
     return as_document(rows, versions, seconds, ("verdict",), broken=len(broken(rows)))

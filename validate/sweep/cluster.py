@@ -201,7 +201,6 @@ class Solver:
         self._process.kill()
 
     def close(self) -> None:
-        """Ends it."""
         with suppress(OSError), self._process:
             self._process.kill()
 

@@ -12,12 +12,12 @@ from typing import Any, Literal
 
 import numpy as np
 
-from scenes import examples, free, type_of_file
+from scenes import free, type_of_file
 from scenes.errors import SceneError, quoted
 from scenes.free import schema_of
-from scenes.keys import DEVICE, SINK, TYPES
+from scenes.keys import DEVICE, SINK
 from scenes.kinds import Count, Quantity
-from scenes.loading import as_dict, builtin_text, check, file_name, file_text, toml
+from scenes.loading import as_dict, check, document, known_names
 from scenes.model import AnyScene
 from scenes.schema import Schema, locate, override
 from scenes.sink import Sink
@@ -42,7 +42,6 @@ class Base:
 
     @property
     def schema(self) -> Schema:
-        """What the scene's file may say."""
         return SINK.schema if self.kind == "sink" else schema_of(self.document)
 
     def at(self, settings: Sequence[str]) -> Sink | AnyScene:
@@ -72,7 +71,6 @@ class Base:
             return key, text
 
     def counts(self, key: str) -> bool:
-        """Whether a key takes whole numbers only."""
         return isinstance(self._kind(key), Count)
 
     def unit(self, key: str) -> str:
@@ -103,15 +101,13 @@ def base(source: str | Path | Sink | AnyScene, settings: Sequence[str] = ()) -> 
         return Base("sink", source.name, as_dict(source), settings=tuple(settings))
     if not isinstance(source, str | Path):
         return Base("free", source.name, free.as_dict(source), str(Path.cwd()), tuple(settings))
-    name = str(source)
-    known = name in (*TYPES, *examples.names())
-    document = toml(builtin_text(name) if known else file_text(source, (SINK.name, *examples.names())), source)
-    of = type_of_file(document)
+    found, name, folder = document(source, known_names())
+    of = type_of_file(found)
     if of is DEVICE:
-        raise SceneError(f"{quoted(name)} is a device, which has no 3D model to sweep: give a sink or a scene of boxes")
-    folder = "" if known else str(Path(source).resolve().parent)
-    name = name if known else file_name(Path(source))
-    return Base("free" if of is None else "sink", name, document, folder, tuple(settings))
+        said = f"{quoted(str(source))} is a device, which has no 3D model to sweep: give a sink or a scene of boxes"
+        raise SceneError(said)
+    folder = str(Path(folder).resolve()) if folder else ""
+    return Base("free" if of is None else "sink", name, found, folder, tuple(settings))
 
 
 @dataclass(frozen=True)
@@ -126,7 +122,6 @@ class Axis:
 
     @property
     def numeric(self) -> bool:
-        """Whether all values are numbers."""
         return all(isinstance(value, float) for value in self.values)
 
     def at(self, place: float) -> Value:
@@ -139,7 +134,6 @@ class Axis:
         return min(max(float(f"{found:.12g}"), low), high)
 
     def taken(self, places: Iterable[float]) -> Axis:
-        """A range as its values at some places."""
         return Axis(self.key, tuple(self.at(place) for place in places), self.log)
 
 
@@ -243,14 +237,12 @@ class Design:
         return drawn
 
     def point(self, number: int) -> tuple[Value, ...]:
-        """The values of a point's keys."""
         if self.sample is not None:
             return tuple(axis.at(float(u)) for axis, u in zip(self.axes, self._drawn[number], strict=True))
         places = np.unravel_index(number, self.shape)
         return tuple(axis.values[int(i)] for axis, i in zip(self.axes, places, strict=True))
 
     def columns(self, numbers: Iterable[int]) -> dict[str, np.ndarray]:
-        """The values of some points, by key."""
         points = [self.point(number) for number in numbers]
         return {key: array([point[i] for point in points]) for i, key in enumerate(self.keys)}
 

@@ -17,9 +17,9 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator
 from matplotlib.tri import LinearTriInterpolator, Triangulation
 
 from scenes.formats import percent, scale
-from validate.report.figures import INK
+from validate.report.figures import INK, PARTS
 from validate.report.figures.drawing import new_figure
-from validate.sweep.table import COLOURS, TITLES, Table
+from validate.sweep.table import TITLES, Table
 
 _LOST: dict[str, Any] = {"marker": "x", "ls": "", "color": "#d55e00", "ms": 5, "clip_on": False}
 DRAWS = 4096  # points of the surface that the indices are estimated from; a surface costs nothing to ask
@@ -62,7 +62,7 @@ def _lines(table: Table) -> Figure:
     factor = 100.0 if table.relative else 1.0
     for number, panel in enumerate(panels, 1):
         ax = figure.add_subplot(down, across, number)
-        for (group, name), colour in zip(lines, cycle(COLOURS)):
+        for (group, name), colour in zip(lines, cycle(PARTS)):
             if panel in table.series(name):
                 at = groups[group]
                 values, errors = (factor * given[at] for given in table.series(name)[panel])
@@ -79,8 +79,8 @@ def _lines(table: Table) -> Figure:
             ax.set_ylabel("1D/3D - 1 (%)" if table.relative else "SI units")
     figure.subplots_adjust(wspace=0.32, hspace=0.5)
     labels = [", ".join(filter(None, (*group, name if len(names) > 1 else ""))) for group, name in lines]
-    handles = [Line2D([], [], color=c, label=label) for label, c in zip(labels, cycle(COLOURS)) if label]
-    if 1 < len(handles) <= len(COLOURS):
+    handles = [Line2D([], [], color=c, label=label) for label, c in zip(labels, cycle(PARTS)) if label]
+    if 1 < len(handles) <= len(PARTS):
         figure.legend(handles=handles, loc="lower right", ncols=min(len(handles), 6), fontsize=9)
     return figure
 
@@ -112,7 +112,7 @@ def _map(table: Table, reduction: str) -> Figure:
     figure.colorbar(filled, ax=axes[0], format="%g", pad=0.02).set_label("|1D/3D - 1| (%)")
     if names:
         _blamed(axes[1], net, percents, [names.index(w) if w in names else 0 for w in words], 100 * tolerance)
-        handles = [Patch(color=COLOURS[i], label=n) for i, n in enumerate(names)]
+        handles = [Patch(color=PARTS[i], label=n) for i, n in enumerate(names)]
         figure.legend(handles=handles, loc="lower right", ncols=4)
         axes[1].set_title("to blame beyond the tolerance", fontsize=10)
     crossed = percents[known].min() < 100 * tolerance < most
@@ -142,7 +142,7 @@ def _blamed(ax: Axes, net: Triangulation, percents: np.ndarray, words: list[int]
     nearest = NearestNDInterpolator(np.column_stack([net.x, net.y]) / spans, words)(places / spans)
     size = LinearTriInterpolator(net, percents)(places[..., 0], places[..., 1]).filled(0.0)
     shown = np.where(size > tolerance, nearest, np.nan)
-    ax.pcolormesh(*sides, shown, cmap=ListedColormap(COLOURS), vmin=-0.5, vmax=len(COLOURS) - 0.5, rasterized=True)
+    ax.pcolormesh(*sides, shown, cmap=ListedColormap(PARTS), vmin=-0.5, vmax=len(PARTS) - 0.5, rasterized=True)
 
 
 def _pairs(table: Table) -> Figure:
@@ -208,8 +208,8 @@ def _shares(table: Table) -> Figure | None:
     ax = figure.add_subplot()
     at = np.arange(len(keys))
     for index, bootstrap, shift, colour, name in (
-        (found.first_order, spread.first_order, -0.18, COLOURS[0], "alone (first order)"),
-        (found.total_order, spread.total_order, 0.18, COLOURS[1], "with the others (total)"),
+        (found.first_order, spread.first_order, -0.18, PARTS[0], "alone (first order)"),
+        (found.total_order, spread.total_order, 0.18, PARTS[1], "with the others (total)"),
     ):
         ends = bootstrap.confidence_interval
         half = (ends.high - ends.low) / 2

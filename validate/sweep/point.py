@@ -92,7 +92,6 @@ class Job:
         return plain
 
     def work(self, numbers: Sequence[int], blamed: bool = True) -> Work:
-        """A task."""
         points = tuple(self.design.point(number) for number in numbers)
         scope = replace(self.scope, blame=self.scope.blame and blamed)
         return Work(self.base, scope, self.design.keys, tuple(numbers), points)

@@ -18,10 +18,11 @@ from scenes.errors import SceneError
 from scenes.formats import quantity
 from scenes.sink import Sink
 from validate.processes import processors
+from validate.report.figures import PARTS
 from validate.sweep.design import Design, base, listed, parse
 from validate.sweep.point import Job, Scope, Work, checked
 from validate.sweep.store import ASKED, Store
-from validate.sweep.table import COLOURS, Table, read, sentence
+from validate.sweep.table import Table, read, sentence
 
 if TYPE_CHECKING:
     import xarray
@@ -210,7 +211,7 @@ def _data(found: Table) -> dict[str, Any]:
         "words": {name: column(given) for name, given in words.items() if given.dtype == object},
         "tolerances": found.tolerances,
         "cells": list(design.shape) if found.map else None,
-        "colours": COLOURS,
+        "colours": PARTS,
     }
 
 

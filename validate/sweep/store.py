@@ -102,7 +102,6 @@ class Store:
         partial.replace(self.folder / name)
 
     def write(self, document: Mapping[str, Any]) -> None:
-        """Puts sweep.json into the folder."""
         with self.writing(ASKED) as file:
             file.write(json.dumps(document, indent=1) + "\n")
 

@@ -19,8 +19,6 @@ from validate.sweep.store import Store
 
 TITLES = {"fig4": "the steady peak", "fig6_peak": "the peak over time", "fig6_end": "the end over time",
        "fig7_current": "the current over time", "fig5": "the shape of the profile"}  # fmt: skip
-COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#999999", "#f0e442")
-"""Okabe and Ito's, which stay apart for colour-blind readers."""
 
 Series = tuple[np.ndarray, np.ndarray]
 """Values and their numerical errors, each (points,)."""
@@ -70,12 +68,10 @@ class Table:
 
     @cached_property
     def units(self) -> dict[str, str]:
-        """The SI unit of each key."""
         return {key: self.job.base.unit(key) for key in self.keys}
 
     @cached_property
     def tolerances(self) -> dict[str, float]:
-        """The tolerance of every check that was made."""
         scene: Any = self.job.base.at(())
         return {check: scene.tolerance(check) for check in self.series()} if self.relative else {}
 
@@ -100,7 +96,6 @@ class Table:
         return found
 
     def at(self, number: int) -> str:
-        """A point in words."""
         said = []
         for key, values in self.keys.items():
             value, unit = values[number], self.units[key]

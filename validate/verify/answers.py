@@ -41,7 +41,6 @@ class Row:
 
     @property
     def named(self) -> str:
-        """The quantity with its unit."""
         return f"{self.quantity} ({self.unit})" if self.unit not in ("", "order") else self.quantity
 
     @property
@@ -71,7 +70,6 @@ def observed_order(errors: Sequence[float], ratio: float) -> float:
 
 
 def skipped(family: str, case: str, reason: str) -> Row:
-    """A row that says why a case was not run."""
     return Row(family, case, "", "", math.nan, math.nan, math.nan, note=reason, skipped=True)
 
 

@@ -105,7 +105,6 @@ class Uniform:
         self.rho = rho, rho * coefficient
 
     def current(self, rise: np.ndarray) -> float:
-        """The current (A) of the whole cross section at a rise."""
         ratio = self.sink.length / self.sink.cross_section
         return float(self.sink.voltage / ((self.rho[0] + self.rho[1] * (self.rows[2] @ rise)) * ratio))
 

@@ -89,7 +89,6 @@ class Problem(Uniform):
         return np.asarray(self.joule.Assemble().vec.FV().NumPy())
 
     def current(self, rise: np.ndarray) -> float:
-        """The current (A) of the whole cross section at a rise."""
         if not self.full:
             return super().current(rise)
         self.load(rise)

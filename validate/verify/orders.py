@@ -100,7 +100,6 @@ def _mesh(scene: Scene, degree: int, cuts: int) -> Grid:
 
 
 def on_bricks(solution: Manufactured, degree: int, cuts: int) -> Errors:
-    """The errors of a steady solution on bricks."""
     heat = assemble(boxes(solution.scene, _mesh(solution.scene, degree, cuts)))
     load = _load(heat, solution)
     if solution.potential is None:

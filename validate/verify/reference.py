@@ -73,12 +73,10 @@ class FullOrder:
         return {b.name: (self.basis.get_dofs(facets=facets(mesh, b)).flatten(), constant(b.value)) for b in held}
 
     def names(self, kind: str) -> list[str]:
-        """The names of the boundaries of a kind."""
         return [b.name for b in self.scene.boundaries if b.kind == kind]
 
     @cached_property
     def free(self) -> np.ndarray:
-        """The nodes whose temperature isn't given."""
         fixed = [self.held[name][0] for name in self.names("temperature")]
         return np.setdiff1d(np.arange(self.basis.N), np.concatenate([*fixed, np.empty(0, int)]))
 
@@ -211,7 +209,6 @@ def quantities(
 
 
 def facets(mesh: MeshHex, where: Boundary | Probe) -> np.ndarray:
-    """The facets that lie in a flat box."""
     middle, small = mesh.p[:, mesh.facets].mean(axis=1).T, 1e-9 * np.ptp(mesh.p)
     return np.flatnonzero(
         ((middle > np.array(where.lower) - small) & (middle < np.array(where.upper) + small)).all(axis=1)

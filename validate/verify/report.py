@@ -33,12 +33,10 @@ the second path, `validate/verify/reference.py`. L2 and H1 are norms of the erro
 
 
 def counts(rows: Sequence[Row]) -> dict[str, int]:
-    """How many rows have each verdict."""
     return {v: sum(row.verdict == v for row in rows) for v in ("agrees", "differs", "unresolved", "skipped")}
 
 
 def headline(rows: Sequence[Row]) -> str:
-    """The outcome in one line."""
     n = counts(rows)
     others = {"differ": n["differs"], "unresolved": n["unresolved"], "skipped": n["skipped"]}
     said = [f"{n['agrees']} of {len(rows) - n['skipped']} rows agree"]
@@ -68,14 +66,12 @@ def _line(row: Row) -> Line:
 
 
 def _numbers(row: Row, digits: int) -> list[str]:
-    """Expected, found, difference and error."""
     if row.unit == "order":
         return [f"{row.expected:g}", f"{row.found:.3f}", f"{row.difference:+.3f}", f"{row.error:g}"]
     return [f"{row.expected:.7g}", f"{row.found:.7g}", f"{row.difference:+.1e}", f"{row.error:.{digits}e}"]
 
 
 def markdown(rows: Sequence[Row], versions: dict[str, str]) -> str:
-    """The page of the documentation."""
     heads = ("case", "quantity", "expected", "found", "difference", "error", "verdict", "source")
     tables = [
         (TITLES.get(family, family), Table(heads, [_cells(row) for row in of_family], "<<>>>><<"))
@@ -101,7 +97,6 @@ def _cells(row: Row) -> list[str]:
 
 
 def document(rows: Sequence[Row], versions: dict[str, str], seconds: float) -> dict[str, Any]:
-    """The table as JSON types."""
     return as_document(rows, versions, seconds, ("difference", "verdict"), counts=counts(rows))
 
 

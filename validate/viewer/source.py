@@ -105,7 +105,6 @@ def find(path: Path) -> Source:
 
 
 def _collection(path: Path) -> list[tuple[float, Path]]:
-    """Times and files of a .pvd."""
     from xml.etree import ElementTree
 
     try:

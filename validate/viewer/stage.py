@@ -201,7 +201,6 @@ class Stage:
         return keys_text(view, columns) if view.keys else ""
 
     def _text(self, number: int, text: str, size: int, font: str) -> None:
-        """Text at a part's upper left."""
         if not text:
             return
         self.plotter.subplot(number, 0)

@@ -85,7 +85,6 @@ def start(request: dict[str, Any], progress: Callable[[str], None]) -> list[str]
 
 
 def _why(status: int, said: str) -> str:
-    """The last thing that the process said, or how it ended."""
     last = next((line.strip() for line in reversed(said.splitlines()) if line.strip()), "")
     if status < 0:
         return f"its process was ended by signal {-status}"
@@ -93,7 +92,6 @@ def _why(status: int, said: str) -> str:
 
 
 def main() -> int:
-    """Does what is asked; returns the exit status."""
     request = json.loads(sys.stdin.read())
     try:
         _show(request)

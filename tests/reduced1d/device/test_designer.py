@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import compare
 from reduced1d.device import solve
 from reduced1d.device.accurate import solve_accurate
 from reduced1d.device.design import limiter_acts, measurable_range, resolution, smooth_start_gain
@@ -14,6 +15,7 @@ from reduced1d.device.lumped import steady
 from reduced1d.device.meters import MAX1367, PXI_4070, in_the_loop, reading
 from reduced1d.equations import anchor_flow
 from scenes.device import GOLD, Control, Device, External
+from scenes.errors import SceneError
 from scenes.loop.runs import settling, settling_time
 
 
@@ -115,15 +117,18 @@ def test_same_settling_time_for_all_steps_but_the_saturated_one():
 @pytest.mark.parametrize(
     ("device", "says"),
     [
-        (Device(control=Control(set_temperature=290.0)), "must be above room temperature"),
-        (Device(control=Control(sample_time=0.0)), "must be positive"),
-        (Device(control=Control(sink_gain=-1.0)), "control.sink_gain is -1 V: it must be 0 or more"),
-        (Device(polymer_thickness=0.0), "device.polymer_thickness is 0 m: it must be positive"),
-        (Device(gold=replace(GOLD, resistivity=None)), "no resistivity"),
-        (Device(gold=replace(GOLD, temperature_coefficient=0.0)), "rises with temperature"),
-        (Device(external=External(293, 10.0, 0.25)), "external.final_temperature is 10 K"),
+        (Device(control=Control(set_temperature=290.0)), "control.set_temperature = 290 K asks for cooling"),
+        (Device(control=Control(sample_time=0.0)), "control.sample_time = 0.0 is out of range"),
+        (Device(control=Control(sink_gain=-1.0)), "control.sink_gain = -1.0 is out of range"),
+        (Device(polymer_thickness=0.0), "device.polymer_thickness = 0.0 is out of range"),
+        (Device(gold=replace(GOLD, resistivity=None)), "materials.gold.resistivity = None is missing"),
+        (
+            Device(gold=replace(GOLD, temperature_coefficient=0.0)),
+            "leaves the controllers without a signal",
+        ),
+        (Device(external=External(293, 10.0, 0.25)), "makes the resistivity .* at external.final_temperature = 10"),
     ],
 )
 def test_what_makes_no_device_is_said_in_a_sentence(device, says):
-    with pytest.raises(ValueError, match=says):
-        solve(device)
+    with pytest.raises(SceneError, match=says):
+        compare.device(device)

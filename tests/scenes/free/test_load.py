@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from scenes import examples, physics
+from scenes import physics
 from scenes.errors import SceneError
 from scenes.free import as_dict, from_dict, load
 from scenes.free.document import as_toml
-from scenes.loading import builtin_text
+from scenes.loading import builtin_text, examples
 from scenes.model import Schedule
 
 BAR = """
@@ -44,7 +44,7 @@ def bar(*lines: str) -> dict:
     return tomllib.loads("\n".join([BAR, *lines]))
 
 
-@pytest.mark.parametrize("name", examples.names())
+@pytest.mark.parametrize("name", examples())
 def test_examples_read_and_come_back(name: str) -> None:
     scene = load(name)
     assert scene.name == name

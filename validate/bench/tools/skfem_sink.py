@@ -45,7 +45,6 @@ class Matrices:
         self.mass = self.inner(forms.capacity.assemble(basis, heat_capacity=per_element("heat_capacity")))
 
     def inner(self, matrix: Any) -> csc_array:
-        """Between free nodes."""
         return csc_array(matrix[self.free][:, self.free])
 
     def factors(self, mass: float, stiffness: float) -> Callable[[np.ndarray], np.ndarray]:

@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 
 from scenes.formats import cut, sink_text
 from scenes.sink import Sink
-from validate.report.figures import INK, LINES
+from validate.report.figures import INK, LINES, PARTS
 from validate.report.figures.drawing import band, kept, legend, logarithmic, new_figure
 
 if TYPE_CHECKING:
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from compare.budget import Budget
     from compare.outcome import Outcome
 
-# Okabe and Ito's colours, which stay apart for colour-blind readers, in an order of alternating lightness.
-_PARTS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#999999")
 _VISIBLE = 0.005
 """The share of an axis's height from which on a part can be seen."""
 _MODELS = {"3D": LINES["end_K"], "1D": LINES["mean_K"]}
@@ -72,7 +70,7 @@ def why(outcome: Outcome[Sink]) -> Figure:
         if i == 0:
             first.set_ylabel(f"reduction less 3D (% of the final\nrise, or of the {of_current(sink)})")
     seen, names = seen_parts(budget), [part.blame for part in budget.steady[0].parts]
-    handles: list[Any] = [Patch(color=_PARTS[n % len(_PARTS)], label=names[n]) for n in seen]
+    handles: list[Any] = [Patch(color=PARTS[n % len(PARTS)], label=names[n]) for n in seen]
     handles += [Line2D([], [], color=INK, lw=1.4, label="in all")] * over_time
     name = "in all, steady, with its numerical error"
     handles.append(Line2D([], [], color=INK, marker="D", ms=4, ls="none", label=name))
@@ -87,7 +85,7 @@ def _stacked(ax: Any, x: np.ndarray, parts: np.ndarray) -> None:
     sum."""
     up, down = np.zeros(len(x)), np.zeros(len(x))
     for n, part in enumerate(100 * parts):
-        colour, more, less = _PARTS[n % len(_PARTS)], np.maximum(part, 0.0), np.minimum(part, 0.0)
+        colour, more, less = PARTS[n % len(PARTS)], np.maximum(part, 0.0), np.minimum(part, 0.0)
         if len(x) == 1:
             ax.bar(0, part[0], bottom=(up if part[0] > 0 else down)[0], color=colour, width=0.8)
         else:

@@ -45,7 +45,6 @@ _MEANS = {
 
 
 def style() -> Any:
-    """A context in which figures are drawn."""
     return rc_context(_STYLE)
 
 

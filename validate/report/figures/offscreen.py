@@ -24,7 +24,6 @@ AMBIENT = 0.65  # the part of a face's colour that no light takes away
 
 
 def main() -> None:
-    """Reads, renders, writes."""
     # Libraries may print to standard output; the image needs it for itself.
     out = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)

@@ -98,7 +98,6 @@ def _read(name: str) -> str:
 
 
 def _tally(document: Document) -> str:
-    """How many checks have each verdict, with their names."""
     found = ""
     for verdict, word in (("differs", "differ"), ("unresolved", "unresolved"), ("agrees", "agree")):
         names = [c["id"] for c in document.get("checks", ()) if c.get("own", True) and c["verdict"] == verdict]
@@ -212,7 +211,6 @@ def _energy(document: Document) -> Section:
 
 
 def _mesh(document: Document) -> str:
-    """Statistics of the mesh that the 3D answer is from."""
     fem3d = document.get("fem3d") or {}
     found = {"part solved": fem3d.get("symmetry"), "unknowns": fem3d.get("dofs"), "time steps": fem3d.get("steps")}
     if fem3d.get("field_error"):
@@ -239,7 +237,6 @@ def _scene(document: Document) -> str:
 
 
 def _provenance(document: Document) -> str:
-    """Versions, times and files."""
     timing = {f"{key} (s)": round(float(value), 3) for key, value in (document.get("timing_s") or {}).items()}
     files = [text(name) for name in document.get("files", ()) if name != "report.html"]
     links = ", ".join(f'<a href="{name}">{name}</a>' for name in files)
