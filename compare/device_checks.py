@@ -10,8 +10,8 @@ import numpy as np
 
 from compare.plan import made_checks
 from compare.verdict import Check, Comparison, judged, relative
+from reduced1d.device.design import PXI_4070, reading
 from reduced1d.device.lumped import lump
-from reduced1d.device.meters import PXI_4070, reading
 from reduced1d.device.stability import at_sample_time, largest_eigenvalue, shown
 from scenes.device import Device
 from scenes.errors import SceneError

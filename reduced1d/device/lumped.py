@@ -24,19 +24,6 @@ from scenes.loop.stability import complementary
 
 
 @dataclass(frozen=True)
-class Element:
-    """A thermally thin heated film: capacity in J/K, conductance to room temperature in W/K, R and dR/dT of eq 7.
-
-    ``resistance`` is that at room temperature in ohm, ``coefficient`` the change of R per kelvin relative to it.
-    """
-
-    capacity: float
-    conductance: float
-    resistance: float
-    coefficient: float
-
-
-@dataclass(frozen=True)
 class Slab:
     """A conducting layer: thickness in m, area in m2, conductivity in W/(m K), heat capacity in J/(m3 K)."""
 
@@ -55,25 +42,22 @@ class Slab:
         return self.conductivity / self.heat_capacity
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Lumped:
-    """Sink and sensor, insulator and polymer of one device, and the rise that the controllers are set to (K)."""
+    """Sink and sensor, insulator and polymer of one device, and the rise that the controllers are set to (K).
 
-    sink: Element
-    sensor: Element
+    Of (sink, sensor), thermally thin heated films, (2,) each: ``capacity`` in J/K; R of eq 7 at room temperature,
+    ``resistance`` in ohm, and its relative change per kelvin, ``coefficient``. ``conductance`` (W/K) is the sink's to
+    room temperature.
+    """
+
+    capacity: np.ndarray
+    conductance: float
+    resistance: np.ndarray
+    coefficient: np.ndarray
     insulator: Slab
     polymer: Slab
     set_rise: float
-
-    @property
-    def resistance(self) -> np.ndarray:
-        """R at room temperature of (sink, sensor) in ohm."""
-        return np.array([self.sink.resistance, self.sensor.resistance])
-
-    @property
-    def coefficient(self) -> np.ndarray:
-        """Relative change of R per kelvin of (sink, sensor)."""
-        return np.array([self.sink.coefficient, self.sensor.coefficient])
 
     def power(self, voltage: np.ndarray, rise: np.ndarray) -> np.ndarray:
         """Electrical power V^2/R(T) of (sink, sensor) in W; last axis of both arguments the elements (eqs 6, 7)."""
@@ -86,10 +70,10 @@ def lump(device: Device) -> Lumped:
     alone = lump_sink(sink)
     resistivity, change = room_resistivity(gold, sink.room_temperature)
     section = sink.width * device.sensor_thickness
+    film = resistance(0.0, resistivity, change, sink.length, section)
     return Lumped(
-        Element(alone.capacity, alone.conductance, alone.resistance, alone.coefficient),
-        Element(gold.heat_capacity * section * sink.length, 0.0,
-                resistance(0.0, resistivity, change, sink.length, section), change),
+        np.array([alone.capacity, gold.heat_capacity * section * sink.length]), alone.conductance,
+        np.array([alone.resistance, film]), np.array([alone.coefficient, change]),
         Slab(device.insulator_thickness, area, pdms.thermal_conductivity, pdms.heat_capacity),
         Slab(device.polymer_thickness, area, pdms.thermal_conductivity, pdms.heat_capacity),
         device.set_rise,
@@ -105,7 +89,7 @@ def steady(device: Device, external: float | None = None) -> Steady:
     """
     lumped, room = lump(device), device.sink.room_temperature
     outer = (device.external.final_temperature if external is None else external) - room
-    sink, between, polymer = lumped.sink.conductance, lumped.insulator.conductance, lumped.polymer.conductance
+    sink, between, polymer = lumped.conductance, lumped.insulator.conductance, lumped.polymer.conductance
     K = np.array([[sink + between, -between], [-between, between + polymer]])
     load = np.array([0.0, polymer * outer])
     gains = np.array([device.control.sink_gain, device.control.sensor_gain])

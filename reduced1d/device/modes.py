@@ -42,8 +42,8 @@ def modes(lumped: Lumped, degree: int, grids: tuple[np.ndarray, np.ndarray] = GR
     conductivity = np.repeat([slab.conductivity * slab.area for slab in slabs], cuts)
     films = np.array([0, cuts[0]])
     mass, stiffness = line.products(capacity), line.products(0 * capacity, conductivity)
-    mass[films, films] += lumped.sink.capacity, lumped.sensor.capacity
-    stiffness[0, 0] += lumped.sink.conductance
+    mass[films, films] += lumped.capacity
+    stiffness[0, 0] += lumped.conductance
     free = np.delete(np.arange(line.size), outer)
     K = stiffness[np.ix_(free, free)]
     w = np.zeros(line.size)
@@ -52,7 +52,7 @@ def modes(lumped: Lumped, degree: int, grids: tuple[np.ndarray, np.ndarray] = GR
     rates, phi = modes_of(mass[np.ix_(free, free)], K)
     into_polymer = -conductivity[-1] * line.at(cuts[0], -1.0)[1]
     content = line.integral(capacity * (np.arange(outer) < cuts[0]))
-    content[films] += lumped.sink.capacity, lumped.sensor.capacity
+    content[films] += lumped.capacity
     modal = Modal(
         rates, phi[films], np.array([0, 1]), lumped.resistance, lumped.coefficient, w[films],
         phi.T @ (mass[np.ix_(free, free)] @ (w - _step(line, degree))[free]),

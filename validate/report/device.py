@@ -226,7 +226,7 @@ def _run(run: Run, model: Model | None = None) -> dict[str, Any]:
         "settling": settled,
         "errors": result.errors,
         "error_parts": result.error_parts,
-        "details": {k: asdict(v) if hasattr(v, "__dataclass_fields__") else v for k, v in result.details.items()},
+        "details": result.details,
     }
 
 

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 from validate.processes import side_by_side
 from validate.verify import exact_bodies, exact_walls, integrators, orders, published
-from validate.verify.answers import Row
 from validate.verify.manufactured import conduction, heating, joule
+from validate.verify.report import Row
 from validate.verify.second_code import sink_steady
 
 

@@ -14,8 +14,8 @@ from scipy.special import ellipj, ellipk
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene, Value
 from scenes.sink import SILICON
 from validate.verify import series
-from validate.verify.answers import ACCURACY, Expected, Row, rows
 from validate.verify.manufactured import face
+from validate.verify.report import ACCURACY, Expected, Row, rows
 
 FAMILY, ROOM = "exact", 293.0
 

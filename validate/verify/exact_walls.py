@@ -10,7 +10,7 @@ import numpy as np
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene, Schedule, Value
 from scenes.sink import OXIDE, SILICON
 from validate.verify import series
-from validate.verify.answers import ACCURACY, Expected, Row, rows
+from validate.verify.report import ACCURACY, Expected, Row, rows
 from validate.verify.series import HELD, INVERSION, Layer, step_response
 
 FAMILY = "exact"

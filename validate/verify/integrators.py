@@ -15,9 +15,9 @@ from reduced1d.device.lumped import Slab
 from reduced1d.device.paper import crank_nicolson, mesh_ratio
 from scenes.sink import Sink
 from validate.verify import orders
-from validate.verify.answers import Row, observed_order, order_row
 from validate.verify.manufactured import Heating, joule
 from validate.verify.reference import FullOrder
+from validate.verify.report import Row, observed_order, order_row
 
 FAMILY = "order in time"
 

@@ -26,9 +26,9 @@ from fem3d.transient import Base, Krylov
 from meshes.grid import Grid
 from scenes.model import Boundary, Scene
 from validate.verify import manufactured, reference
-from validate.verify.answers import Row, observed_order, order_row
 from validate.verify.manufactured import LAYER, SIZE, Heating, Manufactured
 from validate.verify.reference import FullOrder
+from validate.verify.report import Row, observed_order, order_row
 
 PLANES = ((0.0, 0.45, SIZE[0]), (0.0, 0.35, SIZE[1]), (0.0, LAYER, SIZE[2]))
 FINER = 3  # Gauss points more than usual along each axis, at which errors are integrated
