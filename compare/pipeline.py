@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from compare.outcome import Clock, Outcome
 from compare.plan import (
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from compare.against import Data
     from compare.inputs.sensitivities import Sensitivities
     from reduced1d.ladder.levels import Levels
-    from scenes.loop.runs import Runs
+    from scenes.loop.result import Runs
     from scenes.result import Result
 
 
@@ -80,8 +80,44 @@ def answer(
     found: dict[str, Callable[[], Outcome[Any]]] = {
         "sink": lambda: _sink(run, data), "device": lambda: _device(run), "free": lambda: _free(run),
     }  # fmt: skip
+    if request.export is not None:
+        _check_export(_modelled(scene, request), request.export.folder)
     outcome = found[kind(scene)]()
+    if request.export is not None:
+        with run.clock.stage("export"):
+            written = _exported(_modelled(outcome.scene, request), request.export, run.say)
+        outcome = replace(outcome, exported=written)
     return replace(outcome, timing=run.clock.all())
+
+
+def _modelled(scene: Any, request: Request) -> AnyScene:
+    """What a compact model is of: of a sink its 3D problem, with the current as a probe too."""
+    if not isinstance(scene, Sink):
+        return cast(AnyScene, scene)
+    found = scene.scene()
+    inlet = next(b for b in found.boundaries if b.kind == "voltage")
+    current = Probe("current", inlet.lower, inlet.upper, "current")
+    return replace(found, probes=(*found.probes, current), steady=not request.transient)
+
+
+def _check_export(scene: AnyScene, folder: Path) -> None:
+    """SceneError for a model that there isn't, or a folder that can't be written, before anything is solved."""
+    from fem3d.compact.find import check
+    from scenes.compact import files
+
+    check(scene)
+    files.check(folder)
+
+
+def _exported(scene: AnyScene, export: Export, say: Callable[[str], None]) -> tuple[str, Path]:
+    """The compact model's own words, and the folder that it is written to."""
+    from fem3d.compact.find import compact
+    from scenes.compact import files, fmu
+    from scenes.compact.words import validity
+
+    document = compact(scene, export.states, export.accuracy, say)
+    without = "" if fmu.available() else f"; {fmu.MISSING}"
+    return f"a compact model ({validity(document)}{without})", files.write(document, export.folder)
 
 
 @dataclass(frozen=True)
@@ -174,9 +210,6 @@ def _compared(
     sink, request, clock, say = run.scene, run.request, run.clock, run.say
     solver_steps: tuple[Step, ...] = (ONLY_1D,)
     outcome = Outcome(sink, request, ())
-    if request.export is not None and levels is not None:
-        with clock.stage("export"):
-            outcome = replace(outcome, exported=_exported_sink(run, request.export, levels))
     fem3d = reduced1d = single = None
     if "fem3d" in request.models:
         with clock.stage("imports"):
@@ -217,7 +250,7 @@ def _compared(
 
 def _levels(sink: Sink, request: Request) -> Levels | None:
     """The plate, where any of what is asked for stands on it; it is solved when first used."""
-    if request.reduction == "paper" and not request.why and request.export is None:
+    if request.reduction == "paper" and not request.why:
         return None
     from reduced1d.ladder.levels import Levels
 
@@ -312,18 +345,12 @@ def _free(run: _Run) -> Outcome[AnyScene]:
     from compare import hottest
 
     scene, request, clock = run.scene, run.request, run.clock
-    if request.export is not None:
-        from fem3d.compact.find import check
-        from scenes.compact import files
-
-        check(scene)
-        files.check(request.export.folder)
     with clock.stage("imports"):
         model = solver(scene)
     run.say("solving in 3D")
     with clock.stage("fem3d"):
         result: Result = model.solve(scene, run.say, **_whole(scene, request))
-    shown, written, warnings = None, None, tuple(result.details.get("warnings", ()))
+    shown, warnings = None, tuple(result.details.get("warnings", ()))
     with clock.stage("checks"):
         if physics.heat(scene):
             fields, times = result.details["fields"], hottest.moments(result.traces)
@@ -331,10 +358,7 @@ def _free(run: _Run) -> Outcome[AnyScene]:
             if result.traces is not None and "field" not in skipped_figures(scene, request):
                 shown = hottest.farthest(fields, times, scene.initial_temperature)
     steps = of_free(scene, request, tuple(result.details["plan"]))
-    if request.export is not None:
-        with clock.stage("export"):
-            written = _exported(scene, request.export, run.say)
-    outcome = Outcome(scene, request, steps, result, warnings=warnings, shown=shown, exported=written)
+    outcome = Outcome(scene, request, steps, result, warnings=warnings, shown=shown)
     if request.sensitivities or request.uncertain is not None:
         run.say("sensitivities")
         with clock.stage("sensitivities"):
@@ -367,31 +391,3 @@ def _whole(scene: AnyScene, request: Request) -> dict[str, bool]:
     """What says that a scene of boxes is solved whole, where a number of one side changes that side alone."""
     asked = request.sensitivities or request.uncertain is not None
     return {"whole": True} if asked and not isinstance(scene, MeshScene) else {}
-
-
-def _exported_sink(run: _Run, asked: Export, levels: Levels) -> tuple[str, Path]:
-    """What has been written, and where: a compact model of the 3D problem with the current as an output too, or the
-    reduction's few states."""
-    sink, reduction = run.scene, run.request.reduction
-    if not asked.compact:
-        from reduced1d.export import export
-        from reduced1d.ladder import few_states_of
-
-        return few_states_of(reduction), export(levels, reduction, asked.folder)
-    if sink.spans > 1:
-        raise SceneError(f"--states and --model-accuracy make a model of one span, and sink.spans = {sink.spans}")
-    scene = sink.scene()
-    inlet = next(b for b in scene.boundaries if b.kind == "voltage")
-    current = Probe("current", inlet.lower, inlet.upper, "current")
-    return _exported(replace(scene, probes=(*scene.probes, current)), asked, run.say)
-
-
-def _exported(scene: AnyScene, export: Export, say: Callable[[str], None]) -> tuple[str, Path]:
-    """The compact model's own words, and the folder that it is written to."""
-    from fem3d.compact.find import compact
-    from scenes.compact import files, fmu
-    from scenes.compact.words import validity
-
-    document = compact(scene, export.states, export.accuracy or scene.accuracy, say)
-    without = "" if fmu.available() else f"; {fmu.MISSING}"
-    return f"a compact model ({validity(document)}{without})", files.write(document, export.folder)

@@ -285,10 +285,6 @@ def _export(request: Request) -> list[Step]:
     export = request.export
     if export is None:
         return []
-    if not export.compact:
-        from reduced1d.ladder import few_states_of
-
-        return [step("export", f"{few_states_of(request.reduction)} as JSON, Python and SPICE")]
     count = f"of {export.states} states" if export.states else f"of as few states as {export.accuracy:g} takes"
     return [step("export", f"a compact model {count}, held against the full one for a step of every input")]
 

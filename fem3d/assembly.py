@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import cached_property
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,55 +15,13 @@ from fem3d.heat import Film, HeatProblem, above
 from fem3d.integrals import Faces
 from scenes.model import Schedule, Value
 
+Matrices = Callable[[csc_array], Sequence[csc_array]]
+"""Stiffness and mass, in some order of the unknowns, by what films add to the former (functions, functions)."""
 PLANE = 0.95  # of normals' lengths that their sum keeps: faces that bend by less pass for one plane
 
 
-class Beside:
-    """What problems of scenes next to one that is there take over from it, on its bricks, moved: the order of the
-    unknowns, and all of the matrices but what changes."""
-
-    def __init__(self, heat: HeatProblem) -> None:
-        self.heat = heat
-        space: Any = heat.domain.space
-        self._pattern = part(space.pattern[0], heat.order)
-        for matrix in (self._pattern, heat.stiffness, heat.mass):
-            matrix.sort_indices()
-
-    def matrices(self, domain: Domain) -> list[csc_array]:
-        """Stiffness, without what films change of it, and mass."""
-        k, c = ([of(d) for d in (self.heat.domain, domain)] for of in (_conductivity, _capacity))
-        space: Any = domain.space
-        changes = space.changes(self.heat.domain.space, tuple(k), tuple(c))
-        own = self.heat.stiffness, self.heat.mass
-        return [self._plus(m, change[self._pattern.data]) for m, change in zip(own, changes, strict=True)]
-
-    def _plus(self, matrix: csc_array, change: np.ndarray) -> csc_array:
-        own = self._pattern
-        if not change.any():
-            return matrix
-        if matrix.nnz == own.nnz and (matrix.indices == own.indices).all():
-            return csc_array((matrix.data + change, matrix.indices, matrix.indptr), matrix.shape)
-        return csc_array(matrix + csc_array((change, own.indices, own.indptr), own.shape))
-
-    @cached_property
-    def films(self) -> csc_array:
-        """The part of its films in the stiffness, by functions."""
-        domain = self.heat.domain
-        cooled = [b for b in domain.scene.boundaries if b.kind == "convection" and b.value]
-        none = csc_array((domain.space.size,) * 2)
-        return csc_array(sum((float(b.value) * domain.faces(b).mass() for b in cooled), none))
-
-
-def _conductivity(domain: Domain) -> np.ndarray:
-    return domain.per_cell("thermal_conductivity")
-
-
-def _capacity(domain: Domain) -> np.ndarray:
-    return domain.per_cell("density") * domain.per_cell("specific_heat")
-
-
-def assemble(domain: Domain, beside: Beside | None = None) -> HeatProblem:
-    """The heat problem of a domain, perhaps ``beside`` one that is there, in whose space it is then."""
+def assemble(domain: Domain, order: np.ndarray | None = None, matrices: Matrices | None = None) -> HeatProblem:
+    """The heat problem of a domain, with its unknowns in an ``order`` and these ``matrices`` where they are known."""
     scene, space, channels = domain.scene, domain.space, domain.inputs
     initial = scene.initial_temperature
     held = [b for b in scene.boundaries if b.kind == "temperature"]
@@ -94,21 +51,18 @@ def assemble(domain: Domain, beside: Beside | None = None) -> HeatProblem:
             cooled += h * area
         loads += np.outer(flux, area)
         films[b.name] = flux * float(face.areas.sum()), -h * area
-    if beside is None:
+    if order is None or matrices is None:
         # Lower spaces first, so that theirs are leading parts of the matrices.
         level = np.sum([~nested for nested in space.nested], axis=0)
         order = np.lexsort((np.arange(space.size), level, fixed))
         order = order[space.nested[-1][order]]
-        stiffness, mass = space.matrices(_conductivity(domain), _capacity(domain))
+        capacity = domain.per_cell("density") * domain.per_cell("specific_heat")
+        stiffness, mass = space.matrices(domain.per_cell("thermal_conductivity"), capacity)
         stiffness = csc_array(stiffness + cooling) if cooling.nnz else stiffness
         stiffness, mass = part(stiffness, order), part(mass, order)
         _conserve(stiffness, space.unit[order], cooled[order])
     else:
-        order = beside.heat.order
-        stiffness, mass = beside.matrices(domain)
-        warmer = csc_array(cooling - beside.films)
-        if warmer.nnz:
-            stiffness = csc_array(stiffness + part(warmer, order))
+        stiffness, mass = matrices(cooling)
     free = int((~fixed[order]).sum())
     return HeatProblem(
         channels, free, stiffness, mass, loads[:, order],
@@ -116,7 +70,7 @@ def assemble(domain: Domain, beside: Beside | None = None) -> HeatProblem:
         part(edges, order[free:]),
         {name: Film(entering, row[order]) for name, (entering, row) in films.items()},
         domain.anchored, scene.end_time, space.unit[order], space.entity[order], Ordering(space.places), domain, order,
-        torn[order], None if beside is None else beside.heat,
+        torn[order],
     )  # fmt: skip
 
 

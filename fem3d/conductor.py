@@ -14,7 +14,7 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import LinearOperator, cg
 
 from fem3d.assembly import reactions
-from fem3d.factorization import Factors, Ordering, part, refined
+from fem3d.factorization import Factors, Ordering, part
 from fem3d.heat import HeatProblem
 from fem3d.integrals import Cells, Faces
 from scenes.model import Material
@@ -62,8 +62,7 @@ class Conductor:
 
     ``matrix`` is that of the initial temperature. ``electrodes``: for each its part (functions,) of the currents that
     enter. ``sections``: the current probes inside. ``stands_for`` (cells, 1): how many such cells in series each one
-    is, all of which the resistivity counts and the heat does not. Current densities are (3, cells, points). ``near``:
-    the `solve_cold` of another conductor that differs from this by next to nothing, which spares a factorization.
+    is, all of which the resistivity counts and the heat does not. Current densities are (3, cells, points).
     """
 
     heat: HeatProblem
@@ -79,7 +78,6 @@ class Conductor:
     stands_for: np.ndarray
     ordering: Ordering
     solved: float = SOLVED
-    near: Callable[[np.ndarray], np.ndarray] | None = None
 
     def lower(self, level: int, heat: HeatProblem) -> Conductor:
         """The problem in a lower space, for the heat problem there."""
@@ -103,10 +101,13 @@ class Conductor:
     @cached_property
     def solve_cold(self) -> Callable[[np.ndarray], np.ndarray]:
         """What gives the potential (free,) of the cold conductor for charges (free,) between earthed electrodes."""
-        if self.near is not None:
-            return refined(part(self.matrix, self.free), self.near)
         groups = self.heat.domain.space.entity[self.free]
         return Factors(part(self.matrix, self.free), groups, self.ordering).solve
+
+    @cached_property
+    def preconditioner(self) -> Callable[[np.ndarray], np.ndarray]:
+        """What is next to `solve_cold`, and cheap."""
+        return self.solve_cold
 
     def influence(self, row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """What a row (functions,) reads off the potential of any current density J, without solving for it.
@@ -157,7 +158,7 @@ class Conductor:
         steps = self._steps(resistivity / self.cold)
         if steps:
             size = (len(free), len(free))
-            operator, inverse = (LinearOperator(size, f, dtype=float) for f in (inner, self.near or self.solve_cold))
+            operator, inverse = (LinearOperator(size, f, dtype=float) for f in (inner, self.preconditioner))
             start[free] += cg(operator, -charge(start)[free], rtol=0.0, atol=0.0, maxiter=steps, M=inverse)[0]
         density = -self.on.gradient(start) / resistivity
         through = {name: self._through(section, start, rise) for name, section in self.sections.items()}

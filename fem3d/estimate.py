@@ -29,7 +29,10 @@ from fem3d.bricks import BrickSpace
 from meshes.grading import Features
 from meshes.grid import Grid
 
-SLOWEST = 1.0  # of the rates a, next to an edge: that of an exponent of 1/4
+SLOWEST = 1.0  # of the rates a, next to an edge, unless theory has a slower one
+# Degrees by which what the element leaves of an edge lags behind its asymptotic decay: of distances to powers from 0.13
+# to 0.67 about an edge, in one layer of cells up to 15 times longer than wide, it takes what is left to (p + LAG)^-4s.
+LAG = 4
 REGULAR = 2.0  # elsewhere: as slow as next to an edge of exponent 1/2
 FASTEST = 40.0
 
@@ -49,6 +52,12 @@ class Parts(NamedTuple):
 def left(p: np.ndarray, a: np.ndarray) -> np.ndarray:
     """What is left after degree p over what it took away, of an error that falls like p^-a."""
     found: np.ndarray = 1 / ((p / (p - 1.0)) ** a - 1)
+    return found
+
+
+def at_edge(p: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """The rate a next to an edge of exponent s that leaves what (p + LAG)^-4s does."""
+    found: np.ndarray = 4 * s * np.log((p + LAG) / (p + LAG - 1)) / np.log(p / (p - 1))
     return found
 
 
@@ -75,14 +84,15 @@ class Estimator:
         self._cap, self._least, self._fall = [], [], []
         for p, b, near, planes in zip(self._degrees, grid.breaks, marks.near(grid), marks.exponents, strict=True):
             s, half, middle = np.minimum(near[:-1], near[1:]), np.diff(b) / 2, (b[1:] + b[:-1]) / 2
+            edge = at_edge(p, s)
             away = np.abs(np.array([*planes, np.inf]) - middle[:, None]) / half[:, None]
             away = np.where(away > 1 + 1e-9, away, np.inf).min(axis=1)
             fall = np.zeros(len(p))
             seen = np.isfinite(away)
             fall[seen] = (away[seen] + np.sqrt(away[seen] ** 2 - 1)) ** -2.0
             self._fall.append(fall)
-            self._least.append(np.where(np.isfinite(s), np.minimum(4 * s, SLOWEST), REGULAR))
-            self._cap.append(np.where(np.isfinite(s), 4 * s, rate(p, fall)).clip(max=FASTEST))
+            self._least.append(np.where(np.isfinite(s), np.minimum(edge, SLOWEST), REGULAR))
+            self._cap.append(np.where(np.isfinite(s), edge, rate(p, fall)).clip(max=FASTEST))
 
     @property
     def most(self) -> float:

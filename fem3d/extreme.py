@@ -15,6 +15,7 @@ from fem3d.domain import Patch
 from fem3d.integrals import Space
 
 CLOSER = 0.5  # of a lattice's extent: that of the next one, two spacings around its best point, for tops lie askew
+FINE = 5  # its points along each side
 TURNS = 6  # of closing in: the best point is then within 1/128 of a side
 MISSED = 0.1  # of what a function spans on a lattice: by what its top may be higher
 APART = 0.4  # of a cell's sides: how far a second top is from the first, which closing in on that doesn't see
@@ -36,28 +37,32 @@ class Place(NamedTuple):
 
 
 class Extreme:
-    """The largest value (``sign`` 1) or the smallest one (-1) over some parts of cells."""
+    """The largest value (``sign`` 1) or the smallest one (-1) over some parts of cells. Points of a part are told by
+    how far along its sides they lie, from 0 to 1."""
 
     def __init__(self, space: Space, patches: Sequence[Patch], sign: float) -> None:
         self._space, self._sign = space, sign
         self._simplex = "Tet" in type(space.mesh).__name__
         self._patches = [p for p in patches if len(p[0])]
-        self._lattices = [self._lattice(corner, sides) for _, corner, sides in self._patches]
+        # As many points along each side as make a polynomial known there.
+        self._lattices = [self._lattice(len(sides), int(getattr(space, "p", 2)) + 2) for _, _, sides in self._patches]
 
     def __call__(self, fields: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(times,) twice: of the sums of functions (r, functions) with weights (times, r), and what the search may have
         left of each."""
         found, left = np.full(len(weights), -np.inf), np.zeros(len(weights))
         for (cells, corner, sides), points in zip(self._patches, self._lattices, strict=True):
-            at, dofs = self._space.at(points), self._space.dofs[:, cells]
+            at, dofs = self._space.at((corner + points @ sides).T), self._space.dofs[:, cells]
             step = max(1, AT_ONCE // max(at.shape[0] * dofs.shape[1], 1))
             samples = self._sign * np.einsum("pn,rnc->rcp", at, fields[:, dofs])
             for start in range(0, len(weights), step):
                 values = np.tensordot(weights[start : start + step], samples, (-1, 0))
-                for cell, point, at_times in self._candidates(values, points):
-                    when = start + at_times
-                    own = fields[:, dofs[:, cell]]
-                    value, doubt = self._close(own, weights[when], points[:, point], corner, sides)
+                tried = [(cell, point, start + when) for cell, point, when in self._candidates(values, points)]
+                functions = [weights[when] @ (self._sign * fields[:, dofs[:, cell]]) for cell, _, when in tried]
+                group = np.repeat([point for _, point, _ in tried], [len(when) for *_, when in tried])
+                _, tops, doubts = self._close(np.concatenate(functions), points, group, corner, sides)
+                ends = np.cumsum([len(when) for *_, when in tried])[:-1]
+                for (*_, when), value, doubt in zip(tried, np.split(tops, ends), np.split(doubts, ends), strict=True):
                     better = value > found[when]
                     found[when], left[when] = np.where(better, value, found[when]), np.where(better, doubt, left[when])
         return self._sign * found, left
@@ -72,13 +77,12 @@ class Extreme:
         ranked = np.argsort(-top, axis=1)[:, :CANDIDATES]
         possible = np.take_along_axis(top + reach, ranked, axis=1) >= highest[:, None]
         cell = np.where(possible, ranked, -1)
-        sides = np.maximum(np.ptp(points, axis=1), 1e-300)[:, None]
         for c in np.unique(cell[cell >= 0]).tolist():
             times = np.flatnonzero((cell == c).any(axis=1))
             for p in np.unique(point[times, c]).tolist():
                 at = times[point[times, c] == p]
                 yield c, p, at
-                away = np.flatnonzero((np.abs(points - points[:, [p]]) > APART * sides).any(axis=0))
+                away = np.flatnonzero((np.abs(points - points[p]) > APART).any(axis=1))
                 if not len(away):
                     continue
                 others = values[at, c][:, away]
@@ -91,62 +95,48 @@ class Extreme:
         """Where that of a function (functions,) is."""
         best: tuple[float, Place] | None = None
         for (cells, corner, sides), points in zip(self._patches, self._lattices, strict=True):
-            values = self._sign * (self._space.at(points) @ function[self._space.dofs[:, cells]])
+            values = self._sign * (self._space.at((corner + points @ sides).T) @ function[self._space.dofs[:, cells]])
             point, cell = np.unravel_index(int(values.argmax()), values.shape)
-            own, at = function[self._space.dofs[:, cells[cell]]], points[:, point]
-            extent = sides
-            for _ in range(TURNS):
-                extent = CLOSER * extent
-                near = self._around(at, corner, sides, extent)
-                at = near[:, int((self._sign * (self._space.at(near) @ own)).argmax())]
-            value = float(self._sign * (self._space.at(at[:, None]) @ own)[0])
+            own = self._sign * function[None, self._space.dofs[:, cells[cell]]]
+            (at,), (value,), _ = self._close(own, points, np.array([point]), corner, sides)
             if best is None or value > best[0]:
-                best = value, Place(int(cells[cell]), at)
+                best = float(value), Place(int(cells[cell]), corner + at @ sides)
         assert best is not None
         return best[1]
 
     def _close(
-        self, own: np.ndarray, weights: np.ndarray, at: np.ndarray, corner: np.ndarray, sides: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """(times,) twice: the largest values in one cell near a point that is the best of a lattice at all these times,
-        each closed in on by itself."""
-        functions = weights @ (self._sign * own)
-        value = functions @ self._space.at(at[:, None])[0]
-        extent, doubt = sides, np.zeros(len(weights))
-        groups = [(np.arange(len(weights)), at)]
-        for _ in range(TURNS):
-            extent, closer = CLOSER * extent, []
-            for times, middle in groups:
-                near = self._around(middle, corner, sides, extent)
-                values = functions[times] @ self._space.at(near).T
-                best = values.argmax(axis=1)
-                doubt[times] = np.maximum(values.max(axis=1) - value[times], 0.0)
-                value[times] += doubt[times]
-                closer += [(times[best == b], near[:, b]) for b in np.unique(best)]
-            groups = closer
-        return value, doubt
+        self, functions: np.ndarray, points: np.ndarray, best: np.ndarray, corner: np.ndarray, sides: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(n, sides) and (n,) twice: where functions (n, own), of any cell each, are largest near the ``best`` (n,) of
+        some points, their values, and what the search may have left of each."""
+        # Those whose best points are the same are closed in on together.
+        which, group = np.unique(best, return_inverse=True)
+        middles, around = points[which], self._lattice(len(sides), FINE, inside=False) * 2 - 1
+        value = (functions * self._space.at((corner + middles @ sides).T)[group]).sum(axis=1)
+        doubt, best = np.zeros(len(functions)), np.empty(len(functions), int)
+        step = max(1, AT_ONCE // (len(around) * functions.shape[1]))
+        for turn in range(1, TURNS + 1):
+            near = np.clip(middles[:, None] + CLOSER**turn * around, 0.0, 1.0)
+            alike = np.split(np.argsort(group, kind="stable"), np.cumsum(np.bincount(group))[:-1])
+            for start in range(0, len(near), step):
+                some = near[start : start + step]
+                tables = self._space.at((corner + some @ sides).reshape(-1, 3).T).reshape(*some.shape[:2], -1)
+                for places, table, own in zip(some, tables, alike[start : start + step], strict=True):
+                    values = functions[own] @ table.T
+                    values[:, self._outside(places)] = -np.inf
+                    best[own] = values.argmax(axis=1)
+                    doubt[own] = np.maximum(values.max(axis=1) - value[own], 0.0)
+                    value[own] += doubt[own]
+            pairs, group = np.unique(group * len(around) + best, return_inverse=True)
+            middles = near[pairs // len(around), pairs % len(around)]
+        return middles[group], value, doubt
 
-    def _lattice(self, corner: np.ndarray, sides: np.ndarray) -> np.ndarray:
-        """(3, points): as many points along each side as make a polynomial known there."""
-        count = int(getattr(self._space, "p", 2)) + 2
-        return self._inside(corner[:, None] + (self._steps(len(sides), count) @ sides).T, corner, sides)
+    def _lattice(self, n: int, count: int, inside: bool = True) -> np.ndarray:
+        """(points, n): a lattice along n sides, as far as it lies inside."""
+        steps = np.array(list(product(np.linspace(0, 1, count), repeat=n)))
+        return steps[~self._outside(steps)] if inside else steps
 
-    @staticmethod
-    def _steps(n: int, count: int) -> np.ndarray:
-        """(points, n): a lattice of the unit cube of n dimensions."""
-        return np.array(list(product(np.linspace(0, 1, count), repeat=n)))
-
-    def _around(self, at: np.ndarray, corner: np.ndarray, sides: np.ndarray, extent: np.ndarray) -> np.ndarray:
-        """(3, points): a lattice of some extent around a point, inside its part of the cell."""
-        steps = self._steps(len(sides), 5) * 2 - 1
-        return self._inside(at[:, None] + (steps @ extent).T, corner, sides)
-
-    def _inside(self, points: np.ndarray, corner: np.ndarray, sides: np.ndarray) -> np.ndarray:
-        """Points moved or, on simplices, dropped where they lie outside."""
-        if not len(sides):
-            return corner[:, None]
-        along = np.clip(np.linalg.lstsq(sides.T, points - corner[:, None], rcond=None)[0], 0.0, 1.0)
-        if self._simplex:
-            along = along[:, along.sum(axis=0) <= 1 + 1e-12]
-        found: np.ndarray = corner[:, None] + sides.T @ along
+    def _outside(self, points: np.ndarray) -> np.ndarray:
+        """(points,): which lie outside of their part."""
+        found: np.ndarray = self._simplex & (points.sum(axis=1) > 1 + 1e-12)
         return found

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -217,18 +216,3 @@ def dissection(
 
     split(np.arange(len(places)), rows, columns)
     return pieces, joined
-
-
-def refined(
-    matrix: csc_array, near: Callable[[np.ndarray], np.ndarray], rounds: int = 3
-) -> Callable[[np.ndarray], np.ndarray]:
-    """What solves with a matrix by what solves with one next to it: each round takes away as much more of the error as
-    the two are alike."""
-
-    def solve(b: np.ndarray) -> np.ndarray:
-        x = near(b)
-        for _ in range(rounds):
-            x = x + near(b - matrix @ x)
-        return x
-
-    return solve

@@ -18,11 +18,10 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from fem3d.domain import Domain
-from fem3d.factorization import Factors, Ordering, part, refined
+from fem3d.factorization import Factors, Ordering, part
 from fem3d.inputs import Inputs
 from scenes.model import Value
 
-ROUNDS = 3  # of refinement by the factors of a problem next to this one
 BALANCED = 2e-11  # of the heat: an imbalance above it is worth a residual in extended precision
 # Of the product of two boundaries' parts t and 1 - t of what enters at an edge that they share. With a flux like
 # r^(s - 1) on both, either's true part is t^s / (t^s + (1 - t)^s): off by 0.79 t (1 - t) at most for s = 2/3, of a
@@ -50,8 +49,7 @@ class HeatProblem:
     that K is regular. ``unit`` (all nodes,) are the coefficients of the constant 1,
     ``groups`` (all nodes,) numbers the vertex, edge, facet or cell that each belongs to, ``ordering`` says when these
     are eliminated. ``order`` (all nodes,) is the function of the domain's space that each is of, ``torn`` (all nodes,)
-    by how much temperatures given there contradict each other (K). ``near``: another problem that differs from this
-    by next to nothing, whose factors and lifts spare those of this one.
+    by how much temperatures given there contradict each other (K).
     """
 
     inputs: Inputs
@@ -72,7 +70,6 @@ class HeatProblem:
     domain: Domain
     order: np.ndarray
     torn: np.ndarray
-    near: HeatProblem | None = None
 
     def field(self, u: np.ndarray) -> np.ndarray:
         """(..., functions): a field (free or all nodes) as coefficients of the space's functions."""
@@ -113,15 +110,11 @@ class HeatProblem:
     @cached_property
     def inner_stiffness(self) -> csc_array:
         """The stiffness matrix of the free nodes."""
-        if self.near is not None and self.near.stiffness is self.stiffness:
-            return self.near.inner_stiffness
         return self.stiffness[: self.free, : self.free]
 
     @cached_property
     def inner_mass(self) -> csc_array:
         """The mass matrix of the free nodes."""
-        if self.near is not None and self.near.mass is self.mass:
-            return self.near.inner_mass
         return self.mass[: self.free, : self.free]
 
     def factors(self, matrix: csc_array) -> Factors:
@@ -132,12 +125,13 @@ class HeatProblem:
     def solve_steady(self) -> Callable[[np.ndarray], np.ndarray]:
         """What gives the rise at the free nodes with K rise = load (free nodes), by one factorization; without an exit
         for heat, the mean over the run's time with the capacity of the whole run in its place."""
-        matrix = self.inner_stiffness
-        if self.anchored and self.near is not None and self.near.stiffness is self.stiffness:
-            return self.near.solve_steady
-        if not self.anchored:
-            matrix = _combined(matrix, 1.0 / self.end_time, self.inner_mass)
-        return self.factors(matrix).solve if self.near is None else refined(matrix, self.near.solve_steady)
+        return self.factors(self.steady_matrix).solve
+
+    @property
+    def steady_matrix(self) -> csc_array:
+        """What `solve_steady` solves with."""
+        own = self.inner_stiffness
+        return own if self.anchored else _combined(own, 1.0 / self.end_time, self.inner_mass)
 
     def solve_shifted(self, shift: float) -> Callable[[np.ndarray], np.ndarray]:
         """What solves (M + shift K) u = b on the free nodes."""
@@ -149,12 +143,8 @@ class HeatProblem:
         n = self.free
         found = np.zeros((self.inputs.count, self.size))
         found[:, n:] = self.given
-        for c, lift in enumerate(found):
-            if lift.any() and self.near is not None and self.anchored:
-                lift[:n] = self.near.lifts[c, :n]
-                for _ in range(ROUNDS):
-                    lift[:n] -= self.near.solve_steady((self.stiffness @ lift)[:n])
-            elif lift.any():
+        for lift in found:
+            if lift.any():
                 lift[:n] = self.solve_steady(-(self.stiffness @ lift)[:n])
                 if self.anchored:
                     lift[:] = self.improve(lift, np.zeros(self.size))

@@ -112,16 +112,19 @@ def examined(study: Study, given: Problems, fine: Solution, marks: Features) -> 
     scales = study.steady_scales(fine.out)
     parts = steady_parts(study, given, fine, low, scales)
     goals = {name: judge.remains(own) for name, own in parts.items()}
+    rest = tail(goals, parts, judge.most)
     add_torn(goals, study.goals, given, fine.state.rise, scales, None, marks)
     power = judge.remains(electric_parts(given))
+    joule = joule_parts(study.goals, given, fine.state.rise, _warmed(given, fine.state), scales, None)
+    goals = with_current(goals, {name: judge.remains(own) for name, own in joule.items()}, power)
     unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
-    errors = _errors(study, fine, low, scales, goals, estimate.total(power), unsettled, tail(goals, parts, judge.most))
-    return Level(given, fine, low, scales, errors, {"power": power} | with_power(goals, power))
+    errors = _errors(study, fine, low, scales, goals, estimate.total(power), unsettled, rest)
+    return Level(given, fine, low, scales, errors, {"power": power} | goals)
 
 
-def with_power(goals: Mapping[str, Spread], power: Spread) -> dict[str, Spread]:
-    """What goals miss, and what they miss with the power."""
-    return {name: [a + b for a, b in zip(own, power, strict=True)] for name, own in goals.items()}
+def with_current(goals: Mapping[str, Spread], joule: Mapping[str, Spread], power: Spread) -> dict[str, Spread]:
+    """What goals miss, with what they miss of the Joule heat, or else of the power."""
+    return {n: [a + b for a, b in zip(own, joule.get(n, power), strict=True)] for n, own in goals.items()}
 
 
 def tail(goals: Mapping[str, Spread], parts: Mapping[str, Parts], most: float) -> float:
@@ -148,8 +151,8 @@ def _errors(
         if name in goals:
             errors[name] = max(difference, estimate.total(goals[name]) * scales[name])
         else:
-            errors[name] = rest * difference
-        errors[name] += (electric + unsettled) * scales[name]
+            errors[name] = rest * difference + electric * scales[name]
+        errors[name] += unsettled * scales[name]
         errors[name] += float(fine.out.get(f"doubt:{study.goals.get(name)}", 0.0))
     worst = max((errors[name] / scales[name] for name in study.rises), default=0.0)
     for name in study.rises:
@@ -194,21 +197,79 @@ def thermal_parts(
     of a step of ``time`` (s) from rest.
     """
     heat, domain, found = given.heat, given.domain, {}
-    solves = [h.solve_steady if time is None else h.solve_shifted(time) for h in given.heats[1:]]
     depth, left = domain.space.depth[heat.order], heat.field(np.array(residuals))
     sizes = estimate.weights(heat.stiffness, rise, depth)
     if time is not None:
         sizes += estimate.weights(heat.mass, rise, depth) / time
     free = [h.order[: h.free] for h in given.heats]
+    for name, duals in _duals(goals, given, rise, time).items():
+        found[name] = _parts(domain.space, free, np.array(duals) * left / scales[name], duals[-1] * heat.field(sizes))
+    return found
+
+
+def _duals(
+    goals: Mapping[str, str], given: Problems, rise: np.ndarray, time: float | None
+) -> dict[str, list[np.ndarray]]:
+    """For each thermal goal the dual solutions (functions,) in the two upper spaces, zero at fixed nodes; ``rise`` and
+    ``time`` as of `thermal_parts`."""
+    solves = [h.solve_steady if time is None else h.solve_shifted(time) for h in given.heats[1:]]
+    found = {}
     for name, probe in goals.items():
-        row = goal_row(heat, domain.probes[probe], rise)
+        row = goal_row(given.heat, given.domain.probes[probe], rise)
         if row is not None:
             row = row * (1.0 if time is None else time)
-            duals = [h.field(solve(row[: h.free])) for h, solve in zip(given.heats[1:], solves, strict=True)]
-            found[name] = _parts(
-                domain.space, free, np.array(duals) * left / scales[name], duals[-1] * heat.field(sizes)
-            )
+            found[name] = [h.field(solve(row[: h.free])) for h, solve in zip(given.heats[1:], solves, strict=True)]
     return found
+
+
+def joule_parts(
+    goals: Mapping[str, str],
+    given: Problems,
+    rise: np.ndarray,
+    potentials: Sequence[np.ndarray],
+    scales: Mapping[str, float],
+    time: float | None,
+) -> dict[str, Parts]:
+    """For each thermal goal what the degrees p - 1 and p take away of it because they change the Joule heat of some
+    ``potentials`` (functions,), one in each space, of the cold conductor, over its scale; ``rise`` and ``time`` as of
+    `thermal_parts`.
+
+    With the dual solution z of the goal, the goal sees the integral of z sigma |grad phi|^2. From phi to psi, that of
+    the next higher space, it changes by that of z sigma grad(phi + psi) . grad(psi - phi), which is the residual of phi
+    tested with w, where the integral of sigma grad w . grad v is that of z sigma grad(phi + psi) . grad v for all v of
+    the higher space. The power, z = 1, changes by the square of what the potential does, as `electric_parts` has it;
+    where the heat is seen away from what the potential lacks, by the whole of what the current does.
+    """
+    own = given.conductor
+    if own is None or not any(phi.any() for phi in potentials):
+        return {}
+    heat, space, found = given.heat, given.domain.space, {}
+    densities = [own.on.gradient(a + b) / (own.cold * own.stands_for) for a, b in pairwise(potentials)]
+    residuals = [-(own.matrix @ phi) for phi in potentials[:-1]]
+    weights = estimate.weights(own.matrix, potentials[-1], space.depth)
+    for name, duals in _duals(goals, given, rise, time).items():
+        held = reading(heat, given.domain.probes[goals[name]]).boundaries
+        still = sum((heat.field(heat.held_fields[b]) for b in held), np.zeros(space.size))
+        products, w = [], np.zeros(space.size)
+        for upper, dual, density, residual in zip(given.conductors[1:], duals, densities, residuals, strict=True):
+            assert upper is not None
+            w = np.zeros(space.size)
+            w[upper.free] = upper.solve_cold(own.on.flow(own.on.value(dual - still) * density)[upper.free])
+            products.append(w * residual / scales[name])
+        found[name] = _parts(space, _free(given), products, w * weights)
+    return found
+
+
+def _warmed(given: Problems, state: SteadyState) -> list[np.ndarray]:
+    """(functions,) in each space: the potential of the cold conductor, at so many volts that the power is the state's;
+    nothing where no heat is asked for."""
+    own = given.conductor
+    if own is None or not physics.heat(given.domain.scene):
+        return []
+    potentials = [phi[0] for phi in cold_potentials(given)]
+    power = float(potentials[-1] @ (own.matrix @ potentials[-1]))
+    hot = float((own.on.weights * own.resistivity(state.rise) * (state.density**2).sum(axis=0)).sum())
+    return [phi * np.sqrt(hot / max(power, 1e-300)) for phi in potentials]
 
 
 def add_torn(

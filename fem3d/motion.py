@@ -22,6 +22,7 @@ from scenes import physics
 from scenes.errors import SceneError
 from scenes.model import AnyScene, Material, MeshScene, Scene, Schedule, Value
 
+STEP = 2.0**-14  # of a key, between scenes; rounding shows over it
 APART = 1e-9  # of a scene's extent: faces nearer to each other are in one plane
 
 

@@ -15,7 +15,7 @@ current field is among them, and second-order accurate between them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -102,9 +102,15 @@ def project(
 
 
 def on_basis(
-    heat: HeatProblem, conductor: Conductor | None, basis: np.ndarray, patterns: Sequence[Pattern] = ()
+    heat: HeatProblem,
+    conductor: Conductor | None,
+    basis: np.ndarray,
+    patterns: Sequence[Pattern] = (),
+    tested: JouleHeat | None = None,
+    stiffness: np.ndarray | None = None,
 ) -> Reduced:
-    """The same on fields as they are, orthonormal or not."""
+    """The same on fields as they are, orthonormal or not; with the Joule heat and the stiffness (r, r) where these are
+    known."""
     n, channels, lifts = heat.free, heat.inputs.count, heat.lifts
     source, inertia = heat.loads[:, :n] @ basis, np.zeros((channels, basis.shape[1]))
     for c, lift in enumerate(lifts):
@@ -112,11 +118,14 @@ def on_basis(
             inertia[c] = (heat.mass @ lift)[:n] @ basis
             if not heat.anchored:
                 source[c] -= (heat.stiffness @ lift)[:n] @ basis
-    nothing = joule.nothing(channels, 0, basis.shape[1])
-    tested = nothing if conductor is None else joule.of_pairs(conductor, basis, patterns)
-    stiffness = basis.T @ (heat.inner_stiffness @ basis)
+    if tested is None:
+        nothing = joule.nothing(channels, 0, basis.shape[1])
+        tested = nothing if conductor is None else joule.of_pairs(conductor, basis, patterns)
+    parts = {each.name: getattr(tested, each.name) for each in fields(JouleHeat)}
+    if stiffness is None:
+        stiffness = basis.T @ (heat.inner_stiffness @ basis)
     supply = np.array([p.supply for p in patterns]).reshape(-1, channels).T
-    return Reduced(**vars(tested), basis=basis, stiffness=stiffness, source=source, inertia=inertia, supply=supply)
+    return Reduced(**parts, basis=basis, stiffness=stiffness, source=source, inertia=inertia, supply=supply)
 
 
 def orthonormal(heat: HeatProblem, fields: np.ndarray) -> np.ndarray:

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from fem3d import probe_quantities, sensitivity, sensitivity_over_time, solve_scene
-from fem3d.motion import Given
-from fem3d.sensitivity import STEP, Known, Table
+from fem3d import probe_quantities, sensitivity, solve_scene
+from fem3d.motion import STEP, Given
+from fem3d.sensitivity import Known, Table
 from fem3d.sensitivity_over_time import over_time
 from fem3d.study import Study
 from meshes import symmetry
@@ -51,7 +51,7 @@ def of_scene(scene: AnyScene, result: Result) -> Slopes:
 def _steady(scene: AnyScene, result: Result, others: Mapping[str, AnyScene]) -> Slopes:
     study, state = result.details["study"], result.details["solution"].state
     given = Given.of(state.heat.domain)
-    by, left_out = sensitivity.motions(study, given, {key: partial(_part, other) for key, other in others.items()})
+    by, left_out = sensitivity.motions(study, given, {key: partial(_study, other) for key, other in others.items()})
     rises = [p.name for p in scene.probes if p.quantity == "temperature"]
     floor = _floor(scene, scene)
     found = {n: Estimate(e.value - floor * (n in rises), e.error) for n, e in result.steady.items()}
@@ -75,12 +75,8 @@ def _over_time(scene: AnyScene, result: Result, others: Mapping[str, AnyScene]) 
     own = {n: v[late] - start[n] for n, v in traces.values.items()}
     top = {n: float(traces.time[late][np.abs(v).argmax()]) for n, v in own.items()}
 
-    def beside(key: str) -> Study:
-        return _study(varied(scene, key, 1 + sensitivity_over_time.STEP))
-
-    course, left_out = over_time(
-        study, result.details["transient"], {key: partial(beside, key) for key in others}, list(top.values())
-    )
+    besides = {key: partial(_study, other) for key, other in others.items()}
+    course, left_out = over_time(study, result.details["transient"], besides, list(top.values()))
     at = {n: int(np.abs(v).argmax()) for n, v in course.own.items()}
     known, none = _known({n: Estimate(float(v[at[n]]), traces.errors[n]) for n, v in course.own.items()})
     table, errors = Table(), dict[str, dict[str, float]]()

@@ -19,18 +19,16 @@ from fem3d import steady
 from fem3d.adjoint import Goal, Linearized
 from fem3d.estimate import left
 from fem3d.goals import Goals
-from fem3d.motion import Given, Motion, motion
+from fem3d.motion import STEP, Given, Motion, motion
 from fem3d.outputs import of_steady
 from fem3d.steady import SteadyState
 from fem3d.study import Study
 from meshes import grading
-from meshes.symmetry import Symmetry
 from scenes import physics
 from scenes.errors import SceneError
 from scenes.model import Scene
 from scenes.result import Estimate
 
-STEP = 2.0**-7  # of a key, between scenes that are affine in it: as large as keeps the scenes alike
 COMPLEX = 1e-30
 ROUNDING = 1e-8  # that of dual solutions
 
@@ -167,13 +165,13 @@ def _each(weights: np.ndarray | None) -> np.ndarray | float:
 
 
 def motions(
-    study: Study, given: Given, others: Mapping[str, Callable[[], Symmetry]]
+    study: Study, given: Given, others: Mapping[str, Callable[[], Study]]
 ) -> tuple[dict[str, Motion], dict[str, str]]:
-    """The motions by key to the parts of scenes whose key is larger by `STEP`, and why there is none by others."""
+    """The motions by key to scenes whose key is larger by `STEP`, and why there is none by others."""
     found, left_out = {}, {}
     for key, other in others.items():
         try:
-            found[key] = motion(given, study.part, other(), STEP)
+            found[key] = motion(given, study.part, other().part, STEP)
         except SceneError as error:
             left_out[key] = str(error)
     return found, left_out

@@ -14,24 +14,23 @@ all keys at once.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from fem3d import conductor as conductors
 from fem3d import level, outputs, transient
-from fem3d.assembly import Beside, assemble
-from fem3d.conductor import Pattern, independent
-from fem3d.domain import Boxes, Domain
+from fem3d.beside import Beside, Projected
+from fem3d.conductor import Conductor, Pattern, independent
+from fem3d.domain import Domain
+from fem3d.heat import HeatProblem
 from fem3d.inputs import Inputs
-from fem3d.motion import moved
-from fem3d.reduced import Reduced, on_basis, orthonormal
+from fem3d.motion import STEP, moved
+from fem3d.reduced import orthonormal
 from fem3d.study import Study
 from fem3d.transient import Base, Krylov, Transient
 from scenes.errors import SceneError
 
-STEP = 2.0**-14  # of a key, to one side; rounding shows over it
 ONE_SIDED = 1.5 * STEP  # of a derivative: what goes like key^s has one off by |s - 1| / 2 steps, s being -2 to 2
 GENERATIONS, FEWER = 6, 4  # of dual Krylov fields, and how many the error is told from
 PER_DECADE, FIRST = 20, 1e-3  # rows of a course, and how long after an input jumps they start, of the earliest time
@@ -55,27 +54,24 @@ class Course:
 
 @dataclass(frozen=True, eq=False)
 class _Problem:
-    """The reduced problem of a scene on given fields (free nodes, r), which are orthonormal in the ``mass`` (r, r) of
-    one of them."""
+    """The reduced problem of a scene."""
 
     study: Study
-    base: Base
-    reduced: Reduced
-    mass: np.ndarray
+    found: Projected
 
     @property
     def _inputs(self) -> Inputs:
-        return self.base.heat.inputs
+        return self.found.heat.inputs
 
     def residual(self, times: np.ndarray, a: np.ndarray, rate: np.ndarray) -> np.ndarray:
         """(times, r): what states (times, r) of some rate (1/s) leave of the equation of heat."""
-        g, own = self._inputs.at(times), self.reduced
-        left = g @ own.source - self._inputs.rates(times) @ own.inertia - a @ own.stiffness.T - rate @ self.mass.T
+        g, own = self._inputs.at(times), self.found.reduced
+        left = g @ own.source - self._inputs.rates(times) @ own.inertia - a @ own.stiffness.T - rate @ self.found.mass.T
         return left + own.joule(a, own.currents(a, g), g) if own.supply.shape[1] else left
 
     def feedback(self, times: np.ndarray, a: np.ndarray) -> np.ndarray:
         """(times, r, r): how the Joule heat follows the states."""
-        own = self.reduced
+        own = self.found.reduced
         if not own.supply.shape[1]:
             return np.zeros((len(times), own.states, own.states))
         g = self._inputs.at(times)
@@ -88,12 +84,14 @@ class _Problem:
     def jump(self, time: float, a: np.ndarray) -> np.ndarray:
         """(r,): what a jump of the inputs, at 0 from nothing, leaves of that of the states (r,), of heat stored."""
         g = self._inputs.jump(time) if time else self._inputs.at(np.zeros(1))[0]
-        found: np.ndarray = -g @ self.reduced.inertia - self.mass @ a
+        found: np.ndarray = -g @ self.found.reduced.inertia - self.found.mass @ a
         return found
 
     def traces(self, times: np.ndarray, a: np.ndarray, rate: np.ndarray) -> Traces:
         """The traces (times,) at states (times, r) of some rate, of temperatures above the start."""
-        there = Transient(self.base, self.reduced, _Known(times, a, rate))  # type: ignore[arg-type]
+        own = self.found
+        base = Base(own.heat, own.conductor, list(own.patterns), own.reduced.basis, [])
+        there = Transient(base, own.reduced, _Known(times, a, rate))  # type: ignore[arg-type]
         found, start = (
             self.study.traces(outputs.of_transient(there, self.study.part, times)),
             self.study.traces(_Rest()),
@@ -132,8 +130,6 @@ class _Widened:
         self._study, self._answer, self._base = study, answer, answer.base
         heat, conductor = self._base.heat, self._base.conductor
         self.domain: Domain = heat.domain
-        sizes = [int(own.sum()) for own in self.domain.space.nested]
-        self._level = sizes.index(heat.size)
         self._hottest = self._as_hot_as_it_gets()
         probes = {p.name: p for p in self.domain.scene.probes}
         rows = [level.goal_row(heat, probes[name], self._hottest) for name in dict.fromkeys(study.trace_goals.values())]
@@ -144,10 +140,10 @@ class _Widened:
         slowest = min(float(1 / max(answer.trajectory.rates.min(), 1e-300)), answer.end)
         own = answer.reduced.basis
         krylov = Krylov(Base(heat, None, [], own, loads), transient.shift(slowest, study.earliest))
-        self._beside = Beside(heat) if isinstance(self.domain, Boxes) else None
-        self.basis = orthonormal(heat, krylov.fields(GENERATIONS))
-        self.held = own.shape[1]
-        self.fewer = self.held + (self.basis.shape[1] - self.held) * FEWER // GENERATIONS
+        basis = orthonormal(heat, krylov.fields(GENERATIONS))
+        self._held, self._states = own.shape[1], basis.shape[1]
+        self.fewer = self._held + (self._states - self._held) * FEWER // GENERATIONS
+        self.beside = Beside(heat, conductor, basis, self._patterns)
 
     def _as_hot_as_it_gets(self) -> np.ndarray:
         """(all nodes,): where what heating does to the pattern of the current shows most."""
@@ -156,30 +152,21 @@ class _Widened:
         hottest: np.ndarray = rises[int(np.abs(rises).max(axis=1).argmax())]
         return hottest
 
-    def problem(self, study: Study, domain: Domain) -> _Problem:
-        """That of a scene on the cells of this one's."""
-        heat = assemble(domain, self._beside)
-        if heat.size != self._base.heat.size:
-            heat = heat.lower(self._level)
-        heat, patterns = replace(heat, near=self._base.heat), list[Pattern]()
-        conductor = conductors.find(heat)
-        conductor = conductor and conductor.lower(self._level, heat)
-        if conductor is not None and self._base.conductor is not None and self._base.patterns:
-            conductor = replace(conductor, heat=heat, near=self._base.conductor.solve_cold)
-            lift = heat.inputs.at(np.zeros(1))[0] @ heat.lifts
-            driven = [v for v in conductor.voltages if v.any()]
-            potentials = [conductor.solve(lift, v) for v in driven]
-            if len(self._base.patterns) > len(driven):
-                potentials += [conductor.solve(self._hottest, v) for v in driven]
-            patterns = independent(conductor, potentials)
-        mass = self.basis.T @ (heat.inner_mass @ self.basis)
-        base = Base(heat, conductor, patterns, self.basis, [])
-        return _Problem(study, base, on_basis(heat, conductor, self.basis, patterns), mass)
+    def _patterns(self, heat: HeatProblem, conductor: Conductor) -> list[Pattern]:
+        """The current fields that the response has, too."""
+        if not self._base.patterns:
+            return []
+        lift = heat.inputs.at(np.zeros(1))[0] @ heat.lifts
+        driven = [v for v in conductor.voltages if v.any()]
+        potentials = [conductor.solve(lift, v) for v in driven]
+        if len(self._base.patterns) > len(driven):
+            potentials += [conductor.solve(self._hottest, v) for v in driven]
+        return independent(conductor, potentials)
 
     def states(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(times, r) twice: the states of the response and their rates."""
         a, sources = self._answer.trajectory(times)
-        more = ((0, 0), (0, self.basis.shape[1] - self.held))
+        more = ((0, 0), (0, self._states - self._held))
         return np.pad(a, more), np.pad(sources - a * self._answer.trajectory.rates, more)
 
 
@@ -189,14 +176,15 @@ def over_time(
     """The derivatives of the traces of a response by keys, of each of which the scene is solved that is larger by a
     part of `STEP` in it, and why there is none by others; at rows of its own, ``instants`` (s) among them."""
     wide = _Widened(study, answer)
-    here, found, left_out = wide.problem(study, wide.domain), dict[str, _Problem](), dict[str, str]()
+    here, found, left_out = _Problem(study, wide.beside.own), dict[str, _Problem](), dict[str, str]()
     for key, other in others.items():
         try:
             beside = other()
-            found[key] = wide.problem(beside, moved(wide.domain, study.part, beside.part, STEP))
+            domain = moved(wide.domain, study.part, beside.part, STEP)
+            found[key] = _Problem(beside, wide.beside.projected(domain))
         except SceneError as error:
             left_out[key] = str(error)
-    rows, starts = _rows(study, here.base.heat.inputs, instants)
+    rows, starts = _rows(study, here.found.heat.inputs, instants)
     times = np.sort(np.concatenate([rows, (rows[1:] + rows[:-1]) / 2]))
     a, rate = wide.states(times)
     still = here.residual(times, a, rate)
@@ -206,7 +194,7 @@ def over_time(
         after, before = wide.states(np.array([start, start * (1 - JUST)]))[0]
         jump = after - before if start else after
         jumps[start] = np.array([there.jump(start, jump) - here.jump(start, jump) for there in found.values()]) / STEP
-    feedback = here.feedback(times, a) - here.reduced.stiffness
+    feedback = here.feedback(times, a) - here.found.reduced.stiffness
     both = []
     for fields, every in ((len(feedback[0]), 1), (wide.fewer, 2)):
         kept = slice(None), slice(None, fields)

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
 
 from fem3d import alike, run, sensitivity, sensitivity_over_time
-from fem3d.motion import Given
+from fem3d.motion import STEP, Given
 from fem3d.sensitivity import Table
 from fem3d.study import Study
 from meshes import symmetry
-from meshes.symmetry import Symmetry
 from scenes.result import Estimate, Result
 from scenes.sink import Sink
 from scenes.varied import numbers, varied
@@ -56,10 +55,15 @@ def of_sink(
     of its profile also what their sum changes with each key, at places that go along. Raises ConvergenceError."""
     answer, count = result.details["answer"], result.details["spans_solved"]
     state, response = answer.fine.state, answer.response
-    study = _study(sink, count)
     given = Given.of(state.heat.domain)
-    others = {key: partial(_part, varied(sink, key, 1 + sensitivity.STEP), count) for key in keys or numbers(sink)}
-    by, left_out = sensitivity.motions(study, given, others)
+
+    @cache
+    def study(key: str = "") -> Study:
+        other = varied(sink, key, 1 + STEP) if key else sink
+        return run.study(other, count, symmetry.reduce(other.scene(count)))
+
+    others = {key: partial(study, key) for key in keys or numbers(sink)}
+    by, left_out = sensitivity.motions(study(), given, others)
     known = {name: e for name, e in result.steady.items() if name in answer.fine.quantities}
     rows = dict[str, np.ndarray]()
     if weights is not None:
@@ -67,7 +71,7 @@ def of_sink(
         space: Any = state.heat.domain.space
         rows[PROFILE] = sum(w * space.mean(x, x) for w, x in zip(weights, at, strict=True))
     one = dict.fromkeys(rows, Estimate(1.0, 0.0))
-    steady, _ = sensitivity.steady_table(study, state, sensitivity.Known(known | one, {}, rows), given, by)
+    steady, _ = sensitivity.steady_table(study(), state, sensitivity.Known(known | one, {}, rows), given, by)
     profile = {key: of.pop(PROFILE).value for key, of in steady.items() if PROFILE in of}
     if sink.spans > 1 and VOLTAGE in steady:
         # The power of a row is the current's times the voltage, which is the key itself.
@@ -75,8 +79,8 @@ def of_sink(
         steady[VOLTAGE]["power_W"] = Estimate(1 + current.value, current.error)
     course = None
     if response is not None:
-        beside = {key: partial(_study, varied(sink, key, 1 + sensitivity_over_time.STEP), count) for key in by}
-        found, _ = sensitivity_over_time.over_time(study, response.transient, beside, instants)
+        beside = {key: others[key] for key in by}
+        found, _ = sensitivity_over_time.over_time(study(), response.transient, beside, instants)
         course = _logarithmic(found, steady, {n: e / response.scales[n] for n, e in response.errors.items()})
         values = {key: alike.repeated(sink, count, of) for key, of in course.values.items()}
         errors = {key: alike.repeated(sink, count, of) for key, of in course.errors.items()}
@@ -96,11 +100,3 @@ def _logarithmic(found: sensitivity_over_time.Course, steady: Table, relative: M
             for n, v in values[key].items()
         }
     return Course(found.times, values, errors)
-
-
-def _study(sink: Sink, count: int) -> Study:
-    return run.study(sink, count, _part(sink, count))
-
-
-def _part(sink: Sink, count: int) -> Symmetry:
-    return symmetry.reduce(sink.scene(count))

@@ -23,16 +23,16 @@ SAME = 5e-2  # part of the accuracy below which what heating does to the current
 
 def of(heat: HeatProblem, conductor: Conductor | None, shift: float, end: float, accuracy: float) -> Base:
     """The base of the response of a heat problem and its conductor up to ``end`` (s)."""
-    none = np.empty((heat.free, 0))
+    still = transient.stills(heat, end)
     loads = transient.heat_loads(heat)
     if conductor is None:
-        return Base(heat, None, [], none, loads)
+        return Base(heat, None, [], still, loads)
     lift = heat.inputs.at(np.zeros(1))[0] @ heat.lifts
     cold = [conductor.solve(lift, v) for v in conductor.voltages if v.any()]
     patterns = independent(conductor, cold)
     pairs = [(a, b) for i, a in enumerate(patterns) for b in patterns[: i + 1]]
     loads += [conductor.joule_load(a.density, lift, b.density) for a, b in pairs]
-    found = Base(heat, conductor, patterns, none, loads)
+    found = Base(heat, conductor, patterns, still, loads)
     return _followed(found, conductor, cold, shift, end, accuracy) if conductor.warms and cold else found
 
 

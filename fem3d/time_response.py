@@ -124,9 +124,14 @@ def respond(
     if lesser[1:] or max((apart[n] / scales[n] for n in apart), default=0.0) > (1 - ROW_SHARE) * accuracy:
         looked_at = checked[sorted({len(checked) - 1, *at})]
         goals = _remains(study, given, marks, (answer, *lesser), scales, looked_at)
-    of_power = Estimator(given.domain.space.grid, marks).remains(level.electric_parts(given))
-    # Steady errors have it in them.
-    electric = 0.0 if steady_errors else estimate.total(of_power)
+    judge = Estimator(given.domain.space.grid, marks)
+    of_power, joule = judge.remains(level.electric_parts(given)), dict[str, Spread]()
+    if not steady_errors and given.conductor is not None:
+        # As if the largest voltages drove it from rest all the time.
+        driven = [given.heat.inputs.largest(end) @ phi for phi in level.cold_potentials(given)]
+        (last,) = answer.rises(np.array([end]))
+        parts = level.joule_parts(study.trace_goals, given, last, driven, scales, end)
+        joule = {name: judge.remains(own) for name, own in parts.items()}
     errors = {}
     for name in scales:
         known = max(
@@ -135,10 +140,12 @@ def respond(
         )
         space_error = max(apart[name], known * scales[name], estimate.total(goals.get(name, [])) * scales[name])
         doubt = float(np.max(out.get(f"doubt:{study.trace_goals.get(name)}", 0.0)))
+        # Steady errors have what the current is off by in them.
+        electric = 0.0 if steady_errors else estimate.total(joule.get(name, of_power))
         errors[name] = space_error + electric * scales[name] + lost[name] + doubt
     worst = max(errors[name] / scales[name] for name in errors)
     if worst > (1 - ROW_SHARE) * accuracy:
-        missing = [of_power, *level.with_power(goals, of_power).values()]
+        missing = [of_power, *level.with_current(goals, joule, of_power).values()]
         return Response(checked, there, errors, False, np.nan, answer, reduced, count, missing, worst)
     return with_rows(study, answer, reduced, errors, scales, count)
 

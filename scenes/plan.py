@@ -13,17 +13,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Export:
-    """A model that is asked for: its folder, and how many states it has or else the relative accuracy that they hold;
-    where neither is said, of a sink, the few states of its reduction."""
+    """A compact model that is asked for: its folder, the relative accuracy that it holds, and how many states it has,
+    or None for as few as hold that."""
 
     folder: Path
+    accuracy: float
     states: int | None = None
-    accuracy: float | None = None
-
-    @property
-    def compact(self) -> bool:
-        """Whether it is a compact model of the 3D problem."""
-        return self.states is not None or self.accuracy is not None
 
 
 @dataclass(frozen=True)
@@ -35,7 +30,7 @@ class Request:
     (``reduction``, by its canonical name), the budget of its differences from 3D (``why``), how both models follow
     each key (``sensitivities``), what leaving out the ``air`` does, how well the keys are known (``uncertain``) and
     how many samples of that are solved (``monte_carlo``), and what the data are known to (``data_uncertainty``), and
-    which keys are fitted to them (``calibrate``). Of a sink or a free scene the few-state model (``export``). Of a
+    which keys are fitted to them (``calibrate``). Of a sink or a free scene the compact model (``export``). Of a
     device:
     whether it is solved ``in_3d`` too, the ``scheme``, the figures that the run is ``about`` (all where none are
     named), the ``meter`` in the loop, the sensor's ``largest_voltage`` (V) and ``largest_power`` (W).

@@ -85,13 +85,16 @@ def rational(heat: HeatProblem, loads: list[np.ndarray], times: tuple[float, flo
 
 
 def _residual(heat: HeatProblem, basis: np.ndarray, loads: list[np.ndarray], shift: float) -> float:
-    """The largest residual of (M + g K) u = F in the fields over F, both weighed by the diagonal."""
+    """The largest error of (M + g K) u = F in the fields over u, in the energy's norm, as the diagonal alone tells
+    it: what is left of F is orthogonal to the fields, so that it is rough."""
     mass, stiffness = heat.inner_mass, heat.inner_stiffness
     product = mass @ basis + shift * (stiffness @ basis)
     weight = 1 / (mass.diagonal() + shift * stiffness.diagonal())
     F = np.column_stack(loads)
-    left = F - product @ np.linalg.solve(basis.T @ product, basis.T @ F)
-    return float(np.sqrt(((weight[:, None] * left**2).sum(axis=0) / (weight[:, None] * F**2).sum(axis=0)).max()))
+    tested = basis.T @ F
+    found = np.linalg.solve(basis.T @ product, tested)
+    left = F - product @ found
+    return float(np.sqrt(((weight[:, None] * left**2).sum(axis=0) / (tested * found).sum(axis=0)).max()))
 
 
 def leading(states: np.ndarray, rows: np.ndarray) -> np.ndarray:

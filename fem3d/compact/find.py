@@ -24,8 +24,10 @@ from scenes.errors import SceneError, quoted
 from scenes.model import AnyScene, MeshScene, Schedule
 from scenes.result import Result
 
-TRUTH, MESH, SPACE = 0.5, 1.0, 0.02  # parts of the accuracy: of the runs it is held against, the mesh, the fields
-FINER, TURNS = 0.3, 3  # by how much the mesh is made for less where it isn't fine enough, and how often
+TRUTH, SPACE = 0.5, 0.02  # parts of the accuracy: of the runs it is held against, and of the fields
+# Times the accuracy, for which a mesh for all inputs at once is made first, as the runs tell what it is good for; by
+# how much less where it isn't fine enough; and how many there are.
+MESH, FINER, TURNS = 3.0, 0.3, 4
 LONG = 20.0  # times the slowest response: when a steady state is reached
 
 

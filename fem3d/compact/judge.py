@@ -21,7 +21,7 @@ from scenes.model import AnyScene, Schedule, Value
 from scenes.result import Result
 
 INSTANTS = 60  # of each run that is compared
-MOST_PLACES, NEAR = 12, 1e-4  # of an extreme, and of its rise that others may miss
+MOST_PLACES, NEAR = 12, 1e-4  # of an extreme, and of a run's scale that others may miss
 EQUATIONS = [
     "z = (1, inputs g, states b), b = 0 at t = 0; (A z) c = S z for the current fields c",
     "db/dt = F z + sum over pairs i <= j of c_i c_j Q_ij z (twice for i < j); 0 where steady_only",
@@ -183,27 +183,31 @@ class Judge:
 
     def places(self) -> dict[str, np.ndarray]:
         """For each probe of an extreme the rows of where it is in the runs."""
-        heat, rises = self.structure.heat, self._rises()
-        found = {}
+        heat, found_in = self.structure.heat, self._rises()
+        rises, found = np.array([rise for _, rise in found_in]), {}
         for probe in heat.domain.scene.probes:
             if probe.name in self.structure.places:
                 rows = np.array([goal_row(heat, probe, u) for u in rises])
-                found[probe.name] = needed(rows @ np.array(rises).T * (1 if probe.reduce == "max" else -1), rows)
+                near = np.array([NEAR * truth.scales[probe.name] for truth, _ in found_in])
+                found[probe.name] = needed(rows @ rises.T * (1 if probe.reduce == "max" else -1), rows, near)
         return found
 
-    def _rises(self) -> list[np.ndarray]:
+    def _rises(self) -> list[tuple[Truth, np.ndarray]]:
+        """Rises (all nodes,) in each run, over time and in the steady state."""
         model, made = self.model(self.rich.states)
-        rises = []
+        found = []
         for truth in self.truths.values():
             inputs = {name: _table(value) for name, value in truth.inputs.items()}
-            if self.scene.steady:
+            states = []
+            if truth.steady is not None:
                 g = model.inputs_at(inputs, np.inf)
-                rises.append(made.rise(self.structure.heat, g, model.rest(g)))
-            else:
+                states.append((g, model.rest(g)))
+            if not self.scene.steady:
                 times = np.geomspace(first_time(self.scene), self.scene.end_time, 6)
-                for t, b in zip(times.tolist(), model.march(times, inputs), strict=True):
-                    rises.append(made.rise(self.structure.heat, model.inputs_at(inputs, t), b))
-        return rises
+                drives = [model.inputs_at(inputs, t) for t in times.tolist()]
+                states += zip(drives, model.march(times, inputs), strict=True)
+            found += [(truth, made.rise(self.structure.heat, g, b)) for g, b in states]
+        return found
 
     def document(self, count: int) -> dict[str, Any]:
         """The model of some states with its errors, and how they were found."""
@@ -244,14 +248,15 @@ class Judge:
         return worst
 
 
-def needed(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Those of some rows (places, nodes) whose largest value is that of all, of ``values`` (places, fields)."""
-    tops, size = values.max(axis=0), float(np.abs(values).max()) or 1.0
+def needed(values: np.ndarray, rows: np.ndarray, near: np.ndarray) -> np.ndarray:
+    """Those of some rows (places, nodes) whose largest value is that of all, of ``values`` (places, fields), or less by
+    no more than ``near`` (fields,)."""
+    tops = values.max(axis=0)
     kept: list[int] = []
     while len(kept) < MOST_PLACES:
-        short = tops - (values[kept].max(axis=0) if kept else -np.inf)
-        worst = int(short.argmax()) if kept else int(np.abs(tops).argmax())
-        if kept and short[worst] <= NEAR * size:
+        short = (tops - values[kept].max(axis=0) if kept else np.abs(tops)) / near
+        worst = int(short.argmax())
+        if kept and short[worst] <= 1:
             break
         kept.append(int(values[:, worst].argmax()))
     return rows[kept]

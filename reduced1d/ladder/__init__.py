@@ -61,11 +61,6 @@ def describe(name: str) -> str:
     return REDUCTIONS[family].replace("a few", states) if states else REDUCTIONS[family]
 
 
-def few_states_of(name: str) -> str:
-    """The few-state model that goes with a reduction, by its canonical name: itself, or moments:4."""
-    return name if name.startswith("moments:") else f"moments:{STATES}"
-
-
 def solve(
     sink: Sink, reduction: str = "paper", *, steady_only: bool = False, times: np.ndarray | None = None,
     levels: Levels | None = None,

@@ -1,4 +1,4 @@
 """Compact models: a few states that stand for a whole structure, for use elsewhere.
 
-Either kind of model makes one; what runs it and writes it is one code, beside neither of them.
+What runs and writes one stands here, apart from the numerics that make it.
 """

@@ -11,6 +11,8 @@ from scenes.plan import Request
 from scenes.result import Estimate
 from scenes.sink import Sink
 from tests.fem3d import silicon
+from validate.stress import invariants
+from validate.stress.random_scenes import draw
 
 SINKS = {
     "paper": Sink(),
@@ -85,3 +87,20 @@ def test_heat_balances_steady_to_rounding_and_over_time_to_the_accuracy(sink, ru
     # A tenth of the accuracy: what the reduced space may lose, whose balance it is; how much of that is chance.
     assert 0 < runs[1e-4].details["transient_imbalance"] < 1e-5
     assert 0 < runs[1e-2].details["transient_imbalance"] < 1e-3
+
+
+def test_errors_hold_where_the_rim_of_an_electrode_causes_nearly_all_of_them():
+    """An edge of exponent 1/3 in a film thinner than the cells beside it."""
+    drawn = draw(1349)
+    found = invariants.solve(drawn.scene)
+    assert 0.01 < invariants.honest(drawn, found) < 0.6
+    less = replace(found, steady={q: Estimate(e.value, e.error / 10) for q, e in found.steady.items()})
+    assert invariants.honest(drawn, less) > 1
+
+
+def test_heat_is_in_balance_after_a_jump_of_a_given_temperature():
+    """A slab that follows its cold face within a hundredth of the earliest time of interest."""
+    drawn = draw(238)
+    found = invariants.solve(drawn.scene)
+    assert found.details["jumps"] == 1
+    assert 0 < found.details["energy_imbalance"] < 1e-3

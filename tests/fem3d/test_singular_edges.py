@@ -39,8 +39,8 @@ def cut(grid, marks, times):
     return grading.refined(grid, missing, sum(float(m.sum()) for m in missing) / times, marks)
 
 
-@pytest.mark.parametrize(("contrast", "most"), [(3.0, 1.0), (10.0, 1.2), (30.0, 1.5)])
-def test_the_estimate_is_near_the_true_error_at_any_exponent(contrast, most):
+@pytest.mark.parametrize("contrast", [3.0, 10.0, 30.0])
+def test_the_estimate_is_near_the_true_error_at_any_exponent(contrast):
     scene = checkerboard(contrast)
     part = symmetry.reduce(clipped(scene))
     study, marks = probe_quantities.study(scene, part), grading.features(part.scene)
@@ -58,9 +58,7 @@ def test_the_estimate_is_near_the_true_error_at_any_exponent(contrast, most):
     def estimated(marks):
         return level.examined(study, given, fine, marks).errors["heated"]
 
-    # The first grid is far from the range in which rates hold, the more so the stronger the edge. It is never an
-    # answer (3, 11 and 33 % are estimated where 1 % is asked for), and those of answers hold (below).
-    assert 0.5 * estimated(marks) < true < most * estimated(marks)
+    assert 0.4 * estimated(marks) < true < 0.8 * estimated(marks)
     assert level.examined(study, given, fine, marks).worst > scene.accuracy
     # One that knows nothing of the edges takes degrees for much better than they are.
     assert estimated(replace(marks, exponents=({}, {}, {}))) < 0.9 * true

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import json
-import runpy
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.integrate import quad, solve_bvp
 
 from reduced1d import equations, ladder
-from reduced1d.export import export
 from reduced1d.ladder import fin
 from reduced1d.ladder.few_states import over_time, steady
 from reduced1d.ladder.levels import Levels
@@ -126,24 +122,3 @@ def test_spans_taken_to_be_alike_are_what_they_would_be_alone(monkeypatch: pytes
     assert short == pytest.approx(exact, rel=1e-6)
     assert all(on_the_way[name] == pytest.approx(values, rel=1e-6) for name, values in at.items())
     assert wrong["span2_mean_rise_K"] != pytest.approx(exact["span2_mean_rise_K"], rel=1e-4)
-
-
-def test_the_export_of_a_row_is_its_fin(tmp_path: Path) -> None:
-    """The Python file by itself against the fin, within what it says of itself; the twin is another row's."""
-    levels, times = Levels(Sink(spans=3)), [1e-4, 1e-3, 1e-2]
-    export(levels, "paper", tmp_path)
-    said = json.loads((tmp_path / "sink_model.json").read_text())
-    off = said["validity"]["deviation_from_fin"]
-    assert max(off.values()) < 0.01
-    found = runpy.run_path(str(tmp_path / "sink_model.py"))["sink"](times)
-    assert ".subckt sink_model plus minus end mean span1_middle" in (tmp_path / "sink_model.cir").read_text()
-
-    def apart(sink: Sink) -> dict[str, float]:
-        exact = over_time(replace(levels.fine, sink=sink).fin(), np.array(times))
-        mine = {name: np.array(found[name]) - sink.room_temperature for name in off if name != "current_A"}
-        return {name: float(np.abs(rise - exact[name]).max() / abs(exact[name][-1])) for name, rise in mine.items()}
-
-    own, other = apart(levels.sink), apart(replace(levels.sink, island_length=40e-6))
-    for name in ("end_K", "mean_K", "span1_middle_K", "span2_mean_K"):
-        # What its steps leave beside what it says of itself, of the final rise.
-        assert own[name] < off[name] + 1e-4 < other[name]

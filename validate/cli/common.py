@@ -82,12 +82,11 @@ def of_inputs(example: str, pair: str) -> dict[str, str]:
     }
 
 
-def of_model(states: str, accuracy: str) -> dict[str, str]:
-    """The options of a compact model, with what holds where they are left out."""
-    return {
-        "--states N": f"with --export, how many states a compact model has ({states})",
-        "--model-accuracy A": f"with --export, the relative accuracy of a compact model ({accuracy})",
-    }
+OF_MODEL = {
+    "--export DIR": "write a compact model of a few states to DIR: JSON, Python, SPICE, FMU; with its error",
+    "--states N": "with --export, how many states the model has (default: as few as --model-accuracy takes)",
+    "--model-accuracy A": "with --export, the relative accuracy of the model (default: the scene's)",
+}
 
 
 def refuse(*faults: tuple[object, str]) -> None:
@@ -203,8 +202,8 @@ def table(arguments: argparse.Namespace, report: Any, rows: Callable[..., Sequen
     return found
 
 
-def export(arguments: argparse.Namespace, accuracy: float | None = None) -> Export | None:
-    """The model that is asked for, with an ``accuracy`` where none is given; SceneError for one that can't be."""
+def export(arguments: argparse.Namespace, accuracy: float) -> Export | None:
+    """The model that is asked for, of an ``accuracy`` where none is given; SceneError for one that can't be."""
     from scenes.keys import ACCURACY
     from scenes.plan import Export
 
@@ -220,6 +219,6 @@ def export(arguments: argparse.Namespace, accuracy: float | None = None) -> Expo
         (both, "--states says how many states, --model-accuracy takes as many as it needs: give one of them"),
     )
     if given is not None:
-        accuracy = ACCURACY.read("--model-accuracy", given)
+        accuracy = ACCURACY.read("--model-accuracy", given) or accuracy
     count = None if states is None else whole("--states", states, 1, MOST_STATES)
-    return Export(Path(arguments.export), count, accuracy)
+    return Export(Path(arguments.export), accuracy, count)

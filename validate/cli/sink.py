@@ -4,7 +4,7 @@ a verdict for equations 12 to 18 and Figures 4 to 7, with the estimated numerica
 examples:
   validate sink --voltage 1
   validate sink --voltage 2V --set sink.width=20um --set drive.electrodes=pad-edge
-  validate sink --reduction moments:4 --export mine
+  validate sink --export my-model
   validate sink --why
   validate sink --sensitivities
   validate scene sink > mine.toml; validate sink mine.toml --accuracy 1e-4 --strict
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 
 
 _FIRST, *_BETWEEN, _LAST = REDUCTIONS
-_IN_PLACE = "in place of the 1D few-state model"
 OPTIONS = {
     **common.of_run("sink", "sink.width=20um", "relative accuracy of the 3D solution (default 1e-3 or the scene's)"),
     "--voltage V": 'voltage across the electrodes: 1, 2V or "500 mV"; for --set drive.voltage=V',
@@ -50,8 +49,7 @@ OPTIONS = {
     **common.of_inputs("oxide_thickness=0.1um, voltage=1%%; or materials, for the scene's table of them",
                        "pad_width,oxide_width=0.9"),
     "--monte-carlo N": "with --uncertain, solve N samples of the inputs too: where is linear propagation off?",
-    "--export DIR": "write the few-state model to DIR: JSON, a Python function, a SPICE subcircuit",
-    **common.of_model(_IN_PLACE, _IN_PLACE),
+    **common.OF_MODEL,
     "--fields": "write the 3D fields (fem3d.pvd with .vtu files, fem3d.vtkhdf)",
     "--field-times T,T...": "with --fields, times to store beside the usual ones: 0.1ms,2ms",
 }  # fmt: skip
@@ -61,7 +59,7 @@ def run(arguments: argparse.Namespace) -> int:
     from scenes.loading import load
 
     sink = load(arguments.scene or "sink", common.settings(arguments, ("drive.voltage", arguments.voltage)))
-    request = replace(_request(arguments, sink.end_time), uncertain=common.uncertain(arguments, sink))
+    request = replace(_request(arguments, sink), uncertain=common.uncertain(arguments, sink))
     if request.reduction != "paper":
         # What a scene declares is of the paper's model.
         sink = replace(sink, expected_to_differ=None)
@@ -74,9 +72,9 @@ def run(arguments: argparse.Namespace) -> int:
     return common.run(arguments, sink, request, arguments.set, given, data, sampled)
 
 
-def _request(arguments: argparse.Namespace, end_time: float) -> Request:
+def _request(arguments: argparse.Namespace, sink: Sink) -> Request:
     """What is asked for; SceneError where one thing leaves out another."""
-    from reduced1d.ladder import canonical, few_states_of
+    from reduced1d.ladder import canonical
     from scenes.kinds import Quantity
     from scenes.plan import Request
     from scenes.units import TIME
@@ -87,24 +85,20 @@ def _request(arguments: argparse.Namespace, end_time: float) -> Request:
         (arguments.air and only, f"--air compares both models: leave out --only {only}"),
         (arguments.fields and only == "1d", "--fields writes the 3D model's fields: leave out --only 1d"),
         (
+            arguments.export is not None and only == "1d",
+            "--export writes a model of the 3D problem: leave out --only 1d",
+        ),
+        (
             only == "3d" and named,
             f"--reduction {printable(arguments.reduction or '')} is a 1D model: leave out --only 3d",
         ),
     )
     reduction = canonical(arguments.reduction or "paper")
-    if named and arguments.export is not None and few_states_of(reduction) != reduction:
-        raise SceneError(
-            f"--export writes a model of a few states, which --reduction {reduction} is not: give moments:4 or the "
-            "like, or leave out --reduction"
-        )
-    export = common.export(arguments)
-    if export is not None and export.compact and named:
-        raise SceneError("--states and --model-accuracy are of a compact model in 3D: leave them or --reduction out")
     times: list[float] = []
     if arguments.field_times is not None:
         if not arguments.fields or arguments.steady:
             raise SceneError("--field-times needs --fields, and the transient: leave out --steady")
-        kind = Quantity(TIME, 0.0, end_time, note=", the end of the run")
+        kind = Quantity(TIME, 0.0, sink.end_time, note=", the end of the run")
         times = [kind.read("--field-times", part.strip()) or 0.0 for part in arguments.field_times.split(",")]
     samples = 0
     if arguments.monte_carlo is not None:
@@ -121,7 +115,7 @@ def _request(arguments: argparse.Namespace, end_time: float) -> Request:
         transient=not arguments.steady, figures=arguments.figures, fields=arguments.fields, field_times=tuple(times),
         reduction=reduction, why=arguments.why, sensitivities=arguments.sensitivities, air=arguments.air,
         monte_carlo=samples, data_uncertainty=tuple(arguments.data_uncertainty), calibrate=tuple(arguments.calibrate),
-        export=export, command=arguments.command_line,
+        export=common.export(arguments, sink.accuracy), command=arguments.command_line,
     )  # fmt: skip
 
 

@@ -31,8 +31,7 @@ OPTIONS = {
     "--sensitivities": "how every probe follows each number of the scene: d ln probe / d ln key",
     **common.of_inputs("box.beam.upper.z=0.1um, boundary.drive.voltage=1%%",
                        "box.beam.lower.x,box.beam.upper.x=-1"),
-    "--export DIR": "write a compact model of a few states to DIR: JSON, Python, SPICE, FMU; with its error",
-    **common.of_model("default: as few as --model-accuracy takes", "default: the scene's"),
+    **common.OF_MODEL,
     "--explain": "", "--dry-run": "", "--quiet": "", "--json": "",
 }  # fmt: skip
 

@@ -17,7 +17,7 @@ from scenes.plan import Request
 from scenes.result import Result
 from scenes.sink import SILICON, Sink
 from validate.stress.report import Row
-from validate.verify.exact_bodies import cold_electrodes
+from validate.verify.exact import cold_electrodes
 from validate.verify.series import heated_middle
 
 STEADY = Request(transient=False)

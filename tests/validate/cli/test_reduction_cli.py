@@ -88,15 +88,6 @@ def test_why(capsys: pytest.CaptureFixture[str]) -> None:
     assert summary("here")["why"]["transient"] == {}
 
 
-def test_export(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["sink", "--only", "1d", "--no-figures", "--reduction", "moments:3", "--export", "mine"]) == 0
-    assert "Exported moments:3 to mine/" in capsys.readouterr().out
-    assert {entry.name for entry in Path("mine").iterdir()} == {
-        "sink_model.json", "sink_model.py", "sink_model.cir",
-    }  # fmt: skip
-    assert json.loads(Path("mine/sink_model.json").read_text())["model"] == "moments:3"
-
-
 def test_a_compact_model_is_written(capsys: pytest.CaptureFixture[str]) -> None:
     command = ["solve", "bridge", "--no-figures", "--accuracy", "1e-2", "--out", "run"]
     assert main([*command, "--export", "new/mine", "--states", "2"]) == 0

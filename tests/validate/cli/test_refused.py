@@ -29,11 +29,9 @@ REFUSED = {
     # reductions and models
     "sink --reduction plat": 'did you mean "plate"', "sink --reduction moments:0": "from 1 to 12",
     "sink --reduction fin:2": "no number of states", "sink --why --only 1d": "--only 1d",
-    "sink --reduction fin --only 3d": "leave out --only 3d", "sink --reduction paper --export x": "moments:4",
-    "sink --reduction plate --export x": "moments:4", "sink --export=": "--export",
+    "sink --reduction fin --only 3d": "leave out --only 3d", "sink --export x --only 1d": "leave out --only 1d",
+    "sink --export=": "--export",
     "sink --no-figures --export /dev/null/x": "cannot be written",
-    "sink --export m --states 3 --reduction moments:4": "leave them or --reduction out",
-    "sink --no-figures --export m --states 3 --set sink.spans=2": "make a model of one span",
     "sink --states 3": "--states 3 is of the model that --export DIR writes",
     "solve bridge --states 3": "--states 3 is of the model that --export DIR writes",
     "solve bridge --export m --states 0": "--states is", "solve bridge --export ' '": "names no folder",
