@@ -10,13 +10,13 @@ import numpy as np
 
 from compare.plan import made_checks
 from compare.verdict import Check, Comparison, judged, relative
+from reduced1d.device.design import PXI_4070, reading
 from reduced1d.device.lumped import lump
-from reduced1d.device.meters import PXI_4070, reading
 from reduced1d.device.stability import at_sample_time, largest_eigenvalue, shown
 from scenes.device import Device
 from scenes.errors import SceneError
 from scenes.formats import kelvin, milliseconds, percent, quantity
-from scenes.loop.runs import BAND, SLOW_TIME, Run, Runs
+from scenes.loop.result import BAND, SLOW_TIME, Run, Runs
 from scenes.plan import Request
 
 PAPER_SETTLING = 0.1

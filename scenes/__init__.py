@@ -36,7 +36,7 @@ def load(source: str | Path, overrides: Sequence[str] = ()) -> Any:
 
 def type_of_file(document: Mapping[str, Any]) -> SceneType[Any] | None:
     """Whether a document is of a sink or of a device; ``None`` for a free scene."""
-    from scenes.free.tables import LISTS
+    from scenes.free.document import LISTS
 
     if {*LISTS, "mesh"} & set(document):
         return None

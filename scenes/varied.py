@@ -1,12 +1,24 @@
-"""One key of a scene varied by a factor: the keys that have a logarithmic derivative, and the scenes beside one."""
+"""One key of a scene varied by a factor: the keys that have a logarithmic derivative, and the scenes beside one.
+
+Those of a free scene are of materials, sources and conditions, and the planes of its boxes. A plane is a coordinate of
+a box with all else that lies there: boxes, conditions and probes go along, so that nothing tears. It is named after the
+thinnest box with a face in it, of whose size a part says how far it moves: unlike a part of the coordinate that doesn't
+depend on where the origin is. A value over time is varied as a whole.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from operator import attrgetter
 from typing import Any, TypeVar
 
+from scenes import physics
+from scenes.free.document import HEAT_SOURCE, LISTS
 from scenes.keys import TYPES, type_of
-from scenes.kinds import Quantity
+from scenes.kinds import KELVIN, Convection, Quantity, Varying
+from scenes.model import AnyScene, Material, MeshScene, Scene, Schedule, Value, values
+from scenes.units import LENGTH
 
 T = TypeVar("T")
 
@@ -26,9 +38,7 @@ def numbers(scene: Any) -> dict[str, float]:
     logarithmic derivative can be taken by; of a plane of a free scene it is the size of its box. An insulator's
     resistivity law says nothing, and is left out."""
     if is_free(scene):
-        from scenes.free import varied as free
-
-        return {path: number.value for path, number in free.numbers(scene).items() if number.value}
+        return {path: number.value for path, number in of_free(scene).items() if number.value}
     found = {}
     for path, key in type_of(scene).schema.paths.items():
         if not key.physical or not isinstance(key.kind, Quantity) or path.startswith(SETTINGS):
@@ -45,16 +55,12 @@ def numbers(scene: Any) -> dict[str, float]:
 
 
 def zeros(scene: Any) -> tuple[str, ...]:
-    from scenes.free import varied as free
-
-    return tuple(path for path, number in free.numbers(scene).items() if not number.value)
+    return tuple(path for path, number in of_free(scene).items() if not number.value)
 
 
 def kind_of(scene: Any, path: str) -> Quantity:
     if is_free(scene):
-        from scenes.free import varied as free
-
-        return free.numbers(scene)[path].kind
+        return of_free(scene)[path].kind
     kind = type_of(scene).schema.paths[path].kind
     assert isinstance(kind, Quantity)
     return kind
@@ -64,9 +70,7 @@ def varied(scene: T, path: str, factor: float) -> T:
     """The scene with one key multiplied by a factor, unchecked; of a free scene with one of its numbers more by the
     factor less one."""
     if is_free(scene):
-        from scenes.free import varied as free
-
-        found: Any = free.numbers(scene)[path].more(factor - 1)  # type: ignore[arg-type]
+        found: Any = of_free(scene)[path].more(factor - 1)  # type: ignore[arg-type]
         return found  # type: ignore[no-any-return]
     schema = type_of(scene).schema
     value: Any = _value(scene, schema.paths[path].attribute)
@@ -85,3 +89,138 @@ def _value(scene: object, attribute: str) -> Any:
     if value is None and name in MEANT:
         return attrgetter(f"{owner}.{MEANT[name]}".lstrip("."))(scene)
     return value
+
+
+PLANE = 1e-9  # of a scene's extent: coordinates nearer to each other are in one plane
+_SIZE = Quantity(LENGTH, 0.0, 1e4)
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number of a scene: its ``value`` (SI units), parts of which it is varied by, its kind, and what makes the scene
+    in which it is larger by a part of that."""
+
+    value: float
+    kind: Quantity
+    more: Callable[[float], AnyScene]
+
+
+def of_free(scene: AnyScene) -> dict[str, Number]:
+    """The numbers by their keys, zeros among them, which no logarithmic derivative can be taken by."""
+    found = dict([*_materials(scene), *_conditions(scene), *_sources(scene)])
+    if isinstance(scene, Scene):
+        found |= dict(_planes(scene))
+    if not scene.steady or not physics.heat(scene):
+        found["scene.initial_temperature"] = Number(
+            scene.initial_temperature, KELVIN, _scaled(scene, "initial_temperature")
+        )
+    return found
+
+
+def _scaled(scene: Any, name: str) -> Callable[[float], Any]:
+    """What multiplies an attribute by one and a part."""
+    return lambda part: replace(scene, **{name: _times(getattr(scene, name), 1 + part)})
+
+
+def _times(value: Value, factor: float) -> Value:
+    if isinstance(value, Schedule):
+        return Schedule(value.times, tuple(factor * v for v in value.values))
+    return factor * value
+
+
+def _largest(value: Value) -> float:
+    return max(values(value), key=abs)
+
+
+def _materials(scene: AnyScene) -> Iterator[tuple[str, Number]]:
+    """What the physics that is asked for needs to know of each material."""
+    for material in dict.fromkeys(physics.materials(scene)):
+        own = list(physics.needed(scene))
+        if physics.electric(scene) and material.resistivity is not None:
+            own += ["resistivity", "temperature_coefficient"]
+            own += ["reference_temperature"] if material.temperature_coefficient else []
+        for key in own:
+            kind: Any = LISTS["material"][key]
+            number = Number(float(getattr(material, key)), kind, _with_material(scene, material, key))
+            yield f"material.{material.name}.{key}", number
+
+
+def _with_material(scene: AnyScene, material: Material, key: str) -> Callable[[float], AnyScene]:
+    def more(part: float) -> AnyScene:
+        other = replace(material, **{key: getattr(material, key) * (1 + part)})
+
+        def changed(items: tuple[Any, ...]) -> tuple[Any, ...]:
+            return tuple(replace(item, material=other) if item.material == material else item for item in items)
+
+        if isinstance(scene, MeshScene):
+            return replace(scene, bodies=changed(scene.bodies))
+        return replace(scene, boxes=changed(scene.boxes))
+
+    return more
+
+
+def _conditions(scene: AnyScene) -> Iterator[tuple[str, Number]]:
+    boundaries: tuple[Any, ...] = scene.boundaries
+    for i, boundary in enumerate(boundaries):
+        kind, key = LISTS["boundary"][boundary.kind], f"boundary.{boundary.name}.{boundary.kind}"
+        if isinstance(kind, Convection):
+            ambient = Number(_largest(boundary.ambient), KELVIN, _with_item(scene, "boundaries", i, "ambient"))
+            yield f"{key}.ambient", ambient
+            key, own = f"{key}.coefficient", kind.coefficient
+        else:
+            assert isinstance(kind, Varying)
+            own = kind.quantity
+        yield key, Number(_largest(boundary.value), own, _with_item(scene, "boundaries", i, "value"))
+
+
+def _sources(scene: AnyScene) -> Iterator[tuple[str, Number]]:
+    table, items = ("source", "sources") if isinstance(scene, MeshScene) else ("box", "boxes")
+    for i, item in enumerate(getattr(scene, items)):
+        if largest := _largest(item.heat_source):
+            number = Number(largest, HEAT_SOURCE.quantity, _with_item(scene, items, i, "heat_source"))
+            yield f"{table}.{item.name}.heat_source", number
+
+
+def _with_item(scene: Any, items: str, number: int, name: str) -> Callable[[float], Any]:
+    def more(part: float) -> Any:
+        own = list(getattr(scene, items))
+        own[number] = _scaled(own[number], name)(part)
+        return replace(scene, **{items: tuple(own)})
+
+    return more
+
+
+def _planes(scene: Scene) -> Iterator[tuple[str, Number]]:
+    """The planes across each axis, in the order of the boxes."""
+    for axis, letter in enumerate("xyz"):
+        ends = [c for box in scene.boxes for c in (box.lower[axis], box.upper[axis])]
+        small = PLANE * (max(ends) - min(ends))
+        taken: list[float] = []
+        # Of the faces in one plane the thinnest box's gives the name.
+        for box in sorted(scene.boxes, key=lambda b: b.upper[axis] - b.lower[axis]):
+            for end in ("lower", "upper"):
+                at = getattr(box, end)[axis]
+                if not any(abs(at - other) <= small for other in taken):
+                    taken.append(at)
+                    size = box.upper[axis] - box.lower[axis]
+                    yield (
+                        f"box.{box.name}.{end}.{letter}",
+                        Number(size, _SIZE, _with_plane(scene, axis, at, size, small)),
+                    )
+
+
+def _with_plane(scene: Scene, axis: int, at: float, size: float, small: float) -> Callable[[float], Scene]:
+    def more(part: float) -> Scene:
+        def moved(point: tuple[float, float, float]) -> tuple[float, ...]:
+            return tuple(
+                c + part * size if d == axis and abs(c - at) <= small else c for d, c in enumerate(point)
+            )  # fmt: skip
+
+        def together(items: tuple[Any, ...]) -> tuple[Any, ...]:
+            return tuple(replace(item, lower=moved(item.lower), upper=moved(item.upper)) for item in items)
+
+        return replace(
+            scene, boxes=together(scene.boxes), boundaries=together(scene.boundaries), probes=together(scene.probes)
+        )
+
+    return more

@@ -1,8 +1,9 @@
-"""The processors that there are, and the threads of the processes that are started on them."""
+"""The processors that there are, the threads of the processes that are started on them, and a limit of their time."""
 
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TypeVar
@@ -17,6 +18,30 @@ ONE_THREAD = dict.fromkeys(
 
 def processors() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+class TimeIsUpError(BaseException):
+    """The time limit; no handler of ordinary errors catches it."""
+
+
+@contextmanager
+def limited(seconds: float, by_the_clock: int = 0) -> Iterator[None]:
+    """Raises TimeIsUpError in what computes longer than so many seconds, whatever else the machine does, or, where that
+    is given, waits longer ``by_the_clock``."""
+
+    def up(*_: object) -> None:
+        raise TimeIsUpError
+
+    before = {number: signal.signal(number, up) for number in (signal.SIGVTALRM, signal.SIGALRM)}
+    signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
+    signal.alarm(by_the_clock)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+        signal.alarm(0)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 @contextmanager

@@ -103,8 +103,8 @@ def spectral_radius(lumped: Lumped, scheme: PaperScheme) -> float:
     """Spectral radius of one step of the whole scheme without electrical power: stable up to 1."""
     loop, keep = step_matrix(lumped, scheme), np.eye(scheme.states)
     into, through, out = loop[-3:].copy()
-    loop[-3] = runge_kutta_step(keep[-3], -into, lumped.sink.conductance, 0.0, 0.0, scheme.dt / lumped.sink.capacity)
-    loop[-2] = runge_kutta_step(keep[-2], through - out, 0.0, 0.0, 0.0, scheme.dt / lumped.sensor.capacity)
+    loop[-3] = runge_kutta_step(keep[-3], -into, lumped.conductance, 0.0, 0.0, scheme.dt / lumped.capacity[0])
+    loop[-2] = runge_kutta_step(keep[-2], through - out, 0.0, 0.0, 0.0, scheme.dt / lumped.capacity[1])
     return float(np.abs(np.linalg.eigvals(loop[:-1, :-1])).max())
 
 
@@ -183,7 +183,7 @@ def _march(
     z, y = np.zeros(scheme.states), np.zeros(scheme.states)
     voltage, traces = np.zeros(2), np.empty((samples, 7))
     (r_sink, r_sensor), (a_sink, a_sensor) = lumped.resistance.tolist(), lumped.coefficient.tolist()
-    c_sink, c_sensor, loss = lumped.sink.capacity, lumped.sensor.capacity, lumped.sink.conductance
+    (c_sink, c_sensor), loss = lumped.capacity.tolist(), lumped.conductance
     sink, sensor, face = 0.0, 0.0, scheme.nx - 1
     for k in range(samples):
         rises = np.array([sink, sensor])

@@ -7,13 +7,12 @@ from dataclasses import replace
 from typing import Literal
 
 from reduced1d.device.accurate import solve_accurate
-from reduced1d.device.meters import METERS, Meter, in_the_loop, too_coarse
+from reduced1d.device.design import METERS, Meter, in_the_loop, too_coarse
 from reduced1d.device.paper import UnstableStepError, solve_paper
 from reduced1d.device.stability import largest_eigenvalue
 from scenes.device import Device
 from scenes.errors import SceneError
-from scenes.loop.result import DeviceResult
-from scenes.loop.runs import Run, Runs, with_others
+from scenes.loop.result import DeviceResult, Run, Runs, with_others
 
 
 def make(

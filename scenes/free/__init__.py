@@ -9,8 +9,8 @@ from typing import Any
 
 from scenes import loading
 from scenes.free import document
+from scenes.free.document import BOXES, ON_MESH
 from scenes.free.document import as_dict as as_dict
-from scenes.free.tables import BOXES, ON_MESH
 from scenes.model import AnyScene, Scene
 from scenes.schema import Schema, override
 

@@ -1,5 +1,9 @@
 """From the values of a file to the scene, with the refusal of what a file leaves out or says twice; and back, as a
-document that reads back equal, of SI numbers and plain JSON types, and as a TOML file."""
+document that reads back equal, of SI numbers and plain JSON types, and as a TOML file.
+
+First the tables of such a file and the keys of each. The bounds are wide, for textbook cases have round numbers that
+nothing real has; what lies outside is a slip of the unit.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +12,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, TypeVar
 
+from scenes import kinds as k
 from scenes import physics
+from scenes import units as d
 from scenes.errors import SceneError, did_you_mean, quoted
-from scenes.free.tables import CONDITIONS, HEAT_SOURCE, RESISTIVITY
+from scenes.keys import ACCURACY, VALID_TO
 from scenes.model import (
     AnyScene,
     Body,
@@ -28,7 +34,7 @@ from scenes.model import (
     is_zero,
 )
 from scenes.physics import HEAT_KEYS
-from scenes.schema import Item, section
+from scenes.schema import Item, Key, Schema, section
 
 Values = Mapping[str, Any]
 S = TypeVar("S", Scene, MeshScene)
@@ -36,6 +42,85 @@ S = TypeVar("S", Scene, MeshScene)
 UNUSED = 1.0
 """Stands in a Material for what the scene does not need and the file does not give."""
 _FLOWS = ("heat_flow", "current")
+
+POINT = k.Place(k.Quantity(d.LENGTH, 0.0, 1e4, signed=True))
+
+CONDITIONS: dict[str, k.Varying | k.Convection] = {
+    "temperature": k.Varying(k.KELVIN),
+    "heat_flux": k.Varying(k.Quantity(d.HEAT_FLUX, 0.0, 1e15, signed=True)),
+    "convection": k.Convection(k.Quantity(d.CONVECTION_COEFFICIENT, 0.0, 1e12), k.Varying(k.KELVIN)),
+    "voltage": k.Varying(k.Quantity(d.VOLTAGE, 0.0, 1e6, signed=True)),
+}
+"""What a boundary may have, of which it has one."""
+
+RESISTIVITY = k.Quantity(d.RESISTIVITY, 1e-12, 1e9, word="insulator")
+HEAT_SOURCE = k.Varying(k.Quantity(d.HEAT_SOURCE, 0.0, 1e20, signed=True))
+
+
+_SCENE_AND_RUN = (
+    Key("scene.name", "name", k.NAME),
+    Key("scene.initial_temperature", "initial_temperature", k.KELVIN),
+    Key("run.steady", "steady", k.Switch()),
+    Key("run.end_time", "end_time", k.Quantity(d.TIME, 1e-12, 1e9)),
+    Key("run.output_times", "output_times", k.Instants()),
+    Key("run.accuracy", "accuracy", ACCURACY),
+)
+
+LISTS: dict[str, dict[str, k.Kind]] = {
+    "material": {
+        "name": k.LABEL,
+        "thermal_conductivity": k.Quantity(d.THERMAL_CONDUCTIVITY, 1e-9, 1e9),
+        "density": k.Quantity(d.DENSITY, 1e-6, 1e9),
+        "specific_heat": k.Quantity(d.SPECIFIC_HEAT, 1e-6, 1e9),
+        "resistivity": RESISTIVITY,
+        "temperature_coefficient": k.Quantity(d.TEMPERATURE_COEFFICIENT, 0.0, 1.0, signed=True),
+        "reference_temperature": k.KELVIN,
+        "valid_to": VALID_TO,
+    },
+    "box": {
+        "name": k.LABEL,
+        "material": k.LABEL,
+        "lower": POINT,
+        "upper": POINT,
+        "heat_source": HEAT_SOURCE,
+    },
+    "boundary": {"name": k.LABEL, "lower": POINT, "upper": POINT, **CONDITIONS},
+    "probe": {
+        "name": k.LABEL,
+        "quantity": k.Choice(("temperature", "potential", "heat_flow", "current")),
+        "at": POINT,
+        "lower": POINT,
+        "upper": POINT,
+        "reduce": k.Choice(("mean", "max", "min")),
+    },
+}
+"""The tables that a file may have many of, as [[material]] and so on."""
+
+REQUIRED: dict[str, tuple[str, ...]] = {
+    "material": ("name",),
+    "box": ("material", "lower", "upper"),
+    "boundary": ("lower", "upper"),
+    "probe": ("name",),
+}
+"""What has no default; a box or boundary without a name is called box-1, boundary-1 and so on."""
+
+BOXES = Schema(_SCENE_AND_RUN, LISTS, REQUIRED, "a free scene", "run.accuracy=1e-4")
+"""What a file of a free scene of boxes may say."""
+
+_CORNERS = ("lower", "upper")
+ON_MESH = Schema(
+    (*_SCENE_AND_RUN, Key("mesh.file", "file", k.MESH_FILE), Key("mesh.unit", "unit", k.LengthUnit())),
+    {
+        "material": {**LISTS["material"], "groups": k.GroupNames()},
+        "source": {"name": k.LABEL, "group": k.GROUP, "heat_source": HEAT_SOURCE},
+        "boundary": {"name": k.LABEL, "group": k.GROUP, **CONDITIONS},
+        "probe": {key: kind for key, kind in LISTS["probe"].items() if key not in _CORNERS} | {"group": k.GROUP},
+    },
+    {"material": ("name",), "source": ("group", "heat_source"), "boundary": ("group",), "probe": ("name",)},
+    "a scene on a mesh",
+    "run.accuracy=1e-4",
+)
+"""What a file with a [mesh] may say: groups stand in the place of boxes and corners."""
 
 
 def of_boxes(values: Values, name: str) -> Scene:

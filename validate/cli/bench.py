@@ -44,9 +44,9 @@ def run(arguments: argparse.Namespace) -> int:
     for file in files:
         if not file.parent.is_dir():
             raise SceneError(f'"{file}" can\'t be written: there is no folder "{file.parent}"')
-    from validate.bench import page, plots
-    from validate.bench.parts import PARTS
-    from validate.bench.parts import run as measure
+    from validate.bench import page
+    from validate.bench.work import PARTS
+    from validate.bench.work import run as measure
     from validate.report.summary import as_json, write_document
 
     wanted = [*arguments.part, *["start-up"] * arguments.start_up]
@@ -55,10 +55,10 @@ def run(arguments: argparse.Namespace) -> int:
     with progress() as say:
         found = measure(wanted, rounds, arguments.quick, say, earlier)
     folder = FOLDER if page_file is None else page_file.parent / "figures"
-    drawn = {part: folder / f"benchmark-{part}.png" for part in plots.TITLES if part in found}
+    drawn = {part: folder / f"benchmark-{part}.png" for part in page.TITLES if part in found}
     for part, path in drawn.items():
         folder.mkdir(parents=True, exist_ok=True)
-        plots.draw(part, found[part], path)
+        page.draw(part, found[part], path)
     if numbers is not None:
         write_document(numbers, as_json(found))
     if page_file is not None:
@@ -71,7 +71,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _earlier(names: list[str]) -> dict[str, Any]:
     """What earlier runs wrote; SceneError where a file is not one of theirs."""
-    from validate.bench.parts import SCHEMA
+    from validate.bench.work import SCHEMA
 
     found: dict[str, Any] = {}
     for name in names:

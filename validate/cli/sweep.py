@@ -96,7 +96,7 @@ def execute(
     from reduced1d.ladder import canonical
     from scenes.kinds import Quantity
     from scenes.units import TIME
-    from validate.report.names import of_sweep
+    from validate.report.folder import folder_of_sweep
     from validate.report.table import wrapped
     from validate.sweep.point import Job, Scope, checked
     from validate.sweep.run import run
@@ -121,7 +121,7 @@ def execute(
     words = [f"{name}{value}" for name in options if (value := getattr(arguments, name, None)) is not None]
     words += ["steady"] * getattr(arguments, "steady", False) + [(arguments.reduction or "").replace(",", "-")]
     kind = "sweep" if solves is None else "map"
-    folder = common.out(arguments) or of_sweep(base.name, kind, [*arguments.vary, *_settings(arguments)], *words)
+    folder = common.out(arguments) or folder_of_sweep(base.name, kind, [*arguments.vary, *_settings(arguments)], *words)
     started = time.monotonic()
     with Store(folder, job.document(), arguments.fresh) as store:
         try:

@@ -15,9 +15,9 @@ from compare import plan
 from compare.outcome import Clock, Outcome
 from compare.pipeline import answer
 from scenes.plan import Request, noted, step
-from validate.report import names, of
+from validate.report import of
 from validate.report.figures.render import Renderer
-from validate.report.folder import Folder
+from validate.report.folder import Folder, folder_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -41,7 +41,7 @@ def run(
     that can't be used (before anything is solved), and what `compare.pipeline.answer` raises.
     """
     say, clock, drawn = progress or (lambda _: None), Clock(), draws_field(scene, request)
-    with Folder(out or names.of(scene, request)) as folder, Renderer(drawn) as renderer:
+    with Folder(out or folder_of(scene, request)) as folder, Renderer(drawn) as renderer:
         outcome = answer(scene, request, say, data, clock)
         outcome = outcome if then is None else then(outcome)
         say("writing the results")

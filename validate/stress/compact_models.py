@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-import signal
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
+from validate.processes import TimeIsUpError, limited
 from validate.stress.report import Row
 
 GROUP = "compact models"
 ACCURACY, FINER = 3e-2, 0.2  # of a model, and the part of that to which the run is solved that it is held against
 COUNT, QUICK = 50, 3
 LIMIT = 60  # s of computing, after which a scene is left
-
-
-class _TimeIsUpError(BaseException):
-    """The time limit; no handler of ordinary errors catches it."""
 
 
 def rows(quick: bool, first: int = 0) -> Iterator[Row]:
@@ -31,19 +26,15 @@ def rows(quick: bool, first: int = 0) -> Iterator[Row]:
     found: dict[int, float] = {}
     refused, late, failed, seed = 0, 0, "", first
     while len(found) < wanted and seed < first + 4 * wanted:
-        before = signal.signal(signal.SIGVTALRM, _up)
-        signal.setitimer(signal.ITIMER_VIRTUAL, LIMIT)
         try:
-            found[seed] = off(seed)
+            with limited(LIMIT):
+                found[seed] = off(seed)
         except (NumericsError, SceneError):
             refused += 1
-        except _TimeIsUpError:
+        except TimeIsUpError:
             late += 1
         except Exception as error:
             failed = failed or f"seed {seed}: {type(error).__name__}: {error}"
-        finally:
-            signal.setitimer(signal.ITIMER_VIRTUAL, 0)
-            signal.signal(signal.SIGVTALRM, before)
         seed += 1
     scenes = f"{len(found)} scenes, seeds {first} to {seed - 1}"
     worst = max(found, key=lambda s: (found[s] != found[s], found[s]), default=first)
@@ -78,7 +69,3 @@ def off(seed: int) -> float:
             apart = np.abs(values - truth.traces.values[n][at]).max()
             each.append(float(apart) / (stated["over time"][n]["error"] + truth.traces.errors[n]))
     return max(each)
-
-
-def _up(*_: Any) -> None:
-    raise _TimeIsUpError

@@ -137,11 +137,11 @@ def grows(lumped: Lumped, dt: float, scheme: PaperScheme) -> bool:
         into = _flow(lumped.insulator, scheme, sink - inner[0][0])
         through = _flow(lumped.insulator, scheme, inner[0][-1] - sensor)
         out = _flow(lumped.polymer, scheme, sensor - inner[1][0])
-        loss = lumped.sink.conductance / lumped.sink.capacity * dt
+        loss = lumped.conductance / lumped.capacity[0] * dt
         # Runge-Kutta of order 4 for a linear loss and a constant flow.
         decay, mean = 1 - loss + loss**2 / 2 - loss**3 / 6 + loss**4 / 24, 1 - loss / 2 + loss**2 / 6 - loss**3 / 24
-        sink = sink * decay - mean * dt / lumped.sink.capacity * into
-        sensor = sensor + dt / lumped.sensor.capacity * (through - out)
+        sink = sink * decay - mean * dt / lumped.capacity[0] * into
+        sensor = sensor + dt / lumped.capacity[1] * (through - out)
         size.append(abs(sensor) + abs(sink))
         if size[-1] > 1e6:
             return True

@@ -3,12 +3,10 @@ limit, side by side in processes."""
 
 from __future__ import annotations
 
-import signal
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import Any
 
-from validate.processes import side_by_side
+from validate.processes import TimeIsUpError, limited, side_by_side
 from validate.stress import compact_models, extremes, steps
 from validate.stress.report import Row, failed
 
@@ -29,10 +27,6 @@ class Outcome:
     unknowns: int = 0
 
 
-class _TimeIsUpError(BaseException):
-    """The time limit; no handler of ordinary errors catches it."""
-
-
 def examine(seed: int, limit: int = LIMIT) -> Outcome:
     """Solves the scene of a seed and holds it to all invariants that need no second solve and to one that does."""
     import time
@@ -41,34 +35,23 @@ def examine(seed: int, limit: int = LIMIT) -> Outcome:
     from validate.stress import invariants
     from validate.stress.random_scenes import draw
 
-    def up(*_: Any) -> None:
-        raise _TimeIsUpError
-
     started = time.process_time()
     drawn = draw(seed)
-    # What counts is computing, whatever else the machine does; the clock is there for what waits for ever.
-    before = {number: signal.signal(number, up) for number in (signal.SIGVTALRM, signal.SIGALRM)}
-    signal.setitimer(signal.ITIMER_VIRTUAL, limit)
-    signal.alarm(PATIENCE * limit)
     violations: dict[str, float] = {}
     unknowns, ended, said = 0, "", ""
     try:
-        found = invariants.solve(drawn.scene)
-        unknowns = int(found.details["unknowns"])
-        for each, test in invariants.tests(drawn).items():
-            violations[each] = test(drawn, found)
-    except _TimeIsUpError:
+        with limited(limit, PATIENCE * limit):
+            found = invariants.solve(drawn.scene)
+            unknowns = int(found.details["unknowns"])
+            for each, test in invariants.tests(drawn).items():
+                violations[each] = test(drawn, found)
+    except TimeIsUpError:
         ended = "out of time"
     except Exception as error:
         ended, said = "error", f"{type(error).__name__}: {error}"
         # Thermal runaway, or an accuracy out of reach: a sentence that says why.
         if isinstance(error, NumericsError) and not isinstance(error, ConvergenceError):
             ended, said = "refused by name", str(error)
-    finally:
-        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
-        signal.alarm(0)
-        for number, handler in before.items():
-            signal.signal(number, handler)
     return Outcome(seed, violations, ended, said, time.process_time() - started, unknowns)
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from scenes.sink import Sink
-from validate.verify.answers import Row, skipped
+from validate.verify.report import Row, skipped
 
 FAMILY, CASE = "second code", "the sink at 1 V, steady"
 ORDERS = (3, 4)

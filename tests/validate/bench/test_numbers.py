@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 from fem3d import element
 from meshes import connected
 from scenes.sink import Sink
-from validate.bench import growth, measure, plots, problem, work
+from validate.bench import growth, measure, page, problem, work
 from validate.bench.entries import FREEFEM, GIVEN, NGSOLVE, OURS, REDUCTION, SCIKIT_FEM, WHOLE
 from validate.verify.methods import METHODS, march
 
@@ -79,17 +79,17 @@ def test_reductions_are_named_points_and_no_line_joins_them(monkeypatch, tmp_pat
     names = ("paper", "plate", "moments:4")
     rows = [{**row(REDUCTION, 0.1 * n, 1e-3 / n), "label": name} for n, name in enumerate(names, 1)]
     rows += [row(NGSOLVE, 0.1 * n, 1e-3 / n) for n in (1, 2)]
-    plots.draw("steady", {"rows": rows, "reference": {"uncertainty": 1e-6}}, tmp_path / "a.png")
+    page.draw("steady", {"rows": rows, "reference": {"uncertainty": 1e-6}}, tmp_path / "a.png")
     (axes,) = drawn[0].axes
     assert tuple(text.get_text() for text in axes.texts) == names
-    joined = {tool: [line.get_linestyle() for line in axes.lines if line.get_color() == plots.LOOKS[tool][0]]
+    joined = {tool: [line.get_linestyle() for line in axes.lines if line.get_color() == page.LOOKS[tool][0]]
               for tool in (REDUCTION, NGSOLVE)}  # fmt: skip
     assert joined == {REDUCTION: ["None"], NGSOLVE: ["None", "-"]}
 
 
 def test_names_near_each_other_make_room_and_only_points_that_no_other_beats_are_joined():
-    assert plots.fastest([(1e-2, 1.0), (1e-3, 3.0), (2e-2, 2.0), (1e-3, 4.0)]) == [(1e-2, 1.0), (1e-3, 3.0)]
-    assert plots.apart([(0.0, 50.0), (5.0, 48.0), (5.0, 47.0), (300.0, 49.0)]) == [0.0, 8.0, 17.0, 0.0]
+    assert page.fastest([(1e-2, 1.0), (1e-3, 3.0), (2e-2, 2.0), (1e-3, 4.0)]) == [(1e-2, 1.0), (1e-3, 3.0)]
+    assert page.apart([(0.0, 50.0), (5.0, 48.0), (5.0, 47.0), (300.0, 49.0)]) == [0.0, 8.0, 17.0, 0.0]
 
 
 def test_a_solve_finds_nothing_of_the_scene_that_an_earlier_one_worked_out():

@@ -2,13 +2,18 @@
 
 import json
 import math
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
+from scenes.sink import SILICON, Sink
+from tests.fin import solve_fin
 from validate.cli import main
 from validate.report.table import Style
-from validate.verify import cases, report
-from validate.verify.answers import Row, observed_order, order_row, skipped
+from validate.verify import cases, exact, manufactured, orders, published, report, series
+from validate.verify.report import Row, observed_order, order_row, skipped
+from validate.verify.series import HELD, Layer, step_response
 
 GOOD = Row("exact", "slab", "middle", "K", 300.0, 300.001, 0.002, 0.01)
 FAR = Row("exact", "slab", "mean", "K", 300.0, 300.003, 0.002, 0.01, "a source")
@@ -62,3 +67,119 @@ def test_the_exit_status_follows_the_verdicts_and_a_case_that_fails_is_a_row(
 def test_bad_input_is_one_sentence(wrong, capsys):
     assert main(["verify", *wrong]) == 2
     assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+SLAB = Layer(0.5, 2.0, 3.0)  # diffusivity 2/3 m2/s
+
+
+@pytest.mark.parametrize("time", [0.01, 0.1, 1.0])
+def test_the_inverted_transform_is_the_series_of_a_slab(time):
+    number = 2 / 3 * time / 0.25
+    # A slab warmed on both sides is half a slab that is adiabatic in the middle.
+    held = step_response([SLAB], "temperature", 1.0, 0.0, np.array([time]))[0, 1]
+    assert abs(1 - held - float(series.cooling(0.0, number))) < 1e-11
+    film = step_response([SLAB], "film", 1.0, 0.0, np.array([time]), 5.0)[0, 1]
+    assert abs(1 - film - series.film_cooling(0.0, 5 * 0.5 / 2, number)) < 1e-11
+    # A coefficient 0.2 % off is seen even early, when hardly anything has reached the middle.
+    assert abs(1 - film - series.film_cooling(0.0, 5.01 * 0.5 / 2, number)) > 1e-9
+
+
+def test_layers_of_one_material_are_one_layer_and_end_as_resistances_in_series():
+    times = np.array([0.05, 0.5, 100.0])
+    one = step_response([Layer(1.0, 2.0, 3.0)], "flux", 7.0, HELD, times)
+    two = step_response([SLAB, SLAB], "flux", 7.0, HELD, times)
+    assert np.abs(one[:, 0] - two[:, 0]).max() < 1e-10
+    late = step_response([Layer(0.3, 2.0, 3.0), Layer(0.1, 0.5, 1.0)], "flux", 7.0, HELD, times)[-1]
+    assert late == pytest.approx([7 * (0.3 / 2 + 0.1 / 0.5), 7 * 0.1 / 0.5, 0.0], abs=1e-9)
+
+
+def test_the_series_give_the_printed_numbers_of_nafems_and_iso():
+    slow = 0.1**2 * 7200 * 440.5 / 35
+    assert round(100 * series.sine_driven(0.8, slow, np.pi / 40, 32.0), 2) == 36.60
+    assert round(100 * series.convective_rectangle(0.6, 1.0, 52.0, 750.0, 0.6, 0.2), 2) == 18.25
+    found = [[round(20 * series.half_heated_square(i / 8, j / 8), 1) for i in (1, 2, 3, 4)] for j in range(1, 8)]
+    assert found == [list(row) for row in published.CASE_1]
+
+
+def test_straight_lines_approach_the_sine():
+    times, slow = np.linspace(0, 32, 641), 0.1**2 * 7200 * 440.5 / 35
+    sine = series.sine_driven(0.8, slow, np.pi / 40, 32.0)
+    off = [
+        abs(series.ramped(0.8, slow, times[::step], np.sin(np.pi * times[::step] / 40), 32.0) - sine)
+        for step in (20, 10)
+    ]
+    # The error of straight lines falls with the square of their length.
+    assert np.log2(off[0] / off[1]) == pytest.approx(2, abs=0.05)
+
+
+@pytest.mark.parametrize("coefficient", [5e-4, -5e-4, 0.0])
+def test_the_heated_bar_is_the_fin(coefficient):
+    material = replace(SILICON, temperature_coefficient=coefficient)
+    fin = solve_fin(Sink(silicon=material, voltage=5.0), 0.0)
+    found = exact.heated_bar(material, 1e-3, 2e-10, 5.0)
+    assert found == pytest.approx((fin.peak_rise, fin.mean_rise, fin.current), rel=1e-10)
+
+
+POINTS = np.random.default_rng(1).uniform((0.1, 0.1, 0.02), (0.5, 0.5, 0.24), (20, 3)).T
+LAYERS = {0: POINTS, 1: POINTS + np.array([[0.0], [0.0], [manufactured.LAYER]])}
+STEP = 1e-4
+
+
+def divergence(flux, points):
+    """The divergence of a vector field at some points by central differences."""
+    steps = STEP * np.eye(3)[:, :, None]
+    return sum((flux(*(points + s))[d] - flux(*(points - s))[d]) / (2 * STEP) for d, s in enumerate(steps))
+
+
+def slope(field):
+    return lambda *at: manufactured.gradient(field, *at)
+
+
+@pytest.mark.parametrize("layer", LAYERS)
+@pytest.mark.parametrize("k", [(2.0, 2.0), (1.5, 3.0)])
+def test_the_loads_are_those_of_the_solution(k, layer):
+    solution, points = manufactured.conduction(k), LAYERS[layer]
+    expected = -k[layer] * divergence(slope(solution.u), points)
+    assert np.abs(solution.f(*points) - expected).max() < 1e-5 * np.abs(expected).max()
+
+
+def test_the_currents_have_no_divergence_and_their_heat_is_left_out_of_the_load():
+    solution = manufactured.joule()
+
+    def resistivity(*at):
+        return 0.5 * (1 + 0.3 * solution.u(*at))
+
+    def current(*at):
+        return slope(solution.potential)(*at) / resistivity(*at)
+
+    assert np.abs(divergence(current, POINTS)).max() < 1e-6 * np.abs(current(*POINTS)).max()
+    heat = (current(*POINTS) ** 2).sum(axis=0) * resistivity(*POINTS)
+    expected = -2.0 * divergence(slope(solution.u), POINTS) - heat
+    assert np.abs(solution.f(*POINTS) - expected).max() < 1e-5 * np.abs(expected).max()
+
+
+def test_eigenfunctions_meet_in_the_layer_plane():
+    for rate, w in manufactured.heating((1.5, 3.0), (1.2, 2.0)).modes:
+        x, y, z = POINTS[0], POINTS[1], np.full(20, manufactured.LAYER)
+        below = z - 1e-12
+        assert rate > 0
+        assert np.abs(w(x, y, below) - w(x, y, z)).max() < 1e-11
+        assert np.abs(1.5 * slope(w)(x, y, below)[2] - 3.0 * slope(w)(x, y, z)[2]).max() < 1e-9
+
+
+def test_bricks_converge_in_theory_s_order_and_a_wrong_conductivity_does_not():
+    solution = manufactured.conduction((1.5, 3.0))
+    coarse, fine = orders.on_bricks(solution, 2, 1), orders.on_bricks(solution, 2, 2)
+    # The coarsest meshes are not yet in the asymptotic range; the command goes on from here.
+    assert observed_order([coarse["rise, H1"], fine["rise, H1"]], 2.0) == pytest.approx(2, abs=0.25)
+    other = manufactured.conduction((1.515, 3.03))
+    wrong = replace(solution, scene=replace(solution.scene, boxes=other.scene.boxes))
+    off = [orders.on_bricks(wrong, 2, cuts)["rise, L2"] for cuts in (2, 3)]
+    assert observed_order(off, 1.5) < 1.0
+
+
+def test_both_paths_have_the_same_errors_at_the_same_degree():
+    solution = manufactured.conduction((2.0, 2.0))
+    one, other = orders.on_bricks(solution, 2, 1), orders.on_hexahedra(solution, 2, 1)
+    # The same space; the loads are integrated at different points, which matters less than the error itself.
+    assert one["rise, H1"] == pytest.approx(other["rise, H1"], rel=1e-3)
