@@ -95,8 +95,7 @@ def compare(sink: Sink, data: Data, fem3d: Result, key: str) -> Comparison:
     is that of the 3D trace, and that of interpolating the data: a third of the largest change when every other of
     their rows is left out (for smooth curves the error falls with the square of the spacing).
     """
-    traces = fem3d.traces
-    assert traces is not None
+    traces = fem3d.over_time
     unit = key.rpartition("_")[2]
     first = max(FIRST_TIME, float(data.time[0]), float(traces.time[0]))
     last = min(float(data.time[-1]), float(traces.time[-1]))
@@ -141,7 +140,6 @@ def interpolation_error(data: Data, key: str, first: float, last: float) -> floa
 def _scale(fem3d: Result, key: str) -> tuple[float, str]:
     of, value = _OF.get(key, "final rise"), fem3d.steady[OF_A_SINK[_NAMES[key]].steady].value
     if key == "current_A":
-        assert fem3d.traces is not None
-        change = value - float(fem3d.traces.values[key][0])
+        change = value - float(fem3d.over_time.values[key][0])
         return (change, of) if change else (value, "final value")
     return value, of

@@ -134,9 +134,7 @@ class _Runs:
     def course(self, name: str, coefficient: float) -> tuple[np.ndarray, np.ndarray, float]:
         """Of leaving it out over time: times (s), differences there, and their error."""
         key, found = QUANTITIES[name], self.cooled(coefficient)
-        bare, cooled = self.bare.traces, found.traces
-        assert bare is not None
-        assert cooled is not None
+        bare, cooled = self.bare.over_time, found.over_time
         trace, final = key.replace("_rise_K", "_K"), found.steady[key]
         without = np.interp(cooled.time, bare.time, bare.values[trace])
         error = (bare.errors[trace] + cooled.errors[trace] + final.error) / abs(final.value)

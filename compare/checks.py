@@ -106,8 +106,7 @@ def _equivalent(models: Models) -> Comparison:
 
 def _equivalent_over_time(models: Models) -> Comparison:
     """The same of their traces: the largest distance of two of them, over the final rise of the second."""
-    three, room = models.fem3d.traces, models.sink.room_temperature
-    assert three is not None
+    three, room = models.fem3d.over_time, models.sink.room_temperature
     late, found = from_first(three.time), []
     for first, second, *both in _pairs(models):
         (x, x_error, _), (y, y_error, final) = (_course(result, name, late) for result, name in both)
@@ -129,8 +128,7 @@ def _equivalent_over_time(models: Models) -> Comparison:
 
 def _course(result: Result, name: str, late: np.ndarray) -> tuple[np.ndarray, float, Estimate]:
     """A 3D trace at some times (s), its error, with that of straight lines between its rows, and the final rise."""
-    traces, final, key = result.traces, result.steady[f"{name}_rise_K"], f"{name}_K"
-    assert traces is not None
+    traces, final, key = result.over_time, result.steady[f"{name}_rise_K"], f"{name}_K"
     error = traces.errors[key] + result.details["sink"].accuracy * abs(final.value)
     return np.interp(late, traces.time, traces.values[key]), error, final
 

@@ -18,7 +18,7 @@ from reduced1d.device.stability import stability
 from reduced1d.sink import air_conductance
 from scenes.device import Device
 from scenes.formats import milliseconds, percent, quantity
-from scenes.loop.runs import BAND, Run, Runs
+from scenes.loop.result import BAND, Run, Runs
 from scenes.plan import Request
 
 _OVER_TIME = ("_peak", "_time", "_settling")

@@ -16,7 +16,7 @@ from reduced1d.device.stability import at_sample_time, largest_eigenvalue, shown
 from scenes.device import Device
 from scenes.errors import SceneError
 from scenes.formats import kelvin, milliseconds, percent, quantity
-from scenes.loop.runs import BAND, SLOW_TIME, Run, Runs
+from scenes.loop.result import BAND, SLOW_TIME, Run, Runs
 from scenes.plan import Request
 
 PAPER_SETTLING = 0.1

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from compare.verdict import Check
     from fem3d.device.runs import Solved
     from reduced1d.device.design import Design
-    from scenes.loop.runs import Runs
+    from scenes.loop.result import Runs
     from scenes.result import Result
 
 S = TypeVar("S", covariant=True)

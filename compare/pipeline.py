@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from compare.outcome import Clock, Outcome
 from compare.plan import (
@@ -37,10 +37,8 @@ if TYPE_CHECKING:
     from compare.against import Data
     from compare.inputs.sensitivities import Sensitivities
     from reduced1d.ladder.levels import Levels
-    from scenes.loop.runs import Runs
+    from scenes.loop.result import Runs
     from scenes.result import Result
-
-S = TypeVar("S")
 
 
 def kind(scene: Any) -> str:
@@ -124,16 +122,16 @@ def _exported(scene: AnyScene, export: Export, say: Callable[[str], None]) -> tu
 
 
 @dataclass(frozen=True)
-class _Run(Generic[S]):
+class _Run:
     """What is solved, what is asked of it, who is told of the progress, and the clock of its stages."""
 
-    scene: S
+    scene: Any
     request: Request
     say: Callable[[str], None] = lambda _: None
     clock: Clock = field(default_factory=Clock)
 
 
-def _sink(run: _Run[Sink], data: Data | None) -> Outcome[Sink]:
+def _sink(run: _Run, data: Data | None) -> Outcome[Sink]:
     """Both models, the checks, with those of a user's own ``data``, and the answer."""
     from compare.answer import answered
     from reduced1d.ladder import refuse
@@ -210,7 +208,7 @@ def compared(sink: Sink, request: Request, earlier: Result | None = None) -> Out
 
 
 def _compared(
-    run: _Run[Sink], levels: Levels | None, earlier: Result | None = None, data: Data | None = None
+    run: _Run, levels: Levels | None, earlier: Result | None = None, data: Data | None = None
 ) -> Outcome[Sink]:  # fmt: skip
     sink, request, clock, say = run.scene, run.request, run.clock, run.say
     solver_steps: tuple[Step, ...] = (ONLY_1D,)
@@ -298,7 +296,7 @@ def _with_sensitivities(outcome: Outcome[Any], found: Sensitivities) -> Outcome[
     return replace(outcome, warnings=warnings)
 
 
-def _device(run: _Run[Device]) -> Outcome[Device]:
+def _device(run: _Run) -> Outcome[Device]:
     """What the 1D model says, the paper's claims checked, a designer's questions answered."""
     device, request, clock = run.scene, run.request, run.clock
     with clock.stage("imports"):
@@ -363,7 +361,7 @@ def simulated(device: Device, request: Request, say: Callable[[str], None] = lam
     return runs.make(device, request.scheme, request.meter, slow, steps, say)
 
 
-def _free(run: _Run[AnyScene]) -> Outcome[AnyScene]:
+def _free(run: _Run) -> Outcome[AnyScene]:
     """The probes, the warnings, also of what gets too hot, and the time whose field is drawn."""
     from compare import hottest
 

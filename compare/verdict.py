@@ -113,10 +113,7 @@ class Models:
 
     def traces(self) -> tuple[Traces, Traces]:
         """Those of the 1D result and of the 3D one; ValueError where there are none."""
-        one, three = self.reduction().traces, self.fem3d.traces
-        if one is None or three is None:
-            raise ValueError("this check needs the transient")
-        return one, three
+        return self.reduction().over_time, self.fem3d.over_time
 
 
 @dataclass(frozen=True)

@@ -39,3 +39,10 @@ class Result:
     steady: dict[str, Estimate]
     traces: Traces | None = None
     details: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def over_time(self) -> Traces:
+        """The traces; ValueError where there are none."""
+        if self.traces is None:
+            raise ValueError(f"{self.model} was not solved over time")
+        return self.traces

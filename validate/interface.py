@@ -134,9 +134,9 @@ class _Found(Generic[S]):
         return "\n".join([said, *map(of_section, of(self.scene).sections(*self._told(page=True))[:3])])
 
     def _headline(self) -> str:
-        from validate.report.table import headline
+        from validate.report import of
 
-        return headline(*self._told())
+        return str(of(self.scene).headline(*self._told()))
 
     def _told(self, **look: bool) -> tuple[Outcome[Any], list[Check], Style]:
         """What a text about the run is made of."""

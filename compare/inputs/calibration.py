@@ -177,12 +177,11 @@ def in_3d(sink: Sink, keys: Sequence[str], times: np.ndarray) -> Modelled:
 
     result = run.solve(sink, Request(models=("fem3d",)))
     slopes = sink_sensitivity.of_sink(sink, result, keys=keys)
-    assert result.traces is not None
     assert slopes.course is not None
     left_out = next((key for key in keys if key in slopes.left_out), None)
     if left_out is not None:
         raise SceneError(f"--calibrate {left_out}: {slopes.left_out[left_out]}")
-    values = {n: np.interp(times, result.traces.time, v) for n, v in result.traces.values.items()}
+    values = {n: np.interp(times, result.over_time.time, v) for n, v in result.over_time.values.items()}
     late = np.log(np.maximum(times, slopes.course.times[0]))
     by = {
         key: {n: np.interp(late, np.log(slopes.course.times), s) for n, s in of.items()}
@@ -196,8 +195,7 @@ def in_1d(sink: Sink, keys: Sequence[str], times: np.ndarray) -> Modelled:
     from reduced1d import slopes
     from reduced1d.sink import solve
 
-    traces = solve(sink, times=times).traces
-    assert traces is not None
+    traces = solve(sink, times=times).over_time
     return traces.values, _of_values(sink, traces.values, slopes.of_sink(sink, "paper", keys, times)[1])
 
 

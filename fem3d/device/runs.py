@@ -8,7 +8,7 @@ from typing import Literal
 
 from fem3d.device.solve import Model, model
 from scenes.device import Device
-from scenes.loop.runs import Run, Runs, with_others
+from scenes.loop.result import Run, Runs, with_others
 
 
 @dataclass(frozen=True)

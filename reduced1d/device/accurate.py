@@ -8,8 +8,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from reduced1d.device.lumped import Lumped, around, lump, steady
-from reduced1d.device.modes import Modes, modes
+from reduced1d.device.lumped import Lumped, Modes, around, lump, modes, steady
 from reduced1d.device.stability import findings
 from scenes.device import Device
 from scenes.loop import march as sampled

@@ -12,8 +12,7 @@ from reduced1d.device.paper import UnstableStepError, solve_paper
 from reduced1d.device.stability import largest_eigenvalue
 from scenes.device import Device
 from scenes.errors import SceneError
-from scenes.loop.result import DeviceResult
-from scenes.loop.runs import Run, Runs, with_others
+from scenes.loop.result import DeviceResult, Run, Runs, with_others
 
 
 def make(

@@ -7,8 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from reduced1d.device.lumped import lump, steady
-from reduced1d.device.modes import modes
+from reduced1d.device.lumped import lump, modes, steady
 from scenes.device import Device, External
 from scenes.loop.march import CEILING, March
 from scenes.loop.stability import Plant, Stability, State, linearised

@@ -13,8 +13,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from scenes.loop.controller import Law, Timetable
-from scenes.loop.interval import interval
-from scenes.loop.modal import Modal
+from scenes.loop.modal import Modal, interval
 
 CEILING = 2000.0
 SMALL = 8000

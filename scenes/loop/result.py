@@ -1,12 +1,19 @@
-"""The answer of a model of the device: what the controllers see and do, sample by sample, and how far to trust it."""
+"""The answer of a model of the device: what the controllers see and do, sample by sample, and how far to trust it; the
+runs behind checks and figures, the scene itself, sampled slowly, and other steps; and how long a trace takes to enter a
+band about its final value for good."""
 
 # ruff: noqa: N815 - the symbols of units keep their capitals, as in the keys of the output
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, Literal
 
 import numpy as np
+
+from scenes.device import Device, External
 
 QUANTITIES = ("sink_K", "sensor_K", "sink_V", "sensor_V", "sink_power_W", "sensor_power_W", "polymer_flux_W")
 TOP = "polymer_top_W"
@@ -79,3 +86,198 @@ def device_result(
     columns[:2] += room
     names = (*QUANTITIES, TOP)[: len(columns)]
     return DeviceResult(scheme=scheme, time_s=time, errors=errors, **dict(zip(names, columns, strict=True)), **rest)
+
+
+BAND = 0.01
+"""The band, as a part of the step, that "settled" means where nothing else is said."""
+
+SLOW_TIME, SLOW_GAINS = 5e-3, (0.5, 0.05)
+STEPS = (-80.0, -60.0, -40.0, -20.0, -10.0, 0.0, 10.0, 20.0)
+_SAMPLES_BEFORE = 20
+
+
+@dataclass(frozen=True)
+class Run:
+    """A device, what the model says of it, and the loop's ``largest`` eigenvalue per sample about the steady state of a
+    device; for an outer step from room temperature its height in K, and what another scheme or mesh says, by
+    which the result's times are judged."""
+
+    device: Device
+    result: DeviceResult
+    largest: Callable[[Device], complex]
+    step: float = 0.0
+    reference: DeviceResult | None = None
+
+    @property
+    def before(self) -> Steady:
+        return self.result.before
+
+    @property
+    def after(self) -> Steady:
+        return self.result.after
+
+    @cached_property
+    def eigenvalue(self) -> complex:
+        """The loop's largest eigenvalue per sample about the state after the outer step."""
+        return self.largest(self.device)
+
+    @property
+    def decay(self) -> float:
+        """The rate in 1/s at which the loop's slowest mode decays after the outer step; negative where it grows."""
+        return -math.log(abs(self.eigenvalue)) / self.device.control.sample_time
+
+    @property
+    def stopped(self) -> bool:
+        """Whether the run was stopped by the ceiling, or ended, before the outer step."""
+        return bool(self.result.time_s[-1] <= self.device.external.step_time)
+
+    @property
+    def ran_away(self) -> bool:
+        return bool(self.result.time_s[-1] < self.device.end_time - 1.5 * self.device.control.sample_time)
+
+    @property
+    def watched(self) -> float:
+        """Seconds from the outer step to the end of the run; infinite for a loop that won't settle however long."""
+        if self.stopped or self.ran_away or self.decay <= 0:
+            return math.inf
+        return float(self.result.time_s[-1] - self.device.external.step_time)
+
+    def settled(self, fraction: float = BAND) -> tuple[float, float]:
+        """Seconds from the outer step until the sensor's power stays within a part of its step, and how far that is
+        uncertain because the power is (or how far the reference has another time); infinite where it doesn't settle."""
+        quantity = "sensor_power_W"
+        if self.stopped:
+            return np.inf, np.inf
+        found = settling(self.device, self.result, quantity, fraction)[-1]
+        at = self.result.time_s >= found.start - 1e-12
+        time, values, error = self.result.time_s[at], self.result.trace(quantity)[at], self.result.errors[quantity]
+        moved = [settling_time(time, values, found.target, max(found.band + s * error, 0.0)) for s in (1, -1)]
+        if not np.isfinite(found.time):
+            return found.time, found.time
+        if self.reference is not None:
+            return found.time, abs(
+                found.time - replace(self, result=self.reference, reference=None).settled(fraction)[0]
+            )
+        return found.time, max(abs(time - found.time) for time in moved)
+
+    def final(self, quantity: str) -> tuple[float, float]:
+        """The last value of a quantity, and how far it may be from where it will settle: what it still changed by over
+        the last tenth of the time since the outer step, or what the loop's slowest mode leaves of the step by then, if
+        that is more. The mode may carry twice the step (a slab's first one does) and the loop's answer twice that;
+        where more than a tenth of it is left, faster modes matter too and nothing is known."""
+        time, values = self.result.time_s, self.result.trace(quantity)
+        start = min(self.device.external.step_time, time[-1])
+        earlier = int(np.searchsorted(time, start + 0.9 * (time[-1] - start)))
+        drift = float(np.abs(values[earlier:] - values[-1]).max())
+        change = abs(getattr(self.after, quantity) - getattr(self.before, quantity))
+        rest = (4 * change * self.left if self.left < 0.1 else math.inf) if change else 0.0
+        return float(values[-1]), max(drift, rest)
+
+    @property
+    def left(self) -> float:
+        """What is left of the loop's slowest mode at the end of the run; infinite where it grows."""
+        return math.exp(-self.decay * self.watched) if math.isfinite(self.watched) else math.inf
+
+
+@dataclass(frozen=True)
+class Runs:
+    """The scene's own run, and those that were needed besides."""
+
+    base: Run
+    slow: Run | None
+    steps: tuple[Run, ...]
+
+
+Simulate = Callable[[Device, Literal["cold", "settled"]], Run]
+"""A model's run of a device from a start."""
+
+
+def with_others(
+    device: Device, base: Run, simulate: Simulate, slow: bool, steps: bool, say: Callable[[str], None]
+) -> Runs:
+    """The scene's own run with the others, where they are wanted: the one sampled slowly, those of the outer steps."""
+    slowly = None
+    if slow:
+        say("solving with slow sampling")
+        slowly = simulate(sampled_slowly(device), "cold")
+    outer: list[Run] = []
+    for height in STEPS if steps else ():
+        if _possible(device, device.sink.room_temperature + height):
+            say(f"solving for a step of {height:+g} K")
+            outer.append(replace(simulate(stepped(device, height), "settled"), step=height))
+    return Runs(base, slowly, tuple(outer))
+
+
+def sampled_slowly(device: Device) -> Device:
+    """The device of the paper's Figure 11: sampled every 5 ms, with gains of 0.5 and 0.05 V."""
+    sink, sensor = SLOW_GAINS
+    control = replace(device.control, sample_time=SLOW_TIME, sink_gain=sink, sensor_gain=sensor)
+    return replace(device, control=control, end_time=max(device.end_time, 4 * SLOW_TIME))
+
+
+def stepped(device: Device, height: float) -> Device:
+    """The device settled at room temperature, and an outer step of ``height`` K soon after the start; the run goes on
+    for as long as the scene's own does after its step."""
+    room, before = device.sink.room_temperature, _SAMPLES_BEFORE * device.control.sample_time
+    after = device.end_time - (device.external.step_time if device.steps_outside else 0.0)
+    return replace(device, external=External(room, room + height, before), end_time=before + after)
+
+
+def _possible(device: Device, temperature: float) -> bool:
+    """Whether the films have a positive resistance at a temperature (K)."""
+    films = (device.sink.silicon, device.gold)
+    return temperature > 0 and all(
+        1 + film.temperature_coefficient * (temperature - film.reference_temperature) > 0 for film in films
+    )
+
+
+@dataclass(frozen=True)
+class Settling:
+    """``time`` in s after ``start`` (s) from when on ``quantity`` stays within ``band`` of ``target`` (in its unit),
+    to the next outer step or the end; infinite where it is outside at the last sample."""
+
+    quantity: str
+    start: float
+    target: float
+    band: float
+    time: float
+
+
+def settling_time(time: np.ndarray, values: np.ndarray, target: float, band: float) -> float:
+    """Seconds after ``time[0]`` from when on ``values`` stays within ``band`` of ``target``; infinite if it doesn't.
+
+    Between the last sample outside and the first inside the crossing is found by a straight line.
+    """
+    away = np.abs(values - target) - band
+    outside = np.flatnonzero(away > 0)
+    if not len(outside):
+        return 0.0
+    i = int(outside[-1])
+    if i == len(values) - 1:
+        return float("inf")
+    part = away[i] / (away[i] - away[i + 1])
+    return float(time[i] + part * (time[i + 1] - time[i]) - time[0])
+
+
+def settling(device: Device, result: DeviceResult, quantity: str, fraction: float = 0.01) -> tuple[Settling, ...]:
+    """Settling of one quantity after the cold start and after the outer step, as far as the run has them.
+
+    The band is ``fraction`` of the change in the steady state that the event asks for: of the set rise, or the power
+    from none, at the start; and of the step between the steady values after it. Where the step does not change the
+    steady value (the temperatures and the sink), the band after it is ``fraction`` of the one from cold.
+    """
+    external, time, values = device.external, result.time_s, result.trace(quantity)
+    first, last = getattr(result.before, quantity), getattr(result.after, quantity)
+    cold = device.sink.room_temperature if quantity.endswith("_K") else 0.0
+    i = int(np.searchsorted(time, external.step_time - 1e-9 * device.control.sample_time))
+    found = []
+    if i > 1:
+        found.append(_after(quantity, time[:i], values[:i], first, fraction * abs(first - cold)))
+    if i < len(time) - 1:
+        change = abs(last - first) if abs(last - first) > 1e-9 * abs(last - cold) else abs(last - cold)
+        found.append(_after(quantity, time[i:], values[i:], last, fraction * change))
+    return tuple(found)
+
+
+def _after(quantity: str, time: np.ndarray, values: np.ndarray, target: float, band: float) -> Settling:
+    return Settling(quantity, float(time[0]), target, band, settling_time(time, values, target, band))

@@ -112,10 +112,9 @@ def scene(title: str, settings: list[str], accuracy: str) -> Iterator[str]:
     yield f"\n## {title}{shown}\n\n{own_error(fem3d)}\n\n"
     heads = ("model", "states", "peak", "end", "current", "anchor resistance", "build", "build / 3D steady", "evaluate")
     yield _row(heads) + "|---" * len(heads) + "|\n"
-    assert fem3d.traces is not None
     levels = Levels(sink)
     for name in MODELS:
-        found = ladder.solve(sink, name, times=fem3d.traces.time, levels=levels)
+        found = ladder.solve(sink, name, times=fem3d.over_time.time, levels=levels)
         build, evaluate = times_of(sink, name)
         built = (f"{1e3 * build:.0f} ms", f"{build / steady:.2f}") if build else ("-", "-")
         states = f"{found.details['states']}" + (f" (of {found.details['unknowns']})" if name == "plate" else "")
@@ -125,8 +124,7 @@ def scene(title: str, settings: list[str], accuracy: str) -> Iterator[str]:
 
 def scales(fem3d: Result) -> dict[str, float]:
     """What differences are relative to, by trace."""
-    assert fem3d.traces is not None
-    cold = float(fem3d.traces.values["current_A"][0])
+    cold = float(fem3d.over_time.values["current_A"][0])
     final = {name: estimate.value for name, estimate in fem3d.steady.items()}
     return {
         "peak_K": final["peak_rise_K"], "end_K": final["end_rise_K"], "current_A": abs(final["current_A"] - cold),
@@ -139,9 +137,8 @@ def errors(found: Result, fem3d: Result) -> list[float]:
 
 def _apart(one: Result, other: Result, key: str) -> float:
     """The largest distance of two traces at the same times from FIRST_TIME on."""
-    assert one.traces is not None
-    assert other.traces is not None
-    return float(np.abs(one.traces.values[key] - other.traces.values[key])[other.traces.time >= FIRST_TIME].max())
+    a, b = one.over_time, other.over_time
+    return float(np.abs(a.values[key] - b.values[key])[b.time >= FIRST_TIME].max())
 
 
 def times_of(sink: Sink, name: str) -> tuple[float | None, float]:
@@ -174,8 +171,7 @@ def grid(end: float) -> np.ndarray:
 
 def own_error(fem3d: Result) -> str:
     """The 3D solution's estimated errors, in the measure of the table."""
-    assert fem3d.traces is not None
-    peak, end, current = (percent(fem3d.traces.errors[key] / scale) for key, scale in scales(fem3d).items())
+    peak, end, current = (percent(fem3d.over_time.errors[key] / scale) for key, scale in scales(fem3d).items())
     R = fem3d.steady[RESISTANCE]
     return (
         f"3D: final rises {quantity(fem3d.steady['peak_rise_K'].value, 'K', 5)} (peak) and "

@@ -132,8 +132,9 @@ def run(
     """Explains, solves, writes and reports a scene as asked, and returns the exit status. The folder's name has the
     ``overrides`` in it and, of a user's own ``data``, the file ``given`` and what is said of its columns;
     ``then`` adds to what was found."""
+    from validate.report import of
     from validate.report.folder import folder_of
-    from validate.report.table import headline, outcome_text, plan_text
+    from validate.report.table import outcome_text, plan_text
 
     folder, planned = out(arguments) or folder_of(scene, request, overrides, given), None
     asked = [f"--{name}" for name in ("explain", "dry-run", "quiet", "json") if vars(arguments)[name.replace("-", "_")]]
@@ -155,7 +156,7 @@ def run(
     if arguments.json:
         show((outcome.folder / "summary.json").read_text(encoding="utf-8").rstrip("\n"))
     elif arguments.quiet:
-        show(" ".join(headline(outcome, against, style()).split()))
+        show(" ".join(of(scene).headline(outcome, against, style()).split()))
     else:
         show(outcome_text(outcome, against, style(), planned))
     return DIFFERS if against else FINE

@@ -12,8 +12,7 @@ import numpy as np
 from compare.verdict import Check
 from reduced1d.device.stability import largest_eigenvalue, shown
 from scenes.formats import kelvin, milliseconds, percent, quantity
-from scenes.loop.result import QUANTITIES
-from scenes.loop.runs import BAND, Run, settling
+from scenes.loop.result import BAND, QUANTITIES, Run, settling
 from validate.report import asked_for, checks
 from validate.report.checks import NAMES, off_by, sides
 from validate.report.table import Section, Style, Table, sentences, wrapped

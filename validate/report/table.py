@@ -146,15 +146,11 @@ def wrapped(text: str, first: str = "", then: str = "  ") -> str:
     return filled.replace("\N{NO-BREAK SPACE}", " ")
 
 
-def headline(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> str:
-    """The answer of a run, and how many checks differ; ``contrary`` are those that contradict the scene."""
-    return of(outcome.scene).headline(outcome, contrary, style)
-
-
 def found_text(outcome: Outcome[Any], contrary: Sequence[Check], style: Style) -> str:
     """Everything that a run found, its answer first, the warnings last."""
-    sections = (section.text(style) for section in of(outcome.scene).sections(outcome, contrary, style))
-    return "\n\n".join(filter(None, (headline(outcome, contrary, style), *sections, *warnings_text(outcome))))
+    kind = of(outcome.scene)
+    sections = (section.text(style) for section in kind.sections(outcome, contrary, style))
+    return "\n\n".join(filter(None, (kind.headline(outcome, contrary, style), *sections, *warnings_text(outcome))))
 
 
 def warnings_text(outcome: Outcome[Any]) -> list[str]:

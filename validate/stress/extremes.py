@@ -17,7 +17,7 @@ from scenes.plan import Request
 from scenes.result import Result
 from scenes.sink import SILICON, Sink
 from validate.stress.report import Row
-from validate.verify.exact_bodies import cold_electrodes
+from validate.verify.exact import cold_electrodes
 from validate.verify.series import heated_middle
 
 STEADY = Request(transient=False)
@@ -133,11 +133,9 @@ def drives(quick: bool) -> Iterator[Row]:
     for coefficient in (-5e-4, 5e-4):
         scene = _bar(ramp, coefficient, 2 * SLOW)
         found, best = solve_scene(scene), solve_scene(replace(scene, accuracy=ACCURACY / 10))
-        assert found.traces is not None
-        assert best.traces is not None
         times = scene.output_times  # type: ignore[assignment]
-        a, b = (np.interp(times, r.traces.time, r.traces.values["middle"]) for r in (found, best))  # type: ignore[union-attr]
-        error = found.traces.errors["middle"] + best.traces.errors["middle"]
+        a, b = (np.interp(times, r.over_time.time, r.over_time.values["middle"]) for r in (found, best))
+        error = found.over_time.errors["middle"] + best.over_time.errors["middle"]
         yield Row("drives", "ramp up and down through zero", f"TCR {coefficient:g} 1/K",
                   "true error over the estimated one", float(np.abs(a - b).max() / error), 1.0)  # fmt: skip
         yield Row("drives", "ramp up and down through zero", f"TCR {coefficient:g} 1/K", "heat balance",
@@ -148,7 +146,6 @@ def _against_series(name: str, voltage: Value, edges: list[tuple[float, float]],
     """The middle of a bar without a temperature coefficient, against the superposed series of its steps."""
     scene = _bar(voltage, 0.0, end)
     found = solve_scene(scene)
-    assert found.traces is not None
     assert SILICON.resistivity is not None
     peak = VOLTS**2 / (8 * SILICON.thermal_conductivity * SILICON.resistivity)
     times = np.array(scene.output_times)
@@ -156,8 +153,8 @@ def _against_series(name: str, voltage: Value, edges: list[tuple[float, float]],
     for start, size in edges:
         since = np.maximum(times - start, 0.0)
         exact += size * peak * np.where(since > 0, heated_middle(since / SLOW), 0.0)
-    values = np.interp(times, found.traces.time, found.traces.values["middle"])
-    off = float(np.abs(values - exact).max() / found.traces.errors["middle"])
+    values = np.interp(times, found.over_time.time, found.over_time.values["middle"])
+    off = float(np.abs(values - exact).max() / found.over_time.errors["middle"])
     said = f"{found.details['steps']} steps for {len(edges)} edges"
     return Row("drives", name, f"bar of 1 mm, {VOLTS:g} V", "true error over the estimated one", off, 1.0, said=said)
 

@@ -8,7 +8,7 @@ from itertools import chain
 from typing import NamedTuple
 
 from validate.processes import side_by_side
-from validate.verify import exact_bodies, exact_walls, integrators, orders, published
+from validate.verify import exact, orders, published
 from validate.verify.manufactured import conduction, heating, joule
 from validate.verify.report import Row
 from validate.verify.second_code import sink_steady
@@ -36,23 +36,23 @@ CASES = (
     Case("orders", "bricks, constant k", lambda: orders.bricks(conduction(ONE_K), 1, 2, 3, 4)),
     Case("orders", "bricks, k in layers", lambda: orders.bricks(conduction(LAYERS), 1, 2, 3, 4, 5, 6)),
     Case("orders", "hexahedra, transient", lambda: orders.hexahedra(heating(LAYERS, CAPACITIES), 1, 2)),
-    Case("orders", "exponential collocation", integrators.exponential_collocation),
-    Case("orders", "SDIRK", lambda: integrators.diagonally_implicit(heating(LAYERS, CAPACITIES))),
-    Case("orders", "Runge-Kutta", integrators.runge_kutta),
-    Case("orders", "Crank-Nicolson", integrators.layer),
-    Case("orders", "partitioned scheme", integrators.partitioned),
-    Case("orders", "device", integrators.device_estimate),
-    Case("exact", "slab, step", exact_walls.slab_step),
-    Case("exact", "slab, film", exact_walls.slab_film),
-    Case("exact", "heated slab", exact_walls.heated_slab),
-    Case("exact", "ramped slab", exact_walls.ramped_slab),
-    Case("exact", "two layers, steady", exact_walls.layers_steady),
-    Case("exact", "two layers, transient", exact_walls.layers_transient),
-    Case("exact", "thin layer", exact_walls.thin_layer),
-    Case("exact", "brick", exact_bodies.brick),
-    Case("exact", "Joule-heated bar", exact_bodies.joule_bar),
-    Case("exact", "L-shaped conductor", exact_bodies.bend),
-    Case("exact", "partial electrodes", exact_bodies.partial_electrodes),
+    Case("orders", "exponential collocation", orders.exponential_collocation),
+    Case("orders", "SDIRK", lambda: orders.diagonally_implicit(heating(LAYERS, CAPACITIES))),
+    Case("orders", "Runge-Kutta", orders.runge_kutta),
+    Case("orders", "Crank-Nicolson", orders.layer),
+    Case("orders", "partitioned scheme", orders.partitioned),
+    Case("orders", "device", orders.device_estimate),
+    Case("exact", "slab, step", exact.slab_step),
+    Case("exact", "slab, film", exact.slab_film),
+    Case("exact", "heated slab", exact.heated_slab),
+    Case("exact", "ramped slab", exact.ramped_slab),
+    Case("exact", "two layers, steady", exact.layers_steady),
+    Case("exact", "two layers, transient", exact.layers_transient),
+    Case("exact", "thin layer", exact.thin_layer),
+    Case("exact", "brick", exact.brick),
+    Case("exact", "Joule-heated bar", exact.joule_bar),
+    Case("exact", "L-shaped conductor", exact.bend),
+    Case("exact", "partial electrodes", exact.partial_electrodes),
     Case("published", "NAFEMS T3", published.nafems_t3),
     Case("published", "NAFEMS T4", published.nafems_t4),
     Case("published", "ISO 10211 case 1", published.iso_case_1),

@@ -1,5 +1,7 @@
 """Diagonally implicit Runge-Kutta methods, L-stable and stiffly accurate, by order: rows of their tableaux; and the
-plainest way to a transient and to a steady state with them, on the matrices of any program, those of the sink too.
+plainest way to a transient and to a steady state with them, on the matrices of any program, those of the sink too: of
+M du/dt + K u = load(u) on free nodes a problem has ``mass`` M (J/K) and ``stiffness`` K (W/K), which multiply by @, the
+``load`` (W) at a rise (K), and ``factors(a, b)``, which solves with a M + b K.
 
 Orders 2 and 3: Alexander, SIAM J. Numer. Anal. 14, 1977, 1006. Order 4: Hairer and Wanner, Solving Ordinary
 Differential Equations II, 2nd ed., table IV.6.5.
@@ -7,8 +9,8 @@ Differential Equations II, 2nd ed., table IV.6.5.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from typing import Any, Protocol
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -34,20 +36,7 @@ METHODS: dict[int, tuple[tuple[float, ...], ...]] = {
 MOST_STEPS = 400  # of an iteration
 
 
-class Heated(Protocol):
-    """M du/dt + K u = load(u), on nodes that are free: ``mass`` M (J/K) and ``stiffness`` K (W/K) multiply by @."""
-
-    mass: Any
-    stiffness: Any
-
-    def load(self, rise: np.ndarray) -> np.ndarray:
-        """The heat (W) at a rise (K), (free nodes,) both."""
-
-    def factors(self, mass: float, stiffness: float) -> Callable[[np.ndarray], np.ndarray]:
-        """Solves with ``mass`` times M and ``stiffness`` times K."""
-
-
-def settle(problem: Heated, unknowns: int, tolerance: float) -> np.ndarray:
+def settle(problem: Any, unknowns: int, tolerance: float) -> np.ndarray:
     """(unknowns,): the steady rise (K) by Picard's iteration with one factorization; NumericsError where it doesn't
     converge to a part of the rise, the ``tolerance``."""
     solve, rise = problem.factors(0.0, 1.0), np.zeros(unknowns)
@@ -60,7 +49,7 @@ def settle(problem: Heated, unknowns: int, tolerance: float) -> np.ndarray:
 
 
 def march(
-    problem: Heated, unknowns: int, times: np.ndarray, order: int, tolerance: float
+    problem: Any, unknowns: int, times: np.ndarray, order: int, tolerance: float
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Rise (K) and its rate (K/s), (unknowns,) each, at each of some times (s, from 0), every interval being a step of
     the method of some order and equal ones in a row one factorization. Each stage starts from the last one's rate."""

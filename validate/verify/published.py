@@ -19,7 +19,7 @@ import numpy as np
 
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene, Schedule
 from validate.verify import series
-from validate.verify.exact_walls import end, wall
+from validate.verify.exact import end, wall
 from validate.verify.report import ACCURACY, Expected, Row, rows
 from validate.verify.series import Layer
 

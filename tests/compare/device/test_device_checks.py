@@ -20,7 +20,7 @@ from scenes.checks import DEVICE_TOLERANCES
 from scenes.device import Control, Device, External
 from scenes.keys import DEVICE
 from scenes.loading import load
-from scenes.loop.runs import Run, Runs, sampled_slowly
+from scenes.loop.result import Run, Runs, sampled_slowly
 from scenes.plan import Request
 from validate.report.checks import claimed, off_by
 

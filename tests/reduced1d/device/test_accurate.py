@@ -11,8 +11,7 @@ from scipy.integrate import solve_ivp
 
 from reduced1d.device import QUANTITIES, solve
 from reduced1d.device.accurate import Resolution, imbalance, march, solve_accurate
-from reduced1d.device.lumped import lump, steady
-from reduced1d.device.modes import modes
+from reduced1d.device.lumped import lump, modes, steady
 from scenes.device import Control, Device, External
 from scenes.loop.controller import law, timetable
 

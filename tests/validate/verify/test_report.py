@@ -11,7 +11,7 @@ from scenes.sink import SILICON, Sink
 from tests.fin import solve_fin
 from validate.cli import main
 from validate.report.table import Style
-from validate.verify import cases, exact_bodies, manufactured, orders, published, report, series
+from validate.verify import cases, exact, manufactured, orders, published, report, series
 from validate.verify.report import Row, observed_order, order_row, skipped
 from validate.verify.series import HELD, Layer, step_response
 
@@ -116,7 +116,7 @@ def test_straight_lines_approach_the_sine():
 def test_the_heated_bar_is_the_fin(coefficient):
     material = replace(SILICON, temperature_coefficient=coefficient)
     fin = solve_fin(Sink(silicon=material, voltage=5.0), 0.0)
-    found = exact_bodies.heated_bar(material, 1e-3, 2e-10, 5.0)
+    found = exact.heated_bar(material, 1e-3, 2e-10, 5.0)
     assert found == pytest.approx((fin.peak_rise, fin.mean_rise, fin.current), rel=1e-10)
 
 

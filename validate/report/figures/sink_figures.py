@@ -116,8 +116,7 @@ def _against_time(
 
     def shown(result: Result, key: str, times: np.ndarray) -> np.ndarray:
         """Between its times without overshoot: straight pieces would show as bends on a logarithmic axis."""
-        assert result.traces is not None
-        return factor * (smooth(result.traces.time, result.traces.values[key], times) - zero)
+        return factor * (smooth(result.over_time.time, result.over_time.values[key], times) - zero)
 
     models = [r for r in (three, outcome.reduced1d) if r is not None and r.traces is not None]
     for ax, times in zip(axes, dense, strict=True):

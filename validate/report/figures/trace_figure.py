@@ -23,8 +23,7 @@ _SEEN = 0.01  # part of a trace's range that it has to move by to be seen
 def draw(outcome: Outcome[AnyScene]) -> Figure:
     """Every probe with a band for its estimated error, on a common axis of time: a logarithmic one where a trace has
     done half of all it does in the first twentieth of the run, and nothing that drives the scene changes later."""
-    scene, traces = outcome.scene, outcome.solved.traces
-    assert traces is not None
+    scene, traces = outcome.scene, outcome.solved.over_time
     first = _first(scene, traces)
     times = np.geomspace(first, scene.end_time, 400) if first else traces.time
     panels = [q for q in UNITS if any(probe.quantity == q for probe in scene.probes)]
