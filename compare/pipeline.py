@@ -28,6 +28,7 @@ from scenes.device import Device
 from scenes.errors import SceneError
 from scenes.model import AnyScene, GroupProbe, MeshScene, Probe
 from scenes.plan import Export, Request, Step
+from scenes.result import Estimate
 from scenes.sink import Sink
 
 if TYPE_CHECKING:
@@ -180,9 +181,11 @@ def _sink(run: _Run, data: Data | None) -> Outcome[Sink]:
     against = evaluate(sink, data, outcome.fem3d)
     if request.uncertain is not None and outcome.propagated is not None:
         from compare.inputs.propagation import judged
+        from compare.verdict import Models
 
         followed = outcome.propagated.sensitivities
-        against = judged(against, sink, outcome.fem3d, None, request.uncertain, followed, definitions(data))
+        held = Models(sink, outcome.fem3d, None)
+        against = judged(against, held, request.uncertain, followed, definitions(data))
     warnings = (
         *outcome.warnings,
         *(f"{data.name}: {text}" for text in data.warnings),
@@ -235,7 +238,7 @@ def _compared(
         with clock.stage("checks"):
             if sink.spans > 1:
                 single = solve_3d(replace(sink, spans=1), request, say)
-            outcome = replace(outcome, checks=evaluate(sink, request, fem3d, reduced1d, single))
+            outcome = replace(outcome, checks=evaluate(sink, request, fem3d, reduced1d, single), single=single)
         if request.why and levels is not None:
             from compare.budget import budget
 
@@ -280,12 +283,13 @@ def _with_sensitivities(outcome: Outcome[Any], found: Sensitivities) -> Outcome[
         outcome = replace(outcome, sensitivities=found)
     if uncertain is not None:
         from compare.inputs import propagation
+        from compare.verdict import Models
 
         in_3d, in_1d = (None if result is None else result.steady for result in (three, one))
         made = propagation.propagated(uncertain, found, found.values or in_3d, in_1d)
         checks = outcome.checks
         if three is not None and checks:
-            checks = propagation.judged(checks, outcome.scene, three, one, uncertain, found)
+            checks = propagation.judged(checks, Models(outcome.scene, three, one, outcome.single), uncertain, found)
         if one is not None and one.model == "paper":
             warnings += propagation.bent(outcome.scene, made)
         outcome = replace(outcome, propagated=made, checks=checks)
@@ -300,7 +304,7 @@ def _device(run: _Run) -> Outcome[Device]:
         from reduced1d.device import design
     with clock.stage("device"):
         made = simulated(device, request, run.say)
-    solved = answers = followed = None
+    solved = answers = None
     if request.in_3d:
         from compare.device_3d_checks import evaluate_3d
         from fem3d.device.runs import make
@@ -319,18 +323,35 @@ def _device(run: _Run) -> Outcome[Device]:
         run.say("answering a designer's questions")
         with clock.stage("design"):
             answers = design.answer(device, request.largest_voltage, request.largest_power)
-    if request.sensitivities:
-        from compare.inputs import sensitivities
+    outcome = Outcome(
+        device, request, of_device(device, request), checks=found, warnings=hottest.of_device(device, made.base.result),
+        simulated=made, device_3d=solved, design=answers,
+    )  # fmt: skip
+    if not request.sensitivities and request.uncertain is None:
+        return outcome
+    run.say("sensitivities")
+    with clock.stage("sensitivities"):
+        from compare.inputs import propagation, sensitivities
         from reduced1d.slopes import OF_DEVICE
 
-        with clock.stage("sensitivities"):
-            followed = sensitivities.of_device(device, None if solved is None else solved.model)
+        followed = sensitivities.of_device(device, None if solved is None else solved.model)
+        outcome = replace(outcome, warnings=(*outcome.warnings, *followed.remarks()))
+        if request.sensitivities:
             found += sensitivities.checks(device, followed, OF_DEVICE)
-    return Outcome(
-        device, request, of_device(device, request), checks=found,
-        warnings=(*hottest.of_device(device, made.base.result), *(followed.remarks() if followed else ())),
-        simulated=made, device_3d=solved, design=answers, sensitivities=followed,
-    )  # fmt: skip
+            outcome = replace(outcome, checks=found, sensitivities=followed)
+        if request.uncertain is not None:
+            one = {q: Estimate(getattr(made.base.after, q), 0.0) for q in OF_DEVICE}
+            errors = {} if solved is None else solved.model.steady_errors(device)
+            three = {q: Estimate(getattr(solved.runs.base.after, q), errors[q]) for q in OF_DEVICE} if solved else None
+            propagated = propagation.propagated(request.uncertain, followed, three, one)
+
+            def differences(other: Device) -> dict[str, float]:
+                checks = device_checks.evaluate(other, request, simulated(other, request, run.say))
+                return {check.id: check.difference for check in checks}
+
+            judged = propagation.judged_device(found, device, propagated, differences)
+            outcome = replace(outcome, checks=judged, propagated=propagated)
+    return outcome
 
 
 def simulated(device: Device, request: Request, say: Callable[[str], None] = lambda _: None) -> Runs:

@@ -54,15 +54,15 @@ def nested(given: Problems, shift: float, end: float, accuracy: float) -> list[B
 
 def _cold(heat: HeatProblem, conductor: Conductor | None) -> tuple[Base, list[Potential]]:
     """The base at the initial temperature, and its potentials."""
-    loads = transient.heat_loads(heat)
+    loads, still = transient.heat_loads(heat), transient.stills(heat)
     if conductor is None:
-        return Base(heat, None, [], np.empty((heat.free, 0)), loads), []
+        return Base(heat, None, [], still, loads), []
     lift = heat.inputs.at(np.zeros(1))[0] @ heat.lifts
     potentials = [conductor.solve(lift, v) for v in conductor.voltages if v.any()]
     patterns = independent(conductor, potentials)
     pairs = [(a, b) for i, a in enumerate(patterns) for b in patterns[: i + 1]]
     loads += [conductor.joule_load(a.density, lift, b.density) for a, b in pairs]
-    return Base(heat, conductor, patterns, np.empty((heat.free, 0)), loads), potentials
+    return Base(heat, conductor, patterns, still, loads), potentials
 
 
 def _heated(conductor: Conductor, state: Hot, cold: list[Potential]) -> tuple[list[Potential], np.ndarray]:
