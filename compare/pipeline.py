@@ -144,7 +144,7 @@ def _sink(run: _Run, data: Data | None) -> Outcome[Sink]:
         run.say("fitting")
         with clock.stage("fit"):
             u_data = validation.data_uncertainty(sink, data, request.data_uncertainty)
-            keys = calibration.asked(sink, request.calibrate, data)
+            keys = calibration.keys_of(sink, request.calibrate, data)
             fit = calibration.fit(sink, data, u_data, keys, calibration.in_3d)
         sink = fit.scene
         run = replace(run, scene=sink)
