@@ -142,15 +142,14 @@ def solve_course(study: Study, progress: Progress = lambda _: None) -> Course:
         given = problems(boxes(scene, grid), accuracy)
         reach.check_size(given, accuracy, marks)
         g = transient.shift(slowest, study.earliest)
-        pairs = zip(given.heats[::-1], given.conductors[::-1], strict=True)
-        bases = [start.of(heat, own, g, study.end, accuracy) for heat, own in pairs]
+        bases = start.nested(given, g, study.end, accuracy)
         progress(f"level {number}: {given.heat.size} unknowns")
         response = respond(study, given, bases, g, marks, None, {}, generations)
         if response.accepted:
             return Course(bases[0], response, number)
         slowest, generations = min(study.end, response.slowest), response.generations
         grid = _refined(grid, response.goals, response.worst, enough, accuracy, marks)
-        del given, pairs, bases, response
+        del given, bases, response
     raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene")
 
 

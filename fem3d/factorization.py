@@ -156,13 +156,14 @@ def _ranges(starts: np.ndarray, sizes: np.ndarray) -> np.ndarray:
 
 def _add(front: np.ndarray, unknowns: np.ndarray, own: np.ndarray, place: np.ndarray) -> None:
     """Adds the upper triangle of a matrix of some unknowns to a larger one, where these have a ``place``."""
+    # Neighbours stay neighbours: whole runs move at once.
     at = place[unknowns]
-    ends = [*(np.flatnonzero(np.diff(at) != 1) + 1).tolist(), len(at)]
-    start = 0
-    for end in ends:
-        # Neighbours stay neighbours: whole runs of columns move at once.
-        front[at[:end], at[start] : at[end - 1] + 1] += own[:end, start:end]
-        start = end
+    starts = [0, *(np.flatnonzero(np.diff(at) != 1) + 1).tolist()]
+    ends = [*starts[1:], len(at)]
+    runs = [(slice(i, j), slice(k, k + j - i)) for i, j, k in zip(starts, ends, at[starts].tolist(), strict=True)]
+    for last, (columns, across) in enumerate(runs):
+        for rows, down in runs[: last + 1]:
+            front[down, across] += own[rows, columns]
 
 
 def part(matrix: csc_array, kept: np.ndarray) -> csc_array:
@@ -182,26 +183,42 @@ def dissection(
     """The pieces of a graph of nodes at some places (n, 3) and of some sizes (n,), whose edges are pairs (rows,
     columns), such that elimination in their order fills in little; and for each the earlier ones that it joins.
 
-    Halves on either side of a plane come first, then what joins them (George, SIAM J. Numer. Anal. 10, 1973).
+    Halves on either side of a plane come first, then what joins them (George, SIAM J. Numer. Anal. 10, 1973): across
+    the axis where that is least.
     """
     pieces: list[np.ndarray] = []
     joined: list[list[int]] = []
     side = np.zeros(len(places), np.int8)
 
-    def split(nodes: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> list[int]:
-        along = places[nodes][:, int(np.ptp(places[nodes], axis=0).argmax())]
+    def halved(nodes: np.ndarray, along: np.ndarray) -> np.ndarray | None:
+        """Which nodes lie on the right of a plane that halves them; None where none divides them."""
         by_place = np.argsort(along, kind="stable")
         before = np.cumsum(sizes[nodes[by_place]])
-        right = along > along[by_place[np.searchsorted(before, before[-1] / 2)]]
-        if before[-1] <= LEAF or not right.any():
+        middle = along[by_place[np.searchsorted(before, before[-1] / 2)]]
+        right = along > middle
+        if not right.any():
+            right = along == middle
+        return None if right.all() else right
+
+    def joining(nodes: np.ndarray, right: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """What has a neighbour across the plane, of its two sides the smaller one."""
+        side[nodes] = np.where(right, 2, 1)
+        across = side[rows] != side[columns]
+        ends = np.unique(np.concatenate([rows[across], columns[across]]))
+        return min((ends[side[ends] == which] for which in (1, 2)), key=weight)
+
+    def weight(nodes: np.ndarray) -> int:
+        return int(sizes[nodes].sum())
+
+    def split(nodes: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> list[int]:
+        sides = [halved(nodes, places[nodes, d]) for d in range(3)] if weight(nodes) > LEAF else []
+        cuts = [(joining(nodes, right, rows, columns), right) for right in sides if right is not None]
+        if not cuts:
             pieces.append(nodes)
             joined.append([])
             return [len(pieces) - 1]
+        joins, right = min(cuts, key=lambda cut: weight(cut[0]))
         side[nodes] = np.where(right, 2, 1)
-        across = side[rows] != side[columns]
-        # What has a neighbour across the plane joins the halves: of its two sides the smaller one.
-        ends = np.unique(np.concatenate([rows[across], columns[across]]))
-        joins = min((ends[side[ends] == which] for which in (1, 2)), key=lambda each: int(sizes[each].sum()))
         side[joins] = 3
         halves = []
         for which in (1, 2):
@@ -210,7 +227,8 @@ def dissection(
         below = [piece for half in halves if len(half[0]) for piece in split(*half)]
         if not len(joins):
             return below
-        pieces.append(joins)
+        # Along the plane, so that what pieces beside it have to do with stands together.
+        pieces.append(joins[np.lexsort(places[joins].T[np.ptp(places[joins], axis=0).argsort()])])
         joined.append(below)
         return [len(pieces) - 1]
 

@@ -8,12 +8,14 @@ so do their Joule loads.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from fem3d import transient
 from fem3d.conductor import Conductor, Potential, combined, independent
 from fem3d.heat import HeatProblem
+from fem3d.level import Problems
 from fem3d.transient import Base, Krylov
 
 ROUGH, GENERATIONS = 1e-3, 6  # accuracy and generations of fields of a response that only shows where to look
@@ -21,30 +23,77 @@ ROUNDS = 5
 SAME = 5e-2  # part of the accuracy below which what heating does to the currents is left out
 
 
+class Hot(NamedTuple):
+    """A state at which heating moves the currents most: the rise (all nodes), what drives the scene then (channels,),
+    and whether its currents join those known, or only their Joule load does."""
+
+    rise: np.ndarray
+    drive: np.ndarray
+    joins: bool
+
+
 def of(heat: HeatProblem, conductor: Conductor | None, shift: float, end: float, accuracy: float) -> Base:
     """The base of the response of a heat problem and its conductor up to ``end`` (s)."""
-    still = transient.stills(heat, end)
+    return _searched(heat, conductor, shift, end, accuracy)[0]
+
+
+def nested(given: Problems, shift: float, end: float, accuracy: float) -> list[Base]:
+    """The base in each of some nested spaces, the highest first: where heating moves the currents is looked for in the
+    lowest alone."""
+    lowest, hot = _searched(given.heats[0], given.conductors[0], shift, end, accuracy)
+    found = [lowest]
+    for heat, conductor in zip(given.heats[1:], given.conductors[1:], strict=True):
+        base, potentials = _cold(heat, conductor)
+        for state in hot:
+            assert conductor is not None
+            here = state._replace(rise=heat.take(lowest.heat.field(state.rise)))
+            base, potentials = _joined(base, potentials, here, *_heated(conductor, here))
+        found.append(base)
+    return found[::-1]
+
+
+def _cold(heat: HeatProblem, conductor: Conductor | None) -> tuple[Base, list[Potential]]:
+    """The base at the initial temperature, and its potentials."""
     loads = transient.heat_loads(heat)
     if conductor is None:
-        return Base(heat, None, [], still, loads)
+        return Base(heat, None, [], np.empty((heat.free, 0)), loads), []
     lift = heat.inputs.at(np.zeros(1))[0] @ heat.lifts
-    cold = [conductor.solve(lift, v) for v in conductor.voltages if v.any()]
-    patterns = independent(conductor, cold)
+    potentials = [conductor.solve(lift, v) for v in conductor.voltages if v.any()]
+    patterns = independent(conductor, potentials)
     pairs = [(a, b) for i, a in enumerate(patterns) for b in patterns[: i + 1]]
     loads += [conductor.joule_load(a.density, lift, b.density) for a, b in pairs]
-    found = Base(heat, conductor, patterns, still, loads)
-    return _followed(found, conductor, cold, shift, end, accuracy) if conductor.warms and cold else found
+    return Base(heat, conductor, patterns, np.empty((heat.free, 0)), loads), potentials
 
 
-def _followed(
-    start: Base, conductor: Conductor, potentials: list[Potential], shift: float, end: float, accuracy: float
-) -> Base:
-    """The base with the currents and loads that heating brings."""
-    drive = start.heat.inputs
+def _heated(conductor: Conductor, state: Hot) -> tuple[list[Potential], np.ndarray]:
+    """The potentials of each driven channel in a hot state, and the Joule load (all nodes) of its currents."""
     driven = [c for c, v in enumerate(conductor.voltages) if v.any()]
+    hot = [conductor.solve(state.rise, conductor.voltages[channel]) for channel in driven]
+    return hot, conductor.joule_load(combined(hot, state.drive[driven]), state.rise)
+
+
+def _joined(
+    base: Base, potentials: list[Potential], state: Hot, hot: list[Potential], load: np.ndarray
+) -> tuple[Base, list[Potential]]:
+    """The base and its potentials with those of a hot state."""
+    assert base.conductor is not None
+    together = [*potentials, *hot]
+    patterns = independent(base.conductor, together) if state.joins else base.patterns
+    return replace(base, patterns=patterns, loads=[*base.loads, load]), together
+
+
+def _searched(
+    heat: HeatProblem, conductor: Conductor | None, shift: float, end: float, accuracy: float
+) -> tuple[Base, list[Hot]]:
+    """The base with the currents and loads that heating brings, and the states that these are of."""
+    base, potentials = _cold(heat, conductor)
+    joined: list[Hot] = []
+    if conductor is None or not conductor.warms or not potentials:
+        return base, joined
+    drive = heat.inputs
     for turn in range(ROUNDS):
-        reduced = start.project(Krylov(start, shift).fields(GENERATIONS))
-        answer = transient.march(start, reduced, end, ROUGH)
+        reduced = base.project(Krylov(base, shift).fields(GENERATIONS))
+        answer = transient.march(base, reduced, end, ROUGH)
         times = _instants(drive.knots(end), end)
         states, g = answer.trajectory(times)[0], drive.at(times)
         rises, c = answer.rises(times), answer.reduced.currents(states, g)
@@ -52,20 +101,20 @@ def _followed(
         for i, rise in enumerate(rises):
             if not (g[i] @ conductor.voltages).any():
                 continue
-            hot = [conductor.solve(rise, conductor.voltages[channel]) for channel in driven]
-            true = combined(hot, g[i][driven])
-            load = conductor.joule_load(true, rise)
-            reached = conductor.joule_load(combined(start.patterns, c[i]), rise)
+            state = Hot(rise, g[i], False)
+            hot, load = _heated(conductor, state)
+            reached = conductor.joule_load(combined(base.patterns, c[i]), rise)
             size = max(size, float(np.abs(load).sum()))
             change = float(np.abs(load - reached).sum())
             if change >= worst:
-                worst, found = change, (hot, load)
-        if found is None or (turn > 0 and worst < SAME * accuracy * size):
+                worst, found = change, (state, hot, load)
+        matters = worst >= SAME * accuracy * size
+        if found is None or (turn > 0 and not matters):
             break
-        potentials = [*potentials, *found[0]]
-        patterns = independent(conductor, potentials) if worst >= SAME * accuracy * size else start.patterns
-        start = replace(start, patterns=patterns, loads=[*start.loads, found[1]])
-    return start
+        state, hot, load = found
+        joined.append(state._replace(joins=matters))
+        base, potentials = _joined(base, potentials, joined[-1], hot, load)
+    return base, joined
 
 
 def _instants(knots: np.ndarray, end: float) -> np.ndarray:
