@@ -25,8 +25,7 @@ if TYPE_CHECKING:
     from compare.air import Air, Limits
     from compare.budget import Budget, Part, Split
     from compare.inputs.calibration import Fit
-    from compare.inputs.propagation import Propagated
-    from compare.inputs.sampling import Sampled
+    from compare.inputs.propagation import Propagated, Sampled
     from compare.inputs.sensitivities import Sensitivities, Slope
     from compare.inputs.validation import Validation
     from compare.outcome import Outcome
