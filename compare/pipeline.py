@@ -11,18 +11,8 @@ from dataclasses import dataclass, field, replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, cast
 
+from compare import plan as plans
 from compare.outcome import Clock, Outcome
-from compare.plan import (
-    ONLY_1D,
-    design_reason,
-    drawn,
-    fields_reason,
-    needs,
-    of_device,
-    of_free,
-    of_sink,
-    skipped_figures,
-)
 from scenes import physics
 from scenes.device import Device
 from scenes.errors import SceneError
@@ -49,18 +39,18 @@ def plan(scene: Any, request: Request, data: Data | None = None) -> tuple[Step, 
     """What `answer` will do, before it does it, and what is written then. Raises SceneError for what isn't made of a
     row of spans."""
     if isinstance(scene, Device):
-        return of_device(scene, request)
+        return plans.of_device(scene, request)
     if not isinstance(scene, Sink):
-        return of_free(scene, request, solver(scene).plan(scene, **_whole(scene, request)))
+        return plans.of_free(scene, request, solver(scene).plan(scene, **_whole(scene, request)))
     from reduced1d.ladder import refuse
 
     refuse(scene, request.reduction)
-    steps: tuple[Step, ...] = (ONLY_1D,)
+    steps: tuple[Step, ...] = (plans.ONLY_1D,)
     if "fem3d" in request.models:
         from fem3d.run import plan as plan_3d
 
         steps = plan_3d(scene, request)
-    return of_sink(scene, request, steps, data)
+    return plans.of_sink(scene, request, steps, data)
 
 
 def answer(
@@ -208,7 +198,7 @@ def _compared(
     run: _Run, levels: Levels | None, earlier: Result | None = None, data: Data | None = None
 ) -> Outcome[Sink]:  # fmt: skip
     sink, request, clock, say = run.scene, run.request, run.clock, run.say
-    solver_steps: tuple[Step, ...] = (ONLY_1D,)
+    solver_steps: tuple[Step, ...] = (plans.ONLY_1D,)
     outcome = Outcome(sink, request, ())
     fem3d = reduced1d = single = None
     if "fem3d" in request.models:
@@ -244,7 +234,7 @@ def _compared(
                 if single is not None:
                     outcome = replace(outcome, varied=varied(sink, request.reduction, single, say))
     warnings = tuple(text for model in (fem3d, reduced1d) if model for text in model.details.get("warnings", ()))
-    steps = of_sink(sink, request, solver_steps, data)
+    steps = plans.of_sink(sink, request, solver_steps, data)
     return replace(outcome, plan=steps, fem3d=fem3d, reduced1d=reduced1d, warnings=warnings)
 
 
@@ -309,13 +299,13 @@ def _device(run: _Run) -> Outcome[Device]:
         with clock.stage("device in 3D"):
             meter = METERS[request.meter] if request.meter else None
             rounded = in_the_loop(device, meter, device.external.initial_temperature) if meter else (0.0, 0.0)
-            slow, steps = drawn(device, request, "figure11"), drawn(device, request, "figure12", "figure13")
+            slow, steps = plans.drawn(device, request, "figure11"), plans.drawn(device, request, "figure12", "figure13")
             solved = make(device, rounded, slow, steps, run.say)
     with clock.stage("checks"):
         found = device_checks.evaluate(device, request, made)
         if solved is not None:
             found += evaluate_3d(device, request, made, solved)
-    if not design_reason(request):
+    if not plans.design_reason(request):
         run.say("answering a designer's questions")
         with clock.stage("design"):
             answers = design.answer(device, request.largest_voltage, request.largest_power)
@@ -327,7 +317,7 @@ def _device(run: _Run) -> Outcome[Device]:
             followed = sensitivities.of_device(device, None if solved is None else solved.model)
             found += sensitivities.checks(device, followed, OF_DEVICE)
     return Outcome(
-        device, request, of_device(device, request), checks=found,
+        device, request, plans.of_device(device, request), checks=found,
         warnings=(*hottest.of_device(device, made.base.result), *(followed.remarks() if followed else ())),
         simulated=made, device_3d=solved, design=answers, sensitivities=followed,
     )  # fmt: skip
@@ -336,7 +326,7 @@ def _device(run: _Run) -> Outcome[Device]:
 def simulated(device: Device, request: Request, say: Callable[[str], None] = lambda _: None) -> Runs:
     from reduced1d.device import runs
 
-    slow, steps = needs(device, request, "figure11"), needs(device, request, "figure12", "figure13")
+    slow, steps = plans.needs(device, request, "figure11"), plans.needs(device, request, "figure12", "figure13")
     return runs.make(device, request.scheme, request.meter, slow, steps, say)
 
 
@@ -355,9 +345,9 @@ def _free(run: _Run) -> Outcome[AnyScene]:
         if physics.heat(scene):
             fields, times = result.details["fields"], hottest.moments(result.traces)
             warnings += hottest.past(physics.materials(scene), fields, times)
-            if result.traces is not None and "field" not in skipped_figures(scene, request):
+            if result.traces is not None and "field" not in plans.skipped_figures(scene, request):
                 shown = hottest.farthest(fields, times, scene.initial_temperature)
-    steps = of_free(scene, request, tuple(result.details["plan"]))
+    steps = plans.of_free(scene, request, tuple(result.details["plan"]))
     outcome = Outcome(scene, request, steps, result, warnings=warnings, shown=shown)
     if request.sensitivities or request.uncertain is not None:
         run.say("sensitivities")
@@ -374,7 +364,7 @@ def reported(scene: AnyScene, request: Request) -> AnyScene:
     SceneError for a run that reports nothing."""
     if scene.probes:
         return scene
-    if fields_reason(request, "" if physics.heat(scene) else "no temperature"):
+    if plans.fields_reason(request, "" if physics.heat(scene) else "no temperature"):
         raise SceneError("the scene has no [[probe]], so there is nothing to report: add one, or give --fields")
     if isinstance(scene, MeshScene):
         groups = dict.fromkeys(group for body in scene.bodies for group in body.groups)
