@@ -94,6 +94,8 @@ def of_device(device: Device, request: Request) -> tuple[Step, ...]:
     if request.sensitivities:
         also = ", and in 3D on the cells that are there, moved" if request.in_3d else ""
         found.append(step("sensitivity", f"how the steady state in 1D follows each key, by its closed form{also}"))
+    if request.uncertain is not None:
+        found += [*_uncertain(request), step("u_input of claims", "1D runs with each input more and less, by its u")]
     if needs(device, request, "figure11"):
         found.append(step("1D device, slow", "sampled every 5 ms with gains of 0.5 and 0.05 V"))
     if needs(device, request, "figure12", "figure13"):

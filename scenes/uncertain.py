@@ -50,7 +50,8 @@ def read(scene: object, given: Sequence[str], correlated: Sequence[str] = ()) ->
     known, relative = numbers(scene), dict[str, float]()
     for text in given:
         if text.strip() == MATERIALS:
-            table: Mapping[str, float] = getattr(scene, "uncertainties", {})
+            # A device has that of its sink.
+            table: Mapping[str, float] = getattr(getattr(scene, "sink", scene), "uncertainties", {})
             relative |= {key: u for key, u in table.items() if key in known}
             continue
         key, equals, value = (part.strip() for part in text.partition("="))

@@ -15,9 +15,9 @@ from inspect import signature
 import numpy as np
 
 from compare.checks import DEFINITIONS
-from compare.inputs.sensitivities import QUANTITIES, Sensitivities
+from compare.inputs.sensitivities import QUANTITIES, Sensitivities, of_sink
 from compare.verdict import Check, Comparison, Models
-from scenes.checks import OF_THE_SPANS
+from scenes.device import Device
 from scenes.formats import percent
 from scenes.result import Estimate, Result
 from scenes.sink import Sink
@@ -28,6 +28,12 @@ STEP = 1e-4  # of a key: differences of formulas are off by its square
 BENT, SHARE = 0.1, 0.3  # of the first-order change; of u_input
 PROFILE = "fig5"
 """The check of the profile, whose derivatives are its own."""
+WIDEST = 0.1  # of a key, by which a device is moved to either side at most
+OF_3D = {
+    "dev3d_sink_power": "sink_power_W", "dev3d_sensor_power": "sensor_power_W",
+    "dev3d_sink_voltage": "sink_V", "dev3d_sensor_voltage": "sensor_V",
+}  # fmt: skip
+"""The checks of the device that hold a steady quantity of both models against each other."""
 BALANCE = "energy"
 """The check of a balance, which holds whatever the inputs are: they don't move it."""
 
@@ -116,30 +122,54 @@ def _most(keys: Sequence[str], slopes: np.ndarray, covariance: np.ndarray) -> st
 
 def judged(
     checks: Sequence[Check],
-    sink: Sink,
-    fem3d: Result,
-    reduced1d: Result | None,
+    models: Models,
     uncertain: Uncertain,
     found: Sensitivities,
     definitions: Mapping[str, Callable[[Models], Comparison]] = DEFINITIONS,
 ) -> tuple[Check, ...]:
-    """The checks with their u_input, where all that their ``definitions`` ask for has derivatives; those of spans have
-    none, as they ask for another sink, too."""
+    """The checks with their u_input, where all that their ``definitions`` ask of the ``models`` has derivatives."""
     keys, covariance = list(uncertain.relative), uncertain.covariance()
-    made = [check for check in checks if check.id in definitions and check.id not in (PROFILE, BALANCE, *OF_THE_SPANS)]
+    made = [check for check in checks if check.id in definitions and check.id not in (PROFILE, BALANCE)]
     slopes: dict[str, np.ndarray] = {check.id: np.zeros(len(keys)) for check in made}
+    sink, single, alone = models.sink, models.single, found
+    if single is not None:
+        alone = of_sink(replace(sink, spans=1), single, None)
     for n, key in enumerate(keys):
         beside = []
         for step in (STEP, -STEP):
-            moved = _Moved(found, key, step)
-            models = Models(varied(sink, key, 1 + step), moved(fem3d, sink), reduced1d and moved(reduced1d, sink))
-            beside.append({check.id: definitions[check.id](models).difference for check in made})
+            moved, other = (_Moved(of, key, step) for of in (found, alone))
+            in_1d = models.reduced1d and moved(models.reduced1d, sink)
+            # What only a row has, its islands' length, is nothing to one span.
+            one = other(single, sink) if single is not None and key in alone.keys else single
+            there = Models(varied(sink, key, 1 + step), moved(models.fem3d, sink), in_1d, one)
+            beside.append({check.id: definitions[check.id](there).difference for check in made})
         for name, own in slopes.items():
             own[n] = (beside[0][name] - beside[1][name]) / (2 * STEP)
     known = {name: combined(own, covariance) for name, own in slopes.items() if np.isfinite(own).all()}
     known[BALANCE] = 0.0
     if all(key in found.misfit for key in keys):
         known[PROFILE] = combined(np.array([found.misfit[key] for key in keys]), covariance)
+    return tuple(replace(check, u_input=known.get(check.id)) for check in checks)
+
+
+def judged_device(
+    checks: Sequence[Check],
+    device: Device,
+    found: Propagated,
+    differences: Callable[[Device], Mapping[str, float]],
+) -> tuple[Check, ...]:
+    """The checks with their u_input. Of those of the 1D model, by what the ``differences`` of other devices are, those
+    with each key more and less by its uncertainty (GUM 5.1.3, note 2); in 3D of steady powers and voltages, by their
+    derivatives."""
+    slopes: dict[str, list[float]] = {}
+    for key, u in found.uncertain.relative.items():
+        step = min(u, WIDEST)
+        more, less = (differences(varied(device, key, 1 + sign * step)) for sign in (1, -1))
+        for name, value in more.items():
+            slopes.setdefault(name, []).append((value - less[name]) / (2 * step) if value != less[name] else 0.0)
+    covariance = found.uncertain.covariance()
+    known = {name: combined(np.array(own), covariance) for name, own in slopes.items() if np.isfinite(own).all()}
+    known |= {check: found.difference[name] for check, name in OF_3D.items() if name in found.difference}
     return tuple(replace(check, u_input=known.get(check.id)) for check in checks)
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from compare import against
 from compare.inputs.sensitivities import PREFIX, QUANTITIES
 from compare.inputs.validation import COVERS
+from compare.verdict import unit_of
 from scenes.device import Device
 from scenes.formats import cut, difference_text, percent, quantity, signed
 from scenes.keys import type_of
@@ -115,7 +116,9 @@ def propagated(found: Propagated, outcome: Outcome[Any], style: Style) -> Sectio
     given = ", ".join(f"{short(key)} {percent(u)}" for key, u in found.uncertain.relative.items())
     correlated = "".join(f"; {short(a)} and {short(b)} {r:+g}" for (a, b), r in found.uncertain.correlations.items())
     quantities = _OF_A_SINK
-    if not isinstance(outcome.scene, Sink):
+    if isinstance(outcome.scene, Device):
+        quantities = {name: (called, unit_of(name)) for name, called in followed(outcome, True).items()}
+    elif not isinstance(outcome.scene, Sink):
         quantities = {p.name: (cut(p.name, 30), UNITS[p.quantity]) for p in outcome.scene.probes}
     heads, rows = ["u_input of", "3D", "1D", "1D/3D - 1", "most by"], []
     for name, (called, unit) in quantities.items():

@@ -178,6 +178,18 @@ def test_the_profile_is_followed(key: str) -> None:
     assert found == pytest.approx(expected, rel=2e-2)
 
 
+def test_spans_against_one_alone() -> None:
+    """The difference of a row's spans and of one sink, against whole runs."""
+    key, u, given = "materials.oxide.thermal_conductivity", 0.05, {"sink.spans": 2}
+    found = compare.run("sink", overrides=given, steady=True, accuracy=1e-3, uncertain={key: str(u * 100) + "%"})
+    value, made = Sink().oxide.thermal_conductivity, []
+    for step in (u, -u):
+        other = given | {key: value * (1 + step)}
+        made.append(compare.run("sink", overrides=other, steady=True, accuracy=1e-3).checks["islands_equivalent"])
+    more, less = (check.difference for check in made)
+    assert found.checks["islands_equivalent"].u_input == pytest.approx(abs(more - less) / 2, rel=1e-2)
+
+
 def test_the_offset_of_a_centred_oxide_is_sampled_about_the_centre() -> None:
     """As its derivative has it: by the pad's length the centre moves, and by its own key the oxide off it."""
     keys = ("anchor.pad_length", "anchor.oxide_offset")
