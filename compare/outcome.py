@@ -17,8 +17,7 @@ if TYPE_CHECKING:
     from compare.budget import Budget
     from compare.checks import Varied
     from compare.inputs.calibration import Fit
-    from compare.inputs.propagation import Propagated
-    from compare.inputs.sampling import Sampled
+    from compare.inputs.propagation import Propagated, Sampled
     from compare.inputs.sensitivities import Sensitivities
     from compare.inputs.validation import Validation
     from compare.verdict import Check
@@ -36,10 +35,10 @@ class Outcome(Generic[S]):
     """What a run found: the plan as carried out, each model's result (``None`` where not asked for), the checks, the
     remarks on the run, the answer in a sentence, how long each stage took (s), the folder with its files, which earlier
     run it replaced; and what was asked for beside: of a sink ``why`` (the budget of the 1D model's differences),
-    ``varied`` (how those of a row run), what the ``air`` does and a user's own traces (``against``); of any the
-    few-state model with its folder (``exported``), and what inputs do; of a device its runs and a designer's answers.
-    Of a free scene over time ``shown``: the time (s) whose field is drawn, and whether it is then above the initial
-    temperature.
+    ``varied`` (how those of a row run), the 3D result of one span alone (``single``), what the ``air`` does and a
+    user's own traces (``against``); of any the few-state model with its folder (``exported``), and what inputs do; of a
+    device its runs and a designer's answers. Of a free scene over time ``shown``: the time (s) whose field is drawn,
+    and whether it is then above the initial temperature.
     """
 
     scene: S
@@ -64,6 +63,7 @@ class Outcome(Generic[S]):
     sampled: Sampled | None = None
     validation: Validation | None = None
     fit: Fit | None = None
+    single: Result | None = None
     simulated: Runs | None = None
     device_3d: Solved | None = None
     design: Design | None = None

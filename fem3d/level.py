@@ -27,6 +27,7 @@ from fem3d.probes import extreme, reading
 from fem3d.steady import SteadyState
 from fem3d.study import Quantities, Study
 from meshes.grading import Features
+from meshes.symmetry import Symmetry
 from scenes import physics
 
 OF_WORST = 0.5  # of the worst relative error of any temperature: none is taken to be known better (docs/stress.md)
@@ -110,16 +111,23 @@ def examined(study: Study, given: Problems, fine: Solution, marks: Features) -> 
         return None
     judge = Estimator(given.domain.space.grid, marks)
     scales = study.steady_scales(fine.out)
-    parts = steady_parts(study, given, fine, low, scales)
-    goals = {name: judge.remains(own) for name, own in parts.items()}
+    own = of_part(study.part, study.goals, scales)
+    parts = steady_parts(study, given, fine, low, own)
+    goals = {name: judge.remains(each) for name, each in parts.items()}
     rest = tail(goals, parts, judge.most)
-    add_torn(goals, study.goals, given, fine.state.rise, scales, None, marks)
+    add_torn(goals, study.goals, given, fine.state.rise, own, None, marks)
     power = judge.remains(electric_parts(given))
-    joule = joule_parts(study.goals, given, fine.state.rise, _warmed(given, fine.state), scales, None)
-    goals = with_current(goals, {name: judge.remains(own) for name, own in joule.items()}, power)
+    joule = joule_parts(study.goals, given, fine.state.rise, _warmed(given, fine.state), own, None)
+    goals = with_current(goals, {name: judge.remains(each) for name, each in joule.items()}, power)
     unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
     errors = _errors(study, fine, low, scales, goals, estimate.total(power), unsettled, rest)
     return Level(given, fine, low, scales, errors, {"power": power} | goals)
+
+
+def of_part(part: Symmetry, goals: Mapping[str, str], scales: Mapping[str, float]) -> dict[str, float]:
+    """What an error of each goal in the part that is solved is relative to: half the scale of a flow of which that is
+    half."""
+    return {name: scales[name] / max(abs(part.probes[probe][0]), 1e-300) for name, probe in goals.items()}
 
 
 def with_current(goals: Mapping[str, Spread], joule: Mapping[str, Spread], power: Spread) -> dict[str, Spread]:

@@ -130,7 +130,8 @@ def respond(
         # As if the largest voltages drove it from rest all the time.
         driven = [given.heat.inputs.largest(end) @ phi for phi in level.cold_potentials(given)]
         (last,) = answer.rises(np.array([end]))
-        parts = level.joule_parts(study.trace_goals, given, last, driven, scales, end)
+        own_scales = level.of_part(study.part, study.trace_goals, scales)
+        parts = level.joule_parts(study.trace_goals, given, last, driven, own_scales, end)
         joule = {name: judge.remains(own) for name, own in parts.items()}
     errors = {}
     for name in scales:
@@ -161,6 +162,7 @@ def _remains(
     """For each thermal trace the worst of what is left at some times (s), each seen as that long after the last bend or
     jump of the inputs; ``transients`` are those of the spaces, the highest first."""
     heat, judge, goals = given.heat, Estimator(given.domain.space.grid, marks), study.trace_goals
+    own_scales = level.of_part(study.part, goals, scales)
     rises = [given.lifted(t.rises(times), -1 - k) for k, t in enumerate(transients)]
     found: dict[str, Spread] = {}
     knots = np.append(0.0, heat.inputs.knots(study.end))
@@ -169,9 +171,9 @@ def _remains(
         # Without the lowest space, as if each degree took away as much as the last.
         lowest = rises[2][i] if len(rises) > 2 else 2 * low - fine
         apart = [heat.stiffness @ u + heat.mass @ u / time for u in (low - lowest, fine - low)]
-        parts = level.thermal_parts(goals, given, fine, tuple(apart), scales, time)
+        parts = level.thermal_parts(goals, given, fine, tuple(apart), own_scales, time)
         left = {name: judge.remains(own) for name, own in parts.items()}
-        level.add_torn(left, goals, given, fine, scales, time, marks)
+        level.add_torn(left, goals, given, fine, own_scales, time, marks)
         for name, remains in left.items():
             if name not in found or estimate.total(remains) > estimate.total(found[name]):
                 found[name] = remains

@@ -59,11 +59,11 @@ def _with_inertia(heat: HeatProblem, loads: list[np.ndarray]) -> list[np.ndarray
     return loads + [heat.mass @ lift for lift in heat.lifts if lift.any()]
 
 
-def stills(heat: HeatProblem, end: float) -> np.ndarray:
+def stills(heat: HeatProblem) -> np.ndarray:
     """(free nodes, any number): the lifts of given temperatures that jump. At that instant the free nodes stay as they
     were, which the space holds only if it has what it takes to cancel the lift; what it lacks is heat from nowhere."""
     inputs = heat.inputs
-    jumps = [inputs.at(np.zeros(1))[0], *(inputs.jump(float(t)) for t in inputs.knots(end))]
+    jumps = [inputs.at(np.zeros(1))[0], *(inputs.jump(float(t)) for t in inputs.knots(heat.end_time))]
     jumping = np.any(jumps, axis=0) & heat.lifts.any(axis=1)
     return heat.lifts[jumping, : heat.free].T
 

@@ -2,20 +2,22 @@
 
 To first order (GUM 5.2.2): u_input^2 = s^T C s with the logarithmic derivatives s of a quantity and the covariance C of
 the relative deviations of the keys. Both models have the same keys, which move them together: the u_input of a
-difference is that of the difference, with its own derivatives.
+difference is that of the difference, with its own derivatives. What samples, a Latin hypercube, say of that is at the
+end.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from inspect import signature
 
 import numpy as np
 
 from compare.checks import DEFINITIONS
-from compare.inputs.sensitivities import QUANTITIES, Sensitivities
+from compare.inputs.sensitivities import QUANTITIES, Sensitivities, of_sink
 from compare.verdict import Check, Comparison, Models
-from scenes.checks import OF_THE_SPANS
+from scenes.device import Device
 from scenes.formats import percent
 from scenes.result import Estimate, Result
 from scenes.sink import Sink
@@ -26,10 +28,18 @@ STEP = 1e-4  # of a key: differences of formulas are off by its square
 BENT, SHARE = 0.1, 0.3  # of the first-order change; of u_input
 PROFILE = "fig5"
 """The check of the profile, whose derivatives are its own."""
+WIDEST = 0.1  # of a key, by which a device is moved to either side at most
+OF_3D = {
+    "dev3d_sink_power": "sink_power_W", "dev3d_sensor_power": "sensor_power_W",
+    "dev3d_sink_voltage": "sink_V", "dev3d_sensor_voltage": "sensor_V",
+}  # fmt: skip
+"""The checks of the device that hold a steady quantity of both models against each other."""
 BALANCE = "energy"
 """The check of a balance, which holds whatever the inputs are: they don't move it."""
 
 Estimates = Mapping[str, Estimate]
+SURELY, MATTERS = 3.0, 0.05  # standard errors, and part of u_input, from which on the linear propagation is off
+FURTHEST = 0.95  # of a value that a sample takes off or adds: no size is negative
 
 
 @dataclass(frozen=True)
@@ -112,30 +122,54 @@ def _most(keys: Sequence[str], slopes: np.ndarray, covariance: np.ndarray) -> st
 
 def judged(
     checks: Sequence[Check],
-    sink: Sink,
-    fem3d: Result,
-    reduced1d: Result | None,
+    models: Models,
     uncertain: Uncertain,
     found: Sensitivities,
     definitions: Mapping[str, Callable[[Models], Comparison]] = DEFINITIONS,
 ) -> tuple[Check, ...]:
-    """The checks with their u_input, where all that their ``definitions`` ask for has derivatives; those of spans have
-    none, as they ask for another sink, too."""
+    """The checks with their u_input, where all that their ``definitions`` ask of the ``models`` has derivatives."""
     keys, covariance = list(uncertain.relative), uncertain.covariance()
-    made = [check for check in checks if check.id in definitions and check.id not in (PROFILE, BALANCE, *OF_THE_SPANS)]
+    made = [check for check in checks if check.id in definitions and check.id not in (PROFILE, BALANCE)]
     slopes: dict[str, np.ndarray] = {check.id: np.zeros(len(keys)) for check in made}
+    sink, single, alone = models.sink, models.single, found
+    if single is not None:
+        alone = of_sink(replace(sink, spans=1), single, None)
     for n, key in enumerate(keys):
         beside = []
         for step in (STEP, -STEP):
-            moved = _Moved(found, key, step)
-            models = Models(varied(sink, key, 1 + step), moved(fem3d, sink), reduced1d and moved(reduced1d, sink))
-            beside.append({check.id: definitions[check.id](models).difference for check in made})
+            moved, other = (_Moved(of, key, step) for of in (found, alone))
+            in_1d = models.reduced1d and moved(models.reduced1d, sink)
+            # What only a row has, its islands' length, is nothing to one span.
+            one = other(single, sink) if single is not None and key in alone.keys else single
+            there = Models(varied(sink, key, 1 + step), moved(models.fem3d, sink), in_1d, one)
+            beside.append({check.id: definitions[check.id](there).difference for check in made})
         for name, own in slopes.items():
             own[n] = (beside[0][name] - beside[1][name]) / (2 * STEP)
     known = {name: combined(own, covariance) for name, own in slopes.items() if np.isfinite(own).all()}
     known[BALANCE] = 0.0
     if all(key in found.misfit for key in keys):
         known[PROFILE] = combined(np.array([found.misfit[key] for key in keys]), covariance)
+    return tuple(replace(check, u_input=known.get(check.id)) for check in checks)
+
+
+def judged_device(
+    checks: Sequence[Check],
+    device: Device,
+    found: Propagated,
+    differences: Callable[[Device], Mapping[str, float]],
+) -> tuple[Check, ...]:
+    """The checks with their u_input. Of those of the 1D model, by what the ``differences`` of other devices are, those
+    with each key more and less by its uncertainty (GUM 5.1.3, note 2); in 3D of steady powers and voltages, by their
+    derivatives."""
+    slopes: dict[str, list[float]] = {}
+    for key, u in found.uncertain.relative.items():
+        step = min(u, WIDEST)
+        more, less = (differences(varied(device, key, 1 + sign * step)) for sign in (1, -1))
+        for name, value in more.items():
+            slopes.setdefault(name, []).append((value - less[name]) / (2 * step) if value != less[name] else 0.0)
+    covariance = found.uncertain.covariance()
+    known = {name: combined(np.array(own), covariance) for name, own in slopes.items() if np.isfinite(own).all()}
+    known |= {check: found.difference[name] for check, name in OF_3D.items() if name in found.difference}
     return tuple(replace(check, u_input=known.get(check.id)) for check in checks)
 
 
@@ -179,3 +213,76 @@ def over_time(found: Sensitivities, key: str, name: str, times: np.ndarray, mode
     late = np.log(np.maximum(times, course.times[0]))
     slopes: np.ndarray = np.interp(late, np.log(course.times), of[key][name])
     return slopes
+
+
+def draw(uncertain: Uncertain, count: int, seed: int = 0) -> np.ndarray:
+    """(count, keys): relative deviations, normally distributed with the covariance of the inputs; each key's own
+    distribution is stratified (McKay, Beckman and Conover, Technometrics 21, 1979)."""
+    from scipy.stats import norm, qmc
+
+    name = "rng" if "rng" in signature(qmc.LatinHypercube.__init__).parameters else "seed"
+    engine = qmc.LatinHypercube(len(uncertain.relative), **{name: np.random.default_rng(seed)})
+    covariance = uncertain.covariance()
+    scale = np.sqrt(np.diag(covariance))
+    # A correlation of one leaves a matrix without a Cholesky factor: its root by eigenvalues always is there.
+    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    root = vectors * np.sqrt(np.maximum(values, 0.0)) if uncertain.correlations else np.eye(len(scale))
+    found: np.ndarray = norm.ppf(engine.random(count)) @ root.T * scale
+    return found.clip(-FURTHEST, FURTHEST)
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Mean and standard deviation of the samples of a number, the standard error of the latter, and what the linear
+    propagation makes of it."""
+
+    mean: float
+    deviation: float
+    standard_error: float
+    linear: float
+
+    @property
+    def off(self) -> bool:
+        """Whether the linear propagation is off by more than chance, and by enough to matter."""
+        apart = abs(self.deviation - self.linear)
+        return apart > SURELY * self.standard_error and apart > MATTERS * self.linear
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """``count`` designs of which some ``failed``, and the spread of steady quantities of both models and of checks."""
+
+    count: int
+    failed: int
+    fem3d: dict[str, Spread]
+    reduced1d: dict[str, Spread]
+    checks: dict[str, Spread]
+
+    def warnings(self) -> tuple[str, ...]:
+        """Where the linear propagation is not good enough."""
+        models = {"in 3D": self.fem3d, "in 1D": self.reduced1d, "of the check": self.checks}
+        off = [
+            f"{name} {where} ({percent(spread.deviation / spread.linear - 1, sign=True)})"
+            for where, found in models.items() for name, spread in found.items() if spread.off
+        ]  # fmt: skip
+        return (
+            (f"{self.count} samples spread otherwise than linear propagation has it: {', '.join(off)}",) if off else ()
+        )
+
+
+def spreads(
+    columns: Mapping[str, np.ndarray], propagated: Propagated, checks: Mapping[str, float], failed: int
+) -> Sampled:
+    """What samples (columns of points.csv, without those that failed) say; ``checks`` are the linear u_input."""
+
+    def of(column: str, linear: float) -> Spread:
+        values = np.asarray(columns[column], float)
+        deviation = float(values.std(ddof=1))
+        return Spread(float(values.mean()), deviation, deviation / np.sqrt(2 * (len(values) - 1)), linear)
+
+    count = len(next(iter(columns.values()), ()))
+    models = {}
+    for model, own in (("fem3d", propagated.fem3d), ("reduced1d", propagated.reduced1d)):
+        models[model] = {n: of(f"{model}_{n}", u) for n, u in own.items() if f"{model}_{n}" in columns}
+    differences = {n: of(f"{n}_difference", u) for n, u in checks.items() if f"{n}_difference" in columns}
+    return Sampled(count + failed, failed, models["fem3d"], models["reduced1d"], differences)

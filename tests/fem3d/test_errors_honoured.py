@@ -89,11 +89,12 @@ def test_heat_balances_steady_to_rounding_and_over_time_to_the_accuracy(sink, ru
     assert 0 < runs[1e-2].details["transient_imbalance"] < 1e-3
 
 
-def test_errors_hold_where_the_rim_of_an_electrode_causes_nearly_all_of_them():
-    """An edge of exponent 1/3 in a film thinner than the cells beside it."""
-    drawn = draw(1349)
+@pytest.mark.parametrize("seed", [1349, 425])
+def test_errors_hold_where_the_rim_of_an_electrode_causes_nearly_all_of_them(seed):
+    """An edge of exponent 1/3 in a film thinner than the cells beside it; one of 1/2 in half of a scene."""
+    drawn = draw(seed)
     found = invariants.solve(drawn.scene)
-    assert 0.01 < invariants.honest(drawn, found) < 0.6
+    assert 0.01 < invariants.honest(drawn, found) < 0.8
     less = replace(found, steady={q: Estimate(e.value, e.error / 10) for q, e in found.steady.items()})
     assert invariants.honest(drawn, less) > 1
 

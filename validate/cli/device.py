@@ -6,6 +6,7 @@ examples:
   validate device --3d --accuracy 1e-4
   validate device --figure 11 --set control.sample_time=2ms
   validate device --scheme paper --figure 9
+  validate device --3d --uncertain materials --uncertain pdms.thermal_conductivity=5%
   validate device --max-power 20mW --meter PXI-4070
 
 results: summary.json, traces.csv and figures in results/<scene>-<what distinguishes it>/
@@ -29,6 +30,8 @@ OPTIONS = {
     "--scheme {accurate,paper}": "the accurate scheme (default), or the paper's own and how far it is off",
     "--meter {PXI-4070,MAX1367}": "round the resistances to what a meter resolves",
     "--sensitivities": "how the steady state follows each key: d ln Q / d ln key",
+    **common.of_inputs("oxide_thickness=0.1um, pdms.thermal_conductivity=5%%; or materials",
+                       "pad_width,oxide_width=0.9"),
     "--max-voltage V": "the sensor's largest voltage, for the range: 100mV",
     "--max-power W": "the sensor's largest power, for the range: 20mW",
 }  # fmt: skip
@@ -41,7 +44,7 @@ def run(arguments: argparse.Namespace) -> int:
     in_3d = vars(arguments)["3d"]
     key = "run.accuracy_3d" if in_3d else "run.accuracy"
     device = load(arguments.scene or "device", common.settings(arguments, accuracy=key), of=DEVICE)
-    request = replace(_request(arguments), in_3d=in_3d)
+    request = replace(_request(arguments), in_3d=in_3d, uncertain=common.uncertain(arguments, device))
     if request.meter:
         # The scene says nothing about a device with a meter in its loop.
         device = replace(device, expected_to_differ=None)

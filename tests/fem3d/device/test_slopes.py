@@ -19,7 +19,8 @@ DEVICE, STEP = Device(), 0.02
 @pytest.fixture(scope="module")
 def summary(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     folder = tmp_path_factory.mktemp("device") / "run"
-    arguments = ["device", "--3d", "--sensitivities", "--figure", "9", "--no-figures", "--accuracy", "1e-2"]
+    arguments = ["device", "--3d", "--sensitivities", "--figure", "9", "--no-figures", "--accuracy", "1e-2",
+                 "--uncertain", "pdms.thermal_conductivity=5%"]  # fmt: skip
     assert main([*arguments, "--out", str(folder)]) in (0, 1)
     found: dict[str, Any] = json.loads((folder / "summary.json").read_text())
     return found
@@ -50,6 +51,20 @@ def test_laws(summary: dict[str, Any]) -> None:
         assert sum(slope["value"] for slope in slopes) == pytest.approx(1, abs=1e-3)
     assert table["materials.gold.resistivity"]["sensor_V"]["value"] == pytest.approx(0.5, abs=1e-4)
     assert table["materials.pdms.thermal_conductivity"]["polymer_flux_W"]["value"] == pytest.approx(1, abs=1e-2)
+
+
+def test_u_input(summary: dict[str, Any]) -> None:
+    """The polymer's conductivity moves power and claims, and both models alike."""
+    for model_ in ("fem3d", "reduced1d"):
+        power = summary[model_]["steady"]["sensor_power_W"]
+        assert power["u_input"] / power["value"] == pytest.approx(0.05, rel=1e-3)
+    checks = {check["id"]: check for check in summary["checks"]}
+    assert checks["dev3d_sensor_power"]["u_input"] < 1e-4
+    assert checks["fig9_balance"]["u_input"] < 1e-9
+    # How long the polymer takes goes with one over it, and the difference is the paper's time over that.
+    settling = checks["fig9_settling"]
+    assert settling["u_input"] == pytest.approx(0.05 * (1 + settling["difference"]), rel=1e-2)
+    assert "u_input" not in checks["slope_materials.gold.resistivity"]
 
 
 def test_checks(summary: dict[str, Any]) -> None:

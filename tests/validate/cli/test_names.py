@@ -32,6 +32,8 @@ DIFFERENT = {
         "", "--set control.sample_time=1ms", "--accuracy 1e-3", "--figure 9", "--figure 10", "--figure 9 --figure 10",
         "--scheme paper", "--meter PXI-4070", "--meter MAX1367", "--max-power 2mW", "--max-power 3mW",
         "--max-voltage 1", "--set tolerances.fig9_balance=0.5", "--sensitivities",
+        "--uncertain gold.resistivity=1%", "--uncertain materials",
+        "--uncertain materials --correlated silicon.resistivity,oxide.thermal_conductivity=0.5",
         "--3d",
     ],
     "solve": [
