@@ -263,7 +263,8 @@ def test_currents_alone(bar: Any) -> None:
     for name, values in truth.values.items():
         stated = sum(run["steady"][name]["error"] for run in found.document["error"].values())
         assert abs(ours[name] - values[-1]) <= stated + truth.errors[name], name
-        assert abs(found.steady({"in.voltage": -1.5})[name] - values[-1]) > 3 * stated
+        if name == "current":
+            assert abs(found.steady({"in.voltage": -1.5})[name] - values[-1]) > 3 * stated
 
 
 def test_a_mesh_file(tmp_path: Path) -> None:
