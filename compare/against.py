@@ -68,18 +68,13 @@ class Data:
         return f"{self.name} ({self.kind}, {span}): {'; '.join(parts)}."
 
 
-def check_id(key: str) -> str:
-    """The check of a quantity of traces.csv: "against_peak"."""
-    return f"against_{key.rpartition('_')[0]}"
-
-
 def definitions(data: Data) -> dict[str, Callable[[Models], Comparison]]:
     """What the checks of a file are made of, by their ids: one for every quantity of the data."""
 
     def of(key: str) -> Callable[[Models], Comparison]:
         return lambda models: compare(models.sink, data, models.fem3d, key)
 
-    return {check_id(key): of(key) for key in _NAMES if key in data.values}
+    return {f"against_{key.rpartition('_')[0]}": of(key) for key in _NAMES if key in data.values}
 
 
 def evaluate(sink: Sink, data: Data, fem3d: Result) -> tuple[Check, ...]:

@@ -17,8 +17,7 @@ if TYPE_CHECKING:
     from compare.budget import Budget
     from compare.checks import Varied
     from compare.inputs.calibration import Fit
-    from compare.inputs.propagation import Propagated
-    from compare.inputs.sampling import Sampled
+    from compare.inputs.propagation import Propagated, Sampled
     from compare.inputs.sensitivities import Sensitivities
     from compare.inputs.validation import Validation
     from compare.verdict import Check

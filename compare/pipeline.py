@@ -8,21 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, cast
 
+from compare import plan as plans
 from compare.outcome import Clock, Outcome
-from compare.plan import (
-    ONLY_1D,
-    design_reason,
-    drawn,
-    fields_reason,
-    needs,
-    of_device,
-    of_free,
-    of_sink,
-    skipped_figures,
-)
 from scenes import physics
 from scenes.device import Device
 from scenes.errors import SceneError
@@ -50,27 +41,24 @@ def plan(scene: Any, request: Request, data: Data | None = None) -> tuple[Step, 
     """What `answer` will do, before it does it, and what is written then. Raises SceneError for what isn't made of a
     row of spans."""
     if isinstance(scene, Device):
-        return of_device(scene, request)
+        return plans.of_device(scene, request)
     if not isinstance(scene, Sink):
-        return of_free(scene, request, solver(scene).plan(scene, **_whole(scene, request)))
+        return plans.of_free(scene, request, solver(scene).plan(scene, **_whole(scene, request)))
     from reduced1d.ladder import refuse
 
     refuse(scene, request.reduction)
-    steps: tuple[Step, ...] = (ONLY_1D,)
+    steps: tuple[Step, ...] = (plans.ONLY_1D,)
     if "fem3d" in request.models:
         from fem3d.run import plan as plan_3d
 
         steps = plan_3d(scene, request)
-    return of_sink(scene, request, steps, data)
+    return plans.of_sink(scene, request, steps, data)
 
 
 def answer(
-    scene: Any,
-    request: Request,
-    progress: Callable[[str], None] | None = None,
-    data: Data | None = None,
+    scene: Any, request: Request, progress: Callable[[str], None] | None = None, data: Data | None = None,
     clock: Clock | None = None,
-) -> Outcome[Any]:
+) -> Outcome[Any]:  # fmt: skip
     """Solve a scene as asked, compare, and answer. ``data`` are a user's own traces of a sink, checked against the 3D
     model's; they need its transient.
 
@@ -78,12 +66,14 @@ def answer(
     fail.
     """
     run = _Run(scene, request, progress or (lambda _: None), clock or Clock())
-    found: dict[str, Callable[[], Outcome[Any]]] = {
-        "sink": lambda: _sink(run, data), "device": lambda: _device(run), "free": lambda: _free(run),
-    }  # fmt: skip
+    ways: dict[str, Any] = {
+        "sink": partial(_sink, data=data),
+        "device": _device,
+        "free": _free,
+    }
     if request.export is not None:
         _check_export(_modelled(scene, request), request.export.folder)
-    outcome = found[kind(scene)]()
+    outcome: Outcome[Any] = ways[kind(scene)](run)
     if request.export is not None:
         with run.clock.stage("export"):
             written = _exported(_modelled(outcome.scene, request), request.export, run.say)
@@ -145,7 +135,7 @@ def _sink(run: _Run, data: Data | None) -> Outcome[Sink]:
         run.say("fitting")
         with clock.stage("fit"):
             u_data = validation.data_uncertainty(sink, data, request.data_uncertainty)
-            keys = calibration.asked(sink, request.calibrate, data)
+            keys = calibration.keys_of(sink, request.calibrate, data)
             fit = calibration.fit(sink, data, u_data, keys, calibration.in_3d)
         sink = fit.scene
         run = replace(run, scene=sink)
@@ -186,11 +176,8 @@ def _sink(run: _Run, data: Data | None) -> Outcome[Sink]:
         followed = outcome.propagated.sensitivities
         held = Models(sink, outcome.fem3d, None)
         against = judged(against, held, request.uncertain, followed, definitions(data))
-    warnings = (
-        *outcome.warnings,
-        *(f"{data.name}: {text}" for text in data.warnings),
-        *(fit.warnings() if fit else ()),
-    )
+    of_data = (f"{data.name}: {text}" for text in data.warnings)
+    warnings = (*outcome.warnings, *of_data, *(fit.warnings() if fit else ()))
     outcome = replace(outcome, checks=(*outcome.checks, *against), warnings=warnings, against=data, fit=fit)
     if request.uncertain is None and not request.data_uncertainty:
         return outcome
@@ -211,7 +198,7 @@ def _compared(
     run: _Run, levels: Levels | None, earlier: Result | None = None, data: Data | None = None
 ) -> Outcome[Sink]:  # fmt: skip
     sink, request, clock, say = run.scene, run.request, run.clock, run.say
-    solver_steps: tuple[Step, ...] = (ONLY_1D,)
+    solver_steps: tuple[Step, ...] = (plans.ONLY_1D,)
     outcome = Outcome(sink, request, ())
     fem3d = reduced1d = single = None
     if "fem3d" in request.models:
@@ -247,7 +234,7 @@ def _compared(
                 if single is not None:
                     outcome = replace(outcome, varied=varied(sink, request.reduction, single, say))
     warnings = tuple(text for model in (fem3d, reduced1d) if model for text in model.details.get("warnings", ()))
-    steps = of_sink(sink, request, solver_steps, data)
+    steps = plans.of_sink(sink, request, solver_steps, data)
     return replace(outcome, plan=steps, fem3d=fem3d, reduced1d=reduced1d, warnings=warnings)
 
 
@@ -308,24 +295,23 @@ def _device(run: _Run) -> Outcome[Device]:
     if request.in_3d:
         from compare.device_3d_checks import evaluate_3d
         from fem3d.device.runs import make
-        from reduced1d.device.design import METERS, in_the_loop
 
         with clock.stage("device in 3D"):
-            meter = METERS[request.meter] if request.meter else None
-            rounded = in_the_loop(device, meter, device.external.initial_temperature) if meter else (0.0, 0.0)
-            slow, steps = drawn(device, request, "figure11"), drawn(device, request, "figure12", "figure13")
+            meter, start = request.meter, device.external.initial_temperature
+            rounded = design.in_the_loop(device, design.METERS[meter], start) if meter else (0.0, 0.0)
+            slow, steps = plans.drawn(device, request, "figure11"), plans.drawn(device, request, "figure12", "figure13")
             solved = make(device, rounded, slow, steps, run.say)
     with clock.stage("checks"):
         found = device_checks.evaluate(device, request, made)
         if solved is not None:
             found += evaluate_3d(device, request, made, solved)
-    if not design_reason(request):
+    if not plans.design_reason(request):
         run.say("answering a designer's questions")
         with clock.stage("design"):
             answers = design.answer(device, request.largest_voltage, request.largest_power)
     outcome = Outcome(
-        device, request, of_device(device, request), checks=found, warnings=hottest.of_device(device, made.base.result),
-        simulated=made, device_3d=solved, design=answers,
+        device, request, plans.of_device(device, request), checks=found, simulated=made, device_3d=solved,
+        warnings=hottest.of_device(device, made.base.result), design=answers,
     )  # fmt: skip
     if not request.sensitivities and request.uncertain is None:
         return outcome
@@ -357,7 +343,7 @@ def _device(run: _Run) -> Outcome[Device]:
 def simulated(device: Device, request: Request, say: Callable[[str], None] = lambda _: None) -> Runs:
     from reduced1d.device import runs
 
-    slow, steps = needs(device, request, "figure11"), needs(device, request, "figure12", "figure13")
+    slow, steps = plans.needs(device, request, "figure11"), plans.needs(device, request, "figure12", "figure13")
     return runs.make(device, request.scheme, request.meter, slow, steps, say)
 
 
@@ -376,9 +362,9 @@ def _free(run: _Run) -> Outcome[AnyScene]:
         if physics.heat(scene):
             fields, times = result.details["fields"], hottest.moments(result.traces)
             warnings += hottest.past(physics.materials(scene), fields, times)
-            if result.traces is not None and "field" not in skipped_figures(scene, request):
+            if result.traces is not None and "field" not in plans.skipped_figures(scene, request):
                 shown = hottest.farthest(fields, times, scene.initial_temperature)
-    steps = of_free(scene, request, tuple(result.details["plan"]))
+    steps = plans.of_free(scene, request, tuple(result.details["plan"]))
     outcome = Outcome(scene, request, steps, result, warnings=warnings, shown=shown)
     if request.sensitivities or request.uncertain is not None:
         run.say("sensitivities")
@@ -395,7 +381,7 @@ def reported(scene: AnyScene, request: Request) -> AnyScene:
     SceneError for a run that reports nothing."""
     if scene.probes:
         return scene
-    if fields_reason(request, "" if physics.heat(scene) else "no temperature"):
+    if plans.fields_reason(request, "" if physics.heat(scene) else "no temperature"):
         raise SceneError("the scene has no [[probe]], so there is nothing to report: add one, or give --fields")
     if isinstance(scene, MeshScene):
         groups = dict.fromkeys(group for body in scene.bodies for group in body.groups)

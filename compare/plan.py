@@ -10,14 +10,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from compare.verdict import FIRST_TIME
-from scenes.checks import (
-    DEFAULT_TOLERANCES,
-    DEVICE_3D_TOLERANCES,
-    DEVICE_TOLERANCES,
-    ISLAND_TOLERANCES,
-    OF_THE_REDUCTION,
-    OVER_TIME,
-)  # fmt: skip
+from scenes import checks as known
 from scenes.device import Device
 from scenes.physics import heat
 from scenes.plan import Request, Step, skipped_together, step
@@ -142,8 +135,8 @@ def checks_of(scene: Sink | Device) -> tuple[str, ...]:
     """The checks that there are, in the order in which they are reported: of a sink of one span those of the paper's
     equations and figures, of several those of their equivalence, and the peak's."""
     if isinstance(scene, Device):
-        return tuple(DEVICE_TOLERANCES)
-    return tuple(DEFAULT_TOLERANCES) if scene.spans == 1 else (*ISLAND_TOLERANCES, "fig4", "energy")
+        return tuple(known.DEVICE_TOLERANCES)
+    return tuple(known.DEFAULT_TOLERANCES) if scene.spans == 1 else (*known.ISLAND_TOLERANCES, "fig4", "energy")
 
 
 def skipped_checks(scene: Sink | Device, request: Request) -> dict[str, str]:
@@ -151,9 +144,9 @@ def skipped_checks(scene: Sink | Device, request: Request) -> dict[str, str]:
     skipped: dict[str, str] = {}
     if isinstance(scene, Device):
         left = _not_about(request)
-        skipped = {check: left[_figure_of(check)] for check in DEVICE_TOLERANCES if _figure_of(check) in left}
+        skipped = {check: left[_figure_of(check)] for check in known.DEVICE_TOLERANCES if _figure_of(check) in left}
         if request.about:
-            skipped |= {check: _only(request) for check in DEVICE_TOLERANCES if check.startswith("meter")}
+            skipped |= {check: _only(request) for check in known.DEVICE_TOLERANCES if check.startswith("meter")}
         if not scene.steps_outside:
             needing = ("fig9_settling", "fig9_balance", "fig10_steady", "fig11_slow")
             skipped |= dict.fromkeys(needing, "the run ends before the outer step, or there is none")
@@ -161,13 +154,13 @@ def skipped_checks(scene: Sink | Device, request: Request) -> dict[str, str]:
     if "fem3d" not in request.models:
         return dict.fromkeys(checks_of(scene), "they need the 3D model")
     if not request.transient:
-        skipped |= dict.fromkeys(OVER_TIME, "they need the transient")
+        skipped |= dict.fromkeys(known.OVER_TIME, "they need the transient")
     elif scene.end_time <= FIRST_TIME:
-        skipped |= dict.fromkeys(OVER_TIME, "they compare from 10 us on, and the run ends before")
+        skipped |= dict.fromkeys(known.OVER_TIME, "they compare from 10 us on, and the run ends before")
     if "reduced1d" not in request.models:
-        skipped |= dict.fromkeys(OF_THE_REDUCTION, "they need the 1D model")
+        skipped |= dict.fromkeys(known.OF_THE_REDUCTION, "they need the 1D model")
     if scene.spans == 2:
-        skipped |= {check: "both of two spans are outer ones" for check in ISLAND_TOLERANCES if "inner" in check}
+        skipped |= {check: "both of two spans are outer ones" for check in known.ISLAND_TOLERANCES if "inner" in check}
     return {check: skipped[check] for check in checks_of(scene) if check in skipped}
 
 
@@ -188,7 +181,7 @@ def made_3d_checks(device: Device, request: Request) -> tuple[str, ...]:
         figure = "figure13" if check == "dev3d_slope" else "figure9"
         return (device.steps_outside or check not in stepped) and figure not in left
 
-    return tuple(filter(made, DEVICE_3D_TOLERANCES)) if request.in_3d else ()
+    return tuple(filter(made, known.DEVICE_3D_TOLERANCES)) if request.in_3d else ()
 
 
 def _checks(scene: Sink | Device, request: Request) -> list[Step]:

@@ -134,8 +134,15 @@ class HeatProblem:
         return own if self.anchored else _combined(own, 1.0 / self.end_time, self.inner_mass)
 
     def solve_shifted(self, shift: float) -> Callable[[np.ndarray], np.ndarray]:
-        """What solves (M + shift K) u = b on the free nodes."""
-        return self.factors(_combined(self.inner_mass, shift, self.inner_stiffness)).solve
+        """What solves (M + shift K) u = b on the free nodes; the factors of the last shift are kept."""
+        if shift not in self._shifted:
+            self._shifted.clear()
+            self._shifted[shift] = self.factors(_combined(self.inner_mass, shift, self.inner_stiffness)).solve
+        return self._shifted[shift]
+
+    @cached_property
+    def _shifted(self) -> dict[float, Callable[[np.ndarray], np.ndarray]]:
+        return {}
 
     @cached_property
     def lifts(self) -> np.ndarray:

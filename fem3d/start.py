@@ -47,7 +47,7 @@ def nested(given: Problems, shift: float, end: float, accuracy: float) -> list[B
         for state in hot:
             assert conductor is not None
             here = state._replace(rise=heat.take(lowest.heat.field(state.rise)))
-            base, potentials = _joined(base, potentials, here, *_heated(conductor, here))
+            base, potentials = _joined(base, potentials, here, *_heated(conductor, here, potentials))
         found.append(base)
     return found[::-1]
 
@@ -65,10 +65,11 @@ def _cold(heat: HeatProblem, conductor: Conductor | None) -> tuple[Base, list[Po
     return Base(heat, conductor, patterns, still, loads), potentials
 
 
-def _heated(conductor: Conductor, state: Hot) -> tuple[list[Potential], np.ndarray]:
-    """The potentials of each driven channel in a hot state, and the Joule load (all nodes) of its currents."""
+def _heated(conductor: Conductor, state: Hot, cold: list[Potential]) -> tuple[list[Potential], np.ndarray]:
+    """The potentials of each driven channel in a hot state, from the cold ones, which come first, and the Joule load
+    (all nodes) of its currents."""
     driven = [c for c, v in enumerate(conductor.voltages) if v.any()]
-    hot = [conductor.solve(state.rise, conductor.voltages[channel]) for channel in driven]
+    hot = [conductor.solve(state.rise, conductor.voltages[c], cold[k].potential) for k, c in enumerate(driven)]
     return hot, conductor.joule_load(combined(hot, state.drive[driven]), state.rise)
 
 
@@ -91,29 +92,31 @@ def _searched(
     if conductor is None or not conductor.warms or not potentials:
         return base, joined
     drive = heat.inputs
+    times, size = _instants(drive.knots(end), end), 1e-300
     for turn in range(ROUNDS):
         reduced = base.project(Krylov(base, shift).fields(GENERATIONS))
         answer = transient.march(base, reduced, end, ROUGH)
-        times = _instants(drive.knots(end), end)
         states, g = answer.trajectory(times)[0], drive.at(times)
         rises, c = answer.rises(times), answer.reduced.currents(states, g)
-        worst, size, found = 0.0, 1e-300, None
+        found, changes = None, np.zeros(len(times))
         for i, rise in enumerate(rises):
             if not (g[i] @ conductor.voltages).any():
                 continue
             state = Hot(rise, g[i], False)
-            hot, load = _heated(conductor, state)
+            hot, load = _heated(conductor, state, potentials)
             reached = conductor.joule_load(combined(base.patterns, c[i]), rise)
             size = max(size, float(np.abs(load).sum()))
-            change = float(np.abs(load - reached).sum())
-            if change >= worst:
-                worst, found = change, (state, hot, load)
-        matters = worst >= SAME * accuracy * size
-        if found is None or (turn > 0 and not matters):
+            changes[i] = np.abs(load - reached).sum()
+            if changes[i] == changes.max():
+                found = state, hot, load
+        matter = changes >= SAME * accuracy * size
+        if found is None or (turn > 0 and not matter.any()):
             break
         state, hot, load = found
-        joined.append(state._replace(joins=matters))
+        joined.append(state._replace(joins=bool(matter.any())))
         base, potentials = _joined(base, potentials, joined[-1], hot, load)
+        # Currents that are known well enough stay so. One instant is always looked at again, its load having joined.
+        times = times[matter | (changes == changes.max())]
     return base, joined
 
 

@@ -7,14 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from reduced1d.equations import (
-    anchor_flow,
-    end_rise_from_equivalent,
-    peak_above_end,
-    resistance,
-    room_resistivity,
-    series_resistance,
-)
+from reduced1d import equations
 from reduced1d.lumped import Lump, rise_at, runaway_voltage, steady_rise, steady_rounding
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
@@ -24,7 +17,7 @@ _MOST_TIMES, _FINEST = 100_000, 1e-8
 
 def anchor_series_resistance(sink: Sink) -> float:
     """Eq 14's resistance (K/W) of one anchor: u_o of silicon as wide as the pad, then the oxide block."""
-    return series_resistance(
+    return equations.series_resistance(
         sink.anchor_distance, sink.silicon.thermal_conductivity, sink.pad_width * sink.thickness,
         sink.oxide_thickness, sink.oxide.thermal_conductivity, sink.oxide_length * sink.oxide_width,
     )  # fmt: skip
@@ -50,12 +43,12 @@ def lump(sink: Sink) -> Lump:
     Raises ValueError where the silicon does not conduct (``room_resistivity``).
     """
     k, A_c, L = sink.silicon.thermal_conductivity, sink.cross_section, sink.length
-    resistivity, a = room_resistivity(sink.silicon, sink.room_temperature)
+    resistivity, a = equations.room_resistivity(sink.silicon, sink.room_temperature)
     return Lump(
         capacity=sink.silicon.heat_capacity * L * A_c,
-        conductance=anchor_flow(1.0, anchor_series_resistance(sink), k, A_c, L) + air_conductance(sink),
+        conductance=equations.anchor_flow(1.0, anchor_series_resistance(sink), k, A_c, L) + air_conductance(sink),
         voltage=sink.voltage,
-        resistance=resistance(0.0, resistivity, a, L, A_c),
+        resistance=equations.resistance(0.0, resistivity, a, L, A_c),
         coefficient=a,
     )
 
@@ -101,10 +94,10 @@ def _quantities(sink: Sink, model: Lump, rise: np.ndarray) -> dict[str, np.ndarr
     """The trace quantities at an equivalent rise, with rises in place of temperatures."""
     k, A_c, L = sink.silicon.thermal_conductivity, sink.cross_section, sink.length
     R_series = anchor_series_resistance(sink)
-    dT_end = end_rise_from_equivalent(rise, R_series, k, A_c, L)
+    dT_end = equations.end_rise_from_equivalent(rise, R_series, k, A_c, L)
     current = model.voltage / (model.resistance * (1 + model.coefficient * rise))
     return {
-        "peak_K": dT_end + peak_above_end(dT_end, R_series, k, A_c, L),
+        "peak_K": dT_end + equations.peak_above_end(dT_end, R_series, k, A_c, L),
         "end_K": dT_end,
         "mean_K": rise,
         "current_A": current,

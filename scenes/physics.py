@@ -45,7 +45,11 @@ def heat(scene: AnyScene) -> bool:
         any(b.kind != "voltage" for b in scene.boundaries)
         or any(not is_zero(value) for _, value in heat_sources(scene))
         or any(p.quantity in ("temperature", "heat_flow") for p in scene.probes)
-        or (not scene.steady and electric(scene) and any(_varies(m) for m in materials(scene)))
+        or (
+            not scene.steady
+            and electric(scene)
+            and any(m.resistivity and m.temperature_coefficient for m in materials(scene))
+        )
         or not electric(scene)
     )
 
@@ -69,10 +73,6 @@ def heats(boundary: Boundary | GroupBoundary, initial: float) -> bool:
         return not is_zero(boundary.value)
     outside = boundary.value if boundary.kind == "temperature" else boundary.ambient
     return is_exit(boundary) and any(value != initial for value in values(outside))
-
-
-def _varies(material: Material) -> bool:
-    return material.resistivity is not None and material.temperature_coefficient != 0
 
 
 def check_resistivities(scene: AnyScene) -> None:

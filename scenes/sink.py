@@ -204,7 +204,7 @@ def face(box: Box, axis: int, side: int) -> tuple[Point, Point]:
     return (lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2])
 
 
-class Asked(NamedTuple):
+class SinkQuantity(NamedTuple):
     """A quantity: the key of its ``steady`` value in summary.json, that of its ``trace`` in traces.csv (where it has
     one), its SI unit, and what it is ``called``."""
 
@@ -215,12 +215,12 @@ class Asked(NamedTuple):
 
 
 OF_A_SINK = {
-    "peak": Asked("peak_rise_K", "peak_K", "K", "peak rise"),
-    "end": Asked("end_rise_K", "end_K", "K", "end rise"),
-    "mean": Asked("mean_rise_K", "mean_K", "K", "mean rise"),
-    "current": Asked("current_A", "current_A", "A", "current"),
-    "power": Asked("power_W", "power_W", "W", "power"),
-    "heat_out": Asked("heat_out_W", "", "W", "heat to the substrate"),
-    "anchor_resistance": Asked("anchor_resistance_K_per_W", "", "K/W", "anchor resistance"),
+    "peak": SinkQuantity("peak_rise_K", "peak_K", "K", "peak rise"),
+    "end": SinkQuantity("end_rise_K", "end_K", "K", "end rise"),
+    "mean": SinkQuantity("mean_rise_K", "mean_K", "K", "mean rise"),
+    "current": SinkQuantity("current_A", "current_A", "A", "current"),
+    "power": SinkQuantity("power_W", "power_W", "W", "power"),
+    "heat_out": SinkQuantity("heat_out_W", "", "W", "heat to the substrate"),
+    "anchor_resistance": SinkQuantity("anchor_resistance_K_per_W", "", "K/W", "anchor resistance"),
 }
 """What is asked of a sink, by a user's word for it."""

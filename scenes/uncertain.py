@@ -88,14 +88,10 @@ def path_of(scene: object, key: str, known: Mapping[str, float], option: str) ->
     ends = [path for path in known if path == key or path.endswith(f".{key}")]
     if len(ends) == 1:
         return ends[0]
-    if is_free(scene):
-        raise SceneError(
-            f"{option} {printable(key)} is no key: give one of {', '.join(known)}{did_you_mean(key, known)}"
-        )
-    path = ".".join(filter(None, locate(key, None, type_of(scene).schema)))
+    path = "" if is_free(scene) else ".".join(filter(None, locate(key, None, type_of(scene).schema)))
     if path in known:
         return path
-    if path in type_of(scene).schema.paths:
+    if path and path in type_of(scene).schema.paths:
         raise SceneError(
             f"{option} {printable(key)}: {path} has no number here that anything follows: give one of "
             f"{', '.join(known)}"

@@ -174,7 +174,10 @@ class Dimension:
         power, prefix = 0, ""
         if self.prefixed and exact:
             power, prefix = next(((p, n) for p, n in _SHOWN if exact.adjusted() >= p), _SHOWN[-1])
-        return f"{_digits(exact.scaleb(-power))} {prefix}{self.unit}".rstrip()
+        short = exact.scaleb(-power).normalize()
+        # Without zeros at the end, and with an exponent only where there would be many zeros in front or behind.
+        digits = f"{short:f}" if not short or -5 <= short.adjusted() < 6 else f"{short:e}"
+        return f"{digits} {prefix}{self.unit}".rstrip()
 
 
 NUMBER = Dimension("a plain number", "", "0.1 %")
@@ -193,12 +196,6 @@ HEAT_SOURCE = Dimension("a heat source", "W/m3", "1e9 W/m3")
 POWER = Dimension("a power", "W", "3 mW")
 
 DIMENSIONS = tuple(found for found in list(globals().values()) if isinstance(found, Dimension))
-
-
-def _digits(number: Decimal) -> str:
-    """Without zeros at the end, and with an exponent only where there would be many zeros in front or behind."""
-    short = number.normalize()
-    return f"{short:f}" if not short or -5 <= short.adjusted() < 6 else f"{short:e}"
 
 
 def named(powers: Powers) -> str | None:

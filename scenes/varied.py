@@ -26,6 +26,8 @@ SETTINGS = ("run.", "control.", "external.step_time")
 """What says how a scene is run and not what it is made of; there is nothing to measure of it."""
 MEANT = {"oxide_offset": "anchor_distance"}
 """The attributes that say what others come to where their value is a word."""
+PLANE = 1e-9  # of a scene's extent: coordinates nearer to each other are in one plane
+_SIZE = Quantity(LENGTH, 0.0, 1e4)
 
 
 def is_free(scene: object) -> bool:
@@ -89,10 +91,6 @@ def _value(scene: object, attribute: str) -> Any:
     if value is None and name in MEANT:
         return attrgetter(f"{owner}.{MEANT[name]}".lstrip("."))(scene)
     return value
-
-
-PLANE = 1e-9  # of a scene's extent: coordinates nearer to each other are in one plane
-_SIZE = Quantity(LENGTH, 0.0, 1e4)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from compare.inputs import sampling
+from compare.inputs import propagation
 from compare.outcome import Outcome
 from scenes.errors import SceneError
 from scenes.keys import type_of
@@ -46,7 +46,7 @@ def added(outcome: Outcome[Sink], count: int, say: Callable[[str], None]) -> Out
     names = [n for n, v in rows[0].values.items() if isinstance(v, float)]
     columns = {n: np.array([row.values[n] for row in rows]) for n in names}
     checks = {check.id: check.u_input for check in outcome.checks if check.u_input}
-    sampled = sampling.spreads(columns, found, checks, count - len(rows))
+    sampled = propagation.spreads(columns, found, checks, count - len(rows))
     return replace(outcome, sampled=sampled, warnings=(*outcome.warnings, *sampled.warnings()))
 
 
@@ -54,7 +54,7 @@ def drawn(sink: Sink, uncertain: Uncertain, count: int) -> np.ndarray:
     """(count, keys): the values (SI units) of the uncertain keys in each sample; what a word comes to, the offset of a
     centred oxide, is a part of what it comes to there."""
     keys, known = tuple(uncertain.relative), numbers(sink)
-    found: np.ndarray = np.array([known[key] for key in keys]) * (1 + sampling.draw(uncertain, count))
+    found: np.ndarray = np.array([known[key] for key in keys]) * (1 + propagation.draw(uncertain, count))
     for n, word in enumerate(keys):
         if is_word(sink, word):
             for point in found:

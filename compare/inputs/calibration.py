@@ -88,7 +88,7 @@ class Fit:
         }  # fmt: skip
 
 
-def asked(sink: Sink, keys: Sequence[str], data: Data) -> tuple[str, ...]:
+def keys_of(sink: Sink, keys: Sequence[str], data: Data) -> tuple[str, ...]:
     """The full names of keys to be fitted. Raises SceneError for what can't be: an unknown key, one that is named
     twice, data of fewer points than there are keys."""
     paths = tuple(path_of(sink, key, numbers(sink), "--calibrate") for key in keys)

@@ -34,6 +34,9 @@ from scenes.loop.modal import Modal
 from scenes.loop.result import Steady
 from scenes.loop.stability import complementary
 
+GRIDS = (np.array([0.0, 1.0]), np.array([0.0, 0.1, 0.5, 1.0]))
+"""Where insulator and polymer are cut into elements, as fractions of their thickness."""
+
 
 @dataclass(frozen=True)
 class Slab:
@@ -117,10 +120,6 @@ def steady(device: Device, external: float | None = None) -> Steady:
 def around(device: Device) -> dict[str, Steady]:
     """The steady states ``before`` the outer step and ``after`` it."""
     return {"before": steady(device, device.external.initial_temperature), "after": steady(device)}
-
-
-GRIDS = (np.array([0.0, 1.0]), np.array([0.0, 0.1, 0.5, 1.0]))
-"""Where insulator and polymer are cut into elements, as fractions of their thickness."""
 
 
 class Modes(NamedTuple):

@@ -13,31 +13,16 @@ from dataclasses import replace
 from typing import Any, TypeVar
 
 from scenes import kinds as k
+from scenes import model as m
 from scenes import physics
 from scenes import units as d
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.keys import ACCURACY, VALID_TO
-from scenes.model import (
-    AnyScene,
-    Body,
-    Boundary,
-    Box,
-    GroupBoundary,
-    GroupProbe,
-    Material,
-    MeshScene,
-    Point,
-    Probe,
-    Scene,
-    Schedule,
-    Source,
-    is_zero,
-)
 from scenes.physics import HEAT_KEYS
 from scenes.schema import Item, Key, Schema, section
 
 Values = Mapping[str, Any]
-S = TypeVar("S", Scene, MeshScene)
+S = TypeVar("S", m.Scene, m.MeshScene)
 
 UNUSED = 1.0
 """Stands in a Material for what the scene does not need and the file does not give."""
@@ -123,38 +108,39 @@ ON_MESH = Schema(
 """What a file with a [mesh] may say: groups stand in the place of boxes and corners."""
 
 
-def of_boxes(values: Values, name: str) -> Scene:
+def of_boxes(values: Values, name: str) -> m.Scene:
     """The scene of boxes; ``name`` is for one that has none. Raises SceneError."""
     materials = {item.name: _material(item.values) for item in values.get("material", ())}
     boxes = tuple(_box(item, materials) for item in values.get("box", ()))
     if not boxes:
         raise SceneError("the scene has no [[box]]: give at least one, with material, lower and upper")
     boundaries = tuple(
-        Boundary(item.name, lower=item.values["lower"], upper=item.values["upper"], **_condition(item))
+        m.Boundary(item.name, lower=item.values["lower"], upper=item.values["upper"], **_condition(item))
         for item in values.get("boundary", ())
     )
-    probes = tuple(Probe(item.name, *_corners(item), **_reading(item)) for item in values.get("probe", ()))
-    return _with_run(Scene(name, boxes, boundaries, probes), values)
+    probes = tuple(m.Probe(item.name, *_corners(item), **_reading(item)) for item in values.get("probe", ()))
+    return _with_run(m.Scene(name, boxes, boundaries, probes), values)
 
 
-def on_mesh(values: Values, name: str, folder: str) -> MeshScene:
+def on_mesh(values: Values, name: str, folder: str) -> m.MeshScene:
     """The scene on a mesh; ``name`` is for one that has none, ``folder`` where its file lies. Raises SceneError."""
     mesh = section(values, "mesh")
     if "file" not in mesh:
         raise SceneError('mesh.file is missing: give the path of a mesh, relative to the scene, such as "chip.msh"')
     bodies = tuple(
-        Body(_material({key: value for key, value in item.values.items() if key != "groups"}), groups)
+        m.Body(_material({key: value for key, value in item.values.items() if key != "groups"}), groups)
         for item in values.get("material", ())
         for groups in [item.values.get("groups", (item.name,))]
     )
     if not bodies:
         raise SceneError("the scene has no [[material]]: give one for every volume group of the mesh")
-    sources = tuple(Source(**{**item.values, "name": item.name}) for item in values.get("source", ()))
+    sources = tuple(m.Source(**{**item.values, "name": item.name}) for item in values.get("source", ()))
     boundaries = tuple(
-        GroupBoundary(item.name, group=item.values["group"], **_condition(item)) for item in values.get("boundary", ())
+        m.GroupBoundary(item.name, group=item.values["group"], **_condition(item))
+        for item in values.get("boundary", ())
     )
-    probes = tuple(GroupProbe(item.name, *_place(item), **_reading(item)) for item in values.get("probe", ()))
-    scene = MeshScene(name, mesh["file"], mesh.get("unit", 1.0), bodies, sources, boundaries, probes, folder=folder)
+    probes = tuple(m.GroupProbe(item.name, *_place(item), **_reading(item)) for item in values.get("probe", ()))
+    scene = m.MeshScene(name, mesh["file"], mesh.get("unit", 1.0), bodies, sources, boundaries, probes, folder=folder)
     return _with_run(scene, values)
 
 
@@ -168,7 +154,7 @@ def _with_run(scene: S, values: Values) -> S:
         *((f"{what}.heat_source", value) for what, value in physics.heat_sources(scene)),
     ]
     for path, value in driving if scene.steady else ():
-        if isinstance(value, Schedule):
+        if isinstance(value, m.Schedule):
             raise SceneError(
                 f"{path} varies in time, and run.steady = true asks for no time: give one value, or run.end_time in "
                 "place of steady"
@@ -197,18 +183,18 @@ def _run_keys(given: dict[str, Any]) -> dict[str, Any]:
     return {**given, "end_time": end}
 
 
-def _material(given: dict[str, Any]) -> Material:
+def _material(given: dict[str, Any]) -> m.Material:
     """The material, with a stand-in for what is not given."""
-    return Material(**{**dict.fromkeys(HEAT_KEYS, UNUSED), **given})
+    return m.Material(**{**dict.fromkeys(HEAT_KEYS, UNUSED), **given})
 
 
-def _box(item: Item, materials: dict[str, Material]) -> Box:
+def _box(item: Item, materials: dict[str, m.Material]) -> m.Box:
     material = item.values["material"]
     if material not in materials:
         known = f"give {' or '.join(map(quoted, materials))}" if materials else "add a [[material]] of that name"
         hint = did_you_mean(material, materials)
         raise SceneError(f"{item.label}.material = {quoted(material)} is not in the scene: {known}{hint}")
-    return Box(**{**item.values, "name": item.name, "material": materials[material]})
+    return m.Box(**{**item.values, "name": item.name, "material": materials[material]})
 
 
 def _condition(item: Item) -> dict[str, Any]:
@@ -234,7 +220,7 @@ def _reading(item: Item) -> dict[str, Any]:
     return {"quantity": quantity, "reduce": reduce}
 
 
-def _corners(item: Item) -> tuple[Point, Point]:
+def _corners(item: Item) -> tuple[m.Point, m.Point]:
     """The corners of a probe's box; of a point both are the same."""
     given = item.values
     has = [key for key in ("at", "lower", "upper") if key in given]
@@ -245,7 +231,7 @@ def _corners(item: Item) -> tuple[Point, Point]:
     raise SceneError(f"{item.label} has {' and '.join(has) or 'no place'}: give at = [x, y, z], or lower and upper")
 
 
-def _place(item: Item) -> tuple[Point | None, str | None]:
+def _place(item: Item) -> tuple[m.Point | None, str | None]:
     at, group = item.values.get("at"), item.values.get("group")
     if (at is None) == (group is None):
         has = "no place" if at is None else "at and group"
@@ -256,14 +242,14 @@ def _place(item: Item) -> tuple[Point | None, str | None]:
     return at, group
 
 
-def as_dict(scene: AnyScene) -> dict[str, Any]:
+def as_dict(scene: m.AnyScene) -> dict[str, Any]:
     """What a file of the scene would say; what nothing is said about by default is left out."""
     run: dict[str, Any] = {"steady": True} if scene.steady else {"end_time": scene.end_time}
     if scene.output_times and not scene.steady:
         run["output_times"] = list(scene.output_times)
     needed = physics.needed(scene)
     found: dict[str, Any] = {"scene": {"name": scene.name, "initial_temperature": scene.initial_temperature}}
-    if isinstance(scene, MeshScene):
+    if isinstance(scene, m.MeshScene):
         found["mesh"] = {"file": scene.file, "unit": scene.unit}
         found["material"] = [_of_material(b.material, needed) | {"groups": list(b.groups)} for b in scene.bodies]
         found["source"] = [
@@ -271,10 +257,10 @@ def as_dict(scene: AnyScene) -> dict[str, Any]:
         ]
     else:
         materials = {box.material.name: box.material for box in scene.boxes}
-        found["material"] = [_of_material(m, needed) for m in materials.values()]
+        found["material"] = [_of_material(each, needed) for each in materials.values()]
         found["box"] = [
             {"name": box.name, "material": box.material.name, **_where(box)}
-            | ({} if is_zero(box.heat_source) else {"heat_source": HEAT_SOURCE.write(box.heat_source)})
+            | ({} if m.is_zero(box.heat_source) else {"heat_source": HEAT_SOURCE.write(box.heat_source)})
             for box in scene.boxes
         ]
     found["boundary"] = [
@@ -289,7 +275,7 @@ def as_dict(scene: AnyScene) -> dict[str, Any]:
     return found | {"run": {**run, "accuracy": scene.accuracy}}
 
 
-def _of_material(material: Material, needed: tuple[str, ...]) -> dict[str, Any]:
+def _of_material(material: m.Material, needed: tuple[str, ...]) -> dict[str, Any]:
     found: dict[str, Any] = {"name": material.name}
     found |= {key: v for key in HEAT_KEYS if (v := getattr(material, key)) != UNUSED or key in needed}
     found["resistivity"] = RESISTIVITY.write(material.resistivity)
@@ -298,17 +284,17 @@ def _of_material(material: Material, needed: tuple[str, ...]) -> dict[str, Any]:
     return found if material.valid_to is None else found | {"valid_to": material.valid_to}
 
 
-def _where(item: Box | Boundary | Probe | GroupBoundary | GroupProbe) -> dict[str, Any]:
+def _where(item: m.Box | m.Boundary | m.Probe | m.GroupBoundary | m.GroupProbe) -> dict[str, Any]:
     """The place of a part: corners, a point or a group."""
-    if isinstance(item, (GroupBoundary, GroupProbe)):
+    if isinstance(item, (m.GroupBoundary, m.GroupProbe)):
         at = getattr(item, "at", None)
         return {"group": item.group} if at is None else {"at": list(at)}
-    if isinstance(item, Probe) and item.lower == item.upper:
+    if isinstance(item, m.Probe) and item.lower == item.upper:
         return {"at": list(item.lower)}
     return {"lower": list(item.lower), "upper": list(item.upper)}
 
 
-def as_toml(scene: AnyScene) -> str:
+def as_toml(scene: m.AnyScene) -> str:
     """The file that reads back as an equal scene, in SI units."""
     lines: list[str] = []
     for table, given in as_dict(scene).items():

@@ -76,26 +76,26 @@ class Timetable:
     def times(self) -> np.ndarray:
         return self.sample_time * np.arange(self.samples)
 
-    def pieces(self) -> Iterator[Piece]:
+    def stretches(self) -> Iterator[Stretch]:
         """The run cut at every sample and outer step, in order; the last sample has a piece of length 0."""
         for k in range(self.samples):
             if k not in self.steps and k < self.samples - 1:
-                yield Piece(k, True, None, self.sample_time)
+                yield Stretch(k, True, None, self.sample_time)
                 continue
             steps = self.steps.get(k, ())
             now = [outer for after, outer in steps if after == 0.0]
             later = [(after, outer) for after, outer in steps if after > 0.0]
             if k == self.samples - 1:
-                yield Piece(k, True, now[-1] if now else None, 0.0)
+                yield Stretch(k, True, now[-1] if now else None, 0.0)
                 return
             starts = [0.0, *(after for after, _ in later)]
             ends = [*starts[1:], self.sample_time]
             outers = [now[-1] if now else None, *(outer for _, outer in later)]
             for i, (start, end, outer) in enumerate(zip(starts, ends, outers, strict=True)):
-                yield Piece(k, i == 0, outer, end - start)
+                yield Stretch(k, i == 0, outer, end - start)
 
 
-class Piece(NamedTuple):
+class Stretch(NamedTuple):
     """A stretch of constant voltages: its sample, whether that is at its start, the new outer rise (K) or None for no
     step at its start, and its length in s."""
 

@@ -160,7 +160,7 @@ def march(
         voltage, outer = np.tile(start.voltage, (len(resolutions), 1)), start.outer
     static, initial, before = outer * at.unit, b[:n], outer
 
-    for k, measure, step, length in table.pieces():
+    for k, measure, step, length in table.stretches():
         key = length or table.sample_time
         if key not in lengths:
             lengths[key] = _tables(resolutions, key)

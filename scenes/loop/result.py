@@ -17,6 +17,11 @@ from scenes.device import Device, External
 
 QUANTITIES = ("sink_K", "sensor_K", "sink_V", "sensor_V", "sink_power_W", "sensor_power_W", "polymer_flux_W")
 TOP = "polymer_top_W"
+BAND = 0.01
+"""The band, as a part of the step, that "settled" means where nothing else is said."""
+SLOW_TIME, SLOW_GAINS = 5e-3, (0.5, 0.05)
+STEPS = (-80.0, -60.0, -40.0, -20.0, -10.0, 0.0, 10.0, 20.0)
+_SAMPLES_BEFORE = 20
 
 
 @dataclass(frozen=True)
@@ -86,14 +91,6 @@ def device_result(
     columns[:2] += room
     names = (*QUANTITIES, TOP)[: len(columns)]
     return DeviceResult(scheme=scheme, time_s=time, errors=errors, **dict(zip(names, columns, strict=True)), **rest)
-
-
-BAND = 0.01
-"""The band, as a part of the step, that "settled" means where nothing else is said."""
-
-SLOW_TIME, SLOW_GAINS = 5e-3, (0.5, 0.05)
-STEPS = (-80.0, -60.0, -40.0, -20.0, -10.0, 0.0, 10.0, 20.0)
-_SAMPLES_BEFORE = 20
 
 
 @dataclass(frozen=True)

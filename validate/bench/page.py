@@ -20,6 +20,11 @@ Entry = Mapping[str, Any]
 Parts = list[str | Table]  # of a page
 SHORT = {WHOLE: "whole run", GIVEN: "mesh given"}
 WORK = {"transient": "The whole transient of the sink", "steady": "The sink's steady state"}
+LOOKS = {
+    WHOLE: ("#8b1a1a", "o"), GIVEN: ("#d1495b", "P"), NGSOLVE: ("#3a86c8", "s"), FREEFEM: ("#5e3c99", "^"),
+    SCIKIT_FEM: ("#f0a030", "D"), REDUCTION: ("#222222", "*"),
+}  # fmt: skip
+LINE, WIDE = 10.0, 75.0  # points of the page: from one name to the next, and a name's width
 
 
 def markdown(found: Mapping[str, Any], figures: Mapping[str, str]) -> str:
@@ -229,14 +234,6 @@ SECTIONS: dict[str, tuple[str, Callable[[str, Any], Parts], Callable[..., tuple[
 """By part its title, what is on the page, and what a terminal shows in place of the first table there."""
 
 
-LOOKS = {
-    WHOLE: ("#8b1a1a", "o"), GIVEN: ("#d1495b", "P"), NGSOLVE: ("#3a86c8", "s"), FREEFEM: ("#5e3c99", "^"),
-    SCIKIT_FEM: ("#f0a030", "D"), REDUCTION: ("#222222", "*"),
-}  # fmt: skip
-LINE, WIDE = 10.0, 75.0  # points of the page: from one name to the next, and a name's width
-TITLES = {"transient": "The sink's whole transient", "steady": "The sink's steady state"}
-
-
 def draw(part: str, found: Mapping[str, Any], path: Path) -> None:
     """One plot as PNG; entries that failed are left out, and a line joins those of a tool that are the fastest at their
     error. Reductions are different models, so no line joins them, and each has its name."""
@@ -245,7 +242,7 @@ def draw(part: str, found: Mapping[str, Any], path: Path) -> None:
     from validate.report.figures import drawing
 
     with drawing.style():
-        figure = drawing.new_figure(7.2, 4.6, f"{TITLES[part]}: time against error", ())
+        figure = drawing.new_figure(7.2, 4.6, f"{WORK[part]}: time against error", ())
         axes = figure.add_subplot()
         for tool, (colour, marker) in LOOKS.items():
             rows = [row for row in found["rows"] if row["tool"] == tool and not row["failure"]]

@@ -24,6 +24,8 @@ WORDS = {WHOLE: "our whole run", GIVEN: "our solve on a given mesh"}
 Row = dict[str, Any]
 Best = Mapping[str, Any] | None
 Values = dict[str, list[float]]
+PARTS = ("transient", "steady", "device", "growth", "skips", "start-up")
+SCHEMA = 2
 
 
 def work_precision(
@@ -119,10 +121,6 @@ def _beside(peer: Best, own: Best, name: str) -> str:
     if ratio >= 1:
         return f"{ratio:.1f} times as long as {name}"
     return f"**ahead: {1 / ratio:.1f} times as fast as {name}**"
-
-
-PARTS = ("transient", "steady", "device", "growth", "skips", "start-up")
-SCHEMA = 2
 
 
 def run(

@@ -55,7 +55,7 @@ def run(arguments: argparse.Namespace) -> int:
     with progress() as say:
         found = measure(wanted, rounds, arguments.quick, say, earlier)
     folder = FOLDER if page_file is None else page_file.parent / "figures"
-    drawn = {part: folder / f"benchmark-{part}.png" for part in page.TITLES if part in found}
+    drawn = {part: folder / f"benchmark-{part}.png" for part in page.WORK if part in found}
     for part, path in drawn.items():
         folder.mkdir(parents=True, exist_ok=True)
         page.draw(part, found[part], path)

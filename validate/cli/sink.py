@@ -138,9 +138,9 @@ def _data(arguments: argparse.Namespace, sink: Sink, request: Request) -> Data |
 
         data_uncertainty(sink, data, arguments.data_uncertainty)
     if arguments.calibrate:
-        from compare.inputs.calibration import asked
+        from compare.inputs.calibration import keys_of
 
         if not arguments.data_uncertainty:
             raise SceneError("--calibrate weighs the data by what they are known to: give --data-uncertainty, too")
-        asked(sink, arguments.calibrate, data)
+        keys_of(sink, arguments.calibrate, data)
     return data

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from compare.outcome import Outcome
     from validate.report.table import Section, Style
 
-_ASKED_FOR = ("propagated", "fit", "validation", "air", "sensitivities", "why")
+_ANALYSES = ("propagated", "fit", "validation", "air", "sensitivities", "why")
 
 
 def of(scene: Any) -> Any:
@@ -26,8 +26,8 @@ def of(scene: Any) -> Any:
     return import_module(f"validate.report.{kind(scene)}")
 
 
-def asked_for(outcome: Outcome[Any], style: Style) -> list[Section]:
+def analysed(outcome: Outcome[Any], style: Style) -> list[Section]:
     """The sections on what was found because it was asked for, whatever the kind of run."""
-    found = {name: getattr(outcome, name) for name in _ASKED_FOR if getattr(outcome, name) is not None}
-    asked = import_module("validate.report.asked") if found else None
-    return [getattr(asked, name)(part, outcome, style) for name, part in found.items()]
+    found = {name: getattr(outcome, name) for name in _ANALYSES if getattr(outcome, name) is not None}
+    module = import_module("validate.report.analyses") if found else None
+    return [getattr(module, name)(part, outcome, style) for name, part in found.items()]

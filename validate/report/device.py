@@ -13,7 +13,7 @@ from compare.verdict import Check
 from reduced1d.device.stability import largest_eigenvalue, shown
 from scenes.formats import kelvin, milliseconds, percent, quantity
 from scenes.loop.result import BAND, QUANTITIES, Run, settling
-from validate.report import asked_for, checks
+from validate.report import analysed, checks
 from validate.report.checks import NAMES, off_by, sides
 from validate.report.table import Section, Style, Table, sentences, wrapped
 
@@ -29,7 +29,7 @@ FIGURES = {
     "figure11": "device_figures.slow",
     "figure12": "device_figures.responses",
     "figure13": "device_figures.characteristic",
-    "sensitivity": "asked_figures.sensitivity",
+    "sensitivity": "analysis_figures.sensitivity",
 }
 FIELD_FIGURE = ""
 FRACTIONS = (0.05, 0.01, 1e-3, 1e-4)
@@ -119,7 +119,7 @@ def sections(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) 
         Section("Findings", [sentences(outcome.runs.base.result.findings)]),
         *(_quantities(run, model) for model, run in runs.items()),
         *checks.of_device(checks.without_slopes(outcome.checks), contrary, style),
-        *asked_for(outcome, style),
+        *analysed(outcome, style),
         *([] if outcome.design is None else [_design(outcome, style)]),
         *(_settling(run, model) for model, run in runs.items() if style.page),
     ]

@@ -14,11 +14,11 @@ from scenes.formats import Column, cut, quantity, with_error
 from scenes.model import UNITS, AnyScene, GroupProbe, Probe
 from scenes.result import Result, Traces
 from scenes.units import TIME
-from validate.report import asked_for
+from validate.report import analysed
 from validate.report.figures.render import Field
 from validate.report.table import Section, Style, Table, wrapped
 
-FIGURES = {"figure traces": "trace_figure.draw", "sensitivity": "asked_figures.sensitivity"}
+FIGURES = {"figure traces": "trace_figure.draw", "sensitivity": "analysis_figures.sensitivity"}
 FIELD_FIGURE = "figure field"
 _NAME = 30
 _PER_BLOCK = 4
@@ -49,7 +49,7 @@ def headline(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style
 
 def sections(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style) -> list[Section]:
     """The probes, and those of a transient at the times asked for."""
-    return [_probes(outcome, style), *_at_times(outcome, style), *asked_for(outcome, style)]
+    return [_probes(outcome, style), *_at_times(outcome, style), *analysed(outcome, style)]
 
 
 def value_text(probe: Probe | GroupProbe, result: Result, style: Style) -> str:

@@ -10,7 +10,7 @@ from compare.verdict import PAPERS, Check, relative
 from scenes.checks import OF_THE_REDUCTION
 from scenes.formats import percent, quantity, sink_text, with_error
 from scenes.sink import OF_A_SINK
-from validate.report import asked_for, checks
+from validate.report import analysed, checks
 from validate.report.table import Section, Style, Table, wrapped
 
 if TYPE_CHECKING:
@@ -27,11 +27,11 @@ FIGURES = {
     "figure6": "sink_figures.rises",
     "figure7": "sink_figures.current",
     "islands": "sink_figures.row",
-    "air": "asked_figures.air",
+    "air": "analysis_figures.air",
     "islands_runs": "sink_figures.runs",
-    "why": "asked_figures.why",
-    "sensitivity": "asked_figures.sensitivity",
-    "validation": "asked_figures.validation",
+    "why": "analysis_figures.why",
+    "sensitivity": "analysis_figures.sensitivity",
+    "validation": "analysis_figures.validation",
 }
 FIELD_FIGURE = "figure4"
 
@@ -72,7 +72,7 @@ def sections(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) ->
     """The quantities, the checks with their reasons and, where asked for, the parts of the differences."""
     data = [] if outcome.against is None else [Section("Your data", [outcome.against.said()], headed=False)]
     judged = checks.sections(checks.without_slopes(outcome.checks), contrary, style)
-    return [quantities(outcome, style), *data, *judged, *asked_for(outcome, style)]
+    return [quantities(outcome, style), *data, *judged, *analysed(outcome, style)]
 
 
 def _model(outcome: Outcome[Sink]) -> str:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from scenes.result import Result
 
 _LIBRARIES = {"numpy": "numpy", "scipy": "scipy", "skfem": "scikit-fem", "matplotlib": "matplotlib"}
-_ASKED_FOR = {
+_ANALYSES = {
     "calibration": "fit", "validation": "validation", "air": "air", "sensitivities": "sensitivities",
     "against": "against",
 }  # fmt: skip
@@ -44,14 +44,14 @@ def document(outcome: Outcome[Any]) -> dict[str, Any]:
         **of(outcome.scene).entries(outcome),
     }
     if outcome.why is not None:
-        from validate.report.asked import budget
+        from validate.report.analyses import budget
 
         found["why"] = budget(outcome.why)
     if outcome.propagated is not None:
-        from validate.report.asked import entered
+        from validate.report.analyses import entered
 
         entered(found, outcome.propagated, outcome.sampled)
-    asked = {entry: getattr(outcome, name) for entry, name in _ASKED_FOR.items()}
+    asked = {entry: getattr(outcome, name) for entry, name in _ANALYSES.items()}
     found |= {entry: part.document() for entry, part in asked.items() if part is not None}
     last = {"warnings": outcome.warnings, "files": outcome.files, "timing_s": outcome.timing}
     made: dict[str, Any] = as_json(found | last)

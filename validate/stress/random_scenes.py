@@ -173,10 +173,10 @@ def _by_faces(cells: list[Cell], a: Cell, b: Cell) -> bool:
     """Whether two cells that touch are joined by faces of cells around the place where they do."""
     low, high = np.minimum(a, b), np.maximum(a, b)
     near = [c for c in cells if (low <= c).all() and (high >= c).all()]
-    return bool((high - low).max() > 1 or any({near.index(a), near.index(b)} <= piece for piece in _pieces(near)))
+    return bool((high - low).max() > 1 or any({near.index(a), near.index(b)} <= piece for piece in _joined(near)))
 
 
-def _pieces(cells: Sequence[Cell]) -> list[set[int]]:
+def _joined(cells: Sequence[Cell]) -> list[set[int]]:
     """The numbers of cells that are joined by faces, piece by piece, in the order of the first of each."""
     touching = [[_steps(a, b) == 1 for b in cells] for a in cells]
     count, labels = connected_components(np.array(touching))
@@ -186,7 +186,7 @@ def _pieces(cells: Sequence[Cell]) -> list[set[int]]:
 def _conducting(boxes: list[Box], cells: list[Cell]) -> set[int]:
     """The largest set of conducting cells joined by faces."""
     able = [i for i, box in enumerate(boxes) if box.material.resistivity is not None]
-    return {able[i] for i in max(_pieces([cells[i] for i in able]), key=len)} if able else set()
+    return {able[i] for i in max(_joined([cells[i] for i in able]), key=len)} if able else set()
 
 
 def _free_faces(cells: list[Cell]) -> list[Face]:

@@ -21,7 +21,7 @@ from validate.processes import processors
 from validate.report.figures import PARTS
 from validate.sweep.design import Design, base, listed, parse
 from validate.sweep.point import Job, Scope, Work, checked
-from validate.sweep.store import ASKED, Store
+from validate.sweep.store import SUMMARY, Store
 from validate.sweep.table import Table, read, sentence
 
 if TYPE_CHECKING:
@@ -114,7 +114,7 @@ def _written(
             "verdicts": {check: dict(Counter(filter(None, words.tolist()))) for check, words in made.items()},
             "seconds": {"this_run": round(seconds, 1), "points": round(float(columns["seconds"].sum()), 1)},
             "provenance": _provenance(),
-            "files": [*files, "report.html", ASKED],
+            "files": [*files, "report.html", SUMMARY],
         }
     )
     with store.writing("report.html") as file:

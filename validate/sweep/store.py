@@ -14,7 +14,7 @@ from typing import Any, TextIO
 from scenes.errors import SceneError, quoted, reason
 from validate.sweep.point import Row
 
-ROWS, ASKED = "points.jsonl", "sweep.json"
+ROWS, SUMMARY = "points.jsonl", "sweep.json"
 _OURS = re.compile(r"points\.(jsonl|csv)|map\.csv|report\.html|figure_\w+\.(png|svg)")
 
 
@@ -38,7 +38,7 @@ class Store:
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             names = {path.name for path in self.folder.iterdir() if not path.name.startswith(".")}
-            if names and ASKED not in names:
+            if names and SUMMARY not in names:
                 raise ValueError("it has files that are not a sweep, and is left as it is")
             self._lock = lock_file(str(self.folder / ".lock"), timeout=0)
             self._lock.acquire()
@@ -102,12 +102,12 @@ class Store:
         partial.replace(self.folder / name)
 
     def write(self, document: Mapping[str, Any]) -> None:
-        with self.writing(ASKED) as file:
+        with self.writing(SUMMARY) as file:
             file.write(json.dumps(document, indent=1) + "\n")
 
     def _begin(self) -> None:
         """The rows of an earlier run of the same; those of another are refused, or removed for a fresh start."""
-        earlier = _asked(self.folder / ASKED)
+        earlier = _asked(self.folder / SUMMARY)
         if self._fresh:
             for path in self.folder.iterdir():
                 if _OURS.fullmatch(path.name):

@@ -34,6 +34,7 @@ METHODS: dict[int, tuple[tuple[float, ...], ...]] = {
     ),
 }
 MOST_STEPS = 400  # of an iteration
+COPIES = 4
 
 
 def settle(problem: Any, unknowns: int, tolerance: float) -> np.ndarray:
@@ -75,9 +76,6 @@ def march(
             rates.append(rate)
         rise = start + gamma * length * rate
         yield rise, rate
-
-
-COPIES = 4
 
 
 class Uniform:

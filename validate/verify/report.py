@@ -35,6 +35,10 @@ Manufactured solutions are made for this purpose: a smooth field is chosen, and 
 computed such that it is the exact solution. The brick elements are those of the solver; hexahedra are scikit-fem's in
 the second path, `validate/verify/reference.py`. L2 and H1 are norms of the error of the whole field.
 """
+Outcome = Literal["agrees", "differs", "unresolved", "skipped"]
+ORDER_TOLERANCE = 0.1  # that an observed order may be off from theory
+ACCURACY = 1e-4  # asked of the solver
+SETTLED = 1e-4  # of the scale: the largest estimated error with which an exact case counts as settled
 
 
 def counts(rows: Sequence[Row]) -> dict[str, int]:
@@ -114,11 +118,6 @@ def as_document(
     return {key: as_json(value) for key, value in found.items()}
 
 
-Outcome = Literal["agrees", "differs", "unresolved", "skipped"]
-
-ORDER_TOLERANCE = 0.1  # that an observed order may be off from theory
-
-
 @dataclass(frozen=True)
 class Row:
     """One quantity of one case.
@@ -172,10 +171,6 @@ def observed_order(errors: Sequence[float], ratio: float) -> float:
 
 def skipped(family: str, case: str, reason: str) -> Row:
     return Row(family, case, "", "", math.nan, math.nan, math.nan, note=reason, skipped=True)
-
-
-ACCURACY = 1e-4  # asked of the solver
-SETTLED = 1e-4  # of the scale: the largest estimated error with which an exact case counts as settled
 
 
 @dataclass(frozen=True)

@@ -7,18 +7,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from scenes.sink import Sink
+from scenes.sink import OF_A_SINK, Sink
 from validate.verify.report import Row, skipped
 
 FAMILY, CASE = "second code", "the sink at 1 V, steady"
 ORDERS = (3, 4)
 ACCURACY, GRADING = 1e-4, 1e-6
 SETTLED = 1e-11  # of the rise
-NAMES = {
-    "peak_rise_K": ("peak rise", "K"), "end_rise_K": ("end rise", "K"), "mean_rise_K": ("mean rise", "K"),
-    "current_A": ("current", "A"), "power_W": ("power", "W"), "heat_out_W": ("heat to the substrate", "W"),
-    "anchor_resistance_K_per_W": ("anchor resistance", "K/W"),
-}  # fmt: skip
 
 
 def sink_steady() -> Iterator[Row]:
@@ -34,7 +29,7 @@ def sink_steady() -> Iterator[Row]:
     ours = solve(Sink(accuracy=ACCURACY), Request(transient=False)).steady
     lower, higher = (by_ngsolve(Sink(), order) for order in ORDERS)
     note = f"NGSolve {ngsolve.__version__}, orders {ORDERS[0]} and {ORDERS[1]}"
-    for key, (name, unit) in NAMES.items():
+    for key, _, unit, name in OF_A_SINK.values():
         value, theirs = higher[key], abs(higher[key] - lower[key])
         yield Row(FAMILY, CASE, name, unit, value, ours[key].value, ours[key].error + theirs,
                   2 * ACCURACY * abs(value), note)  # fmt: skip
@@ -55,4 +50,4 @@ def by_ngsolve(sink: Sink, order: int) -> dict[str, float]:
     # All heat leaves through the substrate, and the equations say so for any space that has the constants.
     power = current * sink.voltage
     found = (peak, end, mean, current, power, power, 2 * end / power)
-    return dict(zip(NAMES, found, strict=True))
+    return dict(zip((asked.steady for asked in OF_A_SINK.values()), found, strict=True))

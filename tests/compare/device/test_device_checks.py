@@ -14,7 +14,7 @@ from compare.device_3d_checks import _why_steady
 from compare.pipeline import simulated
 from compare.plan import made_checks, needs, skipped_checks
 from compare.verdict import Check, judged
-from reduced1d.device import solve
+from reduced1d.device.runs import solve
 from reduced1d.device.stability import largest_eigenvalue
 from scenes.checks import DEVICE_TOLERANCES
 from scenes.device import Control, Device, External

@@ -11,7 +11,7 @@ import pytest
 
 from compare.against import Data
 from compare.inputs import calibration
-from compare.inputs.calibration import asked, fit, in_1d
+from compare.inputs.calibration import fit, in_1d, keys_of
 from compare.inputs.validation import data_uncertainty
 from reduced1d.sink import solve
 from scenes.errors import SceneError
@@ -36,7 +36,7 @@ def measured(truth: Sink, seed: int) -> Data:
 def fitted(data: Data, *keys: str) -> calibration.Fit:
     sink = Sink()
     known = data_uncertainty(sink, data, [f"{NOISE}K"])
-    return fit(sink, data, known, asked(sink, keys, data), in_1d)
+    return fit(sink, data, known, keys_of(sink, keys, data), in_1d)
 
 
 def test_the_truth_is_within_the_interval_as_often_as_is_said() -> None:
@@ -78,14 +78,14 @@ def test_a_model_that_is_wrong_is_seen() -> None:
 ])  # fmt: skip
 def test_refused(keys: list[str], said: str) -> None:
     with pytest.raises(SceneError, match=said):
-        asked(Sink(), keys, measured(Sink(), 0))
+        keys_of(Sink(), keys, measured(Sink(), 0))
 
 
 def test_fewer_points_than_unknowns_are_refused() -> None:
     data = measured(Sink(), 0)
     few = replace(data, time=data.time[:1], values={"peak_K": data.values["peak_K"][:1]})
     with pytest.raises(SceneError, match="1 points, which can't tell 2 keys"):
-        asked(Sink(), [OXIDE, SILICON], few)
+        keys_of(Sink(), [OXIDE, SILICON], few)
 
 
 def test_what_nothing_follows_is_refused() -> None:

@@ -11,7 +11,7 @@ import pytest
 
 import compare
 from compare.figure_checks import fig5
-from compare.inputs import propagation, sampling, sensitivities
+from compare.inputs import propagation, sensitivities
 from compare.inputs.propagation import Propagated
 from compare.inputs.sensitivities import Sensitivities, Slope
 from compare.testing import assert_reduction_agrees
@@ -60,7 +60,7 @@ def samples() -> tuple[Propagated, dict[str, np.ndarray]]:
     sink = Sink()
     uncertain = read(sink, GIVEN, CORRELATED)
     drawn: dict[str, list[float]] = {}
-    for deviations in sampling.draw(uncertain, 2000):
+    for deviations in propagation.draw(uncertain, 2000):
         scene = sink
         for key, off in zip(uncertain.relative, deviations.tolist(), strict=True):
             scene = varied(scene, key, 1 + off)
@@ -72,7 +72,7 @@ def samples() -> tuple[Propagated, dict[str, np.ndarray]]:
 
 def test_u_input_is_what_samples_spread_by(samples: tuple[Propagated, dict[str, np.ndarray]]) -> None:
     found, drawn = samples
-    spread = sampling.spreads(drawn, found, {}, 0)
+    spread = propagation.spreads(drawn, found, {}, 0)
     for own in (spread.fem3d, spread.reduced1d):
         for name in ("peak_rise_K", "end_rise_K", "mean_rise_K", "anchor_resistance_K_per_W"):
             # A stratified sample spreads no wider than a plain one, whose standard error this is; at 2 % the second
@@ -97,7 +97,7 @@ def test_correlations_count(samples: tuple[Propagated, dict[str, np.ndarray]]) -
     found, _ = samples
     without = of_both(Sink(), read(Sink(), GIVEN))
     assert without.reduced1d["end_rise_K"] < 0.95 * found.reduced1d["end_rise_K"]
-    deviations = sampling.draw(found.uncertain, 2000)
+    deviations = propagation.draw(found.uncertain, 2000)
     assert np.corrcoef(deviations.T)[2, 3] == pytest.approx(0.7, abs=0.05)
     assert np.abs(np.corrcoef(deviations.T)[0, 1:]).max() < 0.1
 
@@ -107,9 +107,9 @@ def test_where_it_is_not_linear_is_said() -> None:
     wide = of_both(sink, read(sink, ["materials.silicon.thermal_conductivity=40%"]))
     assert "bends by" in propagation.bent(sink, wide)[0]
     assert propagation.bent(sink, of_both(sink, read(sink, GIVEN))) == ()
-    off = sampling.Spread(1.0, 2.0, 0.1, 1.0)
-    assert "+100 %" in sampling.Sampled(10, 0, {"peak_rise_K": off}, {}, {}).warnings()[0]
-    assert sampling.Sampled(10, 0, {"peak_rise_K": replace(off, deviation=1.2)}, {}, {}).warnings() == ()
+    off = propagation.Spread(1.0, 2.0, 0.1, 1.0)
+    assert "+100 %" in propagation.Sampled(10, 0, {"peak_rise_K": off}, {}, {}).warnings()[0]
+    assert propagation.Sampled(10, 0, {"peak_rise_K": replace(off, deviation=1.2)}, {}, {}).warnings() == ()
 
 
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

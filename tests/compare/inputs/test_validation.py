@@ -129,12 +129,12 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
 
 
 def test_the_figure() -> None:
-    from validate.report.figures import asked_figures
+    from validate.report.figures import analysis_figures
 
     data, sink = measured(Sink(), 0.1), Sink()
     made = validate(sink, data, data_uncertainty(sink, data, ["0.1K"]), [("1D", model(sink))], None)
     outcome: Any = SimpleNamespace(validation=made, scene=sink, against=data)
-    figure = asked_figures.validation(outcome)
+    figure = analysis_figures.validation(outcome)
     assert [axes.get_ylabel() for axes in figure.axes][:2] == ["peak rise (K)", "end rise (K)"]
 
 

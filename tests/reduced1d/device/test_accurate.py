@@ -9,11 +9,12 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
-from reduced1d.device import QUANTITIES, solve
 from reduced1d.device.accurate import Resolution, imbalance, march, solve_accurate
 from reduced1d.device.lumped import lump, modes, steady
+from reduced1d.device.runs import solve
 from scenes.device import Control, Device, External
 from scenes.loop.controller import law, timetable
+from scenes.loop.result import QUANTITIES
 
 GOAL = 1e-4
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import compare
-from reduced1d.device import solve
 from reduced1d.device.accurate import solve_accurate
 from reduced1d.device.design import (
     MAX1367,
@@ -21,6 +20,7 @@ from reduced1d.device.design import (
     smooth_start_gain,
 )
 from reduced1d.device.lumped import steady
+from reduced1d.device.runs import solve
 from reduced1d.device.stability import plant, stability
 from reduced1d.equations import anchor_flow
 from scenes.device import Control, Device, External

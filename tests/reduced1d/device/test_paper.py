@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reduced1d.device import solve
 from reduced1d.device.lumped import lump
 from reduced1d.device.paper import (
     PaperScheme,
@@ -15,6 +14,7 @@ from reduced1d.device.paper import (
     spectral_radius,
     stability_limit,
 )
+from reduced1d.device.runs import solve
 from scenes.device import Device, External
 
 LATE_STEP = Device(end_time=0.08, external=External(293, 273, 0.055))

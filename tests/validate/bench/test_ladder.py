@@ -25,8 +25,8 @@ from scenes.plan import Request
 from scenes.result import Result
 from scenes.sink import Sink
 from validate.bench.ladder_table import errors, scene, slow_row, thin_row
-from validate.report.asked import budget as document
-from validate.report.asked import why as section
+from validate.report.analyses import budget as document
+from validate.report.analyses import why as section
 
 SCENES = {
     "default": (),
@@ -183,7 +183,7 @@ def test_a_model_of_the_ladder_that_runs_away_is_named() -> None:
 
 @pytest.mark.parametrize("transient", [True, False])
 def test_the_budget_is_drawn(transient: bool, tmp_path: Path) -> None:
-    from validate.report.figures.asked_figures import why as draw
+    from validate.report.figures.analysis_figures import why as draw
     from validate.report.figures.drawing import save, style
 
     case = solved("default")

@@ -21,10 +21,10 @@ from compare import device_checks as checks
 from compare.outcome import Outcome
 from compare.pipeline import simulated
 from compare.plan import DEVICE_FIGURES as FIGURES
-from reduced1d.device import QUANTITIES
 from scenes.checks import DEVICE_TOLERANCES
 from scenes.keys import DEVICE
 from scenes.loading import from_dict, load
+from scenes.loop.result import QUANTITIES
 from scenes.plan import Request
 from tests.validate.cli import summary
 from validate.cli import main

@@ -18,9 +18,9 @@ from scenes.loading import load
 from scenes.model import Scene
 from scenes.plan import Request
 from scenes.result import Result, Traces
-from validate.report.asked import why
+from validate.report.analyses import why
 from validate.report.figures import trace_figure
-from validate.report.figures.asked_figures import seen_parts
+from validate.report.figures.analysis_figures import seen_parts
 from validate.report.figures.offscreen import round_length
 from validate.report.figures.sink_figures import without_kinks
 from validate.report.table import Style

@@ -12,7 +12,7 @@ from validate.sweep.design import TOGETHER, Design, base, parse, settings
 from validate.sweep.point import Row
 from validate.sweep.store import ROWS, Store
 
-ASKED = {"kind": "sweep", "vary": {"a": [1, 2]}}
+SUMMARY = {"kind": "sweep", "vary": {"a": [1, 2]}}
 
 
 def row(number: int) -> Row:
@@ -20,7 +20,7 @@ def row(number: int) -> Row:
 
 
 def test_what_a_kill_leaves_of_a_task_is_cut_off(tmp_path: Path) -> None:
-    with Store(tmp_path / "s", ASKED) as store:
+    with Store(tmp_path / "s", SUMMARY) as store:
         store.append([[row(4)], [row(0), row(1), row(2)]])
     file = tmp_path / "s" / ROWS
     whole = file.read_bytes()
@@ -28,16 +28,16 @@ def test_what_a_kill_leaves_of_a_task_is_cut_off(tmp_path: Path) -> None:
     # Wherever the second task is torn, inside a line or between two, the first stays and the second is gone.
     for kept in (ends[0], ends[0] + 7, ends[1], ends[2], len(whole) - 1):
         file.write_bytes(whole[:kept])
-        with Store(tmp_path / "s", ASKED) as store:
+        with Store(tmp_path / "s", SUMMARY) as store:
             assert [r.point for r in store.rows()] == [4]
             store.append([[row(0), row(1), row(2)]])
         assert file.read_bytes() == whole
-    with Store(tmp_path / "s", ASKED) as store:
+    with Store(tmp_path / "s", SUMMARY) as store:
         assert list(store.rows()) == [row(n) for n in (0, 1, 2, 4)]
 
 
 def test_a_row_that_is_there_is_not_written_again(tmp_path: Path) -> None:
-    with Store(tmp_path / "s", ASKED) as store:
+    with Store(tmp_path / "s", SUMMARY) as store:
         store.append([[row(1)]])
         with pytest.raises(ValueError, match="stored already"):
             store.append([[row(1)]])
@@ -45,17 +45,17 @@ def test_a_row_that_is_there_is_not_written_again(tmp_path: Path) -> None:
 
 def test_the_folder_is_of_one_sweep_and_one_process(tmp_path: Path) -> None:
     folder = tmp_path / "s"
-    with Store(folder, ASKED) as store:
+    with Store(folder, SUMMARY) as store:
         store.append([[row(1)]])
-        with pytest.raises(SceneError, match="in use by another"), Store(folder, ASKED):
+        with pytest.raises(SceneError, match="in use by another"), Store(folder, SUMMARY):
             pass
-    with pytest.raises(SceneError, match="holds another sweep"), Store(folder, {**ASKED, "vary": {}}):
+    with pytest.raises(SceneError, match="holds another sweep"), Store(folder, {**SUMMARY, "vary": {}}):
         pass
-    with Store(folder, {**ASKED, "vary": {}}, fresh=True) as store:
+    with Store(folder, {**SUMMARY, "vary": {}}, fresh=True) as store:
         assert len(store) == 0
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "notes.txt").write_text("mine")
-    with pytest.raises(SceneError, match="not a sweep"), Store(tmp_path / "mine", ASKED, fresh=True):
+    with pytest.raises(SceneError, match="not a sweep"), Store(tmp_path / "mine", SUMMARY, fresh=True):
         pass
     assert (tmp_path / "mine" / "notes.txt").read_text() == "mine"
 

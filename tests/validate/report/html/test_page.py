@@ -20,7 +20,7 @@ from scenes.plan import Request
 from tests import browser
 from tests.browser import WITHOUT_WEBGL, Browser
 from validate.report import output
-from validate.report.asked import why
+from validate.report.analyses import why
 from validate.report.figures import table
 from validate.report.html.page import page
 from validate.report.html.surface import Surface, packed, surface

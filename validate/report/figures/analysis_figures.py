@@ -37,7 +37,7 @@ def why(outcome: Outcome[Sink]) -> Figure:
     of the final rise (or the current's change), against time; the bar beside it is the steady state, with its
     numerical error. The black line is the whole difference."""
     from compare.budget import of_current
-    from validate.report.asked import named
+    from validate.report.analyses import named
 
     budget, sink = outcome.why, outcome.scene
     assert budget is not None
@@ -113,7 +113,7 @@ def sensitivity(outcome: Outcome[Any]) -> Figure:
     """A tornado for each quantity with a pair of bars for each key, the largest on top; an error in 3D as a line across
     its end, the names of keys that 1D follows beyond the tolerance in red."""
     from compare.inputs.sensitivities import PREFIX, sentence
-    from validate.report.asked import followed, short
+    from validate.report.analyses import followed, short
 
     found = outcome.sensitivities
     assert found is not None

@@ -26,14 +26,15 @@ if TYPE_CHECKING:
     from compare.air import Air, Limits
     from compare.budget import Budget, Part, Split
     from compare.inputs.calibration import Fit
-    from compare.inputs.propagation import Propagated
-    from compare.inputs.sampling import Sampled
+    from compare.inputs.propagation import Propagated, Sampled
     from compare.inputs.sensitivities import Sensitivities, Slope
     from compare.inputs.validation import Validation
     from compare.outcome import Outcome
 
 SHOWN = ("peak_rise_K", "end_rise_K", "current_A", "sink_power_W", "sensor_power_W", "sensor_V")
 """Quantities of which a terminal and a figure have room; the page and the summary have all."""
+_OF_A_SINK = {q.steady: (q.called, q.unit) for q in OF_A_SINK.values()} | {"heat_out_W": ("heat out", "W")}
+"""A sink's quantities, with what they are called where there is little room, and their units."""
 MOST = 3
 """Of a free scene's probes so many are shown there."""
 _LEAST = 5e-5
@@ -114,7 +115,7 @@ def propagated(found: Propagated, outcome: Outcome[Any], style: Style) -> Sectio
     difference, and the key that adds most; then those of the checks, and what samples say."""
     given = ", ".join(f"{short(key)} {percent(u)}" for key, u in found.uncertain.relative.items())
     correlated = "".join(f"; {short(a)} and {short(b)} {r:+g}" for (a, b), r in found.uncertain.correlations.items())
-    quantities = _of_sink()
+    quantities = _OF_A_SINK
     if isinstance(outcome.scene, Device):
         quantities = {name: (called, unit_of(name)) for name, called in followed(outcome, True).items()}
     elif not isinstance(outcome.scene, Sink):
@@ -136,16 +137,10 @@ def propagated(found: Propagated, outcome: Outcome[Any], style: Style) -> Sectio
     return Section("Uncertain inputs", parts, headed=False)
 
 
-def _of_sink() -> dict[str, tuple[str, str]]:
-    """A sink's quantities, with what they are called where there is little room, and their units."""
-    called = {asked.steady: (asked.called, asked.unit) for asked in OF_A_SINK.values()}
-    return called | {"heat_out_W": ("heat out", "W")}
-
-
 def _samples(found: Sampled) -> Table:
     """What the samples spread by, beside what linear propagation makes of it."""
     rows = []
-    for name, (called, unit) in _of_sink().items():
+    for name, (called, unit) in _OF_A_SINK.items():
         row = [called]
         for own in (found.fem3d, found.reduced1d):
             spread = own.get(name)
