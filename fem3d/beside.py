@@ -60,14 +60,11 @@ class Beside:
         own, heat = self.own, self._heat_of(domain)
         mass = own.mass if heat.mass is own.heat.mass else self._mass(heat)
         stiffness = own.reduced.stiffness if heat.stiffness is own.heat.stiffness else None
-        if own.conductor is not None and self._conducts_alike(heat):
-            there = replace(own.conductor, heat=heat)
-            vars(there)["solve_cold"] = own.conductor.solve_cold
-            reduced = on_basis(heat, there, self._basis, own.patterns, own.reduced, stiffness)
-            return Projected(heat, there, own.patterns, reduced, mass)
-        found = self._conductor_of(heat, conductor)
-        patterns = self._patterns(heat, found) if found else []
-        return Projected(heat, found, patterns, on_basis(heat, found, self._basis, patterns, None, stiffness), mass)
+        alike = self._conducts_alike(heat)
+        found = self._conductor_of(heat, own.conductor if alike else conductor or conductors.find(heat))
+        patterns = own.patterns if alike else self._patterns(heat, found) if found else []
+        reduced = on_basis(heat, found, self._basis, patterns, own.reduced if alike else None, stiffness)
+        return Projected(heat, found, patterns, reduced, mass)
 
     def _mass(self, heat: HeatProblem) -> np.ndarray:
         found: np.ndarray = self._basis.T @ (heat.inner_mass @ self._basis)
@@ -144,6 +141,8 @@ class Beside:
         here, there, own = self._heat.domain, heat.domain, self._conductor
         if own is None or own.influences or not np.array_equal(heat.lifts, self._heat.lifts):
             return False
+        if any(not np.array_equal(held, heat.held[name]) for name, held in self._heat.held.items()):
+            return False
         sides = [d.space.h[:, here.live] if isinstance(d, Boxes) else np.ones(1) for d in (here, there)]
         both = [(_laws(d), [b.value for b in d.scene.boundaries if b.kind == "voltage"]) for d in (here, there)]
         return (
@@ -152,11 +151,11 @@ class Beside:
 
     def _conductor_of(self, heat: HeatProblem, found: Conductor | None) -> Conductor | None:
         own = self._conductor
-        found = found or conductors.find(heat)
         if found is None or own is None or len(found.cells) != len(own.cells):
             return found and found.lower(self._level, heat)
         found = replace(found, heat=heat, free=own.free, solved=own.solved)
-        solve = _refined(part(found.matrix, found.free), own.solve_cold)
+        alike = found.matrix is own.matrix
+        solve = own.solve_cold if alike else _refined(part(found.matrix, found.free), own.solve_cold)
         vars(found).update(solve_cold=solve, preconditioner=own.solve_cold)
         return found
 

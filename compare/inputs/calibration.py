@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from compare.against import Data
+from compare.inputs.propagation import of_values
 from compare.verdict import FIRST_TIME
 from scenes.errors import SceneError
 from scenes.formats import percent
@@ -187,7 +188,7 @@ def in_3d(sink: Sink, keys: Sequence[str], times: np.ndarray) -> Modelled:
         key: {n: np.interp(late, np.log(slopes.course.times), s) for n, s in of.items()}
         for key, of in slopes.course.values.items()
     }
-    return values, _of_values(sink, values, by)
+    return values, of_values(sink, values, by)
 
 
 def in_1d(sink: Sink, keys: Sequence[str], times: np.ndarray) -> Modelled:
@@ -196,19 +197,4 @@ def in_1d(sink: Sink, keys: Sequence[str], times: np.ndarray) -> Modelled:
     from reduced1d.sink import solve
 
     traces = solve(sink, times=times).over_time
-    return traces.values, _of_values(sink, traces.values, slopes.of_sink(sink, "paper", keys, times)[1])
-
-
-def _of_values(
-    sink: Sink, values: Mapping[str, np.ndarray], by: Mapping[str, Mapping[str, np.ndarray]]
-) -> dict[str, dict[str, np.ndarray]]:
-    """Derivatives of the traces themselves from those of the logarithms of rises and currents."""
-    found: dict[str, dict[str, np.ndarray]] = {}
-    for key, of in by.items():
-        # A temperature is the room's and a rise; where the room is the key, both move.
-        own = sink.room_temperature if key == "environment.room_temperature" else 0.0
-        found[key] = {
-            n: (values[n] - sink.room_temperature) * s + own if n.endswith("_K") else values[n] * s
-            for n, s in of.items()
-        }
-    return found
+    return traces.values, of_values(sink, traces.values, slopes.of_sink(sink, "paper", keys, times)[1])

@@ -188,19 +188,10 @@ class _Moved:
             steady[name] = Estimate(e.value * (1 + self._step * (np.nan if slope is None else slope)), e.error)
         traces = result.traces
         if traces is not None:
-            values = {n: self._trace(n, v, traces.time, model, sink) for n, v in traces.values.items()}
-            traces = replace(traces, values=values)
+            by = {n: over_time(self._found, self._key, n, traces.time, model) for n in traces.values}
+            changes = of_values(sink, traces.values, {self._key: by})[self._key]
+            traces = replace(traces, values={n: v + self._step * changes[n] for n, v in traces.values.items()})
         return replace(result, steady=steady, traces=traces)
-
-    def _trace(self, name: str, value: np.ndarray, times: np.ndarray, model: str, sink: Sink) -> np.ndarray:
-        start = sink.room_temperature if name.endswith("_K") else 0.0
-        slope = over_time(self._found, self._key, name, times, model)
-        # Rises move by their own derivative; the room, where it is the key, by itself.
-        moved = start
-        if start and self._key == "environment.room_temperature":
-            moved = start * (1 + self._step)
-        found: np.ndarray = moved + (value - start) * (1 + self._step * slope)
-        return found
 
 
 def over_time(found: Sensitivities, key: str, name: str, times: np.ndarray, model: str) -> np.ndarray:
@@ -213,6 +204,21 @@ def over_time(found: Sensitivities, key: str, name: str, times: np.ndarray, mode
     late = np.log(np.maximum(times, course.times[0]))
     slopes: np.ndarray = np.interp(late, np.log(course.times), of[key][name])
     return slopes
+
+
+def of_values(
+    sink: Sink, values: Mapping[str, np.ndarray], by: Mapping[str, Mapping[str, np.ndarray]]
+) -> dict[str, dict[str, np.ndarray]]:
+    """d trace / d ln key, by key and trace (times,), from the derivatives of the logarithms of rises and currents."""
+    found: dict[str, dict[str, np.ndarray]] = {}
+    for key, of in by.items():
+        # A temperature is the room's and a rise; where the room is the key, both move.
+        own = sink.room_temperature if key == "environment.room_temperature" else 0.0
+        found[key] = {
+            n: (values[n] - sink.room_temperature) * s + own if n.endswith("_K") else values[n] * s
+            for n, s in of.items()
+        }
+    return found
 
 
 def draw(uncertain: Uncertain, count: int, seed: int = 0) -> np.ndarray:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from compare.against import QUANTITIES, Data
-from compare.inputs.propagation import Propagated, over_time
+from compare.inputs.propagation import Propagated, of_values, over_time
 from compare.verdict import FIRST_TIME
 from scenes.errors import SceneError, did_you_mean, printable, quoted
 from scenes.formats import quantity, signed
@@ -168,10 +168,8 @@ def trace_u_input(
 ) -> np.ndarray:
     """(times,): the u_input of a trace, in its unit; not a number where its derivatives aren't known."""
     keys, covariance = list(propagated.uncertain.relative), propagated.uncertain.covariance()
-    start = sink.room_temperature if key.endswith("_K") else 0.0
-    slopes = [(values - start) * over_time(propagated.sensitivities, k, key, times, model) for k in keys]
-    # A temperature also is above the room's, by whatever that is.
-    own = np.array([s + start * (k == "environment.room_temperature") for s, k in zip(slopes, keys, strict=True)])
+    by = {k: {key: over_time(propagated.sensitivities, k, key, times, model)} for k in keys}
+    own = np.array([of[key] for of in of_values(sink, {key: values}, by).values()])
     return np.sqrt(np.maximum(np.einsum("it,ij,jt->t", own, covariance, own), 0.0))
 
 

@@ -35,6 +35,11 @@ class Channel:
         tried = (self.rest - self.step if self.kind == "voltage" else self.rest, self.rest + self.step)
         return min(*tried, *values(self.own)), max(*tried, *values(self.own))
 
+    @property
+    def largest(self) -> float:
+        """The largest in size of what the scene gives it."""
+        return max(values(self.own), key=abs)
+
 
 def channels(scene: AnyScene) -> tuple[Channel, ...]:
     """The inputs of a scene. A step is as large as the largest input of its kind, or 1 K."""

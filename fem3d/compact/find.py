@@ -10,10 +10,11 @@ import numpy as np
 
 from fem3d import solve_mesh, solve_scene, start, transient
 from fem3d.compact import fields
-from fem3d.compact.channels import OWN, Channel, channels, scenarios
+from fem3d.compact.channels import OWN, Channel, channels, driven, scenarios
 from fem3d.compact.judge import MOST_PLACES, Judge, Truth, first_time, rise_of
 from fem3d.compact.mesh import problem
 from fem3d.compact.tensors import Structure, tensors
+from fem3d.conductor import independent
 from fem3d.errors import NumericsError
 from fem3d.level import goal_row
 from fem3d.probes import reading
@@ -49,6 +50,10 @@ def compact(
 
 
 def _compact(scene: AnyScene, states: int | None, accuracy: float, say: Callable[[str], None]) -> dict[str, Any]:
+    if not physics.heat(scene):
+        # Currents alone follow the voltages at once: their steady state is all.
+        largest = {c.name: c.largest for c in channels(scene)}
+        scene = replace(driven(scene, largest), steady=True, output_times=())
     found = channels(scene)
     truths = {name: _truth(other, found, accuracy, say) for name, other in scenarios(scene, found).items()}
     reached = np.inf
@@ -85,11 +90,6 @@ def check(scene: AnyScene) -> None:
                 f"probe {quoted(probe.name)}.reduce asks for an extreme potential, which a model of few states doesn't "
                 'have: give reduce = "mean", or a point'
             )
-    if not physics.heat(scene):
-        raise SceneError(
-            "--export writes a model of heat, and nothing thermal is asked for: add a probe of a temperature and what "
-            "it needs, or leave out --export"
-        )
 
 
 def _solve(scene: AnyScene) -> Result:
@@ -125,6 +125,11 @@ def _rich(
     scene: AnyScene, found: tuple[Channel, ...], heat: Any, conductor: Any, part: Any, accuracy: float
 ) -> tuple[Structure, Reduced]:
     """What a model is made of, and its problem in more fields than are needed, those first that matter most."""
+    if not physics.heat(scene):
+        none = np.empty((heat.free, 0))
+        cold = [conductor.solve(np.zeros(heat.size), v) for v in conductor.voltages if v.any()]
+        alone = Base(heat, conductor, independent(conductor, cold), none, [])
+        return Structure(alone, part, found, True, {}), alone.project(none)
     slow = fields.slowest(heat)
     end = LONG * slow if scene.steady else scene.end_time
     earliest = slow if scene.steady else first_time(scene)

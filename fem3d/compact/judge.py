@@ -167,7 +167,7 @@ class Judge:
 
     def fewest(self, accuracy: float) -> int:
         """The smallest number of states that is found to hold an accuracy."""
-        low, high = 0, 1
+        low, high = 0, min(1, self.rich.states)
         while high < self.rich.states and self._exceeds(high, accuracy):
             low, high = high, min(2 * high, self.rich.states)
         while high - low > 1:

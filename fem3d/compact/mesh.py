@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from fem3d import adapt, level, probe_quantities, solve_mesh, solve_scene
 from fem3d.compact.channels import Channel, apart, driven
 from fem3d.conductor import Conductor
@@ -56,8 +54,7 @@ def _mixed(scene: AnyScene, channels: tuple[Channel, ...], rise: float) -> dict[
             found[c.name] = c.rest + size
             size *= -LESS
         else:
-            given = np.array([*getattr(c.own, "values", (c.own,))])
-            found[c.name] = float(given[np.abs(given).argmax()])
+            found[c.name] = c.largest
     return found
 
 

@@ -246,6 +246,27 @@ def test_a_steady_state_with_currents() -> None:
     assert abs(found.steady(other)["quarter"] - truth["quarter"].value) > stated
 
 
+def test_currents_alone(bar: Any) -> None:
+    """Without states, and at once: of three electrodes the outer voltages vary in time."""
+    ramp = Schedule((0.0, 1e-3), (1.0, -2.0))
+    electric = [replace(b, value=ramp if b.name == "in" else b.value) for b in bar.boundaries if b.kind == "voltage"]
+    middle = replace(electric[0], name="third", lower=(1e-4, 0.0, 0.0), upper=(2e-4, 1e-5, 0.0), value=0.5)
+    silicon = replace(bar.boxes[0].material, temperature_coefficient=0.0)
+    probes = tuple(p for p in bar.probes if p.quantity in ("current", "potential"))
+    scene = replace(
+        bar, boxes=(replace(bar.boxes[0], material=silicon),), boundaries=(*electric, middle), probes=probes
+    )
+    found = CompactModel(compact(scene, None, ACCURACY))
+    assert (found.states, len(found.inputs)) == (0, 3)
+    truth = solve_scene.solve(replace(scene, accuracy=ACCURACY / 10)).traces
+    ours = found.steady({"in.voltage": -2.0})
+    for name, values in truth.values.items():
+        stated = sum(run["steady"][name]["error"] for run in found.document["error"].values())
+        assert abs(ours[name] - values[-1]) <= stated + truth.errors[name], name
+        if name == "current":
+            assert abs(found.steady({"in.voltage": -1.5})[name] - values[-1]) > 3 * stated
+
+
 def test_a_mesh_file(tmp_path: Path) -> None:
     """With its given temperature stepped alone, of which no heat comes, as one of the runs."""
     (tmp_path / "wire.toml").write_text(MESH_SCENE.replace("wire.msh", str(WIRE)))
