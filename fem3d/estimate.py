@@ -30,9 +30,10 @@ from meshes.grading import Features
 from meshes.grid import Grid
 
 SLOWEST = 1.0  # of the rates a, next to an edge, unless theory has a slower one
-# Degrees by which what the element leaves of an edge lags behind its asymptotic decay: of distances to powers from 0.13
-# to 0.67 about an edge, in one layer of cells up to 15 times longer than wide, it takes what is left to (p + LAG)^-4s.
-LAG = 4
+# Degrees, and those over the exponent, by which what the element leaves of an edge lags behind its asymptotic decay: of
+# distances to powers s from 0.13 to 0.67 about an edge, in one layer of cells up to four times longer than wide, it
+# leaves no more than (p + lag)^-4s has it.
+LAG, LAG_OVER_EXPONENT = 3.0, 0.6
 REGULAR = 2.0  # elsewhere: as slow as next to an edge of exponent 1/2
 FASTEST = 40.0
 
@@ -55,9 +56,16 @@ def left(p: np.ndarray, a: np.ndarray) -> np.ndarray:
     return found
 
 
+def lag(s: np.ndarray) -> np.ndarray:
+    """How many degrees the element lags behind at an edge of exponent s."""
+    found: np.ndarray = LAG + LAG_OVER_EXPONENT / s
+    return found
+
+
 def at_edge(p: np.ndarray, s: np.ndarray) -> np.ndarray:
-    """The rate a next to an edge of exponent s that leaves what (p + LAG)^-4s does."""
-    found: np.ndarray = 4 * s * np.log((p + LAG) / (p + LAG - 1)) / np.log(p / (p - 1))
+    """The rate a next to an edge of exponent s that leaves what (p + lag)^-4s does."""
+    shifted = p + lag(s)
+    found: np.ndarray = 4 * s * np.log(shifted / (shifted - 1)) / np.log(p / (p - 1))
     return found
 
 

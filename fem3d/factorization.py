@@ -77,8 +77,11 @@ class Ordering:
         last, at = last[by_first], np.searchsorted(first[by_first], starts)
         beyond: list[np.ndarray] = []
         for piece, end in enumerate(starts[1:]):
-            near = np.unique(np.concatenate([last[at[piece] : at[piece + 1]], *(beyond[j] for j in joined[piece])]))
-            beyond.append(near[np.searchsorted(near, end) :])
+            near = np.zeros(count, bool)
+            near[last[at[piece] : at[piece + 1]]] = True
+            for j in joined[piece]:
+                near[beyond[j]] = True
+            beyond.append(end + np.flatnonzero(near[end:]))
         rank = np.full(len(self._places), -1)
         rank[own] = place
         return Dissection(rank, starts, joined, beyond)
@@ -204,8 +207,9 @@ def dissection(
         """What has a neighbour across the plane, of its two sides the smaller one."""
         side[nodes] = np.where(right, 2, 1)
         across = side[rows] != side[columns]
-        ends = np.unique(np.concatenate([rows[across], columns[across]]))
-        return min((ends[side[ends] == which] for which in (1, 2)), key=weight)
+        touched = np.zeros(len(side), bool)
+        touched[rows[across]] = touched[columns[across]] = True
+        return min((nodes[touched[nodes] & half] for half in (right, ~right)), key=weight)
 
     def weight(nodes: np.ndarray) -> int:
         return int(sizes[nodes].sum())

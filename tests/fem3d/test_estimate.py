@@ -92,11 +92,11 @@ def test_the_parts_of_every_second_degree_are_compared(degree):
 @pytest.mark.parametrize("p", [3, 4, 6])
 @pytest.mark.parametrize("exponent", [0.1, 0.2, 0.5, 2 / 3])
 def test_next_to_an_edge_no_faster_rate_is_taken_than_the_element_has(p, exponent):
-    """A first pair of parts that falls fast by chance: what (q + LAG)^-4s leaves after degree p is left at least."""
+    """A first pair of parts that falls fast by chance: what (q + lag)^-4s leaves after degree p is left at least."""
     found = remains(p, 1.0, 1e-3, exponents={0.0: exponent})[0][0]
     a = estimate.at_edge(np.array([p]), np.array([exponent]))
     most = estimate.left(np.array([p]), a)[0]
-    shifted = p + estimate.LAG + np.array([-1.0, 0.0])
+    shifted = p + estimate.lag(exponent) + np.array([-1.0, 0.0])
     assert most == pytest.approx(1 / ((shifted[1] / shifted[0]) ** (4 * exponent) - 1))
     assert found >= (1 - 1e-12) * 1e-3 * most
     assert found > 2 * remains(p, 1.0, 1e-3)[0][0]

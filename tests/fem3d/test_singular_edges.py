@@ -64,16 +64,16 @@ def test_the_estimate_is_near_the_true_error_at_any_exponent(contrast):
     assert estimated(replace(marks, exponents=({}, {}, {}))) < 0.9 * true
 
 
-@pytest.mark.parametrize("contrast", [10.0, 30.0])
-def test_errors_of_answers_hold_at_small_exponents(contrast):
+@pytest.mark.parametrize(("contrast", "finer"), [(10.0, 3e-3), (30.0, 6e-3)])
+def test_errors_of_answers_hold_at_small_exponents(contrast, finer):
     def answer(accuracy):
         scene = replace(checkerboard(contrast), accuracy=accuracy)
         found = adapt.solve(replace(probe_quantities.study(scene, symmetry.reduce(clipped(scene))), field=None), False)
         return float(found.fine.quantities["heated"]), found.errors["heated"]
 
-    (value, error), (best, left) = answer(3e-2), answer(3e-3)
+    (value, error), (best, left) = answer(3e-2), answer(finer)
     assert abs(value - best) <= error + left
-    assert abs(value - best) > 0.3 * error
+    assert abs(value - best) > 0.2 * error
 
 
 def test_layers_are_cut_as_the_exponent_needs():
