@@ -91,7 +91,7 @@ class Beside:
             lifts = known["lifts"] = near.lifts.copy()
             lifts[:, n:] = found.given
             for lift in lifts:
-                for _ in range(ROUNDS + 1 if lift.any() else 0):
+                for _ in range(ROUNDS if lift.any() else 0):
                     lift[:n] -= near.solve_steady((found.stiffness @ lift)[:n])
         return found
 

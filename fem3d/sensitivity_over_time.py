@@ -177,7 +177,12 @@ def over_time(
     part of `STEP` in it, and why there is none by others; at rows of its own, ``instants`` (s) among them."""
     wide = _Widened(study, answer)
     here, found, left_out = _Problem(study, wide.beside.own), dict[str, _Problem](), dict[str, str]()
+    # Of both only the product is in the equations.
+    alike = {key: key.replace(".specific_heat", ".density") for key in others}
+    alike = {key: twin for key, twin in alike.items() if twin != key and twin in others}
     for key, other in others.items():
+        if key in alike:
+            continue
         try:
             beside = other()
             domain = moved(wide.domain, study.part, beside.part, STEP)
@@ -214,6 +219,9 @@ def over_time(
             into[key] = {name: (v - own[name]) / STEP for name, v in by_key.items()}
         sided = {name: ONE_SIDED * np.abs(v) for name, v in values[key].items()}
         less[key] = {name: np.abs(v - values[key][name]) + sided[name] for name, v in less[key].items()}
+    for key, twin in alike.items():
+        if twin in values:
+            values[key], less[key] = values[twin], less[twin]
     return Course(times, own, values, less), left_out
 
 

@@ -98,7 +98,7 @@ class Model:
         """
         run = _march((self.fine, self.low), (self.nodes, self.nodes), device, meter, start)
         traces = [_traces(run, i) for i in (0, 1)]
-        scale = _scales(traces[0])
+        scale = _scales(device, traces[0])
         apart = dict(zip(_NAMES, np.abs(traces[0] - traces[1]).max(axis=0).tolist(), strict=True))
         if not all(np.isfinite(list(apart.values()))):
             raise ArithmeticError("the simulated device has left the range of numbers")
@@ -191,7 +191,7 @@ def _judged(
     modals = (fine.modal, low.modal, lowest.modal, fine.fewer, fine.modal)
     run = _march(modals, (nodes, nodes, nodes, nodes, nodes - 2), short, (0.0, 0.0), "cold")
     traces = [_traces(run, i) for i in range(len(modals))]
-    scale = _scales(traces[0])
+    scale = _scales(device, traces[0])
     found = {}
     for name, (a, b) in {"low": (0, 1), "lowest": (1, 2), "fewer": (0, 3), "nodes": (0, 4)}.items():
         apart = np.abs(traces[a] - traces[b]).max(axis=0)
@@ -207,9 +207,10 @@ def _judged(
     return found, left
 
 
-def _scales(traces: np.ndarray) -> dict[str, float]:
-    """What an error of each quantity is relative to: its largest value."""
-    return dict(zip(_NAMES, np.maximum(np.abs(traces).max(axis=0), 1e-300).tolist(), strict=True))
+def _scales(device: Device, traces: np.ndarray) -> dict[str, float]:
+    """What an error of each quantity is relative to: the set temperature's rise, or its largest value."""
+    largest = dict(zip(_NAMES, np.maximum(np.abs(traces).max(axis=0), 1e-300).tolist(), strict=True))
+    return largest | dict.fromkeys(("sink_K", "sensor_K"), device.set_rise)
 
 
 def _traces(run: March, which: int) -> np.ndarray:
