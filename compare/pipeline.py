@@ -104,7 +104,7 @@ def _exported(scene: AnyScene, export: Export, say: Callable[[str], None]) -> tu
     """The compact model's own words, and the folder that it is written to."""
     from fem3d.compact.find import compact
     from scenes.compact import files, fmu
-    from scenes.compact.words import validity
+    from scenes.compact.facts import validity
 
     document = compact(scene, export.states, export.accuracy, say)
     without = "" if fmu.available() else f"; {fmu.MISSING}"

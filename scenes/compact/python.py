@@ -9,7 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from scenes.compact.words import facts
+from scenes.compact.facts import facts
 
 USE = """
 Use: from model import model

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from scenes.compact.facts import facts
 from scenes.compact.runtime import CompactModel
-from scenes.compact.words import facts
 
 SMALL = 1e-15  # of the largest number of its row: what is left out
 WIDTH = 100

@@ -80,11 +80,8 @@ def test_a_declared_tolerance_holds(case: Case) -> None:
 
 
 @pytest.mark.usefixtures("no_solver")
-def test_the_command(
-    case: Case, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command(case: Case, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """In the table, the summary, the report and figure 6; and refused before anything is solved."""
-    monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("validate.report.figures.render.Renderer.start", lambda self: None)
     data = made(case.fem3d, UNEVEN, 1.1)
     # The scene declares every check that differs, and this one is not among them.

@@ -26,7 +26,7 @@ def sink(*arguments: str) -> int:
     return main(["sink", "--no-figures", *arguments])
 
 
-def test_summary_has_the_contract(capsys: pytest.CaptureFixture[str]) -> None:
+def test_summary_has_the_contract() -> None:
     assert sink("--voltage", "1") == 0
     found = summary()
     assert {"schema", "scene", "plan", "provenance", "fem3d", "reduced1d", "checks", "timing_s"} <= set(found)
@@ -47,7 +47,7 @@ def test_summary_has_the_contract(capsys: pytest.CaptureFixture[str]) -> None:
     assert set(found["files"]) == {entry.name for entry in Path("results/sink-1V").iterdir()}
 
 
-def test_traces(capsys: pytest.CaptureFixture[str]) -> None:
+def test_traces() -> None:
     sink()
     with open("results/sink-1V/traces.csv") as file:
         rows = list(csv.DictReader(file))
@@ -173,7 +173,7 @@ def test_the_plan_is_true(arguments: str, capsys: pytest.CaptureFixture[str]) ->
     assert "As it turned out" not in text
 
 
-def test_fields_open_in_pyvista(capsys: pytest.CaptureFixture[str]) -> None:
+def test_fields_open_in_pyvista() -> None:
     import pyvista
 
     assert sink("--fields", "--field-times", "0.5ms, 2 ms") == 0
@@ -198,7 +198,7 @@ def test_fields_open_in_pyvista(capsys: pytest.CaptureFixture[str]) -> None:
     assert 0 < early.point_data["rise_1d_K"].max() < 0.1 * summary["peak_rise_K"]["value"]
 
 
-def test_all_times_in_one_vtkhdf_file(capsys: pytest.CaptureFixture[str]) -> None:
+def test_all_times_in_one_vtkhdf_file() -> None:
     """Each step of the one file against the .vtu of that time."""
     hdf = pytest.importorskip("vtkmodules.vtkIOHDF", reason="VTK here is too old to write it")
     import pyvista

@@ -39,14 +39,12 @@ def bash(line: str) -> set[str]:
 
 @pytest.mark.skipif(shutil.which("bash") is None, reason="no bash here")
 @pytest.mark.parametrize("line", ASKED)
-def test_bash_completes(line: str, tmp_path: object, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(str(tmp_path))
+def test_bash_completes(line: str) -> None:
     assert bash(line) - {"--help", "--version"} == ASKED[line]
 
 
 @pytest.mark.skipif(shutil.which("bash") is None, reason="no bash here")
-def test_files_are_offered_where_they_fit(tmp_path: object, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(str(tmp_path))
+def test_files_are_offered_where_they_fit() -> None:
     subprocess.run(["touch", "mine.toml"], check=True)
     assert "mine.toml" in bash("validate sink m")
     assert "mine.toml" in bash("validate sink --against m")
@@ -63,8 +61,7 @@ def test_the_script_is_the_shells_language(shell: str) -> None:
 
 @pytest.mark.skipif(shutil.which("fish") is None, reason="no fish here")
 @pytest.mark.parametrize("line", ASKED)
-def test_fish_completes(line: str, tmp_path: object, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(str(tmp_path))
+def test_fish_completes(line: str) -> None:
     code = f"{script('fish')}\ncomplete -C '{line}'"
     found = subprocess.run(["fish", "--no-config", "-c", code], capture_output=True, text=True, check=True)
     assert {row.split("\t")[0] for row in found.stdout.splitlines()} >= ASKED[line]

@@ -245,7 +245,7 @@ def _boxes(figure: Figure) -> list[tuple[str, Any]]:
     return [(text.get_text(), text.get_window_extent()) for text in texts]
 
 
-def test_in_3d_beside_1d(tmp_path, capsys):
+def test_in_3d_beside_1d(tmp_path):
     code = main(["device", "--3d", "--figure", "9", "--no-figures", "--set", "run.end_time=0.3", "--accuracy", "1e-2",
                  "--out", str(tmp_path / "run")])  # fmt: skip
     assert code == 0

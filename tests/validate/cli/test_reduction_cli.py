@@ -37,7 +37,7 @@ def test_the_chosen_model_is_named(reduction: str, capsys: pytest.CaptureFixture
     assert len(heads) == 11
 
 
-def test_a_better_model_agrees_where_the_papers_differs(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_better_model_agrees_where_the_papers_differs() -> None:
     """The stand-in is the exact fin on 2663 K/W, which is what the plate finds."""
     verdicts = {}
     for reduction in ("paper", "plate"):

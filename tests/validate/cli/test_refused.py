@@ -88,6 +88,23 @@ REFUSED = {
     f"map sink {TWO} --check fig4 --cells 1": "from 2 to 1000",
     f"map sink {VARIED} --vary sink.length=1mm:2mm --check fig4": "--cells says how many",
     f"map bridge {TWO} --check middle": "has no 1D model",
+    # free scenes
+    "solve nowhere.toml": "no file", "solve bridgee": 'did you mean "bridge"?', "solve": "SCENE.toml",
+    "solve bridge --set boundary.left.voltage=1": 'no boundary "left"',
+    "solve bridge --set box.beam.material=gold": '"gold" is not in the scene',
+    "solve bridge --accuracy 2": "run.accuracy", "solve bridge --strict": "unknown option",
+    # studies
+    "verify --jobs 0": "--jobs", "verify --jobs two": "--jobs", "verify --only all": "invalid choice",
+    "stress --quick --scenes 0": "--scenes", "stress --quick --seed x": "--seed", "stress --quick --jobs -1": "--jobs",
+    "bench --rounds 0": '--rounds is "0"', "bench --part sink": "invalid choice",
+    "bench --json nowhere/a.json": 'there is no folder "nowhere"', "bench --from missing.json": "could not be read",
+    # the viewer
+    "view nowhere --screenshot a.png": "does not exist", "view . --screenshot a.png": "no fields",
+    "view . --off-screen": "--screenshot", "view . --screenshot a.txt": ".png",
+    "view . --screenshot no/where.png": "does not exist", "view . --movie a.avi": ".gif",
+    "view . --clip w --screenshot a.png": "x, y or z", "view . --clip y=2 --screenshot a.png": "--clip",
+    "view . --size 9 --screenshot a.png": "1400x800", "view . --exaggerate none --screenshot a.png": "--exaggerate",
+    "view . --time 3V --screenshot a.png": "--time",
 }  # fmt: skip
 
 

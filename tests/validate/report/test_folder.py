@@ -85,7 +85,6 @@ def test_refused_before_anything_happens(there: str, target: str, tmp_path: Path
 
 def test_neither_what_is_not_writable_nor_where_one_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The first by way of os.access, for root may write anywhere."""
-    monkeypatch.chdir(tmp_path)
     with pytest.raises(SceneError, match="where you are"), Folder(Path(".")):
         pytest.fail("entered")
     monkeypatch.setattr(module.os, "access", lambda *_: False)

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import meshio
 import numpy as np
 import pytest
 
 from scenes.free import from_dict, load
+from tests.validate.cli import summary
 from validate.cli import main
 
 WIRE = Path(__file__).parents[2] / "meshes" / "grouped" / "files" / "wire.msh"
@@ -64,16 +63,9 @@ quantity = "current"
 
 
 @pytest.fixture(autouse=True)
-def _somewhere_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def _files(_somewhere_else: None) -> None:
     Path("wire.toml").write_text(SCENE)
     Path("wire.msh").write_bytes(WIRE.read_bytes())
-
-
-def summary(folder: str) -> dict[str, Any]:
-    found = json.loads(Path(folder, "summary.json").read_text(), parse_constant=pytest.fail)
-    assert isinstance(found, dict)
-    return found
 
 
 def test_wire(capsys: pytest.CaptureFixture[str]) -> None:

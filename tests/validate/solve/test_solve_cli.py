@@ -7,7 +7,6 @@ import html
 import json
 import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,25 +16,15 @@ from scenes.free import from_dict, load
 from scenes.loading import builtin_text
 from scenes.result import Traces
 from scenes.sink import Sink
+from tests.validate.cli import summary
 from validate.cli import main
 from validate.report.free import at
 
 pytestmark = pytest.mark.usefixtures("no_solver")
 
 
-@pytest.fixture(autouse=True)
-def _somewhere_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
 def solve(*arguments: str, figures: bool = False) -> int:
     return main(["solve", *arguments, *([] if figures else ["--no-figures"])])
-
-
-def summary(folder: str) -> dict[str, Any]:
-    found = json.loads(Path(folder, "summary.json").read_text(), parse_constant=pytest.fail)
-    assert isinstance(found, dict)
-    return found
 
 
 def test_steady_summary_has_the_contract(capsys: pytest.CaptureFixture[str]) -> None:
@@ -152,27 +141,6 @@ def test_the_sink_is_printed_as_boxes_and_solved(capsys: pytest.CaptureFixture[s
     assert load("mine.toml") == Sink().scene()
     assert solve("mine.toml") == 0
     assert main(["scene", "device", "--boxes"]) == 2
-
-
-REFUSED = {
-    "nowhere.toml": "no file",
-    "bridgee": 'did you mean "bridge"?',
-    "bridge --set boundary.left.voltage=1": 'no boundary "left"',
-    "bridge --set box.beam.material=gold": '"gold" is not in the scene',
-    "bridge --accuracy 2": "run.accuracy",
-    "bridge --strict": "unknown option",
-    "": "SCENE.toml",
-}
-
-
-@pytest.mark.parametrize("arguments", REFUSED)
-def test_bad_input_is_one_sentence(arguments: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert solve(*arguments.split()) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert REFUSED[arguments] in err
-    assert len(err.splitlines()) == 1
-    assert not Path("results").exists()
 
 
 def test_nothing_to_report(capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,11 +13,6 @@ from scipy.optimize import brentq
 from validate.cli import main
 
 
-@pytest.fixture(autouse=True)
-def _somewhere_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
 def solve(scene: str, *settings: str) -> dict:
     given = [part for setting in settings for part in ("--set", setting)]
     assert main(["solve", scene, "--no-figures", "--quiet", "--out", "out", *given]) == 0

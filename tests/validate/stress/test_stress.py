@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -11,7 +10,6 @@ from reduced1d.device.lumped import lump
 from reduced1d.device.paper import stability_limit
 from scenes.device import Device
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
-from validate.cli import main
 from validate.report.table import Style
 from validate.stress import invariants, report, steps, sweep
 from validate.stress.random_scenes import ROOM, Drawn, draw
@@ -146,9 +144,3 @@ def test_the_table_names_what_breaks():
     assert "at seed 3" in text
     assert "no luck" in text
     assert "| breaks | at seed 3 |" in report.markdown(rows, {}, 0)
-
-
-@pytest.mark.parametrize("wrong", [["--scenes", "0"], ["--seed", "x"], ["--jobs", "-1"]])
-def test_bad_input_is_one_sentence(wrong, capsys):
-    assert main(["stress", "--quick", *wrong]) == 2
-    assert len(capsys.readouterr().err.splitlines()) == 1

@@ -240,7 +240,6 @@ def test_an_open_verdict_is_solved_again_more_accurately() -> None:
 def test_a_free_scene_has_its_probes_and_a_folder_of_its_name(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.chdir(tmp_path)
     moved = "box.beam.upper.x+probe.beam mean.upper.x=8um,10um,1nm"
     assert main(["sweep", "bridge", "--vary", moved, "--no-figures", "--quiet", "--workers", "2"]) == 0
     (folder,) = Path("results").glob("bridge-sweep-beam.upper.x*8um-10um-1nm")

@@ -63,12 +63,6 @@ def test_the_exit_status_follows_the_verdicts_and_a_case_that_fails_is_a_row(
     assert ("ended with ArithmeticError: no luck" in out) == (not isinstance(rows, list))
 
 
-@pytest.mark.parametrize("wrong", [["--jobs", "0"], ["--jobs", "two"], ["--only", "all"]])
-def test_bad_input_is_one_sentence(wrong, capsys):
-    assert main(["verify", *wrong]) == 2
-    assert len(capsys.readouterr().err.splitlines()) == 1
-
-
 SLAB = Layer(0.5, 2.0, 3.0)  # diffusivity 2/3 m2/s
 
 

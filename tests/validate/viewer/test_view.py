@@ -35,33 +35,6 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-REFUSED = {
-    "nowhere": "does not exist",
-    ". --screenshot a.png": "no fields",
-    ". --off-screen": "--screenshot",
-    ". --screenshot a.txt": ".png",
-    ". --screenshot no/where.png": "does not exist",
-    ". --movie a.avi": ".gif",
-    ". --clip w --screenshot a.png": "x, y or z",
-    ". --clip y=2 --screenshot a.png": "--clip",
-    ". --size 9 --screenshot a.png": "1400x800",
-    ". --exaggerate none --screenshot a.png": "--exaggerate",
-    ". --time 3V --screenshot a.png": "--time",
-}
-
-
-@pytest.mark.parametrize("arguments", REFUSED)
-def test_bad_input_is_one_sentence(
-    arguments: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    more = ["--screenshot", "a.png"] if arguments == "nowhere" else []
-    assert main(["view", *arguments.split(), *more]) == 2
-    err = capsys.readouterr().err
-    assert err.count("\n") == 1
-    assert REFUSED[arguments] in err
-
-
 def test_a_run_without_fields_is_told_how_to_get_them(tmp_path: Path) -> None:
     (tmp_path / "summary.json").write_text("{}")
     with pytest.raises(ValueError, match="run again with --fields"):

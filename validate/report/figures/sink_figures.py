@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
+from numpy.polynomial import Chebyshev
 
 from compare import figure_checks
 from compare.against import Data
@@ -74,12 +75,13 @@ def profile(outcome: Outcome[Sink]) -> Figure:
 
 
 def without_kinks(place: np.ndarray, values: np.ndarray, within: float) -> np.ndarray:
-    """The values as a smooth curve, off them by ``within`` (RMS); as they are where that is too little to tell."""
-    from scipy.interpolate import UnivariateSpline
-
-    if within < 1e-4 * float(np.ptp(values)):
-        return values
-    return UnivariateSpline(place, values, k=5, s=len(place) * within**2)(place)
+    """The values as a smooth curve, the polynomial of the least degree that is off them by ``within`` (RMS) at most; as
+    they are where no degree up to half their number does."""
+    for degree in range(4, len(place) // 2, 2):
+        found = Chebyshev.fit(place, values, degree)(place)
+        if np.sqrt(np.mean((found - values) ** 2)) <= within:
+            return found
+    return values
 
 
 def rises(outcome: Outcome[Sink]) -> Figure:

@@ -1,4 +1,4 @@
-"""Each test of the command runs in a folder of its own."""
+"""Each test runs in a folder of its own."""
 
 from __future__ import annotations
 
