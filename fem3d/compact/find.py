@@ -72,7 +72,7 @@ def _compact(scene: AnyScene, states: int | None, accuracy: float, say: Callable
             break
     if states is None and reached > accuracy:
         raise NumericsError(
-            f"no model of few states is known to be within {accuracy:g} of the full one, only within {reached:.2g}: "
+            f"no model of few states is known to be within {accuracy:g} of the full one, only within {reached:.3g}: "
             "give a larger --model-accuracy"
         )
     say("compact model: states")
