@@ -57,13 +57,13 @@ def _piece(
         density = np.maximum(density, np.sqrt(bend / 8 / allowed[name]))
     share = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * h)])
     share += 1e-9 * np.arange(len(fine))
-    count = max(int(np.ceil(1.3 * share[-1])), fewest)
+    count = min(max(int(np.ceil(1.3 * share[-1])), fewest), most)
     while True:
         times = np.interp(np.linspace(0, share[-1], count + 1), share, fine)
         times[0], times[-1] = fine[0], fine[-1]
         at_rows = evaluate(times)
         found = {name: float(np.abs(np.interp(fine, times, at_rows[name]) - y).max()) for name, y in traces.items()}
         worst = max(found[name] / allowed[name] for name in found)
-        if worst <= 1.0 or count > most:
+        if worst <= 1.0 or count == most:
             return times, found
-        count = int(count * 1.05 * max(np.sqrt(worst), 1.05)) + 1
+        count = min(int(count * 1.05 * max(np.sqrt(worst), 1.05)) + 1, most)
