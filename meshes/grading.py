@@ -23,12 +23,14 @@ LEAST_AT_EDGE = 4  # functions of facets begin at degree 4: below it no estimate
 SLIVER = 1e-3  # of the extent: closer planes set no length
 SHORTEST = 1e-9  # of the largest extent: intervals are not refined below it
 LONG = 4.0  # times the narrowest extent, from which on an interval between two features has two bends of its own
-LAYERS = 75.0  # times the accuracy: where the first grid expects singular edges to matter no more
+# Times the accuracy: where the first grid expects singular edges to matter no more (`validate stress`: "constants").
+LAYERS = 75.0
 AT_ONCE = 3  # layers that an interval is cut in at most: a coarse grid's error isn't its edges' alone, whatever it says
 # Degrees by which a layer at an edge may have fewer than the next larger one, over the exponent: both take away alike,
 # RATIO^(2 s) a layer, and rho^-2 a degree beside a singular end, as in fem3d.estimate.
 FALL = -np.log(RATIO) / np.log((1 + np.sqrt(RATIO)) / (1 - np.sqrt(RATIO)))
-FAR = 300.0  # times its share that an interval may miss before it gets two degrees at once
+# Times its share that an interval may miss before it gets two degrees at once (`validate stress`: "constants").
+FAR = 300.0
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 from validate.processes import TimeIsUpError, limited, side_by_side
-from validate.stress import compact_models, extremes, steps
+from validate.stress import compact_models, constants, extremes, steps
 from validate.stress.report import Row, failed
 
 GROUP = "random scenes"
@@ -106,6 +106,7 @@ def run(quick: bool, scenes: int, seed: int, jobs: int, progress: Callable[[str]
         "drives": lambda: extremes.drives(quick),
         "accuracies": lambda: extremes.accuracies(quick),
         "compact models": lambda: compact_models.rows(quick, seed),
+        "constants": lambda: constants.rows(quick, seed),
     }
     found: list[Row] = []
     for name, part in parts.items():

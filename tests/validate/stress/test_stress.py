@@ -6,12 +6,13 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fem3d import estimate
 from reduced1d.device.lumped import lump
 from reduced1d.device.paper import stability_limit
 from scenes.device import Device
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
 from validate.report.table import Style
-from validate.stress import invariants, report, steps, sweep
+from validate.stress import constants, invariants, report, steps, sweep
 from validate.stress.random_scenes import ROOM, Drawn, draw
 from validate.stress.report import Row, failed
 
@@ -98,6 +99,20 @@ def test_invariants_over_time_see_what_they_are_there_for():
     assert invariants.honest(Drawn(0, replace(scene, boundaries=(later, *boundaries[1:])), ()), found) > 1
     off = replace(found, details=found.details | {"energy_imbalance": 0.2})
     assert invariants.energy(drawn, off) > 1
+
+
+def test_what_the_element_leaves_of_an_edge_is_what_its_lag_says(monkeypatch):
+    for edge in constants.edges():
+        assert 0.6 < constants.off(edge, (4, 4), (4.0, 1.0)) < 1
+    # Without it theory's rate, of degrees much higher than these, is the twin that must be caught.
+    monkeypatch.setattr(estimate, "lag", np.zeros_like)
+    assert all(constants.off(edge, (4, 4), (4.0, 1.0)) > 1.4 for edge in constants.edges()[2:])
+
+
+def test_another_value_of_a_constant_is_in_force_for_its_scenes_alone():
+    usual = constants.work(range(3))
+    assert constants.work(range(3), "LAYERS", 1.0) != usual
+    assert constants.work(range(3)) == usual
 
 
 def test_a_scene_that_takes_too_long_or_fails_is_an_outcome(monkeypatch):

@@ -1,0 +1,168 @@
+"""What constants of the 3D engine are good for: how much the element leaves of an edge, against what its estimator says
+is left (`fem3d.estimate.lag`), and how many unknowns random scenes take with other values of those that place cells."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from validate.stress.report import Row
+
+GROUP = "constants"
+DEGREES = ((4, 4), (5, 5), (6, 6), (5, 4), (4, 3), (4, 2), (5, 3), (6, 3))  # along x and y
+ASPECTS = ((1.0, 1.0), (4.0, 1.0), (4.0, 4.0))  # lengths along x, before and behind the edge, of cells 1 wide
+OTHERS = {"LAYERS": (25.0, 225.0), "FAR": (30.0, np.inf)}
+COUNT, QUICK = 20, 4  # random scenes
+COSTLIER = 1.25  # times the unknowns of all levels with another value that the one in use may take
+
+Angular = Callable[[np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True)
+class Edge:
+    """A distance to the power ``exponent`` times a function of the angle, known with its derivative, in some quadrants
+    about an edge, each with its conductivity; at the angles ``held`` the value is given as zero."""
+
+    exponent: float
+    conductivity: dict[int, float]
+    angular: dict[int, tuple[Angular, Angular]]
+    held: tuple[float, ...] = ()
+
+
+def rows(quick: bool, first: int = 0) -> Iterator[Row]:
+    """What edges leave, for each of some exponents, and what other values cost in scenes from a seed on."""
+    for edge in edges():
+        ratios = {(d, a): off(edge, d, a) for d in DEGREES for a in ASPECTS}
+        worst = max(ratios, key=lambda case: ratios[case])
+        extremes = f"exponent {edge.exponent:.2f}, degrees of 2 to 6, cells up to 4 times longer than wide"
+        yield Row(GROUP, "what the element leaves of an edge", extremes, "true over estimated", ratios[worst], 1.0,
+                  said=f"worst: degrees {worst[0]}, lengths {worst[1]}")  # fmt: skip
+    seeds = range(first, first + (QUICK if quick else COUNT))
+    ours = work(seeds)
+    for name, values in OTHERS.items():
+        for value in values:
+            other = work(seeds, name, value)
+            both = [s for s in ours if s in other]
+            found = sum(ours[s] for s in both) / max(sum(other[s] for s in both), 1)
+            yield Row(GROUP, f"{name} of {value:g}", f"{len(both)} steady scenes, seeds {seeds[0]} to {seeds[-1]}",
+                      "unknowns of all levels with the value in use over those with this", found, COSTLIER,
+                      said=f"{len(ours)} solved, {len(other)} with this")  # fmt: skip
+
+
+def edges() -> list[Edge]:
+    """A re-entrant edge; ends of a given value, on a plane and at such an edge; good and bad conductors in turns."""
+
+    def sine(s: float) -> tuple[Angular, Angular]:
+        return lambda t: np.sin(s * t), lambda t: s * np.cos(s * t)
+
+    found = [Edge(s, dict.fromkeys(range(count), 1.0), dict.fromkeys(range(count), sine(s)), held)
+             for s, count, held in ((2 / 3, 3, (0.0, 1.5 * np.pi)), (0.5, 2, (0.0,)), (1 / 3, 3, (0.0,)))]  # fmt: skip
+    return [*found, *(_in_turns(contrast) for contrast in (30.0, 100.0))]
+
+
+def _in_turns(contrast: float) -> Edge:
+    s = 4 / np.pi * float(np.arctan(contrast**-0.5))
+    high = np.cos(s * np.pi / 4) / np.sin(s * np.pi / 4)
+
+    def of(i: int) -> tuple[Angular, Angular]:
+        middle, sign = (i + 0.5) * np.pi / 2, (1.0, -1.0, -1.0, 1.0)[i]
+        if i % 2 == 0:
+            return lambda t: sign * np.cos(s * (t - middle)), lambda t: -sign * s * np.sin(s * (t - middle))
+        return lambda t: sign * high * np.sin(s * (t - middle)), lambda t: sign * high * s * np.cos(s * (t - middle))
+
+    return Edge(s, {i: contrast if i % 2 == 0 else 1.0 for i in range(4)}, {i: of(i) for i in range(4)})
+
+
+def off(edge: Edge, degrees: tuple[int, int], lengths: tuple[float, float]) -> float:
+    """The true error of the energy over the estimated one, on one layer of cells about the edge whose outer faces get
+    the exact flux."""
+    from scipy.sparse.linalg import spsolve
+
+    from fem3d import estimate
+    from fem3d.bricks import BrickSpace
+    from fem3d.estimate import Estimator, Parts, Spread
+    from meshes.grading import Features
+    from meshes.grid import Grid
+    from scenes.model import Box
+    from scenes.sink import SILICON
+
+    (before, behind), s = lengths, edge.exponent
+    at_x, at_y = ((0.0, behind), (-before, 0.0)), ((0.0, 1.0), (-1.0, 0.0))
+    corners = {0: (0, 0), 1: (1, 0), 2: (1, 1), 3: (0, 1)}
+    boxes = []
+    for i in edge.conductivity:
+        (x, far_x), (y, far_y) = at_x[corners[i][0]], at_y[corners[i][1]]
+        boxes.append(Box(str(i), SILICON, (x, y, 0.0), (far_x, far_y, 1.0)))
+    breaks = np.array([-before, 0.0, behind]), np.array([-1.0, 0.0, 1.0]), np.array([0.0, 1.0])
+    p, q = degrees
+    grid = Grid(breaks, (np.array([p, p]), np.array([q, q]), np.array([2])), tuple(boxes))
+    space: Any = BrickSpace(grid)
+    quadrant = grid.owner[tuple(space.ijk)]
+    conductivity = np.array([edge.conductivity[i] for i in quadrant.tolist()])
+    matrix = space.stiffness(conductivity, np.arange(len(quadrant)))
+    mesh = space.mesh
+    middles = mesh.p[:, mesh.facets].mean(axis=1)
+    outer = np.flatnonzero(np.isclose(middles[0], -before) | np.isclose(middles[0], behind)
+                           | np.isclose(np.abs(middles[1]), 1.0))  # fmt: skip
+    faces, cells = space.faces(outer, mesh.f2t[0, outer]), mesh.f2t[0, outer]
+    x, y, _ = faces.points
+    r, turn = np.hypot(x, y), (quadrant[cells, None] + 0.5) * np.pi / 2
+    angle = turn + np.mod(np.arctan2(y, x) - turn + np.pi, 2 * np.pi) - np.pi
+    value, slope = (np.array([edge.angular[i][k](t) for i, t in zip(quadrant[cells].tolist(), angle, strict=True)])
+                    for k in (0, 1))  # fmt: skip
+    across_x = ~np.isclose(np.abs(middles[1, outer]), 1.0)[:, None]
+    normal = np.where(across_x, np.sign(x), 0.0), np.where(across_x, 0.0, np.sign(y))
+    radial, around = (normal[0] * x + normal[1] * y) / r, (normal[1] * x - normal[0] * y) / r
+    flux = conductivity[cells, None] * r ** (s - 1) * (s * value * radial + slope * around)
+    load = faces.load(flux)
+    energy = float((faces.areas * flux * r**s * value).sum())
+    fixed = np.zeros(space.size, bool)
+    for held in edge.held:
+        towards = np.cos(held) * middles[0] + np.sin(held) * middles[1]
+        aside = np.cos(held) * middles[1] - np.sin(held) * middles[0]
+        on = np.flatnonzero(np.isclose(aside, 0.0) & (towards > 0))
+        fixed |= space.faces(on, mesh.f2t[0, on]).functions
+    fixed[space.dofs[:8][np.isclose(mesh.p[:2, mesh.t], 0.0).all(axis=0)]] = True
+    solved = []
+    for there in space.nested:
+        free, u = np.flatnonzero(there & ~fixed), np.zeros(space.size)
+        u[free] = spsolve(matrix[free][:, free].tocsc(), load[free])
+        solved.append(u)
+
+    def took(k: int) -> Spread:
+        new = np.flatnonzero(space.nested[k] & ~space.nested[k - 1] & ~fixed)
+        return estimate.spread(space, new, (solved[k] * (load - matrix @ solved[k - 1]))[new])
+
+    marks = Features(([0.0], [0.0], []), ({0.0: s}, {0.0: s}, {}))
+    nothing = [np.zeros(len(d)) for d in grid.degrees]
+    said = estimate.total(Estimator(grid, marks).remains(Parts(took(1), took(2), nothing)))
+    return (energy - float(load @ solved[-1])) / said
+
+
+def work(seeds: range, name: str = "", value: float = 0.0) -> dict[int, int]:
+    """For each steady scene that is solved the unknowns of all levels, perhaps with another value of a constant of
+    `meshes.grading`."""
+    from fem3d.errors import NumericsError
+    from fem3d.solve_scene import solve
+    from meshes import grading
+    from validate.stress.random_scenes import draw
+
+    before, found = vars(grading).get(name), {}
+    try:
+        if name:
+            setattr(grading, name, value)
+        for seed in seeds:
+            said: list[str] = []
+            if (scene := draw(seed).scene).steady:
+                try:
+                    solve(scene, said.append)
+                except NumericsError:
+                    continue
+                found[seed] = sum(int(line.split()[-2]) for line in said if line.endswith(" unknowns"))
+    finally:
+        if name:
+            setattr(grading, name, before)
+    return found
