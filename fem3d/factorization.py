@@ -120,10 +120,12 @@ class Factors:
             )
             later = rows >= start
             front[columns[later], place[rows[later]]] = ordered.data[entries][later]
-            for j in tree.joined[piece]:
+            # What stands apart leaves nothing to what joins the others.
+            for j in (j for j in tree.joined[piece] if j in left):
                 _add(front, *left.pop(j), place)
             if not own:
-                left[piece] = beyond, front
+                if len(beyond):
+                    left[piece] = beyond, front
                 continue
             # The upper triangle by rows is LAPACK's lower one by columns.
             lower, failed = dpotrf(front[:own, :own].T, lower=1)

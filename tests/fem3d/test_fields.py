@@ -71,6 +71,18 @@ def test_factors_solve_and_fill_in_less_than_minimum_degree_of_the_unknowns():
     assert np.abs(alone.solve(matrix @ u) - u).max() < 1e-9
 
 
+def test_factors_of_bodies_that_stand_apart():
+    chain, apart = 400, 100
+    matrix = csc_array(np.diag(np.full(chain + apart, 2.5)) - np.eye(chain + apart, k=1) - np.eye(chain + apart, k=-1))
+    matrix[chain - 1, chain] = matrix[chain, chain - 1] = 0.0
+    matrix.eliminate_zeros()
+    places = np.zeros((chain + apart, 3))
+    places[:chain, 0], places[chain:, 1] = np.linspace(0, 4, chain), np.linspace(0, 1, apart)
+    u = np.random.default_rng(0).random(chain + apart)
+    factors = Factors(matrix, np.arange(chain + apart), Ordering(places))
+    assert np.abs(factors.solve(matrix @ u) - u).max() < 1e-12
+
+
 def test_an_indefinite_matrix_is_refused():
     matrix = csc_array(np.diag([1.0, 2.0, -1e-9, 1.0]))
     with pytest.raises(NumericsError, match="rounding leaves no solution"):
