@@ -77,7 +77,8 @@ def test_factors_of_bodies_that_stand_apart():
     matrix[chain - 1, chain] = matrix[chain, chain - 1] = 0.0
     matrix.eliminate_zeros()
     places = np.zeros((chain + apart, 3))
-    places[:chain, 0], places[chain:, 1] = np.linspace(0, 4, chain), np.linspace(0, 1, apart)
+    places[:chain, 0], places[chain // 2 : chain, 1] = np.linspace(0, 4, chain), 3.0
+    places[chain:, 1] = np.linspace(1, 2, apart)  # beside the first half, which the other one joins
     u = np.random.default_rng(0).random(chain + apart)
     factors = Factors(matrix, np.arange(chain + apart), Ordering(places))
     assert np.abs(factors.solve(matrix @ u) - u).max() < 1e-12
