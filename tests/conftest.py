@@ -2,6 +2,15 @@
 
 from __future__ import annotations
 
+import os
+
+from validate.processes import ONE_THREAD
+
+# ruff: noqa: E402
+# Before numpy is loaded: processes side by side would compete with each other's threads.
+for _name, _one in ONE_THREAD.items():
+    os.environ.setdefault(_name, _one)
+
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
