@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import os
-
-from validate.processes import ONE_THREAD
+from validate.processes import one_thread
 
 # ruff: noqa: E402
-# Before numpy is loaded: processes side by side would compete with each other's threads.
-for _name, _one in ONE_THREAD.items():
-    os.environ.setdefault(_name, _one)
+one_thread()
 
 from dataclasses import dataclass, replace
 from types import SimpleNamespace

@@ -19,7 +19,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         warnings.filterwarnings("ignore", category=RuntimeWarning)
     try:
         from validate.cli.arguments import parse
+        from validate.processes import one_thread
 
+        one_thread()
         arguments = parse(sys.argv[1:] if argv is None else argv)
         return import_module(f"validate.cli.{arguments.command}").run(arguments)
     except SystemExit as leaving:  # argparse, after --help or --version
