@@ -49,7 +49,7 @@ def profile(outcome: Outcome[Sink]) -> Figure:
     sink, three, one = outcome.scene, outcome.solved, outcome.reduced1d
     y, rise, fitted = sink_checks.profile(Models(sink, three, one))
     checks = [check for check in outcome.checks if check.id == "fig5"]
-    figure = new_figure(7.5, 5.4, f"Figure 5: steady rise along the beam, {sink_text(sink)}", checks, left=0.95)
+    figure = new_figure(9.5, 5.4, f"Figure 5: steady rise along the beam, {sink_text(sink)}", checks, left=0.95)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1.2))
     um = y * 1e6
     above.plot(um, rise, color=INK, label="3D, along the axis")
