@@ -163,15 +163,16 @@ def test_what_a_goal_misses_of_the_joule_heat_is_seen_from_where_it_heats():
     scene = draw(1349).scene
     study = probe_quantities.study(scene, part_of(scene, False))
     given = level.problems(boxes(study.part.scene, reach.first_grid(scene, 1e-3, grading.features(scene))), 1e-6)
-    potentials = [phi[0] for phi in level.cold_potentials(given)]
+    potentials = [phi[0] for phi in given.cold_potentials]
     (name, *_), heat, own = study.goals, given.heat, given.conductor
-    (found,) = level.joule_parts({name: name}, given, np.zeros(heat.size), potentials, {name: 1.0}, None).values()
+    duals = level.duals_of({name: name}, given, np.zeros(heat.size), None)
+    (found,) = level.joule_parts({name: name}, given, potentials, {name: 1.0}, duals).values()
     z = heat.field(heat.solve_steady(level.goal_row(heat, given.domain.probes[name], np.zeros(heat.size))[: heat.free]))
     seen = [(own.on.weights * own.on.value(z) * (own.on.gradient(phi) ** 2).sum(axis=0) / own.cold).sum()
             for phi in potentials]  # fmt: skip
     change = abs(seen[2] - seen[1])
     assert change < estimate.total(found.last) < 1.5 * change
-    assert change / seen[2] > 1.5 * estimate.total(level.electric_parts(given).last)
+    assert change / seen[2] > 1.5 * estimate.total(given.electric_parts.last)
 
 
 def middle(voltage, intervals, degree):
