@@ -52,10 +52,11 @@ def solve(study: Study, with_transient: bool, progress: Progress = lambda _: Non
     grid = reach.first_grid(scene, accuracy, marks)
     # No trace is known better than where it ends, and its rows take their share.
     enough = accuracy * (1 - ROW_SHARE) if with_transient else accuracy
-    limit = None
+    edges, limit = reach.Edges(enough, accuracy, marks), None
     for number in range(1, MOST_LEVELS):
         given = problems(boxes(scene, grid), accuracy)
         reach.check_size(given, accuracy, marks)
+        edges.check_power(given)
         try:
             fine = solution(study, given)
         except RunawayError as runaway:
@@ -80,10 +81,12 @@ def solve(study: Study, with_transient: bool, progress: Progress = lambda _: Non
             response = _response(study, here, marks)
             if response.accepted:
                 return Answer(fine, here.errors, response, number)
-            grid = _refined(grid, [*response.goals, *here.goals.values()], response.worst, enough, accuracy, marks)
+            goals, worst = [*response.goals, *here.goals.values()], response.worst
             del response
         else:
-            grid = _refined(grid, here.goals.values(), here.worst, enough, accuracy, marks)
+            goals, worst = list(here.goals.values()), here.worst
+        edges.check(grid, goals)
+        grid = _refined(grid, goals, worst, enough, accuracy, marks)
         # The next level's matrices take the place of these.
         del given, fine, here
     raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene")
@@ -138,9 +141,11 @@ def solve_course(study: Study, progress: Progress = lambda _: None) -> Course:
     marks = grading.features(scene)
     grid = diffusion.graded(reach.first_grid(scene, accuracy, marks), scene, study.earliest)
     slowest, generations, enough = study.end, 0, accuracy * (1 - ROW_SHARE)
+    edges = reach.Edges(enough, accuracy, marks)
     for number in range(1, MOST_LEVELS):
         given = problems(boxes(scene, grid), accuracy)
         reach.check_size(given, accuracy, marks)
+        edges.check_power(given)
         g = transient.shift(slowest, study.earliest)
         bases = start.nested(given, g, study.end, accuracy)
         progress(f"level {number}: {given.heat.size} unknowns")
@@ -148,6 +153,7 @@ def solve_course(study: Study, progress: Progress = lambda _: None) -> Course:
         if response.accepted:
             return Course(bases[0], response, number)
         slowest, generations = min(study.end, response.slowest), response.generations
+        edges.check(grid, response.goals)
         grid = _refined(grid, response.goals, response.worst, enough, accuracy, marks)
         del given, bases, response
     raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene")
@@ -158,7 +164,6 @@ def _refined(
 ) -> Grid:
     """The grid refined for what goals miss on its intervals, or for as much more as the worst error says, until that is
     expected to be ``enough``; NumericsError where no grid reaches that."""
-    reach.check_edges(grid, goals, enough, accuracy, marks)
     missing = estimate.worst(goals)
     known = max(estimate.total(missing), 1e-300)
     finer = grading.refined(grid, [m * max(worst / known, 1.0) for m in missing], AIM * enough, marks)

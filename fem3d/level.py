@@ -231,8 +231,8 @@ def thermal_parts(
     time: float | None,
     duals: Duals,
 ) -> dict[str, Parts]:
-    """For each thermal goal the parts that residuals (all nodes) of the two lower spaces tell, over its scale; ``rise``,
-    ``time`` and ``duals`` as of `duals_of`."""
+    """For each thermal goal the parts that residuals (all nodes) of the two lower spaces tell, over its scale;
+    ``rise``, ``time`` and ``duals`` as of `duals_of`."""
     heat, domain, found = given.heat, given.domain, {}
     depth, left = domain.space.depth[heat.order], heat.field(np.array(residuals))
     sizes = estimate.weights(heat.stiffness, rise, depth)
