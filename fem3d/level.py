@@ -61,18 +61,10 @@ class Problems:
         """(..., all nodes of the highest space): fields of a lower one."""
         return self.heat.take(self.heats[level].field(rise))
 
-    @cached_property
+    @property
     def cold_potentials(self) -> list[np.ndarray]:
         """(channels, functions) in each space: the potentials at the initial temperature, per unit of each channel."""
-        found = []
-        for own in self.conductors:
-            assert own is not None
-            phi = own.voltages.copy()
-            for v in phi:
-                if v.any():
-                    v[own.free] = -own.solve_cold((own.matrix @ v)[own.free])
-            found.append(phi)
-        return found
+        return [own.cold_potentials for own in self.conductors if own is not None]
 
     @cached_property
     def electric_parts(self) -> Parts:
