@@ -11,24 +11,24 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
-from compare import plan as plans
-from compare.outcome import Clock, Outcome
 from scenes import physics
 from scenes.device import Device
 from scenes.errors import SceneError
 from scenes.model import AnyScene, GroupProbe, MeshScene, Probe
-from scenes.plan import Export, Request, Step
+from scenes.plan import Export, Request, Step, noted
 from scenes.result import Estimate
 from scenes.sink import Sink
+from validate.run import plan as plans
+from validate.run.outcome import Clock, Outcome
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from compare.against import Data
-    from compare.inputs.sensitivities import Sensitivities
     from reduced1d.ladder.levels import Levels
     from scenes.loop.result import Runs
     from scenes.result import Result
+    from validate.inputs.sensitivities import Sensitivities
 
 
 def kind(scene: Any) -> str:
@@ -124,14 +124,14 @@ class _Run:
 
 def _sink(run: _Run, data: Data | None) -> Outcome[Sink]:
     """Both models, the checks, with those of a user's own ``data``, and the answer."""
-    from compare.answer import answered
+    from compare.blame import answered
     from reduced1d.ladder import refuse
 
     sink, request, clock = run.scene, run.request, run.clock
     refuse(sink, request.reduction)
     fit = None
     if request.calibrate and data is not None:
-        from compare.inputs import calibration, validation
+        from validate.inputs import calibration, validation
 
         run.say("fitting")
         with clock.stage("fit"):
@@ -143,13 +143,15 @@ def _sink(run: _Run, data: Data | None) -> Outcome[Sink]:
     levels = _levels(sink, request)
     outcome = _compared(run, levels, data=data)
     with clock.stage("checks"):
-        from compare import hottest
+        from validate.run import hottest
 
         hot = hottest.of_sink(sink, outcome.fem3d, outcome.reduced1d)
     with clock.stage("answer"):
-        outcome = answered(replace(outcome, warnings=(*outcome.warnings, *hot)), levels)
+        said, reason = answered(sink, outcome.fem3d, outcome.reduced1d, outcome.checks, outcome.why, levels)
+    steps = noted(outcome.plan, [Step(plans.BLAME, "skipped", reason)] if reason else [])
+    outcome = replace(outcome, answer=said, plan=steps, warnings=(*outcome.warnings, *hot))
     if request.air:
-        from compare.air import of_sink as air_of
+        from validate.inputs.air import of_sink as air_of
 
         with clock.stage("air"):
             air = air_of(sink, run.say, request.transient)
@@ -157,7 +159,7 @@ def _sink(run: _Run, data: Data | None) -> Outcome[Sink]:
     if _followed(request):
         run.say("sensitivities")
         with clock.stage("sensitivities"):
-            from compare.inputs import sensitivities
+            from validate.inputs import sensitivities
 
             found = sensitivities.of_sink(sink, outcome.fem3d, outcome.reduced1d, request.uncertain is not None)
             outcome = _with_sensitivities(outcome, found)
@@ -171,8 +173,8 @@ def _sink(run: _Run, data: Data | None) -> Outcome[Sink]:
 
     against = evaluate(sink, data, outcome.fem3d)
     if request.uncertain is not None and outcome.propagated is not None:
-        from compare.inputs.propagation import judged
         from compare.verdict import Models
+        from validate.inputs.propagation import judged
 
         followed = outcome.propagated.sensitivities
         held = Models(sink, outcome.fem3d, None)
@@ -182,7 +184,7 @@ def _sink(run: _Run, data: Data | None) -> Outcome[Sink]:
     outcome = replace(outcome, checks=(*outcome.checks, *against), warnings=warnings, against=data, fit=fit)
     if request.uncertain is None and not request.data_uncertainty:
         return outcome
-    from compare.inputs import validation
+    from validate.inputs import validation
 
     u_data = validation.data_uncertainty(sink, data, request.data_uncertainty)
     models = [(name, result) for name, result in (("3D", outcome.fem3d), ("1D", outcome.reduced1d)) if result]
@@ -228,7 +230,7 @@ def _compared(
                 single = solve_3d(replace(sink, spans=1), request, say)
             outcome = replace(outcome, checks=evaluate(sink, request, fem3d, reduced1d, single), single=single)
         if request.why and levels is not None:
-            from compare.budget import budget
+            from compare.blame import budget
 
             with clock.stage("why"):
                 outcome = replace(outcome, why=budget(sink, request.reduction, fem3d, levels, say))
@@ -270,8 +272,8 @@ def _with_sensitivities(outcome: Outcome[Any], found: Sensitivities) -> Outcome[
     if outcome.request.sensitivities:
         outcome = replace(outcome, sensitivities=found)
     if uncertain is not None:
-        from compare.inputs import propagation
         from compare.verdict import Models
+        from validate.inputs import propagation
 
         in_3d, in_1d = (None if result is None else result.steady for result in (three, one))
         made = propagation.propagated(uncertain, found, found.values or in_3d, in_1d)
@@ -288,8 +290,9 @@ def _device(run: _Run) -> Outcome[Device]:
     """What the 1D model says, the paper's claims checked, a designer's questions answered."""
     device, request, clock = run.scene, run.request, run.clock
     with clock.stage("imports"):
-        from compare import device_checks, hottest
+        from compare import device_checks
         from reduced1d.device import design
+        from validate.run import hottest
     with clock.stage("device"):
         made = simulated(device, request, run.say)
     solved = answers = None
@@ -318,8 +321,8 @@ def _device(run: _Run) -> Outcome[Device]:
         return outcome
     run.say("sensitivities")
     with clock.stage("sensitivities"):
-        from compare.inputs import propagation, sensitivities
         from reduced1d.slopes import OF_DEVICE
+        from validate.inputs import propagation, sensitivities
 
         followed = sensitivities.of_device(device, None if solved is None else solved.model)
         outcome = replace(outcome, warnings=(*outcome.warnings, *followed.remarks()))
@@ -350,7 +353,7 @@ def simulated(device: Device, request: Request, say: Callable[[str], None] = lam
 
 def _free(run: _Run) -> Outcome[AnyScene]:
     """The probes, the warnings, also of what gets too hot, and the time whose field is drawn."""
-    from compare import hottest
+    from validate.run import hottest
 
     scene, request, clock = run.scene, run.request, run.clock
     with clock.stage("imports"):
@@ -370,7 +373,7 @@ def _free(run: _Run) -> Outcome[AnyScene]:
     if _followed(request):
         run.say("sensitivities")
         with clock.stage("sensitivities"):
-            from compare.inputs import sensitivities
+            from validate.inputs import sensitivities
 
             outcome = _with_sensitivities(outcome, sensitivities.of_free(scene, result))
     return outcome
