@@ -54,15 +54,21 @@ def limited(seconds: float, by_the_clock: int = 0) -> Iterator[None]:
 
 @contextmanager
 def single_threaded() -> Iterator[None]:
-    """Processes that are started inside use one thread each for linear algebra."""
-    before = dict(os.environ)
+    """Uses one thread for linear algebra inside, and so do processes that are started there, unless the environment
+    says how many; for whoever has loaded numpy already."""
+    if any(name in os.environ for name in ONE_THREAD):
+        yield
+        return
+    import scipy.linalg  # noqa: F401 - whose library of its own is limited too
+    from threadpoolctl import threadpool_limits
+
     os.environ.update(ONE_THREAD)
     try:
-        yield
+        with threadpool_limits(1):
+            yield
     finally:
         for name in ONE_THREAD:
             del os.environ[name]
-        os.environ.update(before)
 
 
 def side_by_side(work: Callable[[int], T], numbers: Sequence[int], jobs: int) -> Iterator[tuple[int, T]]:
