@@ -16,12 +16,11 @@ from fem3d.errors import NumericsError
 from fem3d.level import problems
 from meshes import grading, symmetry
 from scenes.device import Device, External
-from scenes.loop import stability as states
 from scenes.loop.controller import law, timetable
 from scenes.loop.march import March, Resolution, Start, march
 from scenes.loop.modal import Modal
 from scenes.loop.result import QUANTITIES, TOP, DeviceResult, Steady, device_result
-from scenes.loop.stability import Plant, Stability, linearised
+from scenes.loop.stability import Stability, gains, plant, state_of, steady
 
 COARSEST = 1e-2
 LATEST, LONGEST = 0.2, 20.0
@@ -63,18 +62,13 @@ class Model:
         """The steady state at an outer temperature (K; by default the final one)."""
         return steady(self.fine, device, external)
 
-    def plant(self, device: Device, external: float | None = None) -> Plant:
-        """The loop linearised about that state."""
-        state = _state(self.fine, device, external)
-        return linearised(self.fine, state, device.set_rise, device.control.sample_time)
-
     def stability(self, device: Device, external: float | None = None) -> Stability:
-        """Its stability, with the largest stable gains."""
-        return Stability.of(self.plant(device, external), _gains(device))
+        """The stability of the loop about that state, with the largest stable gains."""
+        return Stability.of(plant(self.fine, device, external), device)
 
     def largest_eigenvalue(self, device: Device, external: float | None = None) -> complex:
         """That of ``stability`` alone."""
-        return self.plant(device, external).eigenvalue(_gains(device))
+        return plant(self.fine, device, external).eigenvalue(gains(device))
 
     @property
     def coarser(self) -> Model:
@@ -83,7 +77,7 @@ class Model:
 
     def steady_errors(self, device: Device, external: float | None = None) -> dict[str, float]:
         """The estimated errors of a steady state's quantities, in their units."""
-        one, two = (_named(device, _state(m, device, external)) for m in (self.fine, self.low))
+        one, two = (steady(m, device, external) for m in (self.fine, self.low))
         return {
             q: self.edges * abs(getattr(one, q) - getattr(two, q)) + 1e-9 * abs(getattr(one, q)) for q in QUANTITIES
         }
@@ -113,11 +107,6 @@ class Model:
         lower = np.array(traces[1]).T
         lower[:2] += device.sink.room_temperature
         return result, replace(result, **dict(zip(_NAMES, lower, strict=True)))
-
-
-def steady(modal: Modal, device: Device, external: float | None = None) -> Steady:
-    """The steady state of a model of a device at an outer temperature (K; by default the final one)."""
-    return _named(device, _state(modal, device, external))
 
 
 _NAMES = (*QUANTITIES, TOP)
@@ -195,7 +184,7 @@ def _judged(
     found = {}
     for name, (a, b) in {"low": (0, 1), "lowest": (1, 2), "fewer": (0, 3), "nodes": (0, 4)}.items():
         apart = np.abs(traces[a] - traces[b]).max(axis=0)
-        one, two = (_named(device, _state(modals[i], device, None)) for i in (a, b))
+        one, two = (steady(modals[i], device) for i in (a, b))
         found[name] = {q: float(apart[i]) / scale[q] for i, q in enumerate(_NAMES)}
         for q in ("sink_power_W", "sensor_power_W"):
             size = max(abs(getattr(one, q)), 1e-3 * scale[q])
@@ -225,26 +214,9 @@ def _march(
     begin = None
     if start == "settled":
         initial = device.external.initial_temperature
-        settled = [_state(m, device, initial) for m in modals]
+        settled = [state_of(m, device, initial) for m in modals]
         heats = [m.heat(s.power, s.rise) for m, s in zip(modals, settled, strict=True)]
         begin = Start(heats, settled[0].voltage, initial - device.sink.room_temperature)
     control = law(device, fine.resistance, fine.coefficient, meter)
     resolutions = [Resolution(m, q) for m, q in zip(modals, nodes, strict=True)]
     return march(resolutions, control, timetable(device), STEPS * device.accuracy_3d * device.set_rise, begin)
-
-
-def _gains(device: Device) -> np.ndarray:
-    return np.array([device.control.sink_gain, device.control.sensor_gain])
-
-
-def _state(modal: Modal, device: Device, external: float | None) -> states.State:
-    outer = device.external.final_temperature if external is None else external
-    return states.steady(modal, device.set_rise, _gains(device) > 0, outer - device.sink.room_temperature)
-
-
-def _named(device: Device, state: states.State) -> Steady:
-    room, saturated = device.sink.room_temperature, (_gains(device) > 0) & ~state.held
-    return Steady(
-        float(room + state.rise[0]), float(room + state.rise[1]), float(state.voltage[0]), float(state.voltage[1]),
-        float(state.power[0]), float(state.power[1]), float(state.flow[0]), bool(saturated[0]), bool(saturated[1]),
-    )  # fmt: skip

@@ -13,7 +13,7 @@ from reduced1d.device.stability import at_sample_time, plant, stability
 from scenes.device import Device, External
 from scenes.formats import quantity
 from scenes.loop.controller import law, timetable
-from scenes.loop.stability import gain_limit
+from scenes.loop.stability import gain_limit, gains
 
 SAMPLE_TIMES = (1e-4, 1e-3, 5e-3)
 QUICK = Resolution(9, 4)
@@ -99,10 +99,9 @@ def smooth_start_gain(device: Device, element: int) -> float:
     and the first that fails is bisected to 0.1 %. 0 where the limiter acts at the smallest already.
     """
     control = device.control
-    gains = np.array([control.sink_gain, control.sensor_gain])
-    top = gain_limit(plant(device, device.external.initial_temperature), gains, element)
+    top = gain_limit(plant(device, device.external.initial_temperature), gains(device), element)
     if not 0 < top < np.inf:
-        top = 10 * float(gains.max())
+        top = 10 * float(gains(device).max())
 
     def acts(gain: float) -> bool:
         tried = replace(control, sink_gain=gain) if element == 0 else replace(control, sensor_gain=gain)
