@@ -108,7 +108,7 @@ def steady(device: Device, external: float | None = None) -> Steady:
 
 def around(device: Device) -> dict[str, Steady]:
     """The steady states ``before`` the outer step and ``after`` it."""
-    return {"before": steady(device, device.external.initial_temperature), "after": steady(device)}
+    return state.around(modes(lump(device), 2).modal, device)
 
 
 class Modes(NamedTuple):

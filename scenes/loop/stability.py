@@ -142,6 +142,11 @@ def steady(modal: Modal, device: Device, external: float | None = None) -> Stead
     )  # fmt: skip
 
 
+def around(modal: Modal, device: Device) -> dict[str, Steady]:
+    """Those ``before`` the outer step and ``after`` it."""
+    return {"before": steady(modal, device, device.external.initial_temperature), "after": steady(modal, device)}
+
+
 def complementary(
     K: np.ndarray, load: np.ndarray, target: float, controlled: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
