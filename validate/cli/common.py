@@ -103,9 +103,11 @@ def request(arguments: argparse.Namespace, scene: object, accuracy: float, **mor
     from scenes.plan import Request
 
     read = {"uncertain": uncertain(arguments, scene), "export": export(arguments, accuracy)}
-    given = vars(arguments) | read | {"command": arguments.command_line} | more
+    given: dict[str, Any] = vars(arguments) | read | {"command": arguments.command_line} | more
     known = {field.name: given[field.name] for field in fields(Request) if field.name in given}
-    return Request(**{name: tuple(value) if isinstance(value, list) else value for name, value in known.items()})
+    for name in known:
+        known[name] = tuple(known[name]) if isinstance(known[name], list) else known[name]
+    return Request(**known)
 
 
 def uncertain(arguments: argparse.Namespace, scene: object) -> Uncertain | None:
