@@ -246,12 +246,8 @@ def _beside(
         texts = [dict(pairs).get(name, "") for pairs in at]
         meaning = given.get(name, Meaning(""))
         if meaning.what not in ("", IGNORED, *_KINDS):
-            raise SceneError(
-                f"--column: {quoted(name)} is told of runs in the headers, and can't be the {meaning.what}"
-            )
-        parameter = None
-        if meaning.what != IGNORED:
-            parameter = of_header(name, texts, meaning.what or None, meaning.unit)
+            raise SceneError(f"--column: {quoted(name)} is a parameter of runs, which can be a key of the scene only")
+        parameter = of_header(name, texts, meaning.what or None, meaning.unit) if meaning.what != IGNORED else None
         if parameter is None:
             untold[name] = texts
         else:

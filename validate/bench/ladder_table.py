@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.verdict import FIRST_TIME
+from scenes.checks import FIRST_TIME
 from scenes.formats import percent, quantity
 from scenes.result import Result
 from scenes.sink import Sink
