@@ -148,7 +148,7 @@ def test_a_parameter_in_the_headers_may_be_left_out_and_is_no_quantity(tmp_path:
     """What the refusal of a file without the scene's run advises, for a parameter that is called like a key."""
     rows = "\n".join(f"{t:g}  {k:g}" for t, k in zip(TIMES, peak(1.0), strict=True))
     text = f"{HEAD}% Time (s)  T (K), peak @ voltage=3\n{rows}\n"
-    with pytest.raises(SceneError, match="no run of this scene.*ignore=voltage"):
+    with pytest.raises(SceneError, match=r"no run of this scene.*ignore=voltage"):
         found(tmp_path, text)
     assert found(tmp_path, text, "ignore=voltage").run == "voltage = 3 is left out by --column"
     for wrong in ("time=voltage", "peak=voltage"):
