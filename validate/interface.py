@@ -14,6 +14,7 @@ from scenes.device import Device
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.plan import Request
 from scenes.sink import Sink
+from validate.processes import single_threaded
 from validate.report import of
 from validate.run.outcome import Outcome
 
@@ -314,6 +315,7 @@ def _uncertain(scene: object, given: Mapping[str, str] | None) -> Uncertain | No
     return read(scene, own, [f"{key}={value}" for key, value in given.items() if "," in key])
 
 
+@single_threaded()
 def _outcome(scene: Any, request: Request, out: str | Path | None, data: Data | None = None) -> Outcome[Any]:
     """What a run finds, written into a folder where one is given."""
     if out is None:
