@@ -64,8 +64,8 @@ class Motion:
 
 
 def motion(domain: Any, part: Symmetry, other: Symmetry, step: float) -> Motion:
-    """The motion of a domain between the part of a scene that is solved and that of another, whose key is larger by a relative
-    ``step``. On a mesh file nothing moves. Raises SceneError where the one can't move into the other."""
+    """The motion of a domain between the part of a scene that is solved and that of another, whose key is larger by a
+    relative ``step``. On a mesh file nothing moves. Raises SceneError where the one can't move into the other."""
     here, there = part.scene, other.scene
     _check_alike(part, other)
     space = domain.space
