@@ -30,13 +30,11 @@ def run(quick: bool, count: int, installed: frozenset[str], progress: Callable[[
         for cuts in (CUTS if degree == 2 else FOR_DEGREE_4)[: 2 if quick else None]
         if path != "ngsolve" or NGSOLVE in installed
     ]
-    rows = []
-    for m in measure.in_turns(entries, count, progress, patient=False):
-        row = {"path": m.entry.tool, "failure": m.failure, "peak_MB": m.peak_MB}
-        if m.found:
-            row |= {key: m.found[key] for key in ("unknowns", "phases")}
-            row["own_MB"] = m.found["peak_MB"] - m.found["imported_MB"]
-        rows.append(row)
+    rows = measure.in_turns(entries, count, progress, patient=False)
+    for row in rows:
+        row["path"] = row.pop("tool")
+        if not row["failure"]:
+            row["own_MB"] = row["peak_MB"] - row["imported_MB"]
     return {"rows": rows, "exponents": exponents(rows)}
 
 

@@ -3,7 +3,8 @@
 On a grid of degree 1 or 2 everywhere the element of this package spans the space of scikit-fem's own ElementHex1 or
 ElementHexS2, and one Gauss point more than the degree along each axis makes its quadrature of order 3 or 5.
 So both must agree to the tolerance of their solvers. Here are no numbering, ordering, acceleration, reduced fields or
-exact exponentials: the forms of `fem3d.forms`, scipy's splu as it comes, and `methods`. For verification: slow.
+exact exponentials: the forms of `fem3d.forms`, scipy's splu with an ordering for symmetric matrices, and `methods`. For
+verification: slow.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
-from skfem import Basis, ElementHex1, ElementHexS2, FacetBasis, LinearForm, MeshHex, condense
+from skfem import Basis, ElementH1, ElementHex1, ElementHexS2, FacetBasis, LinearForm, MeshHex, condense
 from skfem import solve as solve_linear
 from skfem.helpers import dot
 
@@ -112,7 +113,7 @@ class FullOrder:
         read |= {f"flow:{name}": float(entering[self.held[name][0]].sum()) for name in self.names("temperature")}
         read |= {f"flow:{name}": float((load - matrix @ rise).sum()) for name, (matrix, load) in self.films.items()}
         probes = self.scene.probes
-        return read | {f"probe:{p.name}": _mean(self.basis, rise, p) for p in probes}
+        return read | {f"probe:{p.name}": float(mean(self.basis, p) @ rise) for p in probes}
 
 
 def assemble(scene: Scene, grid: Grid) -> FullOrder:
@@ -120,8 +121,11 @@ def assemble(scene: Scene, grid: Grid) -> FullOrder:
     degrees = set(np.concatenate(grid.degrees).tolist())
     if degrees not in ({1}, {2}):
         raise ValueError(f"the second path takes one degree, 1 or 2, everywhere, not {sorted(degrees)}")
-    element, order = (ElementHex1(), 3) if degrees == {1} else (ElementHexS2(), 5)
-    cells, owner = hexahedra(grid)
+    return on_mesh(scene, *hexahedra(grid), *((ElementHex1(), 3) if degrees == {1} else (ElementHexS2(), 5)))
+
+
+def on_mesh(scene: Scene, cells: MeshHex, owner: np.ndarray, element: ElementH1, order: int) -> FullOrder:
+    """A scene on hexahedra, each of which a box of it owns, of any element, integrated to an order."""
     basis = Basis(cells, element, intorder=order)
 
     def per_element(values: list[float]) -> np.ndarray:
@@ -130,7 +134,8 @@ def assemble(scene: Scene, grid: Grid) -> FullOrder:
     materials = [box.material for box in scene.boxes]
     stiffness = forms.conduction.assemble(basis, conductivity=per_element([m.thermal_conductivity for m in materials]))
     mass = forms.capacity.assemble(basis, heat_capacity=per_element([m.heat_capacity for m in materials]))
-    load = np.asarray(integral.assemble(basis, density=per_element([constant(box.heat_source) for box in scene.boxes])))
+    sources = [constant(box.heat_source) for box in scene.boxes]
+    load = np.asarray(integral.assemble(basis, density=per_element(sources))) if any(sources) else np.zeros(basis.N)
     room = scene.initial_temperature
     films = {}
     for b in scene.boundaries:
@@ -154,21 +159,24 @@ def constant(value: Value) -> float:
     return value
 
 
-class _Inner:
+class Inner:
     """The free nodes' part of the matrices, as `methods` takes it."""
 
     def __init__(self, full: FullOrder) -> None:
-        self.full, self.free = full, full.free
-        self.mass, self.stiffness = (csc_matrix(m[self.free][:, self.free]) for m in (full.mass, full.stiffness))
+        self.full, self.free, self.size = full, full.free, len(full.free)
+        self.mass, self.stiffness = (self.part(m) for m in (full.mass, full.stiffness))
+
+    def part(self, matrix: Any) -> csc_matrix:
+        return csc_matrix(matrix[self.free][:, self.free])
 
     def load(self, rise: np.ndarray) -> np.ndarray:
         return np.asarray((self.full.load + self.full.heated(self.whole(rise))[0])[self.free])
 
     def factors(self, mass: float, stiffness: float) -> Callable[[np.ndarray], np.ndarray]:
-        solve: Callable[[np.ndarray], np.ndarray] = splu(
-            csc_matrix(mass * self.mass + stiffness * self.stiffness)
-        ).solve
-        return solve
+        matrix = mass * self.mass + stiffness * self.stiffness if mass else self.stiffness
+        options = {"SymmetricMode": True}
+        solve: Any = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options).solve
+        return solve  # type: ignore[no-any-return]
 
     def whole(self, values: np.ndarray) -> np.ndarray:
         """(nodes,) of (free nodes,): zero where the temperature is given."""
@@ -179,15 +187,15 @@ class _Inner:
 
 def steady(full: FullOrder) -> np.ndarray:
     """(nodes,): the coupled steady rise (K); NumericsError where the iteration doesn't converge."""
-    inner = _Inner(full)
-    return inner.whole(methods.settle(inner, len(inner.free), CONVERGED))
+    inner = Inner(full)
+    return inner.whole(methods.settle(inner, CONVERGED))
 
 
 def transient(full: FullOrder, times: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
     """Rise (K) and its rate (K/s), (nodes,) each, at each of some times (s, from 0), each interval being one
     step; the rate at 0 is left out as zero."""
-    inner = _Inner(full)
-    states = methods.march(inner, len(inner.free), times, ORDER, STEPPED)
+    inner = Inner(full)
+    states = methods.march(inner, times, ORDER, STEPPED)
     return [(inner.whole(rise), inner.whole(rate)) for rise, rate in states]
 
 
@@ -221,14 +229,18 @@ def integral(v: Any, w: Any) -> Any:
     return w.density * v
 
 
-def _mean(basis: Basis, u: np.ndarray, probe: Probe) -> float:
-    """The mean over a point, a flat box or a volume (not a line)."""
-    part: Any
+def mean(basis: Basis, probe: Probe) -> np.ndarray:
+    """(nodes,): what each adds to the mean over a point, a flat box or a volume (not a line)."""
     if probe.lower == probe.upper:
-        return float((basis.probes(np.array(probe.lower)[:, None]) @ u)[0])
+        found: np.ndarray = np.asarray(basis.probes(np.array(probe.lower)[:, None]).todense())[0]
+        return found
+    part = within(basis, probe)
+    return np.asarray(integral.assemble(part, density=1.0)) / float(part.dx.sum())
+
+
+def within(basis: Basis, probe: Probe) -> Any:
+    """The basis on a flat box or a volume."""
     if any(a == b for a, b in zip(probe.lower, probe.upper, strict=True)):
-        part = FacetBasis(basis.mesh, basis.elem, facets=facets(basis.mesh, probe), intorder=5)
-    else:
-        middle = basis.mesh.p[:, basis.mesh.t].mean(axis=1).T
-        part = basis.with_elements(np.flatnonzero(((middle > probe.lower) & (middle < probe.upper)).all(axis=1)))
-    return float((np.asarray(part.interpolate(u)) * part.dx).sum() / part.dx.sum())
+        return FacetBasis(basis.mesh, basis.elem, facets=facets(basis.mesh, probe), intorder=5)
+    middle = basis.mesh.p[:, basis.mesh.t].mean(axis=1).T
+    return basis.with_elements(np.flatnonzero(((middle > probe.lower) & (middle < probe.upper)).all(axis=1)))
