@@ -52,19 +52,6 @@ def limited(seconds: float, by_the_clock: int = 0) -> Iterator[None]:
             signal.signal(number, handler)
 
 
-@contextmanager
-def single_threaded() -> Iterator[None]:
-    """Processes that are started inside use one thread each for linear algebra."""
-    before = dict(os.environ)
-    os.environ.update(ONE_THREAD)
-    try:
-        yield
-    finally:
-        for name in ONE_THREAD:
-            del os.environ[name]
-        os.environ.update(before)
-
-
 def side_by_side(work: Callable[[int], T], numbers: Sequence[int], jobs: int) -> Iterator[tuple[int, T]]:
     """Each number with what the work on it came to, as they come, by ``jobs`` processes (1: this one)."""
     from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -73,7 +60,7 @@ def side_by_side(work: Callable[[int], T], numbers: Sequence[int], jobs: int) ->
     if jobs == 1:
         yield from ((number, work(number)) for number in numbers)
         return
-    with single_threaded(), ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
+    with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
         futures = {pool.submit(work, number): number for number in numbers}
         for future in as_completed(futures):
             yield futures[future], future.result()

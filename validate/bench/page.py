@@ -1,9 +1,10 @@
 """What was measured, part by part: as a page of markdown, and shorter on a terminal; and work-precision plots, time
-over error, both logarithmic, one line a tool, reductions as numbered points."""
+over error, both logarithmic, one line a tool, a mark for each reduction."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ LOOKS = {
     WHOLE: ("#8b1a1a", "o"), GIVEN: ("#d1495b", "P"), NGSOLVE: ("#3a86c8", "s"), FREEFEM: ("#5e3c99", "^"),
     SCIKIT_FEM: ("#f0a030", "D"),
 }  # fmt: skip
+HOLLOW = "x+sDov"  # marks of reductions
 
 
 def markdown(found: Mapping[str, Any], figures: Mapping[str, str]) -> str:
@@ -231,7 +233,7 @@ SECTIONS: dict[str, tuple[str, Callable[[str, Any], Parts], Callable[..., tuple[
 
 def draw(part: str, found: Mapping[str, Any], path: Path) -> None:
     """One plot as PNG; entries that failed are left out, and a line joins those of a tool that are the fastest at their
-    error. Reductions are different models, so no line joins them: each is a number, with its name in the legend."""
+    error. Reductions are different models, so no line joins them: each has a mark of its own."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     from validate.report.figures import drawing
@@ -245,8 +247,9 @@ def draw(part: str, found: Mapping[str, Any], path: Path) -> None:
             if points:
                 axes.plot(*zip(*points, strict=True), linestyle="none", marker=marker, color=colour, label=tool)
                 axes.plot(*zip(*fastest(points), strict=True), color=colour, linewidth=1.2)
-        for number, row in enumerate((row for row in there if row["tool"] == REDUCTION), 1):
-            look: dict[str, Any] = {"linestyle": "none", "marker": f"${number}$", "color": "#222222", "markersize": 8}
+        models = (row for row in there if row["tool"] == REDUCTION)
+        for marker, row in zip(cycle(HOLLOW), models):
+            look: dict[str, Any] = {"linestyle": "none", "marker": marker, "color": "#222222", "fillstyle": "none"}
             axes.plot(row["error"], row["median_s"], label=row["label"], **look)
         doubt = found["reference"]["uncertainty"]
         if doubt is not None:

@@ -83,7 +83,7 @@ def test_reductions_are_named_points_and_no_line_joins_them(monkeypatch, tmp_pat
     (axes,) = drawn[0].axes
     named = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
     assert tuple(name for name in named if name in names) == names
-    assert [named[name].get_marker() for name in names] == ["$1$", "$2$", "$3$"]
+    assert len({named[name].get_marker() for name in names}) == 3
     assert all(named[name].get_linestyle() == "None" and len(named[name].get_xdata()) == 1 for name in names)
     joined = [line.get_linestyle() for line in axes.lines if line.get_color() == page.LOOKS[NGSOLVE][0]]
     assert joined == ["None", "-"]
