@@ -1,6 +1,9 @@
-"""A user's own traces against the 3D model's: the largest distance over time, with what it is known to.
+"""Traces against traces: the largest distance over time, with what it is known to. Of the 1D model's from the 3D
+model's, and of a user's own (`validate.against` reads them from files of other programs).
 
-`validate.against` reads them from files of other programs.
+The largest distance of the two models is sought at the times of the 3D traces from 10 us on (and at 10 us itself). Its
+error has four parts, added: that of the 3D trace, that of the 1D trace (rounding), that of the final change that it is
+relative to, and what a maximum between two times may exceed the one found by.
 """
 
 from __future__ import annotations
@@ -11,10 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from compare.verdict import FIRST_TIME, Check, Comparison, Models, judged
+from compare.verdict import Check, Comparison, Models, judged, spread, unit_of
+from scenes.checks import FIRST_TIME
 from scenes.errors import SceneError, quoted
 from scenes.formats import cut, quantity, signed
-from scenes.result import Result
+from scenes.result import Estimate, Result, Traces
 from scenes.sink import OF_A_SINK, Sink
 
 QUANTITIES = {name: asked.trace for name, asked in OF_A_SINK.items() if asked.trace}
@@ -22,6 +26,69 @@ QUANTITIES = {name: asked.trace for name, asked in OF_A_SINK.items() if asked.tr
 _NAMES = {key: name for name, key in QUANTITIES.items()}
 _OF = {"current_A": "final change", "power_W": "final value"}
 """What a difference of a trace is relative to, where that is no final rise."""
+
+
+@dataclass(frozen=True)
+class Largest:
+    """The largest distance |1D - 3D| of two traces, with its sign, both values, its time (s) and the bound of what a
+    maximum between the times may be larger by."""
+
+    distance: float
+    predicted: float
+    measured: float
+    time: float
+    beyond: float
+
+
+def from_first(time: np.ndarray) -> np.ndarray:
+    """The times (s) from 10 us on, that one among them."""
+    return np.concatenate([[FIRST_TIME], time[time > FIRST_TIME]])
+
+
+def largest_distance(predicted: Traces, measured: Traces, key: str) -> Largest:
+    """The largest distance of a quantity from 10 us on, at the times of ``measured``, which ``predicted`` shares.
+
+    ValueError where the times differ.
+    """
+    if not np.array_equal(predicted.time, measured.time):
+        raise ValueError("the two models' traces must be at the same times")
+    late = from_first(measured.time)
+    p, m = (np.interp(late, measured.time, traces.values[key]) for traces in (predicted, measured))
+    off = p - m
+    i = int(np.argmax(np.abs(off)))
+    return Largest(float(off[i]), float(p[i]), float(m[i]), float(late[i]), _beyond(late, np.abs(off), i))
+
+
+def _beyond(time: np.ndarray, off: np.ndarray, i: int) -> float:
+    """How far the parabola through the largest value and its two neighbours rises above it; 0 at either end."""
+    if not 0 < i < len(off) - 1:
+        return 0.0
+    left, right = time[i] - time[i - 1], time[i + 1] - time[i]
+    before, after = (off[i] - off[i - 1]) / left, (off[i + 1] - off[i]) / right
+    curvature = (after - before) / (left + right)
+    slope = (before * right + after * left) / (left + right)
+    return float(-(slope**2) / (4 * curvature)) if curvature < 0 else 0.0
+
+
+def over_time(
+    models: Models, key: str, final: Estimate, title: str, relative_to: str,
+    because: Callable[[Models, str, Largest, float], str],
+) -> Comparison:  # fmt: skip
+    """The largest distance of the traces of a quantity over a ``final`` value (with its error), which ``relative_to``
+    names; ``because`` is asked why, given the quantity, the distance and the final value."""
+    reduction, solution = models.traces()
+    at = largest_distance(reduction, solution, key)
+    distance = Estimate(at.distance, solution.errors[key] + reduction.errors[key] + at.beyond)
+    room = 0.0 if key == "current_A" else models.sink.room_temperature
+    return Comparison(
+        title, at.predicted - room, at.measured - room, unit_of(key), part(at.distance, final.value),
+        spread(part, {"distance": distance, "final": final}), lambda: because(models, key, at, final.value), at.time,
+        relative_to=relative_to,
+    )  # fmt: skip
+
+
+def part(distance: float, final: float) -> float:
+    return distance / abs(final) if final else float("inf")
 
 
 @dataclass(frozen=True)
@@ -91,7 +158,7 @@ def compare(sink: Sink, data: Data, fem3d: Result, key: str) -> Comparison:
     their rows is left out (for smooth curves the error falls with the square of the spacing).
     """
     traces = fem3d.over_time
-    unit = key.rpartition("_")[2]
+    unit = unit_of(key)
     first = max(FIRST_TIME, float(data.time[0]), float(traces.time[0]))
     last = min(float(data.time[-1]), float(traces.time[-1]))
     if not first < last:

@@ -3,7 +3,7 @@ says that they "are all equivalent, and the theory below applies to them all". E
 that says why the two differ.
 
 The innermost span is that of the highest number, an outer one is span 1. Over time the largest difference from 10 us on
-is taken, as for the paper's figures (`compare.figure_checks`).
+is taken, as for the paper's figures (`compare.sink_checks`).
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
-from compare import equation_checks, figure_checks
-from compare.figure_checks import SETTLED, Largest, at_rest, crossing_time, from_first, gap, resistances, rises_at
-from compare.plan import made_checks
+from compare import sink_checks
+from compare.against import Largest, from_first, over_time
+from compare.made import made_checks
+from compare.sink_checks import SETTLED, at_rest, crossing_time, gap, resistances, rises_at
 from compare.verdict import PAPERS, Check, Comparison, Models, judged, relative, spread, unit_of
 from reduced1d.ladder.lumps import half_island
 from scenes.checks import DEFAULT_TOLERANCES, ISLAND_TOLERANCES, OF_THE_PAPER, OF_THE_SPANS
@@ -33,7 +33,7 @@ WHAT = {"peak_inner": "inner peak", "peak_outer": "outer peak", "mean": "mean", 
 def evaluate(
     sink: Sink, request: Request, fem3d: Result, reduced1d: Result | None, single: Result | None = None
 ) -> tuple[Check, ...]:
-    """The checks that the run allows (``compare.plan``), in its order.
+    """The checks that the run allows (``compare.made``), in its order.
 
     ``fem3d`` has the steady state, and the traces if the request is for the transient; ``reduced1d``, ``None`` where
     it was not asked for, has its traces at the same times. ``single`` is the 3D result of one span alone, for a
@@ -73,7 +73,7 @@ def _over_time(what: str, models: Models) -> Comparison:
     title = f"{WHAT[what]} trace, of {'itself' if what == 'current' else 'final rise'}"
     because = partial(_on_the_way, what)
     final = models.fem3d.steady[key]
-    return figure_checks.over_time(models, key.replace("_rise_K", "_K"), final, title, "the final 3D value", because)
+    return over_time(models, key.replace("_rise_K", "_K"), final, title, "the final 3D value", because)
 
 
 def _pairs(models: Models) -> Iterator[tuple[str, str, tuple[Result, str], tuple[Result, str]]]:
@@ -190,9 +190,8 @@ def _on_the_way(what: str, models: Models, trace: str, at: Largest, final: float
     )
 
 
-_MODULES: tuple[Any, ...] = (equation_checks, figure_checks)
 DEFINITIONS: dict[str, Callable[[Models], Comparison]] = {
-    **{name: getattr(module, name) for name in DEFAULT_TOLERANCES for module in _MODULES if hasattr(module, name)},
+    **{name: getattr(sink_checks, name) for name in DEFAULT_TOLERANCES},
     **{f"islands_{what}": partial(_steady, what) for what in WHAT},
     "islands_equivalent": _equivalent,
     **{f"islands_{what}_over_time": partial(_over_time, what) for what in WHAT},

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from compare.device_checks import not_reached
-from compare.plan import made_3d_checks
+from compare.made import made_3d_checks
 from compare.verdict import Check, Comparison, judged, relative
 from fem3d.device.runs import Solved
 from reduced1d.device.lumped import lump

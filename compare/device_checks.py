@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from compare.plan import made_checks
+from compare.made import made_checks
 from compare.verdict import Check, Comparison, judged, relative
 from reduced1d.device.design import PXI_4070, reading
 from reduced1d.device.lumped import lump

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from scenes.result import Estimate, Result, Traces
     from scenes.sink import Sink
 
-FIRST_TIME = 10e-6
-"""The time (s) from which on traces are compared: before it, the step's first instants would decide."""
 PAPERS = ("paper", "reduced1d")
 """What the paper's own model is called as a result."""
 

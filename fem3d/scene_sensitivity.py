@@ -18,10 +18,8 @@ from fem3d.motion import STEP, Given
 from fem3d.sensitivity import Known, Table
 from fem3d.sensitivity_over_time import over_time
 from fem3d.study import Study
-from meshes import symmetry
-from meshes.symmetry import Symmetry
 from scenes.errors import quoted
-from scenes.model import AnyScene, MeshScene, values
+from scenes.model import AnyScene, values
 from scenes.result import Estimate, Result
 from scenes.varied import numbers, varied
 
@@ -92,7 +90,7 @@ def _over_time(scene: AnyScene, result: Result, others: Mapping[str, AnyScene]) 
 
 
 def _study(scene: AnyScene) -> Study:
-    return probe_quantities.study(scene, _part(scene))  # type: ignore[arg-type]
+    return probe_quantities.study(scene, solve_scene.part_of(scene, True))
 
 
 def _known(found: Mapping[str, Estimate]) -> tuple[dict[str, Estimate], dict[str, str]]:
@@ -100,13 +98,6 @@ def _known(found: Mapping[str, Estimate]) -> tuple[dict[str, Estimate], dict[str
     known = {n: e for n, e in found.items() if abs(e.value) > e.error}
     why = "it is zero within its error, of which there is no percent"
     return known, {f"probe {quoted(n)}": why for n in found if n not in known}
-
-
-def _part(scene: AnyScene) -> Symmetry:
-    """A scene that is solved whole."""
-    if isinstance(scene, MeshScene):
-        return symmetry.uncut(scene, [b.material.name for b in scene.bodies])
-    return solve_scene.part_of(scene, True)
 
 
 def _floor(scene: AnyScene, other: AnyScene) -> float:

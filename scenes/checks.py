@@ -9,6 +9,9 @@ from scenes.errors import SceneError, quoted
 from scenes.kinds import Kind, Numbers, Quantity, known_name
 from scenes.units import NUMBER
 
+FIRST_TIME = 10e-6
+"""The time (s) from which on traces are compared: before it, the step's first instants would decide."""
+
 EQUATIONS = ("eq12", "eq13", "eq14", "eq16", "eq18", "eq18_measured")
 FIGURES = ("fig4", "fig5", "fig6_peak", "fig6_end", "fig7_current")
 OF_THE_ROW = tuple(f"islands_{what}" for what in ("peak_inner", "peak_outer", "mean", "current"))

@@ -9,24 +9,24 @@ from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from compare.outcome import Outcome
 from scenes import load, overridden
 from scenes.device import Device
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.plan import Request
 from scenes.sink import Sink
+from validate.run.outcome import Outcome
 
 if TYPE_CHECKING:
     import numpy as np
 
     from compare.against import Data
-    from compare.budget import Budget
-    from compare.inputs.propagation import Propagated
-    from compare.inputs.sensitivities import Sensitivities
+    from compare.blame import Budget
     from compare.verdict import Check
     from scenes.model import AnyScene
     from scenes.result import Estimate, Result
     from scenes.uncertain import Uncertain
+    from validate.inputs.propagation import Propagated
+    from validate.inputs.sensitivities import Sensitivities
     from validate.report.table import Style
 
 Overrides = Sequence[str] | Mapping[str, object]
@@ -262,7 +262,7 @@ def solve(
     {"box.beam.upper.z": "0.1um"}. Only into the folder ``out`` is anything written. Raises SceneError for bad input,
     ArithmeticError where the numerics fail.
     """
-    from compare.pipeline import reported
+    from validate.run.pipeline import reported
 
     found = _scene(scene, None, overrides, {"run.accuracy": accuracy})
     # Without a folder a scene without probes reports every part's mean temperature.
@@ -327,7 +327,7 @@ def _outcome(scene: Any, request: Request, out: str | Path | None, data: Data | 
     if out is None:
         if request.figures or request.fields:
             raise SceneError("figures and fields need a folder to go to: give out=")
-        from compare.pipeline import answer
+        from validate.run.pipeline import answer
 
         return answer(scene, request, data=data)
     from validate.report.output import run as kept

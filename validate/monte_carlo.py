@@ -7,14 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from compare.inputs import propagation
-from compare.outcome import Outcome
 from scenes.errors import SceneError
 from scenes.keys import type_of
 from scenes.sink import Sink
 from scenes.uncertain import Uncertain
 from scenes.varied import is_word, numbers
+from validate.inputs import propagation
 from validate.processes import processors
+from validate.run.outcome import Outcome
 from validate.sweep.cluster import Cluster
 from validate.sweep.design import base
 from validate.sweep.point import Scope, Work

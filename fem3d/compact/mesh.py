@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from fem3d import adapt, level, probe_quantities, solve_mesh, solve_scene
+from fem3d import adapt, level, probe_quantities, solve_scene
 from fem3d.compact.channels import Channel, apart, driven
 from fem3d.conductor import Conductor
 from fem3d.domain import boxes
 from fem3d.fields import grid_of
 from fem3d.heat import HeatProblem
+from fem3d.mesh_file import FileMesh
 from fem3d.outputs import Outputs
 from meshes import symmetry
 from meshes.symmetry import Symmetry
@@ -27,9 +28,9 @@ def problem(
     probe; and the part that they are of. On a mesh file they are those of its finest space."""
     named = apart(scene, channels)
     if isinstance(named, MeshScene):
-        *_, space = solve_mesh.spaces(solve_mesh.place(named))
-        names = [m.name for m in space.problems.domain.materials]
-        return space.heat, space.problems.conductors[space.degree - 1], symmetry.uncut(named, names)  # type: ignore[arg-type]
+        mesh = FileMesh(solve_scene.place(named))
+        given = (mesh.raised() or mesh).problems()
+        return given.heat, given.conductor, solve_scene.part_of(named, True)
     part = symmetry.reduce(solve_scene.clipped(named))
     mixed = _mixed(scene, channels, rise)
     there = replace(driven(scene, mixed), accuracy=accuracy)

@@ -19,8 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from reduced1d.equations import resistance, room_resistivity
-from reduced1d.ladder.few_states import FIRST_TIME
 from reduced1d.ladder.plate import COPIES, Plate, along, film
+from scenes.checks import FIRST_TIME
 from scenes.sink import Sink
 
 THIN = 1e-3

@@ -37,6 +37,7 @@ from reduced1d.errors import RunawayError, no_steady_state
 from reduced1d.line import modes
 from reduced1d.lumped import increasing_root
 from reduced1d.sink import time_grid
+from scenes.checks import FIRST_TIME
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
 
@@ -44,8 +45,6 @@ if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
 
 
-FIRST_TIME = 10e-6
-"""From this time (s) on the response is to be right."""
 POINTS, SWEEPS = 5, 25
 GROWTH, COARSE_GROWTH = 2.0, 2.8  # of the steps, and of those of the run that tells the error
 SETTLED = 1e-11  # of the largest value in a step: the change that ends the sweeps

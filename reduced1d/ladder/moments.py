@@ -14,8 +14,9 @@ import math
 
 import numpy as np
 
-from reduced1d.ladder.few_states import FIRST_TIME, FewStates, steady_state
+from reduced1d.ladder.few_states import FewStates, steady_state
 from reduced1d.ladder.plate import Plate, current_through_pads, factorize
+from scenes.checks import FIRST_TIME
 
 PLATE_STATES = 24
 """With so many fields the projection is the plate to 1e-5 from the first time on."""

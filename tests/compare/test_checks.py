@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from compare.against import largest_distance
 from compare.checks import DEFINITIONS, evaluate
-from compare.figure_checks import largest_distance
-from compare.plan import made_checks, skipped_checks
+from compare.made import made_checks, skipped_checks
 from compare.verdict import Check, contradicts, expected, judge, relative, spread
 from scenes.checks import DEFAULT_TOLERANCES, ISLAND_TOLERANCES
 from scenes.plan import Request

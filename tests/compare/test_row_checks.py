@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 
 from compare.checks import evaluate
-from compare.outcome import Outcome
-from compare.pipeline import answer
 from compare.verdict import Check
 from fem3d import run
 from scenes.checks import ISLAND_TOLERANCES
@@ -17,6 +15,8 @@ from scenes.errors import SceneError
 from scenes.plan import Request
 from scenes.result import Estimate, Result
 from scenes.sink import Sink
+from validate.run.outcome import Outcome
+from validate.run.pipeline import answer
 
 ROW = Sink(spans=3, accuracy=1e-2)
 

@@ -15,7 +15,6 @@ import pytest
 
 import compare
 from compare.checks import evaluate
-from compare.pipeline import compared
 from compare.verdict import Check
 from fem3d.errors import NumericsError
 from scenes.checks import DEFAULT_TOLERANCES
@@ -23,6 +22,7 @@ from scenes.loading import load
 from scenes.plan import Request
 from scenes.validity import cause
 from validate.cli import main
+from validate.run.pipeline import compared
 
 SINKS = {
     "built-in": [],

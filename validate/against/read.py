@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from compare.against import QUANTITIES, Data
-from compare.verdict import FIRST_TIME
+from scenes.checks import FIRST_TIME
 from scenes.errors import SceneError, printable, quoted
 from scenes.formats import quantity
 from scenes.sink import Sink

@@ -14,11 +14,11 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.verdict import FIRST_TIME
 from fem3d.run import solve as solve_3d
 from reduced1d import ladder
 from reduced1d.ladder.few_states import over_time
 from reduced1d.ladder.levels import Levels
+from scenes.checks import FIRST_TIME
 from scenes.formats import percent, quantity
 from scenes.loading import load
 from scenes.plan import Request

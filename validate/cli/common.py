@@ -142,7 +142,7 @@ def run(
     asked = [f"--{name}" for name in ("explain", "dry-run", "quiet", "json") if vars(arguments)[name.replace("-", "_")]]
     refuse((len(asked) > 1, f"{' and '.join(asked)} print different things: give one of them"))
     if arguments.explain or arguments.dry_run:
-        from compare.pipeline import plan
+        from validate.run.pipeline import plan
 
         planned = plan(scene, request, data)
         show(plan_text(planned, style()) + ("\n" if arguments.explain else ""))

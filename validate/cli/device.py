@@ -53,9 +53,10 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _request(arguments: argparse.Namespace) -> Request:
     """What is asked for; SceneError where one thing leaves out another."""
-    from compare.plan import DEVICE_FIGURES, LATE, design_reason
+    from compare.made import DEVICE_FIGURES, LATE
     from scenes.kinds import Quantity
     from scenes.units import POWER, VOLTAGE
+    from validate.run.plan import design_reason
 
     limits = {"--max-voltage": (arguments.max_voltage, VOLTAGE), "--max-power": (arguments.max_power, POWER)}
     voltage, power = (

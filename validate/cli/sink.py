@@ -134,11 +134,11 @@ def _data(arguments: argparse.Namespace, sink: Sink, request: Request) -> Data |
 
     data = read(Path(arguments.against), sink, arguments.column)
     if arguments.data_uncertainty:
-        from compare.inputs.validation import data_uncertainty
+        from validate.inputs.validation import data_uncertainty
 
         data_uncertainty(sink, data, arguments.data_uncertainty)
     if arguments.calibrate:
-        from compare.inputs.calibration import keys_of
+        from validate.inputs.calibration import keys_of
 
         if not arguments.data_uncertainty:
             raise SceneError("--calibrate weighs the data by what they are known to: give --data-uncertainty, too")

@@ -37,9 +37,9 @@ OPTIONS = {
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from compare.pipeline import reported
     from scenes.free import load
     from scenes.plan import Request
+    from validate.run.pipeline import reported
 
     if arguments.steady and arguments.end_time is not None:
         raise SceneError(f"--steady and --end-time {arguments.end_time} contradict each other: give one of them")

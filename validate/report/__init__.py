@@ -12,11 +12,11 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from compare.pipeline import kind
+from validate.run.pipeline import kind
 
 if TYPE_CHECKING:
-    from compare.outcome import Outcome
     from validate.report.table import Section, Style
+    from validate.run.outcome import Outcome
 
 _ANALYSES = ("propagated", "fit", "validation", "air", "sensitivities", "why")
 

@@ -12,24 +12,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from compare import against
-from compare.inputs.sensitivities import PREFIX, QUANTITIES
-from compare.inputs.validation import COVERS
 from compare.verdict import unit_of
 from scenes.device import Device
 from scenes.formats import cut, difference_text, percent, quantity, signed
 from scenes.keys import type_of
 from scenes.model import UNITS
 from scenes.sink import OF_A_SINK, Sink
+from validate.inputs.sensitivities import PREFIX, QUANTITIES
+from validate.inputs.validation import COVERS
 from validate.report.table import Row, Section, Style, Table
 
 if TYPE_CHECKING:
-    from compare.air import Air, Limits
-    from compare.budget import Budget, Part, Split
-    from compare.inputs.calibration import Fit
-    from compare.inputs.propagation import Propagated, Sampled
-    from compare.inputs.sensitivities import Sensitivities, Slope
-    from compare.inputs.validation import Validation
-    from compare.outcome import Outcome
+    from compare.blame import Budget, Part, Split
+    from validate.inputs.air import Air, Limits
+    from validate.inputs.calibration import Fit
+    from validate.inputs.propagation import Propagated, Sampled
+    from validate.inputs.sensitivities import Sensitivities, Slope
+    from validate.inputs.validation import Validation
+    from validate.run.outcome import Outcome
 
 SHOWN = ("peak_rise_K", "end_rise_K", "current_A", "sink_power_W", "sensor_power_W", "sensor_V")
 """Quantities of which a terminal and a figure have room; the page and the summary have all."""
@@ -218,7 +218,7 @@ def validation(found: Validation, outcome: Outcome[Any], style: Style) -> Sectio
 def air(found: Air, outcome: Outcome[Any], style: Style) -> Section:
     """The differences at some coefficients, up to which the air may be left out, or lumped; over time until when that
     stays within the tolerance, and how far it is off at most."""
-    from compare.air import QUANTITIES, STILL
+    from validate.inputs.air import QUANTITIES, STILL
 
     shown = list(range(len(found.coefficients)))
     if not style.page:
@@ -257,7 +257,7 @@ def air(found: Air, outcome: Outcome[Any], style: Style) -> Section:
 
 def why(found: Budget, outcome: Outcome[Any], style: Style) -> Section:
     """Its parts in percent of the final rise or of the current or its change, then the sentence."""
-    from compare.budget import of_current
+    from compare.blame import of_current
 
     over_time = found.transient
     parts: list[Table | str] = [

@@ -18,10 +18,10 @@ from validate.report.checks import NAMES, off_by, sides
 from validate.report.table import Section, Style, Table, sentences, wrapped
 
 if TYPE_CHECKING:
-    from compare.outcome import Outcome
     from fem3d.device.solve import Model
     from scenes.device import Device
     from scenes.loop.result import Steady
+    from validate.run.outcome import Outcome
 
 FIGURES = {
     "figure9": "device_figures.power",

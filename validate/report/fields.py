@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from compare.verdict import FIRST_TIME
 from reduced1d.painted import Reduction
+from scenes.checks import FIRST_TIME
 from scenes.result import Result
 
 _TYPES = {"tetra": 10, "hexahedron": 12, "tetra10": 24, "hexahedron20": 25, "hexahedron27": 29}

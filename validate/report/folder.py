@@ -16,11 +16,11 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from compare.pipeline import kind
 from scenes.errors import SceneError, quoted, reason
 from scenes.loading import distinguishes, shortened
 from scenes.plan import Request
 from scenes.units import POWER, TIME, VOLTAGE
+from validate.run.pipeline import kind
 
 SCHEMA = 1
 """The version of summary.json."""

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from compare.outcome import Outcome
 from compare.verdict import Check
 from scenes.formats import Column, cut, quantity, with_error
 from scenes.model import UNITS, AnyScene, GroupProbe, Probe
@@ -17,6 +16,7 @@ from scenes.units import TIME
 from validate.report import analysed
 from validate.report.figures.render import Field
 from validate.report.table import Section, Style, Table, wrapped
+from validate.run.outcome import Outcome
 
 FIGURES = {"figure traces": "trace_figure.draw", "sensitivity": "analysis_figures.sensitivity"}
 FIELD_FIGURE = "figure field"

@@ -11,13 +11,13 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from compare import plan
-from compare.outcome import Clock, Outcome
-from compare.pipeline import answer
 from scenes.plan import Request, noted, step
 from validate.report import of
 from validate.report.figures.render import Renderer
 from validate.report.folder import Folder, folder_of
+from validate.run import plan
+from validate.run.outcome import Clock, Outcome
+from validate.run.pipeline import answer
 
 if TYPE_CHECKING:
     import numpy as np
@@ -38,7 +38,7 @@ def run(
     ``then`` adds to what was found before it is written.
 
     The folder is there, whole, when this returns, and as it was before when this raises. Raises SceneError for a folder
-    that can't be used (before anything is solved), and what `compare.pipeline.answer` raises.
+    that can't be used (before anything is solved), and what `validate.run.pipeline.answer` raises.
     """
     say, clock, drawn = progress or (lambda _: None), Clock(), draws_field(scene, request)
     with Folder(out or folder_of(scene, request)) as folder, Renderer(drawn) as renderer:

@@ -16,10 +16,10 @@ from validate.report.table import Section, Style, Table, wrapped
 if TYPE_CHECKING:
     import numpy as np
 
-    from compare.outcome import Outcome
     from reduced1d.painted import Reduction
     from scenes.sink import Sink
     from validate.report.figures.render import Field
+    from validate.run.outcome import Outcome
 
 QUANTITIES = {asked.steady: (asked.called, asked.unit) for asked in OF_A_SINK.values()}
 FIGURES = {

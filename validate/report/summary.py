@@ -11,14 +11,14 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from compare.pipeline import kind
 from validate.report import of
 from validate.report.folder import SCHEMA
+from validate.run.pipeline import kind
 
 if TYPE_CHECKING:
-    from compare.outcome import Outcome
     from compare.verdict import Check
     from scenes.result import Result
+    from validate.run.outcome import Outcome
 
 _LIBRARIES = {"numpy": "numpy", "scipy": "scipy", "skfem": "scikit-fem", "matplotlib": "matplotlib"}
 _ANALYSES = {

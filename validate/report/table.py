@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from compare.outcome import Outcome
 from compare.verdict import Check
 from scenes.formats import cut
 from scenes.plan import Step
 from validate.report import of
+from validate.run.outcome import Outcome
 
 WIDTH = 80
 _COLOURS = {"agrees": "32", "differs": "31", "unresolved": "33", "heading": "1"}

@@ -24,7 +24,7 @@ FINEST = 1e-4
 
 BLAMED = {"fig4": ("steady", "peak"), "fig6_peak": ("transient", "peak"), "fig6_end": ("transient", "end"),
           "fig7_current": ("transient", "current")}  # fmt: skip
-"""The difference that each check of a reduction is of, among those that `compare.budget` splits by assumption."""
+"""The difference that each check of a reduction is of, among those that `compare.blame` splits by assumption."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ class Job:
 def checked(base: Base, given: str | None, steady: bool, varied: Collection[str] = ()) -> str:
     """The check that was asked for; SceneError for one that there isn't, or that no design of the sweep has, whose
     ``varied`` keys are these."""
-    from compare.plan import checks_of, skipped_checks
+    from compare.made import checks_of, skipped_checks
     from scenes.checks import DEFAULT_TOLERANCES, ISLAND_TOLERANCES
 
     scene: Any = base.at(())
@@ -157,8 +157,8 @@ def _sink(
 ) -> tuple[dict[str, Any], dict[str, float] | None, Result]:  # fmt: skip
     """The columns of a sink, the parts of its difference, and its 3D result; solved again more accurately while a
     verdict is open."""
-    from compare.pipeline import compared
     from reduced1d.ladder.levels import Levels
+    from validate.run.pipeline import compared
 
     request = Request(transient=not scope.steady, figures=False, reduction=scope.reductions[0])
     # Which part is the largest the coarser models of the ladder tell; a reduction that stands on it needs both.
@@ -206,7 +206,7 @@ def _of_another(sink: Sink, request: Request, fem3d: Result, levels: Levels) -> 
 
 def _parts(sink: Sink, scope: Scope, fem3d: Result, levels: Levels) -> dict[str, float] | None:
     """The difference that the check is of, split by assumption."""
-    from compare.budget import budget
+    from compare.blame import budget
     from reduced1d.errors import RunawayError
 
     kind, quantity = BLAMED.get(scope.check, ("steady", "peak"))
@@ -235,10 +235,11 @@ def blame(parts: dict[str, float] | None) -> dict[str, Any]:
 
 def _free(scene: AnyScene) -> dict[str, Any]:
     """The columns of a free scene: every probe, at the end where it is over time."""
-    from compare.pipeline import reported, solver
+    from fem3d import solve_scene
+    from validate.run.pipeline import reported
 
     scene = reported(scene, Request(figures=False))
-    result = solver(scene).solve(scene)
+    result = solve_scene.solve(scene)
     values: dict[str, Any] = {}
     for probe in scene.probes:
         if scene.steady or result.traces is None:

@@ -11,8 +11,7 @@ import pytest
 
 from compare import device_checks as checks
 from compare.device_3d_checks import _why_steady
-from compare.pipeline import simulated
-from compare.plan import made_checks, needs, skipped_checks
+from compare.made import made_checks, skipped_checks
 from compare.verdict import Check, judged
 from reduced1d.device.runs import solve
 from reduced1d.device.stability import largest_eigenvalue
@@ -23,6 +22,8 @@ from scenes.loading import load
 from scenes.loop.result import Run, Runs, sampled_slowly
 from scenes.plan import Request
 from validate.report.checks import claimed, off_by
+from validate.run.pipeline import simulated
+from validate.run.plan import needs
 
 SLOPE = 0.15 * 1e-3 * 100e-6 / 100e-6
 METERS = ("meter_resistance", "meter_power", "meter_rate")

@@ -13,8 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from compare.budget import budget
-from compare.outcome import Outcome
+from compare.blame import budget
 from fem3d.run import solve as solve_3d
 from reduced1d import ladder
 from reduced1d.errors import RunawayError
@@ -27,6 +26,7 @@ from scenes.sink import Sink
 from validate.bench.ladder_table import errors, scene, slow_row, thin_row
 from validate.report.analyses import budget as document
 from validate.report.analyses import why as section
+from validate.run.outcome import Outcome
 
 SCENES = {
     "default": (),

@@ -18,9 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from compare import device_checks as checks
-from compare.outcome import Outcome
-from compare.pipeline import simulated
-from compare.plan import DEVICE_FIGURES as FIGURES
+from compare.made import DEVICE_FIGURES as FIGURES
 from scenes.checks import DEVICE_TOLERANCES
 from scenes.keys import DEVICE
 from scenes.loading import from_dict, load
@@ -30,6 +28,8 @@ from tests.validate.cli import summary
 from validate.cli import main
 from validate.report.figures import device_figures as own
 from validate.report.table import Style, Table
+from validate.run.outcome import Outcome
+from validate.run.pipeline import simulated
 
 QUICK = ("--set", "control.sample_time=1ms", "--set", "control.sink_gain=0.5")
 

@@ -8,9 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare.budget import Budget, Part, Split
-from compare.figure_checks import profile
-from compare.outcome import Outcome
+from compare.blame import Budget, Part, Split
+from compare.sink_checks import profile
 from compare.verdict import Models
 from fem3d.run import solve
 from scenes.free import load as load_free
@@ -24,6 +23,7 @@ from validate.report.figures.analysis_figures import seen_parts
 from validate.report.figures.offscreen import round_length
 from validate.report.figures.sink_figures import without_kinks
 from validate.report.table import Style
+from validate.run.outcome import Outcome
 
 
 def kink(y: np.ndarray, values: np.ndarray) -> float:

@@ -17,9 +17,9 @@ from validate.report.figures import INK, LINES, PARTS
 from validate.report.figures.drawing import band, kept, legend, logarithmic, new_figure
 
 if TYPE_CHECKING:
-    from compare.air import Air
-    from compare.budget import Budget
-    from compare.outcome import Outcome
+    from compare.blame import Budget
+    from validate.inputs.air import Air
+    from validate.run.outcome import Outcome
 
 _VISIBLE = 0.005
 """The share of an axis's height from which on a part can be seen."""
@@ -36,7 +36,7 @@ def why(outcome: Outcome[Sink]) -> Figure:
     """A panel for each quantity: what every assumption adds to the reduction less 3D, stacked away from zero in percent
     of the final rise (or the current's change), against time; the bar beside it is the steady state, with its
     numerical error. The black line is the whole difference."""
-    from compare.budget import of_current
+    from compare.blame import of_current
     from validate.report.analyses import named
 
     budget, sink = outcome.why, outcome.scene
@@ -112,7 +112,7 @@ def seen_parts(budget: Budget) -> list[int]:
 def sensitivity(outcome: Outcome[Any]) -> Figure:
     """A tornado for each quantity with a pair of bars for each key, the largest on top; an error in 3D as a line across
     its end, the names of keys that 1D follows beyond the tolerance in red."""
-    from compare.inputs.sensitivities import PREFIX, sentence
+    from validate.inputs.sensitivities import PREFIX, sentence
     from validate.report.analyses import followed, short
 
     found = outcome.sensitivities
@@ -157,7 +157,7 @@ def sensitivity(outcome: Outcome[Any]) -> Figure:
 def validation(outcome: Outcome[Sink]) -> Figure:
     """A column for each quantity of the data: above the values with bands of 2 sqrt(u_num^2 + u_input^2) and bars of 2
     u_D, below the comparison error E = S - D of both models within 2 u_val."""
-    from compare.inputs.validation import COVERS
+    from validate.inputs.validation import COVERS
 
     found = outcome.validation
     assert found is not None
@@ -193,7 +193,7 @@ def validation(outcome: Outcome[Sink]) -> Figure:
 def air(outcome: Outcome[Sink]) -> Figure:
     """The differences, left out in full and lumped in broken lines, with still air marked; beside it until when the air
     may be left out, for each coefficient at which it may not be to the end."""
-    from compare.air import STILL
+    from validate.inputs.air import STILL
 
     found = outcome.air
     assert found is not None

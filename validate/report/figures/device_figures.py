@@ -14,7 +14,6 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from compare.outcome import Outcome
 from reduced1d.device.lumped import lump, steady
 from scenes.device import Device
 from scenes.formats import percent, quantity, scale
@@ -22,6 +21,7 @@ from scenes.loop.result import BAND, Run
 from validate.report.checks import drawn, with_mu
 from validate.report.figures import INK, LAYERS
 from validate.report.figures.drawing import legend, logarithmic, new_figure
+from validate.run.outcome import Outcome
 
 Curve = tuple[str, str, str, dict[str, Any]]
 """A quantity with its label, its colour and how its line looks."""

@@ -10,10 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.polynomial import Chebyshev
 
-from compare import figure_checks
+from compare import sink_checks
 from compare.against import Data
 from compare.checks import FOLLOWED
-from compare.outcome import Outcome
 from compare.verdict import PAPERS, Models
 from reduced1d.equations import parabola, parabola_between, unequal_ends
 from reduced1d.ladder.lumps import half_island
@@ -22,6 +21,7 @@ from scenes.result import Result
 from scenes.sink import OF_A_SINK, Sink, start
 from validate.report.figures import INK, LINES
 from validate.report.figures.drawing import band, legend, logarithmic, new_figure, smooth
+from validate.run.outcome import Outcome
 
 Spans = list[tuple[float, int]]
 
@@ -47,9 +47,9 @@ def profile(outcome: Outcome[Sink]) -> Figure:
     distance; the curve is smoothed by a twentieth of the error, and then nearer to a finer solution than before.
     """
     sink, three, one = outcome.scene, outcome.solved, outcome.reduced1d
-    y, rise, fitted = figure_checks.profile(Models(sink, three, one))
+    y, rise, fitted = sink_checks.profile(Models(sink, three, one))
     checks = [check for check in outcome.checks if check.id == "fig5"]
-    figure = new_figure(7.5, 5.4, f"Figure 5: steady rise along the beam, {sink_text(sink)}", checks, left=0.95)
+    figure = new_figure(9.5, 5.4, f"Figure 5: steady rise along the beam, {sink_text(sink)}", checks, left=0.95)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1.2))
     um = y * 1e6
     above.plot(um, rise, color=INK, label="3D, along the axis")

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from compare.outcome import Outcome
 from scenes import physics
 from scenes.formats import cut, scale
 from scenes.model import UNITS, AnyScene, Schedule
 from scenes.result import Traces
 from validate.report.figures.drawing import band, new_figure, smooth
+from validate.run.outcome import Outcome
 
 _COLOURS = ("#8b1a1a", "#3a86c8", "#f0a030", "#5e3c99", "#2a7f62", "#b04f8c", "#707070")
 _DASHES = ("-", (0, (5, 2.5)), (0, (1.5, 1.5)))

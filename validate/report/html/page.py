@@ -12,8 +12,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from compare.outcome import Outcome
-from compare.plan import DEVICE_FIGURES, ROW_FIGURES
+from compare.made import DEVICE_FIGURES
 from compare.verdict import contrary
 from scenes.formats import percent, quantity, with_error
 from validate.report import of
@@ -21,6 +20,8 @@ from validate.report.checks import NAMES as DEVICE
 from validate.report.figures.render import Field
 from validate.report.sink import QUANTITIES as SINK
 from validate.report.table import MARKS, Section, Style, Table
+from validate.run.outcome import Outcome
+from validate.run.plan import ROW_FIGURES
 
 _HERE = Path(__file__).parent
 _STYLE = Style(page=True)

@@ -13,8 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from compare.budget import Budget, Part, Split
-from compare.outcome import Outcome
+from compare.blame import Budget, Part, Split
 from scenes.loading import load
 from scenes.plan import Request
 from tests import browser
@@ -25,6 +24,7 @@ from validate.report.figures import table
 from validate.report.html.page import page
 from validate.report.html.surface import Surface, packed, surface
 from validate.report.table import Row, Section, Style, Table
+from validate.run.outcome import Outcome
 
 VOID = {"meta", "link", "img", "input", "br"}
 

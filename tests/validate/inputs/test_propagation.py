@@ -10,10 +10,7 @@ import numpy as np
 import pytest
 
 import compare
-from compare.figure_checks import fig5
-from compare.inputs import propagation, sensitivities
-from compare.inputs.propagation import Propagated
-from compare.inputs.sensitivities import Sensitivities, Slope
+from compare.sink_checks import fig5
 from compare.testing import assert_reduction_agrees
 from compare.verdict import Models
 from fem3d import run
@@ -24,6 +21,9 @@ from scenes.sink import Sink
 from scenes.uncertain import Uncertain, read
 from scenes.varied import varied
 from validate.cli import main
+from validate.inputs import propagation, sensitivities
+from validate.inputs.propagation import Propagated
+from validate.inputs.sensitivities import Sensitivities, Slope
 from validate.monte_carlo import drawn
 
 GIVEN = ["materials.silicon.thermal_conductivity=2%", "materials.oxide.thermal_conductivity=2%", "sink.width=2%",

@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 
 from compare.against import QUANTITIES, Data
-from compare.inputs.propagation import Propagated, of_values, over_time
-from compare.verdict import FIRST_TIME
+from scenes.checks import FIRST_TIME
 from scenes.errors import SceneError, did_you_mean, printable, quoted
 from scenes.formats import quantity, signed
 from scenes.result import Result
 from scenes.sink import Sink
 from scenes.units import UnitError, parse_quantity
+from validate.inputs.propagation import Propagated, of_values, over_time
 
 COVERS = 2.0
 """k: of a normal distribution 95 % lie within so many standard deviations (GUM 6.3.3)."""

@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 
 from compare.against import Data
-from compare.inputs.propagation import of_values
-from compare.verdict import FIRST_TIME
+from scenes.checks import FIRST_TIME
 from scenes.errors import SceneError
 from scenes.formats import percent
 from scenes.keys import type_of
@@ -24,6 +23,7 @@ from scenes.sink import Sink
 from scenes.uncertain import path_of
 from scenes.validity import check
 from scenes.varied import numbers, varied
+from validate.inputs.propagation import of_values
 
 COVERS = 1.96
 """Of a normal distribution 95 % lie within so many standard deviations."""

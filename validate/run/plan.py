@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from compare.verdict import FIRST_TIME
-from scenes import checks as known
+from compare.made import DEVICE_FIGURES, LATE, figure_of, made_3d_checks, made_checks, not_about, only, skipped_checks
 from scenes.device import Device
 from scenes.physics import heat
 from scenes.plan import Request, Step, skipped_together, step
@@ -31,15 +30,6 @@ ROW_FIGURES = {
     "islands_runs": "how the differences run with the number of spans and with an island's length",
 }
 """Of a sink of several spans, which has no figure 5."""
-DEVICE_FIGURES = {
-    "figure9": "power of sink and sensor against time",
-    "figure10": "heat flow into the polymer against time",
-    "figure11": "the same as figure 9, sampled every 5 ms with gains of 0.5 and 0.05 V",
-    "figure12": "the sensor's power after outer steps from -80 to +20 K",
-    "figure13": "the steady power of the sensor against the outer temperature",
-}
-LATE = ("figure11", "figure12", "figure13")
-"""The figures of a device that need runs of their own, which the paper's scheme does not make."""
 BLAME = "blame"
 """The plan's line of what is to blame."""
 _NO_FIGURES = "no figures were asked for"
@@ -131,59 +121,6 @@ def of_free(scene: AnyScene, request: Request, solver: tuple[Step, ...]) -> tupl
     return tuple(steps)
 
 
-def checks_of(scene: Sink | Device) -> tuple[str, ...]:
-    """The checks that there are, in the order in which they are reported: of a sink of one span those of the paper's
-    equations and figures, of several those of their equivalence, and the peak's."""
-    if isinstance(scene, Device):
-        return tuple(known.DEVICE_TOLERANCES)
-    return tuple(known.DEFAULT_TOLERANCES) if scene.spans == 1 else (*known.ISLAND_TOLERANCES, "fig4", "energy")
-
-
-def skipped_checks(scene: Sink | Device, request: Request) -> dict[str, str]:
-    """The checks that a run can't make, each with the reason."""
-    skipped: dict[str, str] = {}
-    if isinstance(scene, Device):
-        left = _not_about(request)
-        skipped = {check: left[_figure_of(check)] for check in known.DEVICE_TOLERANCES if _figure_of(check) in left}
-        if request.about:
-            skipped |= {check: _only(request) for check in known.DEVICE_TOLERANCES if check.startswith("meter")}
-        if not scene.steps_outside:
-            needing = ("fig9_settling", "fig9_balance", "fig10_steady", "fig11_slow")
-            skipped |= dict.fromkeys(needing, "the run ends before the outer step, or there is none")
-        return skipped
-    if "fem3d" not in request.models:
-        return dict.fromkeys(checks_of(scene), "they need the 3D model")
-    if not request.transient:
-        skipped |= dict.fromkeys(known.OVER_TIME, "they need the transient")
-    elif scene.end_time <= FIRST_TIME:
-        skipped |= dict.fromkeys(known.OVER_TIME, "they compare from 10 us on, and the run ends before")
-    if "reduced1d" not in request.models:
-        skipped |= dict.fromkeys(known.OF_THE_REDUCTION, "they need the 1D model")
-    if scene.spans == 2:
-        skipped |= {check: "both of two spans are outer ones" for check in known.ISLAND_TOLERANCES if "inner" in check}
-    return {check: skipped[check] for check in checks_of(scene) if check in skipped}
-
-
-def made_checks(scene: Sink | Device, request: Request) -> tuple[str, ...]:
-    """The checks that a run makes, in the order in which they are reported."""
-    skipped = skipped_checks(scene, request)
-    return tuple(check for check in checks_of(scene) if check not in skipped)
-
-
-def made_3d_checks(device: Device, request: Request) -> tuple[str, ...]:
-    """The checks of 1D against 3D that a run of a device makes, in the order in which they are reported."""
-    stepped = ("dev3d_settling", "dev3d_claim_steady", "dev3d_claim_over_time")
-    left = _not_about(request)
-
-    def made(check: str) -> bool:
-        if check.endswith("_gain"):
-            return not request.about
-        figure = "figure13" if check == "dev3d_slope" else "figure9"
-        return (device.steps_outside or check not in stepped) and figure not in left
-
-    return tuple(filter(made, known.DEVICE_3D_TOLERANCES)) if request.in_3d else ()
-
-
 def _checks(scene: Sink | Device, request: Request) -> list[Step]:
     made = made_checks(scene, request)
     lines = [step("checks", ", ".join(made))] if made else []
@@ -198,7 +135,7 @@ def figures_of(sink: Sink) -> dict[str, str]:
 def skipped_figures(scene: Sink | Device | AnyScene, request: Request) -> dict[str, str]:
     """The figures that a run doesn't draw, each with the reason."""
     if isinstance(scene, Device):
-        return _not_about(request) if request.figures else dict.fromkeys(DEVICE_FIGURES, _NO_FIGURES)
+        return not_about(request) if request.figures else dict.fromkeys(DEVICE_FIGURES, _NO_FIGURES)
     if not isinstance(scene, Sink):
         found = {"field": _no_heat(scene), "traces": _no_traces(scene)}
         return {
@@ -223,7 +160,7 @@ def _figures(all_: Mapping[str, str], left: Mapping[str, str]) -> list[Step]:
 
 def needs(device: Device, request: Request, *figures: str) -> bool:
     """Whether the runs behind any of these figures are needed, for the figure or its checks."""
-    return drawn(device, request, *figures) or any(_figure_of(c) in figures for c in made_checks(device, request))
+    return drawn(device, request, *figures) or any(figure_of(c) in figures for c in made_checks(device, request))
 
 
 def drawn(device: Device, request: Request, *figures: str) -> bool:
@@ -233,29 +170,13 @@ def drawn(device: Device, request: Request, *figures: str) -> bool:
 def design_reason(request: Request) -> str:
     """Why a designer's questions are not answered; empty where they are."""
     if request.about:
-        return _only(request)
+        return only(request)
     return "the accurate scheme answers them" if request.scheme == "paper" else ""
 
 
 def fields_reason(request: Request, missing: str) -> str:
     """Why no field files are written; empty where they are. ``missing`` says why there is no temperature field."""
     return missing if request.fields else "not asked for (--fields)"
-
-
-def _not_about(request: Request) -> dict[str, str]:
-    """The figures that a run of a device is not about, each with the reason."""
-    found = {name: _only(request) for name in DEVICE_FIGURES if request.about and name not in request.about}
-    if request.scheme == "paper":
-        found |= dict.fromkeys(LATE, "they need nine more runs, and the accurate scheme for them")
-    return found
-
-
-def _only(request: Request) -> str:
-    return f"only {', '.join(request.about)} asked for"
-
-
-def _figure_of(check: str) -> str:
-    return check.partition("_")[0].replace("fig", "figure")
 
 
 def _reduction(request: Request) -> Step:

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from compare.against import Data
-from compare.inputs import calibration
-from compare.inputs.calibration import fit, in_1d, keys_of
-from compare.inputs.validation import data_uncertainty
 from reduced1d.sink import solve
 from scenes.errors import SceneError
 from scenes.sink import Sink
 from scenes.varied import varied
 from validate.cli import main
+from validate.inputs import calibration
+from validate.inputs.calibration import fit, in_1d, keys_of
+from validate.inputs.validation import data_uncertainty
 
 OXIDE, SILICON = "materials.oxide.thermal_conductivity", "materials.silicon.thermal_conductivity"
 TIMES = np.linspace(2e-4, 0.02, 40)

@@ -10,11 +10,11 @@ from functools import cache
 import numpy as np
 import pytest
 
-from compare import air
 from fem3d.run import solve
 from scenes.plan import Request
 from scenes.result import Result
 from scenes.sink import Sink
+from validate.inputs import air
 
 SINK = Sink(accuracy=2e-2)
 solved = cache(solve)

@@ -13,18 +13,18 @@ from scenes.plan import Request, Step
 
 if TYPE_CHECKING:
     from compare.against import Data
-    from compare.air import Air
-    from compare.budget import Budget
+    from compare.blame import Budget
     from compare.checks import Varied
-    from compare.inputs.calibration import Fit
-    from compare.inputs.propagation import Propagated, Sampled
-    from compare.inputs.sensitivities import Sensitivities
-    from compare.inputs.validation import Validation
     from compare.verdict import Check
     from fem3d.device.runs import Solved
     from reduced1d.device.design import Design
     from scenes.loop.result import Runs
     from scenes.result import Result
+    from validate.inputs.air import Air
+    from validate.inputs.calibration import Fit
+    from validate.inputs.propagation import Propagated, Sampled
+    from validate.inputs.sensitivities import Sensitivities
+    from validate.inputs.validation import Validation
 
 S = TypeVar("S", covariant=True)
 """The kind of scene: a Sink, a Device, or a free scene."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from compare.figure_checks import fig5
+from compare.sink_checks import fig5
 from compare.verdict import Check, Models, judge
 from scenes.device import Device
 from scenes.formats import percent

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import compare
-from compare.inputs import sensitivities
-from compare.inputs.sensitivities import Course, Sensitivities, Slope
 from scenes.result import Estimate
 from scenes.sink import Sink
 from validate.cli import main
+from validate.inputs import sensitivities
+from validate.inputs.sensitivities import Course, Sensitivities, Slope
 
 
 def made(**slopes: tuple[float, float]) -> Sensitivities:

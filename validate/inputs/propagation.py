@@ -15,7 +15,6 @@ from inspect import signature
 import numpy as np
 
 from compare.checks import DEFINITIONS
-from compare.inputs.sensitivities import QUANTITIES, Sensitivities, of_sink
 from compare.verdict import Check, Comparison, Models
 from scenes.device import Device
 from scenes.formats import percent
@@ -23,6 +22,7 @@ from scenes.result import Estimate, Result
 from scenes.sink import Sink
 from scenes.uncertain import Uncertain
 from scenes.varied import varied
+from validate.inputs.sensitivities import QUANTITIES, Sensitivities, of_sink
 
 STEP = 1e-4  # of a key: differences of formulas are off by its square
 BENT, SHARE = 0.1, 0.3  # of the first-order change; of u_input

@@ -9,27 +9,26 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
-from importlib import import_module
 from typing import TYPE_CHECKING, Any, cast
 
-from compare import plan as plans
-from compare.outcome import Clock, Outcome
 from scenes import physics
 from scenes.device import Device
 from scenes.errors import SceneError
 from scenes.model import AnyScene, GroupProbe, MeshScene, Probe
-from scenes.plan import Export, Request, Step
+from scenes.plan import Export, Request, Step, noted
 from scenes.result import Estimate
 from scenes.sink import Sink
+from validate.run import plan as plans
+from validate.run.outcome import Clock, Outcome
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from compare.against import Data
-    from compare.inputs.sensitivities import Sensitivities
     from reduced1d.ladder.levels import Levels
     from scenes.loop.result import Runs
     from scenes.result import Result
+    from validate.inputs.sensitivities import Sensitivities
 
 
 def kind(scene: Any) -> str:
@@ -43,7 +42,9 @@ def plan(scene: Any, request: Request, data: Data | None = None) -> tuple[Step, 
     if isinstance(scene, Device):
         return plans.of_device(scene, request)
     if not isinstance(scene, Sink):
-        return plans.of_free(scene, request, solver(scene).plan(scene, **_whole(scene, request)))
+        from fem3d import solve_scene
+
+        return plans.of_free(scene, request, solve_scene.plan(scene, whole=_followed(request)))
     from reduced1d.ladder import refuse
 
     refuse(scene, request.reduction)
@@ -123,14 +124,14 @@ class _Run:
 
 def _sink(run: _Run, data: Data | None) -> Outcome[Sink]:
     """Both models, the checks, with those of a user's own ``data``, and the answer."""
-    from compare.answer import answered
+    from compare.blame import answered
     from reduced1d.ladder import refuse
 
     sink, request, clock = run.scene, run.request, run.clock
     refuse(sink, request.reduction)
     fit = None
     if request.calibrate and data is not None:
-        from compare.inputs import calibration, validation
+        from validate.inputs import calibration, validation
 
         run.say("fitting")
         with clock.stage("fit"):
@@ -142,21 +143,23 @@ def _sink(run: _Run, data: Data | None) -> Outcome[Sink]:
     levels = _levels(sink, request)
     outcome = _compared(run, levels, data=data)
     with clock.stage("checks"):
-        from compare import hottest
+        from validate.run import hottest
 
         hot = hottest.of_sink(sink, outcome.fem3d, outcome.reduced1d)
     with clock.stage("answer"):
-        outcome = answered(replace(outcome, warnings=(*outcome.warnings, *hot)), levels)
+        said, reason = answered(sink, outcome.fem3d, outcome.reduced1d, outcome.checks, outcome.why, levels)
+    steps = noted(outcome.plan, [Step(plans.BLAME, "skipped", reason)] if reason else [])
+    outcome = replace(outcome, answer=said, plan=steps, warnings=(*outcome.warnings, *hot))
     if request.air:
-        from compare.air import of_sink as air_of
+        from validate.inputs.air import of_sink as air_of
 
         with clock.stage("air"):
             air = air_of(sink, run.say, request.transient)
         outcome = replace(outcome, air=air, checks=(*outcome.checks, *air.checks))
-    if request.sensitivities or request.uncertain is not None:
+    if _followed(request):
         run.say("sensitivities")
         with clock.stage("sensitivities"):
-            from compare.inputs import sensitivities
+            from validate.inputs import sensitivities
 
             found = sensitivities.of_sink(sink, outcome.fem3d, outcome.reduced1d, request.uncertain is not None)
             outcome = _with_sensitivities(outcome, found)
@@ -170,8 +173,8 @@ def _sink(run: _Run, data: Data | None) -> Outcome[Sink]:
 
     against = evaluate(sink, data, outcome.fem3d)
     if request.uncertain is not None and outcome.propagated is not None:
-        from compare.inputs.propagation import judged
         from compare.verdict import Models
+        from validate.inputs.propagation import judged
 
         followed = outcome.propagated.sensitivities
         held = Models(sink, outcome.fem3d, None)
@@ -181,7 +184,7 @@ def _sink(run: _Run, data: Data | None) -> Outcome[Sink]:
     outcome = replace(outcome, checks=(*outcome.checks, *against), warnings=warnings, against=data, fit=fit)
     if request.uncertain is None and not request.data_uncertainty:
         return outcome
-    from compare.inputs import validation
+    from validate.inputs import validation
 
     u_data = validation.data_uncertainty(sink, data, request.data_uncertainty)
     models = [(name, result) for name, result in (("3D", outcome.fem3d), ("1D", outcome.reduced1d)) if result]
@@ -227,7 +230,7 @@ def _compared(
                 single = solve_3d(replace(sink, spans=1), request, say)
             outcome = replace(outcome, checks=evaluate(sink, request, fem3d, reduced1d, single), single=single)
         if request.why and levels is not None:
-            from compare.budget import budget
+            from compare.blame import budget
 
             with clock.stage("why"):
                 outcome = replace(outcome, why=budget(sink, request.reduction, fem3d, levels, say))
@@ -269,8 +272,8 @@ def _with_sensitivities(outcome: Outcome[Any], found: Sensitivities) -> Outcome[
     if outcome.request.sensitivities:
         outcome = replace(outcome, sensitivities=found)
     if uncertain is not None:
-        from compare.inputs import propagation
         from compare.verdict import Models
+        from validate.inputs import propagation
 
         in_3d, in_1d = (None if result is None else result.steady for result in (three, one))
         made = propagation.propagated(uncertain, found, found.values or in_3d, in_1d)
@@ -287,8 +290,9 @@ def _device(run: _Run) -> Outcome[Device]:
     """What the 1D model says, the paper's claims checked, a designer's questions answered."""
     device, request, clock = run.scene, run.request, run.clock
     with clock.stage("imports"):
-        from compare import device_checks, hottest
+        from compare import device_checks
         from reduced1d.device import design
+        from validate.run import hottest
     with clock.stage("device"):
         made = simulated(device, request, run.say)
     solved = answers = None
@@ -317,8 +321,8 @@ def _device(run: _Run) -> Outcome[Device]:
         return outcome
     run.say("sensitivities")
     with clock.stage("sensitivities"):
-        from compare.inputs import propagation, sensitivities
         from reduced1d.slopes import OF_DEVICE
+        from validate.inputs import propagation, sensitivities
 
         followed = sensitivities.of_device(device, None if solved is None else solved.model)
         outcome = replace(outcome, warnings=(*outcome.warnings, *followed.remarks()))
@@ -349,14 +353,14 @@ def simulated(device: Device, request: Request, say: Callable[[str], None] = lam
 
 def _free(run: _Run) -> Outcome[AnyScene]:
     """The probes, the warnings, also of what gets too hot, and the time whose field is drawn."""
-    from compare import hottest
+    from validate.run import hottest
 
     scene, request, clock = run.scene, run.request, run.clock
     with clock.stage("imports"):
-        model = solver(scene)
+        from fem3d import solve_scene
     run.say("solving in 3D")
     with clock.stage("fem3d"):
-        result: Result = model.solve(scene, run.say, **_whole(scene, request))
+        result: Result = solve_scene.solve(scene, run.say, whole=_followed(request))
     shown, warnings = None, tuple(result.details.get("warnings", ()))
     with clock.stage("checks"):
         if physics.heat(scene):
@@ -366,10 +370,10 @@ def _free(run: _Run) -> Outcome[AnyScene]:
                 shown = hottest.farthest(fields, times, scene.initial_temperature)
     steps = plans.of_free(scene, request, tuple(result.details["plan"]))
     outcome = Outcome(scene, request, steps, result, warnings=warnings, shown=shown)
-    if request.sensitivities or request.uncertain is not None:
+    if _followed(request):
         run.say("sensitivities")
         with clock.stage("sensitivities"):
-            from compare.inputs import sensitivities
+            from validate.inputs import sensitivities
 
             outcome = _with_sensitivities(outcome, sensitivities.of_free(scene, result))
     return outcome
@@ -389,12 +393,7 @@ def reported(scene: AnyScene, request: Request) -> AnyScene:
     return replace(scene, probes=tuple(Probe(f"mean {b.name}", b.lower, b.upper) for b in scene.boxes))
 
 
-def solver(scene: AnyScene) -> Any:
-    """The module that plans and solves a scene: boxes have bricks, and a mesh is taken as it is."""
-    return import_module("fem3d.solve_mesh" if isinstance(scene, MeshScene) else "fem3d.solve_scene")
-
-
-def _whole(scene: AnyScene, request: Request) -> dict[str, bool]:
-    """What says that a scene of boxes is solved whole, where a number of one side changes that side alone."""
-    asked = request.sensitivities or request.uncertain is not None
-    return {"whole": True} if asked and not isinstance(scene, MeshScene) else {}
+def _followed(request: Request) -> bool:
+    """Whether numbers of the scene are followed: it is solved whole then, for one of one side changes that side
+    alone."""
+    return request.sensitivities or request.uncertain is not None

@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 
 from compare.against import Data
-from compare.inputs import propagation, sensitivities, validation
-from compare.inputs.validation import Statement, data_uncertainty, validate
 from reduced1d.ladder import solve
 from scenes.errors import SceneError
 from scenes.result import Result
 from scenes.sink import Sink
 from scenes.uncertain import read
 from validate.cli import main
+from validate.inputs import propagation, sensitivities, validation
+from validate.inputs.validation import Statement, data_uncertainty, validate
 
 TIMES = np.linspace(2e-4, 0.02, 60)
 OXIDE = "materials.oxide.thermal_conductivity"

@@ -1,0 +1,356 @@
+"""What in the 1D model is to blame for its difference from 3D, and the answer of a run in a sentence: how far the 1D
+model is off, where, and because of what.
+
+The difference is split in parts, one for each assumption, that add up to it. The models of the ladder stand between the
+two, each with one assumption less than the one before. A part is the difference of two neighbours, so the parts
+telescope: their sum is the whole difference. What an assumption is charged with is what dropping it changes after
+those before it have been dropped; in another order the parts would differ by their interaction. The answer asks the
+ladder only where something differs beyond its tolerance.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from compare.against import from_first
+from compare.verdict import PAPERS, Check, Verdict, judge, relative, spread
+from scenes.checks import FIRST_TIME
+from scenes.formats import difference_text, percent, quantity, signed, with_error
+from scenes.sink import OF_A_SINK
+
+if TYPE_CHECKING:
+    from reduced1d.ladder.levels import Levels, Rung
+    from scenes.result import Estimate, Result
+    from scenes.sink import Sink
+
+ITSELF = "current"
+QUANTITIES = {name: OF_A_SINK[name] for name in ("peak", "end", "current")}
+_PLACES = {"peak": ("peak", "peak_rise_K", "fig4"), "end": ("ends", "end_rise_K", "fig6_end")}
+"""Where, which steady rise there, and the check whose tolerance holds for it."""
+_OVER_TIME = {"fig6_peak": "peak", "fig6_end": "end", "fig7_current": "current"}
+_EXPLAINED = 2 / 3
+"""The share of a difference from which on its causes are taken to explain it."""
+_MORE = 1.1
+"""How many times its steady value a difference over time must be to be told apart from it."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """What one assumption does to one quantity: ``value`` and its numerical ``error`` in the quantity's unit; over time
+    also the ``largest`` that it does from 10 us on, and ``when`` (s). The largest do not add up: each has its time."""
+
+    blame: str
+    value: float
+    error: float
+    largest: float | None = None
+    when: float | None = None
+
+
+@dataclass(frozen=True)
+class Split:
+    """A difference, reduction less 3D, with its numerical error and its parts; ``scale`` is the final rise, or the
+    change of the current, that it is relative to. ``time`` (s) is when, ``None`` in the steady state."""
+
+    quantity: str
+    unit: str
+    scale: float
+    total: float
+    error: float
+    parts: tuple[Part, ...]
+    time: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Budget:
+    """The differences of the reduction ``start`` in the ``steady`` state, and ``transient`` at the time from 10 us on
+    at which each is largest; ``over_time`` (parts, times) are the parts of each quantity at ``times`` (s).
+    ``sentence`` says what the largest part of all is."""
+
+    start: str
+    steady: tuple[Split, ...]
+    transient: tuple[Split, ...]
+    times: np.ndarray | None
+    over_time: dict[str, np.ndarray]
+    sentence: str
+
+
+def budget(
+    sink: Sink, start: str, fem3d: Result, levels: Levels, progress: Callable[[str], None] = lambda _: None
+) -> Budget:
+    """The budget of the reduction ``start`` (its canonical name) against a 3D result, at the times of its traces.
+
+    Raises RunawayError where a model of the ladder has no steady state.
+    """
+    from reduced1d.errors import RunawayError
+    from reduced1d.ladder.levels import rungs, solve
+
+    found = rungs(levels, start)
+    at = None if fem3d.traces is None else fem3d.traces.time
+    results = []
+    for rung in found:
+        progress(f"solving the ladder: {rung.name}")
+        try:
+            results.append(solve(levels, rung, at is None, at))
+        except RunawayError as error:
+            raise RunawayError(
+                f"on the ladder from {start} to 3D, in the model {rung.name} (see --why): {error}", error.limit_voltage
+            ) from None
+    results.append(fem3d)
+    times, steady, transient, over_time = None, [], [], {}
+    if fem3d.traces is not None and fem3d.traces.time[-1] > FIRST_TIME:
+        times = from_first(fem3d.traces.time)
+    for name, asked in QUANTITIES.items():
+        scale = scale_of(sink, name, fem3d, levels)
+        known = [result.steady[asked.steady] for result in results]
+        values = np.array([[estimate.value] for estimate in known])
+        steady.append(_split(name, scale, found, values, [estimate.error for estimate in known], None))
+        if times is not None:
+            traces = [result.traces for result in results if result.traces is not None]
+            values = np.array([np.interp(times, t.time, t.values[asked.trace]) for t in traces])
+            transient.append(_split(name, scale, found, values, [t.errors[asked.trace] for t in traces], times))
+            over_time[name] = values[:-1] - values[1:]
+    sentence = _sentence(found, (*steady, *transient), of_current(sink))
+    return Budget(start, tuple(steady), tuple(transient), times, over_time, sentence)
+
+
+def scale_of(sink: Sink, name: str, fem3d: Result, levels: Levels) -> float:
+    """What differences of a quantity are relative to: the final 3D rise; the change of the 3D current from the cold
+    sink's, which is V over the cold resistance, or the current itself (`of_current`)."""
+    value = fem3d.steady[QUANTITIES[name].steady].value
+    if name != "current" or of_current(sink) == ITSELF:
+        return abs(value)
+    if fem3d.traces is not None:
+        return abs(value - float(fem3d.traces.values["current_A"][0]))
+    return abs(value - sink.voltage / levels.fine.plate.model.resistance)
+
+
+def of_current(sink: Sink) -> str:
+    """What differences of the current are relative to, in words: itself where it does not change, and of a row, whose
+    islands add to the resistance whatever the temperature."""
+    return "change of the current" if sink.silicon.temperature_coefficient and sink.spans == 1 else ITSELF
+
+
+def _split(
+    name: str, scale: float, found: Sequence[Rung], values: np.ndarray, errors: Sequence[float],
+    times: np.ndarray | None,
+) -> Split:  # fmt: skip
+    """The parts of a quantity's ``values`` (models, times), each known to an error, when the difference is largest;
+    without ``times`` those of the steady state."""
+    i = int(np.argmax(np.abs(values[0] - values[-1])))
+    drops = values[:-1] - values[1:]
+    parts = [Part(rung.blame, float(drops[n, i]), errors[n] + errors[n + 1]) for n, rung in enumerate(found)]
+    if times is not None:
+        worst = np.argmax(np.abs(drops), axis=1)
+        parts = [
+            replace(part, largest=float(drops[n, at]), when=float(times[at]))
+            for n, (part, at) in enumerate(zip(parts, worst, strict=True))
+        ]
+    total, when = float(values[0, i] - values[-1, i]), None if times is None else float(times[i])
+    return Split(name, QUANTITIES[name].unit, scale, total, errors[0] + errors[-1], tuple(parts), when)
+
+
+def _sentence(found: Sequence[Rung], splits: Sequence[Split], of_current: str) -> str:
+    """The largest part, relative to its scale, in plain English."""
+    split, n = max(
+        ((split, n) for split in splits for n in range(len(found)) if split.scale),
+        key=lambda pair: abs(pair[0].parts[pair[1]].value) / pair[0].scale,
+    )
+    part, unit = split.parts[n], split.unit
+    whole = of_current if split.quantity == "current" else f"final {split.quantity} rise"
+    when = "in the steady state" if split.time is None else f"at {quantity(split.time, 's', 3)}"
+    left = split.total - part.value
+    does = f"puts the current {signed(part.value, unit)} off"
+    if split.quantity != "current":
+        what = {"peak": "peak", "end": "ends"}[split.quantity]
+        does = f"makes the {what} {quantity(abs(part.value), unit, 3)} too {'hot' if part.value > 0 else 'cold'}"
+    if abs(part.value) <= part.error:
+        return (
+            "nothing is to blame: no part of the difference is larger than its numerical error, "
+            f"{percent(part.error / split.scale)} of the {whole}"
+        )
+    return (
+        f"the largest part is the {part.blame}: {found[n].says}, which alone {does} {when}, "
+        f"{percent(abs(part.value) / split.scale)} of the {whole}; all the rest together makes {signed(left, unit)}"
+    )
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A difference, 1D less 3D, relative to the (final) 3D rise or the change of the current, and its numerical error;
+    at its largest over time where it has a ``time`` (s), else in the steady state."""
+
+    of: str
+    difference: float
+    error: float
+    verdict: Verdict
+    time: float | None = None
+
+    @property
+    def open(self) -> bool:
+        """Whether the sign is not known."""
+        return abs(self.difference) <= self.error
+
+    @property
+    def most(self) -> float:
+        """A bound of its size."""
+        return abs(self.difference) + self.error
+
+
+def answered(
+    sink: Sink, three: Result | None, one: Result | None, checks: Iterable[Check], split: Budget | None = None,
+    levels: Levels | None = None,
+) -> tuple[str, str]:  # fmt: skip
+    """The answer, and why the ladder was not asked, empty where it was: ``split`` is what it said already, ``levels``
+    are the sink's where they exist."""
+    if one is None or three is None:
+        return _of_one_model(three, one), ""
+    if not three.steady["peak_rise_K"].value:
+        return "Nothing is heated, so that there is nothing to compare.", ""
+    steady = _steady(sink, three, one)
+    over_time = [
+        Claim(_OVER_TIME[check.id], check.difference, check.u_num, check.verdict, check.time)
+        for check in checks
+        if check.id in _OVER_TIME
+    ]
+    told = _told_apart(steady, over_time)
+    wrong, reason = [claim for claim in (*steady, *told) if claim.verdict == "differs"], ""
+    if wrong and split is None:
+        fem3d = three if any(claim.time is not None for claim in wrong) else replace(three, traces=None)
+        split, reason = _ladder(sink, fem3d, one.model, levels)
+    elif split is None:
+        reason = "the 1D model differs nowhere beyond its tolerances"
+    said = f"{subject(one)} is {_steady_words(steady)} in the steady state{_blame(steady, split)}"
+    if told:
+        said += f". On the way {_on_the_way(told)}{_blame(told, split)}"
+    elif over_time and all(claim.verdict == "agrees" for claim in (*steady, *over_time)):
+        most = max(claim.most for claim in over_time if claim.of in _PLACES)
+        farther = most > max(claim.most for claim in steady)
+        said += f", and {f'within {_bound(most)} of the final rise' if farther else 'no farther'} on the way"
+    return f"{said}.", reason
+
+
+def subject(one: Result) -> str:
+    """The 1D model, at the start of a sentence."""
+    return "The paper's 1D model" if one.model in PAPERS else f"The 1D model {one.model}"
+
+
+def _of_one_model(three: Result | None, one: Result | None) -> str:
+    found = three or one
+    assert found is not None
+    peak, end = (_value(found.steady[key]) for _, key, _ in _PLACES.values())
+    who = "The 3D model" if one is None else subject(one)
+    only = "no 1D model was run" if one is None else "no 3D model was run, so that nothing was compared"
+    return f"{who} has its peak {peak} and its ends {end} above room in the steady state; {only}."
+
+
+def _value(found: Estimate) -> str:
+    """ "20.33 K", or with the error where that is among the digits."""
+    value, error, shown, _, _ = with_error(found.value, found.error, "K")
+    return quantity(found.value, "K") if 1e4 * found.error < abs(found.value) else f"{value} +- {error} {shown}"
+
+
+def _steady(sink: Sink, three: Result, one: Result) -> list[Claim]:
+    found = []
+    for place, (_, key, check) in _PLACES.items():
+        inputs = {"predicted": one.steady[key], "measured": three.steady[key]}
+        difference, error = relative(*(estimate.value for estimate in inputs.values())), spread(relative, inputs)
+        found.append(Claim(place, difference, error, judge(difference, sink.tolerance(check), error)))
+    return found
+
+
+def _told_apart(steady: Sequence[Claim], over_time: Iterable[Claim]) -> list[Claim]:
+    """What over time is beyond its tolerance and not the steady difference over again. The current only where nothing
+    is said of the rises, which it follows."""
+    at_rest = {claim.of: claim for claim in steady}
+    found: list[Claim] = []
+    for claim in over_time:
+        rest = at_rest.get(claim.of)
+        if claim.verdict == "agrees" or (rest is None and (found or any(c.verdict != "agrees" for c in steady))):
+            continue
+        again = (
+            rest is not None
+            and claim.difference * rest.difference >= 0
+            and abs(claim.difference) <= (_MORE * abs(rest.difference) + claim.error + rest.error)
+        )
+        found += [] if again else [claim]
+    return found
+
+
+def _ladder(sink: Sink, fem3d: Result, name: str, levels: Levels | None) -> tuple[Budget | None, str]:
+    """The ladder's parts, and why there are none; its coarser models will do to tell which part is largest."""
+    from reduced1d.ladder.levels import Levels as Rough
+
+    try:
+        return budget(sink, "paper" if name in PAPERS else name, fem3d, levels or Rough(sink, rough=True)), ""
+    except ArithmeticError as error:
+        return None, str(error)
+
+
+def _off(claim: Claim) -> str:
+    """ "6.6 % low"; with its error where that matters; as a bound where it has no sign."""
+    if claim.open:
+        known = ", all that 3D is known to," if claim.verdict == "unresolved" else ""
+        return f"within {_bound(claim.most)}{known} of 3D"
+    size = percent(abs(claim.difference))
+    if 10 * claim.error > abs(claim.difference):
+        size = difference_text(abs(claim.difference), claim.error, "give or take").removeprefix("+")
+    return f"{size} {'low' if claim.difference < 0 else 'high'}"
+
+
+def _steady_words(steady: Sequence[Claim]) -> str:
+    if all(claim.open and claim.verdict == "agrees" for claim in steady):
+        return f"within {_bound(max(claim.most for claim in steady))} of 3D at the peak and the ends"
+    return " and ".join(f"{_off(claim)} at the {_PLACES[claim.of][0]}" for claim in steady)
+
+
+def _on_the_way(told: Sequence[Claim]) -> str:
+    rises = [claim for claim in told if claim.of in _PLACES]
+    when = {claim.of: quantity(claim.time or 0.0, "s", 3) for claim in told}
+    parts = [f"{_off(claim)} at the {_PLACES[claim.of][0]} (at {when[claim.of]})" for claim in rises]
+    if rises:
+        return f"it is up to {' and '.join(parts)}, relative to the final rise"
+    return f"its current is up to {_off(told[0])} (at {when[told[0].of]}), relative to its change"
+
+
+def _blame(claims: Sequence[Claim], budget: Budget | None) -> str:
+    """What is to blame for those that differ, at once where it is the same for all."""
+    causes: dict[str, list[str]] = {}
+    for claim in claims:
+        if claim.verdict == "differs" and budget is not None:
+            where = _PLACES[claim.of][0] if claim.of in _PLACES else "current"
+            causes.setdefault(_cause(claim, budget), []).append(f"the {where}")
+    if len(causes) == 1 and len(claims) == len(*causes.values()):
+        return f"; {next(iter(causes))} to blame"
+    found = [f"{cause} to blame for {' and '.join(places)}" for cause, places in causes.items()]
+    return "".join(f"{', ' if n else '; '}{text}" for n, text in enumerate(found))
+
+
+def _cause(claim: Claim, budget: Budget) -> str:
+    """The largest parts of a difference, as many as make it up but for a third."""
+    from reduced1d.ladder.levels import AT_FAULT
+
+    splits = budget.steady if claim.time is None else budget.transient
+    split = next(split for split in splits if split.quantity == claim.of)
+    left, chosen = split.total, []
+    for part in sorted(split.parts, key=lambda part: -abs(part.value)):
+        if abs(left) <= (1 - _EXPLAINED) * abs(split.total):
+            break
+        chosen.append(part)
+        left -= part.value
+    guilty = [AT_FAULT[part.blame] for part in chosen if part.value * split.total > 0]
+    against = [AT_FAULT[part.blame] for part in chosen if part.value * split.total < 0]
+    offset = f", offset in part by {' and '.join(against)}," if against else ""
+    return f"{' and '.join(guilty)}{offset} {'is' if len(guilty) == 1 else 'are'}"
+
+
+def _bound(ratio: float) -> str:
+    """In percent, rounded up to two digits."""
+    if not 0 < ratio < math.inf:
+        return percent(ratio)
+    step = 10.0 ** (math.floor(math.log10(ratio)) - 1)
+    return percent(math.ceil(ratio / step - 1e-9) * step)

@@ -1,0 +1,88 @@
+"""Which checks a run makes of a sink or of a device, and why it leaves out the others."""
+
+from __future__ import annotations
+
+from scenes import checks as known
+from scenes.checks import FIRST_TIME
+from scenes.device import Device
+from scenes.plan import Request
+from scenes.sink import Sink
+
+DEVICE_FIGURES = {
+    "figure9": "power of sink and sensor against time",
+    "figure10": "heat flow into the polymer against time",
+    "figure11": "the same as figure 9, sampled every 5 ms with gains of 0.5 and 0.05 V",
+    "figure12": "the sensor's power after outer steps from -80 to +20 K",
+    "figure13": "the steady power of the sensor against the outer temperature",
+}
+LATE = ("figure11", "figure12", "figure13")
+"""The figures of a device that need runs of their own, which the paper's scheme does not make."""
+
+
+def checks_of(scene: Sink | Device) -> tuple[str, ...]:
+    """The checks that there are, in the order in which they are reported: of a sink of one span those of the paper's
+    equations and figures, of several those of their equivalence, and the peak's."""
+    if isinstance(scene, Device):
+        return tuple(known.DEVICE_TOLERANCES)
+    return tuple(known.DEFAULT_TOLERANCES) if scene.spans == 1 else (*known.ISLAND_TOLERANCES, "fig4", "energy")
+
+
+def skipped_checks(scene: Sink | Device, request: Request) -> dict[str, str]:
+    """The checks that a run can't make, each with the reason."""
+    skipped: dict[str, str] = {}
+    if isinstance(scene, Device):
+        left = not_about(request)
+        skipped = {check: left[figure_of(check)] for check in known.DEVICE_TOLERANCES if figure_of(check) in left}
+        if request.about:
+            skipped |= {check: only(request) for check in known.DEVICE_TOLERANCES if check.startswith("meter")}
+        if not scene.steps_outside:
+            needing = ("fig9_settling", "fig9_balance", "fig10_steady", "fig11_slow")
+            skipped |= dict.fromkeys(needing, "the run ends before the outer step, or there is none")
+        return skipped
+    if "fem3d" not in request.models:
+        return dict.fromkeys(checks_of(scene), "they need the 3D model")
+    if not request.transient:
+        skipped |= dict.fromkeys(known.OVER_TIME, "they need the transient")
+    elif scene.end_time <= FIRST_TIME:
+        skipped |= dict.fromkeys(known.OVER_TIME, "they compare from 10 us on, and the run ends before")
+    if "reduced1d" not in request.models:
+        skipped |= dict.fromkeys(known.OF_THE_REDUCTION, "they need the 1D model")
+    if scene.spans == 2:
+        skipped |= {check: "both of two spans are outer ones" for check in known.ISLAND_TOLERANCES if "inner" in check}
+    return {check: skipped[check] for check in checks_of(scene) if check in skipped}
+
+
+def made_checks(scene: Sink | Device, request: Request) -> tuple[str, ...]:
+    """The checks that a run makes, in the order in which they are reported."""
+    skipped = skipped_checks(scene, request)
+    return tuple(check for check in checks_of(scene) if check not in skipped)
+
+
+def made_3d_checks(device: Device, request: Request) -> tuple[str, ...]:
+    """The checks of 1D against 3D that a run of a device makes, in the order in which they are reported."""
+    stepped = ("dev3d_settling", "dev3d_claim_steady", "dev3d_claim_over_time")
+    left = not_about(request)
+
+    def made(check: str) -> bool:
+        if check.endswith("_gain"):
+            return not request.about
+        figure = "figure13" if check == "dev3d_slope" else "figure9"
+        return (device.steps_outside or check not in stepped) and figure not in left
+
+    return tuple(filter(made, known.DEVICE_3D_TOLERANCES)) if request.in_3d else ()
+
+
+def not_about(request: Request) -> dict[str, str]:
+    """The figures that a run of a device is not about, each with the reason."""
+    found = {name: only(request) for name in DEVICE_FIGURES if request.about and name not in request.about}
+    if request.scheme == "paper":
+        found |= dict.fromkeys(LATE, "they need nine more runs, and the accurate scheme for them")
+    return found
+
+
+def only(request: Request) -> str:
+    return f"only {', '.join(request.about)} asked for"
+
+
+def figure_of(check: str) -> str:
+    return check.partition("_")[0].replace("fig", "figure")
