@@ -8,6 +8,7 @@ import pytest
 
 from meshes import symmetry
 from scenes.sink import Sink
+from tests.fem3d.second_path import quantities
 from validate.bench import growth, measure, problem
 from validate.bench.entries import Entry
 from validate.bench.problem import QUANTITIES, errors
@@ -32,8 +33,8 @@ def plain():
     sink = Sink()
     part = symmetry.reduce(sink.scene())
     full = reference.assemble(part.scene, problem.graded(part.scene, 1e-2, 1, 2))
-    quantities = reference.quantities(sink, part, full, reference.steady(full))
-    return {"values": {q: [float(quantities[q])] for q in QUANTITIES}}
+    found = quantities(sink, part, full, reference.steady(full))
+    return {"values": {q: [float(found[q])] for q in QUANTITIES}}
 
 
 def test_a_worker_says_what_it_took_and_found():

@@ -121,8 +121,11 @@ def test_a_worker_and_then_all_of_it_killed_goes_on_to_the_same_table(
 
 def test_an_interrupted_sweep_ends_at_once_and_says_what_is_stored(tmp_path: Path) -> None:
     folder = tmp_path / "stopped"
-    command = [sys.executable, "-m", "validate", *SWEEP, "--accuracy", "1e-5", "--out", str(folder)]
-    run = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    command = [sys.executable, "-m", "validate", *SWEEP, "--accuracy", "1e-4", "--out", str(folder)]
+    run = subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # which a shell's background jobs ignore
+    )  # fmt: skip
     _until(lambda: stored(folder) >= 1, run)
     solvers = psutil.Process(run.pid).children()
     run.send_signal(signal.SIGINT)
