@@ -6,6 +6,7 @@ import argparse
 import json
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -96,6 +97,19 @@ def refuse(*faults: tuple[object, str]) -> None:
     for is_one, sentence in faults:
         if is_one:
             raise SceneError(sentence)
+
+
+def request(arguments: argparse.Namespace, scene: object, accuracy: float, **more: Any) -> Request:
+    """What is asked for by the options that are called as the fields of a Request are, and ``more``, which an option's
+    own text is no value of; ``accuracy`` is an exported model's where none is given. SceneError for what can't be."""
+    from scenes.plan import Request
+
+    read = {"uncertain": uncertain(arguments, scene), "export": export(arguments, accuracy)}
+    given: dict[str, Any] = vars(arguments) | read | {"command": arguments.command_line} | more
+    known = {field.name: given[field.name] for field in fields(Request) if field.name in given}
+    for name in known:
+        known[name] = tuple(known[name]) if isinstance(known[name], list) else known[name]
+    return Request(**known)
 
 
 def uncertain(arguments: argparse.Namespace, scene: object) -> Uncertain | None:
@@ -211,8 +225,8 @@ def export(arguments: argparse.Namespace, accuracy: float) -> Export | None:
     from scenes.keys import ACCURACY
     from scenes.plan import Export
 
-    states, given = arguments.states, arguments.model_accuracy
-    if arguments.export is None:
+    states, given = vars(arguments).get("states"), vars(arguments).get("model_accuracy")
+    if vars(arguments).get("export") is None:
         option = f"--model-accuracy {given}" if states is None else f"--states {states}"
         more = states is not None or given is not None
         refuse((more, f"{printable(option)} is of the model that --export DIR writes: give that, too"))
