@@ -84,7 +84,7 @@ def side_by_side(work: Callable[[int], T], numbers: Sequence[int], jobs: int) ->
     if jobs == 1:
         yield from ((number, work(number)) for number in numbers)
         return
-    with single_threaded(), ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
+    with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
         futures = {pool.submit(work, number): number for number in numbers}
         for future in as_completed(futures):
             yield futures[future], future.result()

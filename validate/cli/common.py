@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from scenes.errors import SceneError, printable, quoted, reason
 from validate.cli.terminal import DIFFERS, FINE, progress, show, style
@@ -18,7 +18,9 @@ if TYPE_CHECKING:
     from compare.against import Data
     from scenes.plan import Export, Request
     from scenes.uncertain import Uncertain
+    from validate.report.verdicts import Report
 
+R = TypeVar("R")
 MOST_STATES = 400  # that can be asked for; a model has no more than its structure needs
 _SHARED = {
     "--out DIR": "the results folder; a run that is there is replaced",
@@ -190,9 +192,11 @@ def whole(option: str, given: str, least: int, most: int) -> int:
     return int(given)
 
 
-def table(arguments: argparse.Namespace, report: Any, rows: Callable[..., Sequence[Any]], **told: Any) -> Sequence[Any]:
+def table(
+    arguments: argparse.Namespace, report: Report[R], rows: Callable[..., Sequence[R]], more: str = ""
+) -> Sequence[R]:  # fmt: skip
     """The rows of a table, which a number of processes find, printed in the form that was asked for, of those that
-    ``report`` has, and written as a page, which is ``told`` more; SceneError where that can't be done."""
+    ``report`` has, and written as a page, which says ``more``; SceneError where that can't be done."""
     from validate.processes import processors
     from validate.report.summary import provenance
 
@@ -202,7 +206,7 @@ def table(arguments: argparse.Namespace, report: Any, rows: Callable[..., Sequen
         found = rows(jobs, say)
     seconds = time.perf_counter() - started
     if arguments.markdown is not None:
-        page = report.markdown(found, provenance(), **told).rstrip("\n") + "\n"
+        page = report.markdown(found, provenance(), more).rstrip("\n") + "\n"
         try:
             Path(arguments.markdown).write_text(page, encoding="utf-8")
         except OSError as error:
