@@ -1,25 +1,29 @@
-"""Refining until every quantity is known well enough, level by level (`fem3d.level`)."""
+"""Refining until every quantity is known well enough, level by level (`fem3d.level`), on any `Mesh`."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
-from fem3d import estimate, field_error, reach, start, transient
+from fem3d import estimate, field_error, level, reach, start, time_response, transient
+from fem3d.conductor import Conductor
 from fem3d.domain import boxes
 from fem3d.errors import NumericsError, RunawayError
 from fem3d.estimate import Spread
-from fem3d.level import Level, Solution, examined, problems, solution
+from fem3d.heat import HeatProblem
+from fem3d.level import Level, Problems, Solution
 from fem3d.study import Study
-from fem3d.time_response import ROW_SHARE, Response, respond
+from fem3d.time_response import ROW_SHARE, Response
 from fem3d.transient import Base
 from meshes import diffusion, grading
 from meshes.grading import Features
 from meshes.grid import Grid
+from scenes.model import Scene
 
-# Times the change of the runaway voltage from grid to grid by which a voltage must exceed it: what all further changes
+# Times the change of the runaway voltage from mesh to mesh by which a voltage must exceed it: what all further changes
 # add up to if each is at most three quarters of the one before.
 SURELY = 3.0
 MOST_LEVELS = 40
@@ -30,88 +34,189 @@ AIM = 0.5
 Progress = Callable[[str], None]
 
 
+class Mesh(Protocol):
+    """What a scene is solved on, as the search for an accuracy sees it: a grid of bricks (`Bricks`) or a mesh file
+    (`fem3d.mesh_file.FileMesh`). They differ in where errors come from and in how they are refined."""
+
+    def problems(self) -> Problems:
+        """The problems on it, in nested spaces."""
+
+    def examined(self, study: Study, given: Problems, fine: Solution) -> Level | None:
+        """The level of a fine solution; None where a lower space has no steady state although the fine one has."""
+
+    def responded(
+        self, study: Study, given: Problems, bases: Sequence[Base], shift: float, steady: Level | None, generations: int
+    ) -> Response:
+        """The response of the first of ``bases``, those of the spaces from the highest on, with its errors; ``steady``
+        is the level of its steady state, where that is known, ``generations`` of fields where to start."""
+
+    def refined(self, goals: Collection[Spread], worst: float, enough: float) -> Mesh | None:
+        """Refined for what goals miss, or for as much more as the ``worst`` error says, until that is expected to be
+        ``enough``; None where it is to be taken as it is. NumericsError where no refinement reaches that."""
+
+    def raised(self) -> Mesh | None:
+        """A little finer everywhere, or None."""
+
+
+@dataclass(frozen=True, eq=False)
+class Bricks:
+    """A grid of bricks for an accuracy, the features of its scene, and what is known of its singular edges: errors from
+    the last two degrees, refined where these say that something is missing."""
+
+    scene: Scene
+    grid: Grid
+    accuracy: float
+    marks: Features
+    edges: reach.Edges
+
+    @staticmethod
+    def of(study: Study, over_time: bool = False) -> Bricks:
+        """The grid to start with, for what happens ``over_time`` with layers at faces whose temperature jumps."""
+        scene, accuracy = study.part.scene, study.accuracy
+        marks = grading.features(scene)
+        grid = reach.first_grid(scene, accuracy, marks)
+        grid = diffusion.graded(grid, scene, study.earliest) if over_time else grid
+        return Bricks(scene, grid, accuracy, marks, reach.Edges(accuracy, marks))
+
+    def problems(self) -> Problems:
+        given = level.problems(boxes(self.scene, self.grid), self.accuracy)
+        reach.check_size(given, self.accuracy, self.marks)
+        self.edges.check_power(given)
+        return given
+
+    def examined(self, study: Study, given: Problems, fine: Solution) -> Level | None:
+        return level.examined(study, given, fine, self.marks)
+
+    def responded(
+        self, study: Study, given: Problems, bases: Sequence[Base], shift: float, steady: Level | None, generations: int
+    ) -> Response:
+        out = None if steady is None else steady.fine.out
+        relative = {} if steady is None else {n: e / steady.scales[n] for n, e in steady.errors.items()}
+        return time_response.respond(study, given, bases, shift, self.marks, out, relative, generations)
+
+    def refined(self, goals: Collection[Spread], worst: float, enough: float) -> Bricks:
+        self.edges.check(self.grid, goals, enough)
+        missing = estimate.worst(goals)
+        known = max(estimate.total(missing), 1e-300)
+        missing = [m * max(worst / known, 1.0) for m in missing]
+        return self._finer(grading.refined(self.grid, missing, AIM * enough, self.marks))
+
+    def raised(self) -> Bricks:
+        return self._finer(grading.raised(self.grid))
+
+    def _finer(self, finer: Grid) -> Bricks:
+        if finer.same(self.grid):
+            raise not_reached(self.accuracy, reach.because(self.marks))
+        return replace(self, grid=finer)
+
+
+def not_reached(accuracy: float, because: str = "") -> NumericsError:
+    """What is raised where no level is good enough."""
+    return NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene{because}")
+
+
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """What the last level gives: its solution, the steady errors by name, the response over time, and the error of the
-    steady field over its largest rise (infinite where the study doesn't ask for it)."""
+    """What the last level gives: its mesh and problem, the steady solution and its errors by name, the response over
+    time, and the error of the steady field over its largest rise (infinite where the study doesn't ask for it)."""
 
-    fine: Solution
+    mesh: Mesh
+    heat: HeatProblem
+    conductor: Conductor | None
+    steady: Solution | None
     errors: dict[str, float]
     response: Response | None
     levels: int
     field: float = np.inf
 
+    @property
+    def fine(self) -> Solution:
+        """The steady solution that is there."""
+        assert self.steady is not None
+        return self.steady
 
-def solve(study: Study, with_transient: bool, progress: Progress = lambda _: None) -> Answer:
-    """Levels until every estimated error is within the study's accuracy.
+
+def solve(
+    study: Study,
+    with_transient: bool,
+    progress: Progress = lambda _: None,
+    mesh: Mesh | None = None,
+    with_steady: bool = True,
+) -> Answer:
+    """Levels, of bricks if no ``mesh`` is given, until every estimated error is within the study's accuracy or the mesh
+    is to be taken as it is; of the steady state, of the transient, or of both.
 
     Raises RunawayError where no steady state exists, NumericsError where the accuracy can't be reached.
     """
-    accuracy, scene = study.accuracy, study.part.scene
-    marks = grading.features(scene)
-    grid = reach.first_grid(scene, accuracy, marks)
+    accuracy, here_on = study.accuracy, mesh or Bricks.of(study, over_time=not with_steady)
     # No trace is known better than where it ends, and its rows take their share.
     enough = accuracy * (1 - ROW_SHARE) if with_transient else accuracy
-    edges, limit = reach.Edges(enough, accuracy, marks), None
+    limit, slowest, generations = None, study.end, 0
     for number in range(1, MOST_LEVELS):
-        given = problems(boxes(scene, grid), accuracy)
-        reach.check_size(given, accuracy, marks)
-        edges.check_power(given)
+        given = here_on.problems()
+        fine = here = response = None
         try:
-            fine = solution(study, given)
+            if with_steady:
+                fine = level.solution(study, given)
+                here = here_on.examined(study, given, fine)
         except RunawayError as runaway:
-            # The voltage of the fold is a number of this grid; it stands once another one agrees with it.
+            # The voltage of the fold is a number of this mesh; it stands once another one agrees with it.
             known_to = np.inf if limit is None else abs(runaway.limit - limit)
-            if abs(study.voltage) - runaway.limit > SURELY * known_to:
+            finer = None if abs(study.voltage) - runaway.limit > SURELY * known_to else here_on.raised()
+            if finer is None:
                 raise
-            limit, grid = runaway.limit, grading.raised(grid)
+            limit, here_on = runaway.limit, finer
             continue
-        progress(f"level {number}: {fine.state.heat.size} unknowns")
-        here = examined(study, given, fine, marks)
-        if here is None:
-            grid = _finer(grid, grading.raised(grid), marks, accuracy)
+        progress(f"level {number}: {given.heat.size} unknowns")
+        if with_steady and here is None:
+            finer = here_on.raised()
+            if finer is None:
+                break
+            here_on = finer
             continue
-        if here.worst <= enough:
-            if not with_transient:
-                off = np.inf if study.field is None else field_error.of(here)
-                if study.field is None or off <= study.field:
-                    return Answer(fine, here.errors, None, number, off)
-                return _for_the_field(study, Answer(fine, here.errors, None, number, off), here, marks, progress)
-            progress("transient")
-            response = _response(study, here, marks)
-            if response.accepted:
-                return Answer(fine, here.errors, response, number)
-            goals, worst = [*response.goals, *here.goals.values()], response.worst
-            del response
-        else:
-            goals, worst = list(here.goals.values()), here.worst
-        edges.check(grid, goals)
-        grid = _refined(grid, goals, worst, enough, accuracy, marks)
+        if with_transient and (here is None or here.worst <= enough):
+            if here is None:
+                g = transient.shift(slowest, study.earliest)
+                bases = start.nested(given, g, study.end, accuracy)
+            else:
+                progress("transient")
+                g = transient.shift(transient.time_constant(here.fine.state), study.earliest)
+                bases = [Base.of_steady(solved.state) for solved in (here.fine, here.low)]
+            response = here_on.responded(study, given, bases, g, here, generations)
+            if here is None:
+                slowest, generations = min(study.end, response.slowest), response.generations
+            del bases
+        found = Answer(here_on, given.heat, given.conductor, fine, here.errors if here else {}, response, number)
+        if response.accepted if response else here is not None and here.worst <= enough:
+            return found if with_transient or here is None else _for_the_field(study, found, here, progress)
+        goals = [*(response.goals if response else ()), *(here.goals.values() if here else ())]
+        worst = response.worst if response else here.worst if here else np.inf
+        finer = here_on.refined(goals, worst, enough)
+        if finer is None:
+            return found
         # The next level's matrices take the place of these.
-        del given, fine, here
-    raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene")
+        del given, fine, here, response, found
+        here_on = finer
+    raise not_reached(accuracy)
 
 
-def _response(study: Study, here: Level, marks: Features) -> Response:
-    """The response of a level whose steady state is known."""
-    bases = [Base.of_steady(solved.state) for solved in (here.fine, here.low)]
-    g = transient.shift(transient.time_constant(here.fine.state), study.earliest)
-    relative = {n: e / here.scales[n] for n, e in here.errors.items()}
-    return respond(study, here.problems, bases, g, marks, here.fine.out, relative)
-
-
-def _for_the_field(study: Study, best: Answer, here: Level, marks: Features, progress: Progress) -> Answer:
+def _for_the_field(study: Study, best: Answer, here: Level, progress: Progress) -> Answer:
     """A few more levels where the probes need none, for a field that can be looked at, if that costs no more than a few
     times what they did; the answer says how far off it is."""
-    assert study.field is not None
-    most = field_error.most(best.fine.state.heat.size)
+    if study.field is None:
+        return best
+    best = replace(best, field=field_error.of(here))
+    most = field_error.most(best.heat.size)
     for number in range(best.levels + 1, best.levels + 1 + field_error.MOST_LEVELS):
-        given = problems(boxes(study.part.scene, field_error.refined(here)), study.accuracy)
-        if given.heat.size > most:
+        if best.field <= study.field:
             break
+        mesh = replace(best.mesh, grid=field_error.refined(here))  # type: ignore[type-var]
         try:
-            fine = solution(study, given)
-            found = examined(study, given, fine, marks)
+            given = mesh.problems()
+            if given.heat.size > most:
+                break
+            fine = level.solution(study, given)
+            found = mesh.examined(study, given, fine)
         except NumericsError:
             break
         if found is None:
@@ -119,58 +224,5 @@ def _for_the_field(study: Study, best: Answer, here: Level, marks: Features, pro
         here = found
         progress(f"level {number}, for the field: {fine.state.heat.size} unknowns")
         if here.worst <= study.accuracy and (off := field_error.of(here)) < best.field:
-            best = Answer(fine, here.errors, None, number, off)
-        if best.field <= study.field:
-            break
+            best = Answer(mesh, given.heat, given.conductor, fine, here.errors, None, number, off)
     return best
-
-
-@dataclass(frozen=True, eq=False)
-class Course:
-    """What the last level of a transient without a steady state gives: its base and the response over time."""
-
-    base: Base
-    response: Response
-    levels: int
-
-
-def solve_course(study: Study, progress: Progress = lambda _: None) -> Course:
-    """Levels until every estimated error of the transient is within the study's accuracy; NumericsError where that
-    can't be reached."""
-    accuracy, scene = study.accuracy, study.part.scene
-    marks = grading.features(scene)
-    grid = diffusion.graded(reach.first_grid(scene, accuracy, marks), scene, study.earliest)
-    slowest, generations, enough = study.end, 0, accuracy * (1 - ROW_SHARE)
-    edges = reach.Edges(enough, accuracy, marks)
-    for number in range(1, MOST_LEVELS):
-        given = problems(boxes(scene, grid), accuracy)
-        reach.check_size(given, accuracy, marks)
-        edges.check_power(given)
-        g = transient.shift(slowest, study.earliest)
-        bases = start.nested(given, g, study.end, accuracy)
-        progress(f"level {number}: {given.heat.size} unknowns")
-        response = respond(study, given, bases, g, marks, None, {}, generations)
-        if response.accepted:
-            return Course(bases[0], response, number)
-        slowest, generations = min(study.end, response.slowest), response.generations
-        edges.check(grid, response.goals)
-        grid = _refined(grid, response.goals, response.worst, enough, accuracy, marks)
-        del given, bases, response
-    raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene")
-
-
-def _refined(
-    grid: Grid, goals: Collection[Spread], worst: float, enough: float, accuracy: float, marks: Features
-) -> Grid:
-    """The grid refined for what goals miss on its intervals, or for as much more as the worst error says, until that is
-    expected to be ``enough``; NumericsError where no grid reaches that."""
-    missing = estimate.worst(goals)
-    known = max(estimate.total(missing), 1e-300)
-    finer = grading.refined(grid, [m * max(worst / known, 1.0) for m in missing], AIM * enough, marks)
-    return _finer(grid, finer, marks, accuracy)
-
-
-def _finer(grid: Grid, finer: Grid, marks: Features, accuracy: float) -> Grid:
-    if finer.same(grid):
-        raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene" + reach.because(marks))
-    return finer

@@ -18,7 +18,7 @@ from skfem.refdom import RefHex
 
 from fem3d.element import Degrees, ElementHexTrunk, active, factors, gauss, heights, line, local, modes
 from fem3d.factorization import entities
-from fem3d.integrals import Rule, Side, Space, rule, side
+from fem3d.integrals import Rule, Side, Space, halves, rule, side
 from meshes.grid import Grid
 from scenes.model import Point
 
@@ -92,15 +92,12 @@ class BrickSpace(Space):
 
     def matrices(self, k: np.ndarray, c: np.ndarray) -> tuple[csc_array, csc_array]:
         # Both have one pattern, so both travel through one conversion as a complex number.
-        both = self._matrix(np.arange(len(k)), k, c)
-        parts = (csc_array((d.copy(), both.indices, both.indptr), both.shape) for d in (both.data.real, both.data.imag))
-        return next(parts), next(parts)
+        return halves(self._matrix(np.arange(len(k)), k, c))
 
     def stiffness(self, k: np.ndarray, cells: np.ndarray) -> csc_array:
         everywhere = np.zeros(self.h.shape[1])
         everywhere[cells] = k
-        both = self._matrix(cells, everywhere, np.zeros_like(everywhere))
-        return csc_array((both.data.real.copy(), both.indices, both.indptr), both.shape)
+        return halves(self._matrix(cells, everywhere, np.zeros_like(everywhere)))[0]
 
     def changes(
         self, before: BrickSpace, k: tuple[np.ndarray, np.ndarray], c: tuple[np.ndarray, np.ndarray]

@@ -15,7 +15,7 @@ import numpy as np
 from fem3d.beside import Beside, Projected
 from fem3d.conductor import Conductor, Pattern
 from fem3d.device.model import Structure
-from fem3d.device.solve import Model, steady
+from fem3d.device.solve import Model
 from fem3d.heat import HeatProblem
 from fem3d.motion import STEP, moved
 from fem3d.reduced import orthonormal
@@ -24,6 +24,7 @@ from meshes import symmetry
 from scenes.device import Device
 from scenes.errors import SceneError
 from scenes.loop.result import QUANTITIES
+from scenes.loop.stability import steady
 from scenes.result import Estimate
 from scenes.varied import numbers, varied
 

@@ -24,6 +24,14 @@ class Rule(NamedTuple):
     slopes: np.ndarray
 
 
+def halves(both: csc_array) -> tuple[csc_array, csc_array]:
+    """The real and the imaginary part of a matrix, with one pattern."""
+    real, imaginary = (
+        csc_array((d.copy(), both.indices, both.indptr), both.shape) for d in (both.data.real, both.data.imag)
+    )
+    return real, imaginary
+
+
 Side = tuple[Rule, np.ndarray]
 """The rule of a side of the reference cell, with exact zeros of what vanishes there, and its outward normal, as long as
 the parallelogram that two of its edges span."""

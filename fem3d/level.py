@@ -98,8 +98,8 @@ class Solution:
     quantities: Quantities
 
 
-def solution(study: Study, given: Problems, level: int = 2, follow: bool | None = None) -> Solution:
-    """The steady state in one of the nested spaces; ``follow`` as of `steady.coupled`."""
+def solution(study: Study, given: Problems, level: int = -1, follow: bool | None = None) -> Solution:
+    """The steady state in one of the nested spaces, by default the highest; ``follow`` as of `steady.coupled`."""
     heat, conductor = given.heats[level], given.conductors[level]
     thermal = physics.heat(given.domain.scene)
     state = steady.coupled(heat, conductor, thermal, study.voltage, study.accuracy, follow)

@@ -10,13 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from fem3d.outputs import Outputs
 from fem3d.study import Quantities, Study
 from meshes.symmetry import Symmetry
-from scenes.model import Box, Probe, Scene, Schedule, Value
+from scenes.model import AnyScene, Box, GroupProbe, Probe, Scene, Schedule, Value
 
 OF_RISE, OF_FLOW = 0.1, 0.01
 ISOTHERMAL = 1e-9  # of what is given above the start: a rise above the coldest that is rounding, and no measure
@@ -24,9 +25,9 @@ FIELD = 0.1  # of the largest rise: what the field at any node may be off by, as
 EARLY, LATE = 1e-3, 0.1  # of the end time: of `_earliest` where no instants are asked for, and at most
 
 
-def study(scene: Scene, part: Symmetry) -> Study:
-    """What is to be found of a scene (a scene on a mesh has no part, and is solved whole)."""
-    probes = {p.name: p for p in scene.probes}
+def study(scene: AnyScene, part: Symmetry) -> Study:
+    """What is to be found of a scene; of the field on a mesh file nothing is known to bound the error."""
+    probes: dict[str, Probe | GroupProbe] = {p.name: p for p in scene.probes}
     thermal = tuple(n for n, p in probes.items() if p.quantity == "temperature")
     voltages = _spread(b.value for b in scene.boundaries if b.kind == "voltage")
     return Study(
@@ -34,11 +35,12 @@ def study(scene: Scene, part: Symmetry) -> Study:
         _earliest(scene), scene.output_times,
         goals={n: n for n in probes}, trace_goals={n: n for n in probes}, rises=thermal, trace_rises=thermal, ratios={},
         steady=lambda out: values(scene, out), traces=lambda out: values(scene, out),
-        steady_scales=lambda out: scales(scene, out), trace_scales=lambda out: scales(scene, out), field=FIELD,
+        steady_scales=lambda out: scales(scene, out), trace_scales=lambda out: scales(scene, out),
+        field=FIELD if isinstance(scene, Scene) else None,
     )  # fmt: skip
 
 
-def _earliest(scene: Scene) -> float:
+def _earliest(scene: AnyScene) -> float:
     """The time (s) after the start, and after a jump of a given temperature, from which on traces hold their accuracy:
     that of the first instant that is asked for, and of any other but those right after a jump."""
     end = scene.end_time
@@ -50,7 +52,7 @@ def _earliest(scene: Scene) -> float:
     return min(*after, LATE * end) if instants else EARLY * end
 
 
-def values(scene: Scene, out: Outputs) -> Quantities:
+def values(scene: AnyScene, out: Outputs) -> Quantities:
     """The value of each probe."""
     return {
         p.name: out[f"probe:{p.name}"] + (scene.initial_temperature if p.quantity == "temperature" else 0.0)
@@ -58,7 +60,7 @@ def values(scene: Scene, out: Outputs) -> Quantities:
     }
 
 
-def scales(scene: Scene, out: Outputs) -> dict[str, float]:
+def scales(scene: AnyScene, out: Outputs) -> dict[str, float]:
     """What an error of each probe is relative to."""
     given = _spread(
         v for b in scene.boundaries for v in ((b.value,) if b.kind == "temperature" else (b.ambient,))
@@ -78,7 +80,7 @@ def scales(scene: Scene, out: Outputs) -> dict[str, float]:
     voltages = _spread(b.value for b in scene.boundaries if b.kind == "voltage")
     span = max(voltages, default=0.0) - min(voltages, default=0.0)
 
-    def scale(probe: Probe) -> float:
+    def scale(probe: Probe | GroupProbe) -> float:
         own = _largest(out[f"probe:{probe.name}"])
         return {
             "temperature": max(rises.get(probe.name, 0.0), OF_RISE * rise),
@@ -90,7 +92,7 @@ def scales(scene: Scene, out: Outputs) -> dict[str, float]:
     return {p.name: scale(p) for p in scene.probes}
 
 
-def _least_conductance(scene: Scene) -> float:
+def _least_conductance(scene: AnyScene) -> float:
     """That of the box along which heat has the longest way (W/K); none is known of a mesh."""
 
     def along(box: Box) -> float:
@@ -100,7 +102,7 @@ def _least_conductance(scene: Scene) -> float:
     return min(map(along, getattr(scene, "boxes", ())), default=0.0)
 
 
-def _of(scene: Scene, quantity: str) -> list[Probe]:
+def _of(scene: AnyScene, quantity: str) -> list[Any]:
     return [p for p in scene.probes if p.quantity == quantity]
 
 

@@ -40,11 +40,10 @@ def check_size(given: Problems, accuracy: float, marks: Features) -> None:
 
 
 class Edges:
-    """Whether singular edges leave an ``accuracy`` within reach, of which no more than ``enough`` may be missing: told
-    level by level."""
+    """Whether singular edges leave an accuracy within reach: told level by level."""
 
-    def __init__(self, enough: float, accuracy: float, marks: Features) -> None:
-        self._enough, self._accuracy, self._marks = enough, accuracy, marks
+    def __init__(self, accuracy: float, marks: Features) -> None:
+        self._accuracy, self._marks = accuracy, marks
         self._before = np.inf
 
     def check_power(self, given: Problems) -> None:
@@ -53,20 +52,20 @@ class Edges:
         if any(p.quantity == "current" for p in given.domain.scene.probes):
             grid = given.domain.space.grid
             missing = Estimator(grid, self._marks).remains(given.electric_parts)
-            if self._kept(grid, missing)[0] > self._enough:
+            if self._kept(grid, missing)[0] > self._accuracy:
                 raise self._out_of_reach()
 
-    def check(self, grid: Grid, goals: Iterable[Spread]) -> None:
-        """Raises NumericsError where the shortest layers would leave more than `KEPT` of what is enough, of what edges
-        cause in one of some goals, which miss so much on the intervals of a grid: an edge's error falls with the length
-        of its layer to the power of twice its exponent, whatever else is refined.
+    def check(self, grid: Grid, goals: Iterable[Spread], enough: float) -> None:
+        """Raises NumericsError where the shortest layers would leave more than `KEPT` of ``enough`` of what edges cause
+        in one of some goals, which miss so much on the intervals of a grid: an edge's error falls with the length of
+        its layer to the power of twice its exponent, whatever else is refined.
 
         That holds of layers far shorter than everything else. What longer ones miss need not be their edge's: it may
         fall from level to level, until they are cut to layers as short as that, as it fell since the level before.
         """
         of_short, of_all = np.array([self._kept(grid, missing) for missing in goals]).max(axis=0, initial=0.0).tolist()
         falls = min(of_all / self._before, 1.0)
-        if max(of_short, of_all * falls ** self._levels(grid)) > KEPT * self._enough:
+        if max(of_short, of_all * falls ** self._levels(grid)) > KEPT * enough:
             raise self._out_of_reach()
         self._before = max(of_all, 1e-300)
 

@@ -8,14 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from fem3d import adapt, alike, rescaled, sink_quantities, span_quantities
+from fem3d import adapt, alike, rescaled, sink_quantities, solve_scene, span_quantities
 from fem3d.adapt import Answer
-from fem3d.fields import Fields, grid_of
 from fem3d.row_fields import RowFields
 from fem3d.steady import SteadyState
 from fem3d.study import Study
 from meshes import connected, symmetry
-from meshes.grid import statistics
 from meshes.symmetry import Symmetry
 from scenes.plan import Request, Step, noted, step
 from scenes.result import Result
@@ -38,28 +36,19 @@ def solve(
         if off.within(sink.accuracy):
             break
         count = alike.allowed(sink, count + 2)
-    state, response = answer.fine.state, answer.response
     steady, traces = alike.of_all(sink, count, answer, off)
-    values = answer.fine.quantities
-    fields = Fields(state.heat, state, part, None if response is None else response.transient)
-    details: dict[str, Any] = {
-        "unknowns": state.heat.free,
-        "electric_unknowns": 0 if state.conductor is None else len(state.conductor.free),
-        "steps": 0 if response is None else len(response.transient.trajectory.steps),
-        "levels": answer.levels,
-        "energy_imbalance": _imbalance(sink, state, part),
-        "transient_imbalance": None if response is None else response.imbalance,
-        "mesh": statistics(grid_of(state.heat)),
-        "symmetry": part.part,
+    details = solve_scene.described(study(sink, count, part), answer)
+    details |= {
         "plan": noted(_plan(sink, part, request), _found(sink, answer)),
-        "warnings": _warnings(sink, float(values["peak_rise_K"])),
-        "profile": _profile(sink, count, state, part),
+        "warnings": _warnings(sink, float(answer.fine.quantities["peak_rise_K"])),
+        "profile": _profile(sink, count, answer.fine.state, part),
         "sink": sink,
         "spans_solved": count,
         "alike_error": off.spans,
         "answer": answer,
-        "fields": fields if count == sink.spans else RowFields(fields, sink, count),
     }
+    if count < sink.spans:
+        details["fields"] = RowFields(details["fields"], sink, count)
     return Result("fem3d", steady, traces, details)
 
 
@@ -126,15 +115,6 @@ def _found(sink: Sink, answer: Answer) -> list[Step]:
 
 def _lasts(sink: Sink) -> str:
     return f"to {sink.end_time * 1e3:g} ms, projected on "
-
-
-def _imbalance(sink: Sink, state: SteadyState, part: Symmetry) -> float:
-    """|power - heat that leaves| over the power; the power from the electrodes, the heat from the reactions."""
-    from fem3d import outputs
-
-    out = outputs.of_steady(state, part)
-    left = -sum(float(v) for name, v in out.items() if name.startswith("flow:"))
-    return abs(float(out["power"]) - left) / float(out["power"])
 
 
 def _warnings(sink: Sink, peak: float) -> list[str]:

@@ -14,14 +14,12 @@ from typing import Any
 import numpy as np
 
 from fem3d import probe_quantities, sensitivity, solve_scene
-from fem3d.motion import STEP, Given
+from fem3d.motion import STEP
 from fem3d.sensitivity import Known, Table
 from fem3d.sensitivity_over_time import over_time
 from fem3d.study import Study
-from meshes import symmetry
-from meshes.symmetry import Symmetry
 from scenes.errors import quoted
-from scenes.model import AnyScene, MeshScene, values
+from scenes.model import AnyScene, values
 from scenes.result import Estimate, Result
 from scenes.varied import numbers, varied
 
@@ -50,8 +48,8 @@ def of_scene(scene: AnyScene, result: Result) -> Slopes:
 
 def _steady(scene: AnyScene, result: Result, others: Mapping[str, AnyScene]) -> Slopes:
     study, state = result.details["study"], result.details["solution"].state
-    given = Given.of(state.heat.domain)
-    by, left_out = sensitivity.motions(study, given, {key: partial(_study, other) for key, other in others.items()})
+    besides = {key: partial(_study, other) for key, other in others.items()}
+    by, left_out = sensitivity.motions(study, state.heat.domain, besides)
     rises = [p.name for p in scene.probes if p.quantity == "temperature"]
     floor = _floor(scene, scene)
     found = {n: Estimate(e.value - floor * (n in rises), e.error) for n, e in result.steady.items()}
@@ -60,7 +58,7 @@ def _steady(scene: AnyScene, result: Result, others: Mapping[str, AnyScene]) -> 
     above = floor - scene.initial_temperature
     moved = {key: (_floor(scene, o) - o.initial_temperature - above) / STEP for key, o in others.items()}
     zero = {key: dict.fromkeys(rises, by_key) for key, by_key in moved.items()}
-    table, without = sensitivity.steady_table(study, state, Known(known, zero), given, by)
+    table, without = sensitivity.steady_table(study, state, Known(known, zero), by)
     return Slopes(table, known, left_out | none | {f"probe {quoted(n)}": why for n, why in without.items()})
 
 
@@ -92,7 +90,7 @@ def _over_time(scene: AnyScene, result: Result, others: Mapping[str, AnyScene]) 
 
 
 def _study(scene: AnyScene) -> Study:
-    return probe_quantities.study(scene, _part(scene))  # type: ignore[arg-type]
+    return probe_quantities.study(scene, solve_scene.part_of(scene, True))
 
 
 def _known(found: Mapping[str, Estimate]) -> tuple[dict[str, Estimate], dict[str, str]]:
@@ -100,13 +98,6 @@ def _known(found: Mapping[str, Estimate]) -> tuple[dict[str, Estimate], dict[str
     known = {n: e for n, e in found.items() if abs(e.value) > e.error}
     why = "it is zero within its error, of which there is no percent"
     return known, {f"probe {quoted(n)}": why for n in found if n not in known}
-
-
-def _part(scene: AnyScene) -> Symmetry:
-    """A scene that is solved whole."""
-    if isinstance(scene, MeshScene):
-        return symmetry.uncut(scene, [b.material.name for b in scene.bodies])
-    return solve_scene.part_of(scene, True)
 
 
 def _floor(scene: AnyScene, other: AnyScene) -> float:

@@ -1,4 +1,5 @@
-"""The 3D model of a free scene: any boxes, conditions and probes, steady or over time; the plan and the result."""
+"""The 3D model of a free scene, of boxes or on a mesh file, with any conditions and probes, steady or over time; the
+plan and the result."""
 
 from __future__ import annotations
 
@@ -7,36 +8,67 @@ from dataclasses import replace
 from typing import Any
 
 from fem3d import adapt, currents, outputs, probe_quantities
-from fem3d.conductor import Conductor
-from fem3d.fields import Fields, grid_of
-from fem3d.heat import HeatProblem
+from fem3d.adapt import Answer
+from fem3d.fields import Fields, RunFields, grid_of
+from fem3d.mesh_fields import MeshFields
+from fem3d.mesh_file import FileMesh
 from fem3d.study import Study
-from fem3d.time_response import Response
 from meshes import connected, symmetry
 from meshes.grid import statistics
+from meshes.grouped.check import check, remarks
+from meshes.grouped.place import Placed
+from meshes.grouped.read import read
 from meshes.symmetry import Symmetry
 from scenes import physics
-from scenes.model import AnyScene, Point, Scene
+from scenes.model import AnyScene, MeshScene, Point, Scene
 from scenes.plan import Step
 from scenes.result import Estimate, Result, Traces
 
 
-def solve(scene: Scene, progress: Callable[[str], None] | None = None, whole: bool = False) -> Result:
+def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole: bool = False) -> Result:
     """The probes of a scene in 3D, steady or over time, every number with its estimated error; ``whole`` leaves no part
     out that is a mirror image of another.
 
     Steady keys and trace names are the probes' names; temperatures in K, potentials in V, flows in W, currents in A.
-    Raises fem3d.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
+    Where errors on a mesh file exceed the accuracy of the scene, a warning says so. Raises SceneError where mesh and
+    scene do not fit, fem3d.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
     """
     if not scene.steady and not physics.heat(scene):
         return currents.over_time(scene, lambda alone: solve(alone, progress), plan(scene))
-    say = progress or (lambda _: None)
+    mesh = FileMesh(place(scene)) if isinstance(scene, MeshScene) else None
     study = probe_quantities.study(scene, part_of(scene, whole))
-    return _steady(study, scene, say) if scene.steady else _transient(study, scene, say)
+    answer = adapt.solve(study, not scene.steady, progress or (lambda _: None), mesh, scene.steady)
+    response, on = answer.response, answer.mesh
+    details, errors = described(study, answer), answer.errors if response is None else response.errors
+    details["plan"] = plan(scene, not study.part.planes, on if isinstance(on, FileMesh) else None)
+    if response is None:
+        details |= {"scales": study.steady_scales(answer.fine.out), "study": study, "solution": answer.fine}
+        if study.field is not None:
+            details["field_error"] = answer.field
+            details["warnings"] += _of_field(answer.field, study.field)
+    else:
+        details |= {
+            "scales": response.scales, "accurate_from_s": study.earliest, "transient": response.transient,
+            "jumps": len(answer.heat.jumps(study.end)),
+        }  # fmt: skip
+    if isinstance(on, FileMesh):
+        relative = {n: e / details["scales"][n] for n, e in errors.items()}
+        details["warnings"] += [*on.warnings(study, relative), *remarks((on.before or on).placed.mesh)]
+    if response is not None:
+        return Result("fem3d", {}, Traces(response.times, response.traces, response.errors), details)
+    values = answer.fine.quantities
+    return Result("fem3d", {n: Estimate(float(v), errors[n]) for n, v in values.items()}, None, details)
 
 
-def part_of(scene: Scene, whole: bool) -> Symmetry:
-    """The part of a scene that is solved."""
+def place(scene: MeshScene) -> Placed:
+    """A scene on the mesh of its file."""
+    return check(scene, read(scene.path, scene.unit))
+
+
+def part_of(scene: AnyScene, whole: bool) -> Symmetry:
+    """The part of a scene that is solved; one on a mesh is solved whole."""
+    if isinstance(scene, MeshScene):
+        return symmetry.uncut(scene, [b.material.name for b in scene.bodies])
     inside = clipped(scene)
     return symmetry.uncut(inside, [b.name for b in inside.boxes]) if whole else symmetry.reduce(inside)
 
@@ -55,60 +87,32 @@ def clipped(scene: Scene) -> Scene:
     return replace(scene, boundaries=boundaries, probes=probes)
 
 
-def _steady(study: Study, scene: Scene, say: Callable[[str], None]) -> Result:
-    answer = adapt.solve(study, False, say)
-    off, state = answer.field, answer.fine.state
-    found = {name: Estimate(float(v), answer.errors[name]) for name, v in answer.fine.quantities.items()}
-    details = described(study, state.heat, state.conductor, answer.levels) | of_steady(answer.fine.out) | {
-        "mesh": statistics(grid_of(state.heat)),
-        "plan": plan(scene, not study.part.planes),
-        "study": study,
-        "solution": answer.fine,
-        "fields": Fields(state.heat, state, study.part, None),
-        "field_error": off,
-        "scales": study.steady_scales(answer.fine.out),
-    }  # fmt: skip
-    if off > probe_quantities.FIELD:
-        details["warnings"].append(
-            f"the field away from the probes may be off by {off:.0%} of its largest rise where it is worst; the probes "
-            "are as accurate as asked for; a smaller accuracy refines the field too"
-        )
-    return Result("fem3d", found, None, details)
+def _of_field(off: float, enough: float) -> list[str]:
+    if off <= enough:
+        return []
+    return [
+        f"the field away from the probes may be off by {off:.0%} of its largest rise where it is worst; the probes "
+        "are as accurate as asked for; a smaller accuracy refines the field too"
+    ]
 
 
-def _transient(study: Study, scene: Scene, say: Callable[[str], None]) -> Result:
-    course = adapt.solve_course(study, say)
-    response, heat = course.response, course.base.heat
-    details = described(study, heat, course.base.conductor, course.levels) | over_time(study, response) | {
-        "scales": response.scales,
-        "mesh": statistics(grid_of(heat)),
-        "plan": plan(scene, not study.part.planes),
-        "transient": response.transient,
-        "fields": Fields(heat, None, study.part, response.transient),
-    }  # fmt: skip
-    return Result("fem3d", {}, Traces(response.times, response.traces, response.errors), details)
-
-
-def described(study: Study, heat: HeatProblem, conductor: Conductor | None, levels: int) -> dict[str, Any]:
+def described(study: Study, answer: Answer) -> dict[str, Any]:
     """What a result says of its last level."""
+    heat, conductor, mesh, response = answer.heat, answer.conductor, answer.mesh, answer.response
+    state = None if answer.steady is None else answer.steady.state
+    transient = None if response is None else response.transient
     electric = 0 if conductor is None else len(conductor.free)
+    over_time = None if response is None else response.imbalance
+    fields: RunFields = Fields(heat, state, study.part, transient)
+    if isinstance(mesh, FileMesh):
+        fields = MeshFields((mesh.before or mesh).placed, heat, state, transient)
     return {
         "unknowns": heat.free if physics.heat(heat.domain.scene) else electric, "electric_unknowns": electric,
-        "levels": levels, "symmetry": study.part.part, "warnings": [],
-    }  # fmt: skip
-
-
-def of_steady(out: outputs.Outputs) -> dict[str, Any]:
-    """What a result says of a steady state."""
-    return {"steps": 0, "energy_imbalance": imbalance(out), "transient_imbalance": None}
-
-
-def over_time(study: Study, response: Response) -> dict[str, Any]:
-    """What a result says of a transient."""
-    return {
-        "steps": len(response.transient.trajectory.steps), "energy_imbalance": response.imbalance,
-        "transient_imbalance": response.imbalance, "accurate_from_s": study.earliest,
-        "jumps": len(response.transient.base.heat.jumps(study.end)),
+        "levels": answer.levels, "symmetry": study.part.part, "warnings": [], "fields": fields,
+        "mesh": mesh.statistics(heat) if isinstance(mesh, FileMesh) else statistics(grid_of(heat)),
+        "steps": 0 if transient is None else len(transient.trajectory.steps),
+        "energy_imbalance": over_time if answer.steady is None else imbalance(answer.steady.out),
+        "transient_imbalance": over_time,
     }  # fmt: skip
 
 
@@ -123,8 +127,15 @@ def imbalance(out: outputs.Outputs) -> float:
     return abs(sum(flows) + power + generated) / passing if passing else 0.0
 
 
-def plan(scene: Scene, whole: bool = False) -> tuple[Step, ...]:
-    """What `solve` will do, before it does it."""
+def plan(scene: AnyScene, whole: bool = False, mesh: FileMesh | None = None) -> tuple[Step, ...]:
+    """What `solve` will do, before it does it; of a mesh file also, with the last ``mesh``, as it turned out."""
+    if isinstance(scene, MeshScene):
+        given = (mesh and mesh.before) or mesh or FileMesh(place(scene))
+        lines, reached = given.steps(mesh), f"errors estimated, and compared with {scene.accuracy:g}"
+        electric = Step("electric problem", "skipped", "there is no electrode")
+        if physics.electric(scene) and any(b.kind == "voltage" for b in scene.boundaries):
+            electric = Step("electric problem", "done", "in the cells that conduct")
+        return *lines, heat_step(scene), electric, *states(scene, reached)
     part = symmetry.reduce(clipped(scene))
     warm = any(b.material.resistivity and b.material.temperature_coefficient for b in part.scene.boxes)
     if connected.live(part.scene).any():

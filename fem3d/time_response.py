@@ -92,6 +92,12 @@ def marched(study: Study, base: Base, shift: float, steady_out: Outputs | None, 
         count, states = count + 4, reduced.states
 
 
+def beside(study: Study, base: Base, shift: float, generations: int) -> Transient:
+    """The response of a lower space in as many generations of fields as that of the fine one."""
+    own = base.project(Krylov(base, shift).fields(generations))
+    return transient.march(base, own, study.end, TIME_SHARE * study.accuracy)
+
+
 def respond(
     study: Study,
     given: Problems,
@@ -107,14 +113,9 @@ def respond(
     scales are taken from, or else those of the response itself; ``generations`` of fields is where to start."""
     accuracy, end, fine = study.accuracy, study.end, bases[0]
     found = marched(study, fine, shift, steady_out, generations)
-    answer, reduced, count, checked = found.answer, found.reduced, found.generations, found.checked
+    answer, checked = found.answer, found.checked
     out, there, scales, lost = found.out, found.there, found.scales, found.lost
-
-    def below(base: Base) -> Transient:
-        own = base.project(Krylov(base, shift).fields(count))
-        return transient.march(base, own, end, TIME_SHARE * accuracy)
-
-    lesser = [below(base) for base in bases[1:]]
+    lesser = [beside(study, base, shift, found.generations) for base in bases[1:]]
     low = study.traces(outputs.of_transient(lesser[0], study.part, checked))
     apart = distance(there, low)
     # Where rises are known worst, and whatever is known worst of all: the heat that enters after a jump, it may be.
@@ -145,10 +146,18 @@ def respond(
         # Steady errors have what the current is off by in them.
         electric = 0.0 if steady_errors else estimate.total(joule.get(name, of_power))
         errors[name] = space_error + electric * scales[name] + lost[name] + doubt
+    return concluded(study, found, errors, [of_power, *level.with_current(goals, joule, of_power).values()])
+
+
+def concluded(
+    study: Study, found: Marched, errors: dict[str, float], goals: list[Spread], as_it_is: bool = False
+) -> Response:
+    """The response with its errors: at its rows, where the accuracy is reached or it is to be taken ``as_it_is``, else
+    with what its ``goals`` miss."""
+    answer, reduced, scales, count = found.answer, found.reduced, found.scales, found.generations
     worst = max(errors[name] / scales[name] for name in errors)
-    if worst > (1 - ROW_SHARE) * accuracy:
-        missing = [of_power, *level.with_current(goals, joule, of_power).values()]
-        return Response(checked, there, errors, False, np.nan, answer, reduced, count, missing, worst)
+    if worst > (1 - ROW_SHARE) * study.accuracy and not as_it_is:
+        return Response(found.checked, found.there, errors, False, np.nan, answer, reduced, count, goals, worst)
     return with_rows(study, answer, reduced, errors, scales, count)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fem3d import solve_mesh, solve_scene, start, transient
+from fem3d import solve_scene, start, transient
 from fem3d.compact import fields
 from fem3d.compact.channels import OWN, Channel, channels, driven, scenarios
 from fem3d.compact.judge import MOST_PLACES, Judge, Truth, first_time, rise_of
@@ -23,7 +23,6 @@ from fem3d.transient import Base
 from scenes import physics
 from scenes.errors import SceneError, quoted
 from scenes.model import AnyScene, MeshScene, Schedule
-from scenes.result import Result
 
 TRUTH, SPACE = 0.5, 0.02  # parts of the accuracy: of the runs it is held against, and of the fields
 # Times the accuracy, for which a mesh for all inputs at once is made first, as the runs tell what it is good for; by
@@ -92,26 +91,20 @@ def check(scene: AnyScene) -> None:
             )
 
 
-def _solve(scene: AnyScene) -> Result:
-    model: Any = solve_mesh if isinstance(scene, MeshScene) else solve_scene
-    result: Result = model.solve(scene)
-    return result
-
-
 def _truth(scene: AnyScene, found: tuple[Channel, ...], accuracy: float, say: Callable[[str], None]) -> Truth:
     say("compact model: a run of the full model")
     there = replace(scene, accuracy=max(TRUTH * accuracy, 1e-6))
     inputs = {c.name: c.own for c in channels_of(there, found)}
     if scene.steady:
-        return Truth(inputs, None, _solve(there))
+        return Truth(inputs, None, solve_scene.solve(there))
     settled = replace(there, steady=True, output_times=())
     steady = None
     if not any(isinstance(v, Schedule) for v in inputs.values()):
         try:
-            steady = _solve(settled)
+            steady = solve_scene.solve(settled)
         except (NumericsError, SceneError):
             steady = None  # there may be none, and over time there is no need for one
-    return Truth(inputs, _solve(there), steady)
+    return Truth(inputs, solve_scene.solve(there), steady)
 
 
 def channels_of(scene: AnyScene, found: tuple[Channel, ...]) -> tuple[Channel, ...]:

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from fem3d import adapt, level, probe_quantities, solve_mesh, solve_scene
+from fem3d import adapt, level, probe_quantities, solve_scene
 from fem3d.compact.channels import Channel, apart, driven
 from fem3d.conductor import Conductor
 from fem3d.domain import boxes
 from fem3d.fields import grid_of
 from fem3d.heat import HeatProblem
+from fem3d.mesh_file import FileMesh
 from fem3d.outputs import Outputs
 from meshes import symmetry
 from meshes.symmetry import Symmetry
+from scenes import physics
 from scenes.model import AnyScene, MeshScene, Value
 
 LESS = 0.8  # of one given temperature's step the next one's, of the other sign: equal ones would cancel out
@@ -27,9 +29,9 @@ def problem(
     probe; and the part that they are of. On a mesh file they are those of its finest space."""
     named = apart(scene, channels)
     if isinstance(named, MeshScene):
-        *_, space = solve_mesh.spaces(solve_mesh.place(named))
-        names = [m.name for m in space.problems.domain.materials]
-        return space.heat, space.problems.conductors[space.degree - 1], symmetry.uncut(named, names)  # type: ignore[arg-type]
+        mesh = FileMesh(solve_scene.place(named))
+        given = (mesh.raised() or mesh).problems()
+        return given.heat, given.conductor, solve_scene.part_of(named, True)
     part = symmetry.reduce(solve_scene.clipped(named))
     mixed = _mixed(scene, channels, rise)
     there = replace(driven(scene, mixed), accuracy=accuracy)
@@ -39,14 +41,15 @@ def problem(
         return {name: max(scale, scales[name]) for name, scale in probe_quantities.scales(there, out).items()}
 
     study = replace(probe_quantities.study(there, part_there), field=None, steady_scales=largest, trace_scales=largest)
-    heat = adapt.solve(study, False).fine.state.heat if scene.steady else adapt.solve_course(study).base.heat
+    heat = adapt.solve(study, not scene.steady, with_steady=scene.steady).heat
     given = level.problems(boxes(replace(part.scene, accuracy=accuracy), grid_of(heat)), accuracy)
     return given.heat, given.conductor, part
 
 
 def _mixed(scene: AnyScene, channels: tuple[Channel, ...], rise: float) -> dict[str, Value]:
     """A value for each input: voltages, sources and fluxes as they are in the scene, temperatures apart."""
-    steepest = max((abs(m.temperature_coefficient) for m in _conductors(scene)), default=0.0)
+    conductors = (m for m in physics.materials(scene) if m.resistivity is not None)
+    steepest = max((abs(m.temperature_coefficient) for m in conductors), default=0.0)
     size = min(max(rise, 1.0), FARTHEST / max(steepest, 1e-300))
     found: dict[str, Value] = {}
     for c in channels:
@@ -56,9 +59,3 @@ def _mixed(scene: AnyScene, channels: tuple[Channel, ...], rise: float) -> dict[
         else:
             found[c.name] = c.largest
     return found
-
-
-def _conductors(scene: AnyScene):  # type: ignore[no-untyped-def]
-    from scenes.physics import materials
-
-    return [m for m in materials(scene) if m.resistivity is not None]

@@ -16,12 +16,10 @@ from fem3d.errors import NumericsError
 from fem3d.level import problems
 from meshes import grading, symmetry
 from scenes.device import Device, External
-from scenes.loop import stability as states
-from scenes.loop.controller import law, timetable
-from scenes.loop.march import March, Resolution, Start, march
+from scenes.loop.march import March, Resolution, march
 from scenes.loop.modal import Modal
 from scenes.loop.result import QUANTITIES, TOP, DeviceResult, Steady, device_result
-from scenes.loop.stability import Plant, Stability, linearised
+from scenes.loop.stability import Stability, around, gains, plant, steady
 
 COARSEST = 1e-2
 LATEST, LONGEST = 0.2, 20.0
@@ -63,18 +61,13 @@ class Model:
         """The steady state at an outer temperature (K; by default the final one)."""
         return steady(self.fine, device, external)
 
-    def plant(self, device: Device, external: float | None = None) -> Plant:
-        """The loop linearised about that state."""
-        state = _state(self.fine, device, external)
-        return linearised(self.fine, state, device.set_rise, device.control.sample_time)
-
     def stability(self, device: Device, external: float | None = None) -> Stability:
-        """Its stability, with the largest stable gains."""
-        return Stability.of(self.plant(device, external), _gains(device))
+        """The stability of the loop about that state, with the largest stable gains."""
+        return Stability.of(plant(self.fine, device, external), device)
 
     def largest_eigenvalue(self, device: Device, external: float | None = None) -> complex:
         """That of ``stability`` alone."""
-        return self.plant(device, external).eigenvalue(_gains(device))
+        return plant(self.fine, device, external).eigenvalue(gains(device))
 
     @property
     def coarser(self) -> Model:
@@ -83,7 +76,7 @@ class Model:
 
     def steady_errors(self, device: Device, external: float | None = None) -> dict[str, float]:
         """The estimated errors of a steady state's quantities, in their units."""
-        one, two = (_named(device, _state(m, device, external)) for m in (self.fine, self.low))
+        one, two = (steady(m, device, external) for m in (self.fine, self.low))
         return {
             q: self.edges * abs(getattr(one, q) - getattr(two, q)) + 1e-9 * abs(getattr(one, q)) for q in QUANTITIES
         }
@@ -96,28 +89,20 @@ class Model:
 
         Raises ArithmeticError where the powers between two samples cannot be found.
         """
-        run = _march((self.fine, self.low), (self.nodes, self.nodes), device, meter, start)
-        traces = [_traces(run, i) for i in (0, 1)]
-        scale = _scales(device, traces[0])
-        apart = dict(zip(_NAMES, np.abs(traces[0] - traces[1]).max(axis=0).tolist(), strict=True))
-        if not all(np.isfinite(list(apart.values()))):
-            raise ArithmeticError("the simulated device has left the range of numbers")
+        models = [Resolution(modal, self.nodes) for modal in (self.fine, self.low)]
+        run = march(models, device, _steps(device), meter, start)
+        scale, apart = _scales(device, run), run.apart(0, 1)
         space = {q: self.left[q] * apart[q] for q in _NAMES}
         rest = {q: self.lost[q] * scale[q] for q in _NAMES}
-        result = device_result(
-            "few states of 3D", timetable(device).times[: len(run.rises)], traces[0], device.sink.room_temperature,
-            {q: space[q] + rest[q] for q in _NAMES}, before=self.steady(device, device.external.initial_temperature),
-            after=self.steady(device), error_parts={"space": space, "states and time": rest},
-            details=self.details | {"stopped": run.stopped},
+        errors, parts = {q: space[q] + rest[q] for q in _NAMES}, {"space": space, "states and time": rest}
+        found, lower = (
+            device_result(
+                "few states of 3D", device, run.traces[:, i], errors, **around(self.fine, device), error_parts=parts,
+                details=self.details | {"stopped": run.stopped},
+            )
+            for i in (0, 1)
         )  # fmt: skip
-        lower = np.array(traces[1]).T
-        lower[:2] += device.sink.room_temperature
-        return result, replace(result, **dict(zip(_NAMES, lower, strict=True)))
-
-
-def steady(modal: Modal, device: Device, external: float | None = None) -> Steady:
-    """The steady state of a model of a device at an outer temperature (K; by default the final one)."""
-    return _named(device, _state(modal, device, external))
+        return found, lower
 
 
 _NAMES = (*QUANTITIES, TOP)
@@ -189,14 +174,14 @@ def _judged(
     """How far the model of the lower space, fewer fields and fewer nodes are from the fine one, for each quantity
     relative to its scale, in a short run and in the steady state; and what of the first is left, for each quantity."""
     modals = (fine.modal, low.modal, lowest.modal, fine.fewer, fine.modal)
-    run = _march(modals, (nodes, nodes, nodes, nodes, nodes - 2), short, (0.0, 0.0), "cold")
-    traces = [_traces(run, i) for i in range(len(modals))]
-    scale = _scales(device, traces[0])
+    models = [Resolution(modal, n) for modal, n in zip(modals, (*[nodes] * 4, nodes - 2), strict=True)]
+    run = march(models, short, _steps(device))
+    scale = _scales(device, run)
     found = {}
     for name, (a, b) in {"low": (0, 1), "lowest": (1, 2), "fewer": (0, 3), "nodes": (0, 4)}.items():
-        apart = np.abs(traces[a] - traces[b]).max(axis=0)
-        one, two = (_named(device, _state(modals[i], device, None)) for i in (a, b))
-        found[name] = {q: float(apart[i]) / scale[q] for i, q in enumerate(_NAMES)}
+        apart = run.apart(a, b)
+        one, two = (steady(modals[i], device) for i in (a, b))
+        found[name] = {q: apart[q] / scale[q] for q in _NAMES}
         for q in ("sink_power_W", "sensor_power_W"):
             size = max(abs(getattr(one, q)), 1e-3 * scale[q])
             found[name][q] = max(found[name][q], abs(getattr(one, q) - getattr(two, q)) / size)
@@ -207,44 +192,12 @@ def _judged(
     return found, left
 
 
-def _scales(device: Device, traces: np.ndarray) -> dict[str, float]:
+def _steps(device: Device) -> float:
+    """At which change (K) the iteration for the powers between samples ends."""
+    return STEPS * device.accuracy_3d * device.set_rise
+
+
+def _scales(device: Device, run: March) -> dict[str, float]:
     """What an error of each quantity is relative to: the set temperature's rise, or its largest value."""
-    largest = dict(zip(_NAMES, np.maximum(np.abs(traces).max(axis=0), 1e-300).tolist(), strict=True))
+    largest = dict(zip(_NAMES, np.maximum(np.abs(run.traces[:, 0]).max(axis=0), 1e-300).tolist(), strict=True))
     return largest | dict.fromkeys(("sink_K", "sensor_K"), device.set_rise)
-
-
-def _traces(run: March, which: int) -> np.ndarray:
-    """(samples, 8) in the order of QUANTITIES and TOP, as rises."""
-    return np.concatenate([m[:, which] for m in (run.rises, run.voltages, run.powers, run.flows)], axis=1)
-
-
-def _march(
-    modals: tuple[Modal, ...], nodes: tuple[int, ...], device: Device, meter: tuple[float, float], start: str
-) -> March:
-    fine = modals[0]
-    begin = None
-    if start == "settled":
-        initial = device.external.initial_temperature
-        settled = [_state(m, device, initial) for m in modals]
-        heats = [m.heat(s.power, s.rise) for m, s in zip(modals, settled, strict=True)]
-        begin = Start(heats, settled[0].voltage, initial - device.sink.room_temperature)
-    control = law(device, fine.resistance, fine.coefficient, meter)
-    resolutions = [Resolution(m, q) for m, q in zip(modals, nodes, strict=True)]
-    return march(resolutions, control, timetable(device), STEPS * device.accuracy_3d * device.set_rise, begin)
-
-
-def _gains(device: Device) -> np.ndarray:
-    return np.array([device.control.sink_gain, device.control.sensor_gain])
-
-
-def _state(modal: Modal, device: Device, external: float | None) -> states.State:
-    outer = device.external.final_temperature if external is None else external
-    return states.steady(modal, device.set_rise, _gains(device) > 0, outer - device.sink.room_temperature)
-
-
-def _named(device: Device, state: states.State) -> Steady:
-    room, saturated = device.sink.room_temperature, (_gains(device) > 0) & ~state.held
-    return Steady(
-        float(room + state.rise[0]), float(room + state.rise[1]), float(state.voltage[0]), float(state.voltage[1]),
-        float(state.power[0]), float(state.power[1]), float(state.flow[0]), bool(saturated[0]), bool(saturated[1]),
-    )  # fmt: skip

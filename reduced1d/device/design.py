@@ -12,8 +12,7 @@ from reduced1d.device.lumped import lump, steady
 from reduced1d.device.stability import at_sample_time, plant, stability
 from scenes.device import Device, External
 from scenes.formats import quantity
-from scenes.loop.controller import law, timetable
-from scenes.loop.stability import gain_limit
+from scenes.loop.stability import gain_limit, gains
 
 SAMPLE_TIMES = (1e-4, 1e-3, 5e-3)
 QUICK = Resolution(9, 4)
@@ -85,9 +84,7 @@ def limiter_acts(device: Device, element: int) -> bool:
     quiet = External(device.external.initial_temperature, device.external.initial_temperature, 2 * duration)
     control = replace(device.control, allow_negative_voltage=False)
     start = replace(device, external=quiet, control=control, end_time=duration)
-    lumped = lump(start)
-    controllers = law(start, lumped.resistance, lumped.coefficient)
-    run = march(lumped, controllers, timetable(start), (QUICK,), 1e-5, watched=element).run
+    _, run = march(start, (QUICK,), 1e-5, watched=element)
     return bool(run.limited[:, element].any()) or run.stopped
 
 
@@ -99,10 +96,9 @@ def smooth_start_gain(device: Device, element: int) -> float:
     and the first that fails is bisected to 0.1 %. 0 where the limiter acts at the smallest already.
     """
     control = device.control
-    gains = np.array([control.sink_gain, control.sensor_gain])
-    top = gain_limit(plant(device, device.external.initial_temperature), gains, element)
+    top = gain_limit(plant(device, device.external.initial_temperature), gains(device), element)
     if not 0 < top < np.inf:
-        top = 10 * float(gains.max())
+        top = 10 * float(gains(device).max())
 
     def acts(gain: float) -> bool:
         tried = replace(control, sink_gain=gain) if element == 0 else replace(control, sensor_gain=gain)

@@ -1,5 +1,5 @@
 """The device as two lumped elements between two conducting layers: capacities, conductances and resistances, and the
-steady state that the controllers bring it to, in closed form.
+steady state that the controllers bring it to.
 
 Sink (eq 20) and sensor (eq 8) are each one temperature; insulator and polymer (eq 3) are slabs of the beam's area.
 Heat that leaves the sink through the insulator enters the sensor:
@@ -30,9 +30,9 @@ from reduced1d.line import Line, reference
 from reduced1d.line import modes as modes_of
 from reduced1d.sink import lump as lump_sink
 from scenes.device import Device
+from scenes.loop import stability as state
 from scenes.loop.modal import Modal
 from scenes.loop.result import Steady
-from scenes.loop.stability import complementary
 
 GRIDS = (np.array([0.0, 1.0]), np.array([0.0, 0.1, 0.5, 1.0]))
 """Where insulator and polymer are cut into elements, as fractions of their thickness."""
@@ -102,24 +102,13 @@ def steady(device: Device, external: float | None = None) -> Steady:
     k A/t (T_set - T_external) of the polymer, whatever R(T) is. Where that asks for a negative power, the power is
     zero and the element's temperature follows from its neighbours. A gain of zero leaves an element without power.
     """
-    lumped, room = lump(device), device.sink.room_temperature
-    outer = (device.external.final_temperature if external is None else external) - room
-    sink, between, polymer = lumped.conductance, lumped.insulator.conductance, lumped.polymer.conductance
-    K = np.array([[sink + between, -between], [-between, between + polymer]])
-    load = np.array([0.0, polymer * outer])
-    gains = np.array([device.control.sink_gain, device.control.sensor_gain])
-    rise, power, held = complementary(K, load, lumped.set_rise, gains > 0)
-    volts = np.sqrt(power * lumped.resistance * (1 + lumped.coefficient * rise))
-    saturated = (gains > 0) & ~held
-    return Steady(
-        float(room + rise[0]), float(room + rise[1]), float(volts[0]), float(volts[1]), float(power[0]),
-        float(power[1]), float(polymer * (rise[1] - outer)), bool(saturated[0]), bool(saturated[1]),
-    )  # fmt: skip
+    # Straight lines across the layers, which elements of any degree have.
+    return state.steady(modes(lump(device), 2).modal, device, external)
 
 
 def around(device: Device) -> dict[str, Steady]:
     """The steady states ``before`` the outer step and ``after`` it."""
-    return {"before": steady(device, device.external.initial_temperature), "after": steady(device)}
+    return state.around(modes(lump(device), 2).modal, device)
 
 
 class Modes(NamedTuple):

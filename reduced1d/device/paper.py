@@ -154,11 +154,9 @@ def solve_paper(
     stability limit, and ValueError for values that make no device.
     """
     traces, used = paper_traces(device, scheme or PaperScheme(), meter)
-    time, limit = timetable(device).times[: len(traces)], stability_limit(device, used)
-    accurate = solve_accurate(device, meter=meter)
+    accurate, limit = solve_accurate(device, meter=meter), stability_limit(device, used)
     rows = min(len(traces), len(accurate.time_s))
-    room = device.sink.room_temperature
-    result = device_result("paper", time, traces, room, {}, **around(device))
+    result = device_result("paper", device, traces, {}, **around(device))
     off = {q: np.abs(result.trace(q)[:rows] - accurate.trace(q)[:rows]) for q in QUANTITIES}
     worst = {q: (float(d.max()), float(accurate.time_s[int(d.argmax())])) for q, d in off.items()}
     late = accurate.time_s[:rows] >= 0.05

@@ -9,8 +9,9 @@ import numpy as np
 
 from reduced1d.device.lumped import lump, modes, steady
 from scenes.device import Device, External
+from scenes.loop import stability as loop
 from scenes.loop.march import CEILING, March
-from scenes.loop.stability import Plant, Stability, State, linearised
+from scenes.loop.stability import Plant, Stability
 
 DEGREE = 9
 ELEMENTS = ("sink", "sensor")
@@ -21,12 +22,7 @@ MARGIN = 2.0
 
 def plant(device: Device, external: float | None = None) -> Plant:
     """Linearise a device about its steady state at an outer temperature (K; by default the final one)."""
-    lumped, found = lump(device), steady(device, external)
-    state = State(
-        np.array([found.sink_K, found.sensor_K]) - device.sink.room_temperature,
-        np.array([found.sink_power_W, found.sensor_power_W]), np.array([found.sink_V, found.sensor_V]),
-    )  # fmt: skip
-    return linearised(modes(lumped, DEGREE).modal, state, lumped.set_rise, device.control.sample_time)
+    return loop.plant(modes(lump(device), DEGREE).modal, device, external)
 
 
 def stability(device: Device, external: float | None = None) -> Stability:
@@ -38,16 +34,12 @@ def stability(device: Device, external: float | None = None) -> Stability:
 
 @lru_cache(maxsize=64)
 def _about(device: Device) -> Stability:
-    return Stability.of(plant(device), _gains(device))
+    return Stability.of(plant(device), device)
 
 
 def largest_eigenvalue(device: Device, external: float | None = None) -> complex:
     """That of ``stability`` alone, which takes a fraction of the time."""
-    return plant(device, external).eigenvalue(_gains(device))
-
-
-def _gains(device: Device) -> np.ndarray:
-    return np.array([device.control.sink_gain, device.control.sensor_gain])
+    return plant(device, external).eigenvalue(loop.gains(device))
 
 
 def at_sample_time(device: Device, sample_time: float) -> Device:

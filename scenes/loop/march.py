@@ -8,12 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from scipy.linalg import block_diag
 
-from scenes.loop.controller import Law, Timetable
+from scenes.device import Device
+from scenes.loop.controller import law, timetable
 from scenes.loop.modal import Modal, interval
+from scenes.loop.result import QUANTITIES, TOP
+from scenes.loop.stability import state_of
 
 CEILING = 2000.0
 SMALL = 8000
@@ -50,16 +55,6 @@ class Tables:
 
 
 @dataclass(frozen=True)
-class Start:
-    """A steady start: for each resolution the heat (m,) of its responses in W; voltages in V of (sink, sensor), and the
-    outer rise in K."""
-
-    heat: Sequence[np.ndarray]
-    voltage: np.ndarray
-    outer: float
-
-
-@dataclass(frozen=True)
 class March:
     """What the controllers see and do, as rises (K), ``voltages`` (V) and ``powers`` (W), each (samples, resolutions,
     2), and the heat ``flows`` (W) as (samples, resolutions, k), those just before each sample.
@@ -81,6 +76,21 @@ class March:
     energy: np.ndarray
     outer_time: float
     outer: float
+
+    @cached_property
+    def traces(self) -> np.ndarray:
+        """(samples, resolutions, 7 or 8) in the order of QUANTITIES and TOP, temperatures as rises."""
+        return np.concatenate([self.rises, self.voltages, self.powers, self.flows], axis=2)
+
+    def apart(self, one: int, other: int) -> dict[str, float]:
+        """The largest difference over time between two resolutions, of each quantity.
+
+        Raises ArithmeticError where a trace is beyond the range of numbers.
+        """
+        worst = np.abs(self.traces[:, one] - self.traces[:, other]).max(axis=0)
+        if not np.isfinite(worst).all():
+            raise ArithmeticError("the simulated device has left the range of numbers")
+        return dict(zip((*QUANTITIES, TOP), worst.tolist(), strict=False))
 
 
 class _Places:
@@ -130,19 +140,19 @@ class _Places:
 
 
 def march(
-    resolutions: Sequence[Resolution],
-    law: Law,
-    table: Timetable,
-    tolerance: float,
-    start: Start | None = None,
-    watched: int | None = None,
-) -> March:
-    """Run the closed loop from a steady start, by default cold; ``tolerance`` (K) ends the iteration for the powers.
-    The run also ends where the limiter holds the voltage of a ``watched`` film (0 sink, 1 sensor).
+    resolutions: Sequence[Resolution], device: Device, tolerance: float, meter: tuple[float, float] = (0.0, 0.0),
+    start: Literal["cold", "settled"] = "cold", watched: int | None = None,
+) -> March:  # fmt: skip
+    """Run the closed loop of a device; ``tolerance`` (K) ends the iteration for the powers.
+
+    ``meter`` is the resolution in ohm to which the resistances of (sink, sensor) are measured, 0 for an ideal meter.
+    ``start`` "settled" begins in the steady state at the initial outer temperature, "cold" at room temperature without
+    voltage. The run also ends where the limiter holds the voltage of a ``watched`` film (0 sink, 1 sensor).
 
     Raises ArithmeticError where that iteration fails.
     """
-    first = resolutions[0].modal
+    first, table = resolutions[0].modal, timetable(device)
+    control = law(device, first.resistance, first.coefficient, meter)
     n, at = first.count, _Places(resolutions)
     modal = _slices([n + 2, *(r.modal.count for r in resolutions[1:])])
     jump = np.concatenate([first.jump, np.zeros(2), *(r.modal.jump for r in resolutions[1:])])
@@ -152,12 +162,14 @@ def march(
     b, voltage, ratio = np.zeros(len(jump)), np.zeros((len(resolutions), 2)), np.ones(len(at.film))
     powers = np.zeros(len(at.film))
     stepped, outer, outer_time, stopped = np.zeros(n), 0.0, 0.0, False
-    if start is not None:
-        for r, part, heat, places in zip(resolutions, modal, start.heat, at.of, strict=True):
+    if start == "settled":
+        settled = [state_of(r.modal, device, device.external.initial_temperature) for r in resolutions]
+        for r, part, state, places in zip(resolutions, modal, settled, at.of, strict=True):
+            heat, m = r.modal.heat(state.power, state.rise), r.modal.responses
             b[part.start : part.start + r.modal.count] = heat @ r.modal.shape / r.modal.rates
-            m = r.modal.responses
             powers[places.start + m : places.start + m * (r.nodes + 1)] = np.repeat(heat, r.nodes)
-        voltage, outer = np.tile(start.voltage, (len(resolutions), 1)), start.outer
+        voltage = np.tile(settled[0].voltage, (len(resolutions), 1))
+        outer = device.external.initial_temperature - device.sink.room_temperature
     static, initial, before = outer * at.unit, b[:n], outer
 
     for k, measure, step, length in table.stretches():
@@ -171,10 +183,10 @@ def march(
             history[k] = free
             if at.fed:
                 history[k, at.flows.ravel()] += at.feed @ powers
-            voltages[k] = voltage = law.next_voltage(voltage, free[at.starts])
+            voltages[k] = voltage = control.next_voltage(voltage, free[at.starts])
             heating = (voltage * voltage).ravel()[at.voltage] * at.conductance
             stopped = bool(free[0] > CEILING or free[1] > CEILING)
-            held = watched is not None and voltage[0, watched] == law.lowest and law.gain[watched] > 0
+            held = watched is not None and voltage[0, watched] == control.lowest and control.gain[watched] > 0
             if stopped or held or not length:
                 break
         if step is not None:
@@ -190,7 +202,7 @@ def march(
     history, voltages = history[: k + 1], voltages[: k + 1]
     rises = history[:, at.starts]
     power = np.stack([r.modal.power(voltages[:, i], rises[:, i]) for i, r in enumerate(resolutions)], axis=1)
-    limited = (voltages[:, 0] == law.lowest) & (law.gain > 0)
+    limited = (voltages[:, 0] == control.lowest) & (control.gain > 0)
     return March(
         rises, voltages, power, history[:, at.flows], limited, stopped, b[:n] - initial, stepped, b[n : n + 2],
         outer_time, outer - before,

@@ -14,6 +14,7 @@ from typing import Any, Literal
 import numpy as np
 
 from scenes.device import Device, External
+from scenes.loop.controller import timetable
 
 QUANTITIES = ("sink_K", "sensor_K", "sink_V", "sensor_V", "sink_power_W", "sensor_power_W", "polymer_flux_W")
 TOP = "polymer_top_W"
@@ -83,14 +84,14 @@ class DeviceResult:
 
 
 def device_result(
-    scheme: str, time: np.ndarray, traces: np.ndarray, room: float, errors: dict[str, float], **rest: Any
-) -> DeviceResult:
-    """A result from ``traces`` (samples, 7 or 8) in the order of QUANTITIES and TOP, with temperatures as rises above
-    ``room``."""
+    scheme: str, device: Device, traces: np.ndarray, errors: dict[str, float], **rest: Any
+) -> DeviceResult:  # fmt: skip
+    """A result of a device from ``traces`` (samples, 7 or 8) in the order of QUANTITIES and TOP, with temperatures as
+    rises."""
     columns = traces.T.copy()
-    columns[:2] += room
-    names = (*QUANTITIES, TOP)[: len(columns)]
-    return DeviceResult(scheme=scheme, time_s=time, errors=errors, **dict(zip(names, columns, strict=True)), **rest)
+    columns[:2] += device.sink.room_temperature
+    of, time = dict(zip((*QUANTITIES, TOP), columns, strict=False)), timetable(device).times[: len(traces)]
+    return DeviceResult(scheme=scheme, time_s=time, errors=errors, **of, **rest)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from scenes.device import Device
 from scenes.loop.modal import Modal
+from scenes.loop.result import Steady
 
 SMALLEST_GAIN, LARGEST_GAIN = 1e-6, 1e6  # V: between which a limit is sought
 CLOSER = 1.6  # from one gain that is tried to the next
@@ -40,34 +42,6 @@ class Plant:
         return complex(largest.real, abs(largest.imag))
 
 
-def linearised(modal: Modal, state: State, set_rise: float, sample_time: float) -> Plant:
-    """The plant of a model about a steady state, for controllers that sample every ``sample_time`` (s).
-
-    Between samples P = V^2/R(T) changes by 2 V/R dV - P R'/R dT, and the heat of local departures with it, exactly
-    propagated. An element that has no power there does not respond to its voltage to first order, and its loop is left
-    out.
-    """
-    own, m = modal.film, modal.responses
-    a, ratio = modal.coefficient[own], (1 + modal.coefficient * state.rise[:2])[own]
-    # heat = per_power * P; along a row what a rise of each response changes of it.
-    per_power = modal.heat(np.ones(2), state.rise)
-    slope = np.zeros((m, m))
-    slope[np.arange(m), own] = -per_power * state.power[own] * a / ratio * np.where(np.arange(m) < 2, 1.0, 2.0)
-    departs = np.arange(2, m)
-    slope[departs, departs] += state.power[own[2:]] * a[2:] / ratio[2:]
-    per_volt = np.zeros((m, 2))
-    per_volt[np.arange(m), own] = per_power * 2 * state.voltage[own] / (modal.resistance[own] * ratio)
-    rates, vectors = np.linalg.eig(np.diag(modal.rates) - modal.shape.T @ slope @ modal.shape)
-    inverse = np.linalg.inv(vectors)
-    into = inverse @ (modal.shape.T @ per_volt)
-    h = sample_time
-    decay = np.exp(-rates * h)
-    return Plant(
-        ((vectors * decay) @ inverse).real, (vectors @ ((-np.expm1(-rates * h) / rates)[:, None] * into)).real,
-        modal.shape[:2], state.power > 0, set_rise, h,
-    )  # fmt: skip
-
-
 @dataclass(frozen=True)
 class Stability:
     """The loop's eigenvalue of largest size per sample, its growth rate in 1/s (negative: it decays), and the largest
@@ -84,14 +58,15 @@ class Stability:
         return abs(self.eigenvalue) < 1
 
     @staticmethod
-    def of(system: Plant, gains: np.ndarray) -> Stability:
-        """That of a plant with some gains (V)."""
-        largest = system.eigenvalue(gains)
+    def of(system: Plant, device: Device) -> Stability:
+        """That of a plant with a device's gains."""
+        own = gains(device)
+        largest = system.eigenvalue(own)
         rate = float(np.log(abs(largest)) / system.sample_time)
-        return Stability(largest, rate, gain_limit(system, gains, 0), gain_limit(system, gains, 1))
+        return Stability(largest, rate, gain_limit(system, own, 0), gain_limit(system, own, 1))
 
 
-def gain_limit(system: Plant, gains: np.ndarray, element: int) -> float:
+def gain_limit(system: Plant, others: np.ndarray, element: int) -> float:
     """The largest gain (V) of one element (0 sink, 1 sensor) below which the loop is stable, the other gain as given.
 
     Zero where the other loop is unstable by itself, infinite where no gain up to LARGEST_GAIN is unstable.
@@ -99,7 +74,7 @@ def gain_limit(system: Plant, gains: np.ndarray, element: int) -> float:
     from scipy.optimize import brentq
 
     def growth(gain: float) -> float:
-        return math.log(abs(system.eigenvalue(np.where(np.arange(2) == element, gain, gains))))
+        return math.log(abs(system.eigenvalue(np.where(np.arange(2) == element, gain, others))))
 
     if growth(0.0) >= 0:
         return 0.0
@@ -125,20 +100,27 @@ class State:
     held: np.ndarray = field(default_factory=lambda: np.ones(2, bool))
 
 
-def steady(modal: Modal, target: float, controlled: np.ndarray, outer: float) -> State:
-    """The steady state of a model for an outer rise (K), with the films that have a controller (2,) at the ``target``
-    rise (K) or, where they would need a negative power for that, without any.
+def gains(device: Device) -> np.ndarray:
+    """(2,): those (V) of (sink, sensor)."""
+    return np.array([device.control.sink_gain, device.control.sensor_gain])
+
+
+def state_of(modal: Modal, device: Device, external: float | None = None) -> State:
+    """The steady state of a model of a device at an outer temperature (K; by default the final one): films that have a
+    gain at the set temperature or, where they would need a negative power for that, without any.
 
     The heat of local departures follows from the rises, which follow from it: it is a hundredth of the rest, and a few
     rounds settle it. Raises ArithmeticError where they don't.
     """
+    target, room = device.set_rise, device.sink.room_temperature
+    outer = (device.external.final_temperature if external is None else external) - room
     per_heat = (modal.shape / modal.rates) @ modal.shape.T
     rise, own = np.zeros(modal.responses), np.eye(2)[modal.film]
     for _ in range(100):
         per_power = per_heat @ (modal.heat(np.ones(2), rise)[:, None] * own)
         conductance = np.linalg.inv(per_power[:2])
         load = conductance @ modal.external[:2] * outer
-        _, power, held = complementary(conductance, load, target, controlled)
+        _, power, held = complementary(conductance, load, target, gains(device) > 0)
         before, rise = rise, per_power @ power + modal.external * outer
         if np.abs(rise - before).max() <= 1e-13 * max(abs(target), np.abs(rise).max()):
             break
@@ -148,6 +130,21 @@ def steady(modal: Modal, target: float, controlled: np.ndarray, outer: float) ->
     voltage = np.sqrt(power * modal.resistance * (1 + modal.coefficient * rise[:2]))
     flow = (modal.flux / modal.rates) @ (heat @ modal.shape) + modal.flux_external * outer + modal.feed @ heat
     return State(rise, power, voltage, flow, held)
+
+
+def steady(modal: Modal, device: Device, external: float | None = None) -> Steady:
+    """The same by name, with temperatures in K."""
+    state, room = state_of(modal, device, external), device.sink.room_temperature
+    saturated = (gains(device) > 0) & ~state.held
+    return Steady(
+        float(room + state.rise[0]), float(room + state.rise[1]), float(state.voltage[0]), float(state.voltage[1]),
+        float(state.power[0]), float(state.power[1]), float(state.flow[0]), bool(saturated[0]), bool(saturated[1]),
+    )  # fmt: skip
+
+
+def around(modal: Modal, device: Device) -> dict[str, Steady]:
+    """Those ``before`` the outer step and ``after`` it."""
+    return {"before": steady(modal, device, device.external.initial_temperature), "after": steady(modal, device)}
 
 
 def complementary(
@@ -166,3 +163,32 @@ def complementary(
         if (power >= -tolerance).all() and (rise[controlled & free] >= target * (1 - 1e-12)).all():
             return rise, np.maximum(power, 0.0), held
     raise ArithmeticError("no steady state found: the conductances of the device are not positive")
+
+
+def plant(modal: Modal, device: Device, external: float | None = None) -> Plant:
+    """The loop of a model of a device, linearised about its steady state at an outer temperature (K; by default the
+    final one).
+
+    Between samples P = V^2/R(T) changes by 2 V/R dV - P R'/R dT, and the heat of local departures with it, exactly
+    propagated. An element that has no power there does not respond to its voltage to first order, and its loop is left
+    out.
+    """
+    state, own, m = state_of(modal, device, external), modal.film, modal.responses
+    a, ratio = modal.coefficient[own], (1 + modal.coefficient * state.rise[:2])[own]
+    # heat = per_power * P; along a row what a rise of each response changes of it.
+    per_power = modal.heat(np.ones(2), state.rise)
+    slope = np.zeros((m, m))
+    slope[np.arange(m), own] = -per_power * state.power[own] * a / ratio * np.where(np.arange(m) < 2, 1.0, 2.0)
+    departs = np.arange(2, m)
+    slope[departs, departs] += state.power[own[2:]] * a[2:] / ratio[2:]
+    per_volt = np.zeros((m, 2))
+    per_volt[np.arange(m), own] = per_power * 2 * state.voltage[own] / (modal.resistance[own] * ratio)
+    rates, vectors = np.linalg.eig(np.diag(modal.rates) - modal.shape.T @ slope @ modal.shape)
+    inverse = np.linalg.inv(vectors)
+    into = inverse @ (modal.shape.T @ per_volt)
+    h = device.control.sample_time
+    decay = np.exp(-rates * h)
+    return Plant(
+        ((vectors * decay) @ inverse).real, (vectors @ ((-np.expm1(-rates * h) / rates)[:, None] * into)).real,
+        modal.shape[:2], state.power > 0, device.set_rise, h,
+    )  # fmt: skip

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fem3d import level, probe_quantities, scene_sensitivity, solve_mesh, solve_scene
+from fem3d import level, probe_quantities, scene_sensitivity, solve_scene
 from fem3d.domain import boxes
 from fem3d.motion import speeds
 from fem3d.scene_sensitivity import Slopes
@@ -227,11 +227,11 @@ def test_on_a_mesh() -> None:
     """Materials, conditions and sources are followed; coordinates are the mesh's own."""
     scene = from_dict(deepcopy(WIRE), folder=str(FILES))
     assert isinstance(scene, MeshScene)
-    result = solve_mesh.solve(scene)
+    result = solve_scene.solve(scene)
     found = scene_sensitivity.of_scene(scene, result)
     assert not any(key.endswith((".x", ".y", ".z")) for key in found.table)
     for key in ("material.metal.resistivity", "source.lower.heat_source"):
-        more, less = (solve_mesh.solve(varied(scene, key, 1 + step)).steady for step in (DIFFERENCE, -DIFFERENCE))
+        more, less = (solve_scene.solve(varied(scene, key, 1 + step)).steady for step in (DIFFERENCE, -DIFFERENCE))
         assert set(found.table[key]) == {p.name for p in scene.probes}
         for name, slope in found.table[key].items():
             expected = (more[name].value - less[name].value) / (2 * DIFFERENCE) / found.values[name].value

@@ -7,7 +7,7 @@ share them so that a comparison is of solvers, not of patience.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -16,6 +16,7 @@ import numpy as np
 from meshes import grading, symmetry
 from meshes.grid import Grid
 from scenes.model import Scene
+from scenes.result import Result
 from scenes.sink import Sink
 from validate.verify import methods
 
@@ -28,6 +29,7 @@ TIMES = (*(1e-5 * 2.0**k for k in range(11)), END)
 EDGES = (0.0, *(1e-5 * 4.0**k for k in range(6)), END)
 
 Values = Mapping[str, Sequence[float]]
+Answer = tuple[int, list[list[float]]]  # unknowns, and the quantities of each instant
 
 
 def step_times(per_interval: int) -> np.ndarray:
@@ -47,14 +49,21 @@ def at_times(times: np.ndarray) -> list[int]:
     return found
 
 
-def solved(options: Mapping[str, Any], problem: Any, unknowns: int) -> list[list[float]]:
-    """The quantities of a `verify.uniform` problem at each of TIMES, or of its steady state alone."""
-    if not options["transient"]:
-        return [problem.quantities(methods.settle(problem, unknowns, options["tolerance"]))]
-    times = step_times(options["steps"])
-    states = methods.march(problem, unknowns, times, options["method"], options["tolerance"])
-    wanted = at_times(times)
-    return [problem.quantities(rise) for i, (rise, _) in enumerate(states) if i in wanted]
+def stepped(
+    options: Mapping[str, Any], assemble: Callable[[], Any]
+) -> tuple[Callable[[], Answer], Callable[[Answer], dict[str, Any]]]:  # fmt: skip
+    """``prepare`` of a program whose matrices `verify.methods` step or settle: ``assemble`` makes its problem, which
+    has the ``quantities`` of a state too."""
+
+    def solve() -> Answer:
+        problem, tolerance = assemble(), options["tolerance"]
+        if not options["transient"]:
+            return problem.unknowns, [problem.quantities(methods.settle(problem, tolerance))]
+        times = step_times(options["steps"])
+        states, wanted = methods.march(problem, times, options["method"], tolerance), at_times(times)
+        return problem.unknowns, [problem.quantities(rise) for i, (rise, _) in enumerate(states) if i in wanted]
+
+    return solve, lambda answer: numbers(options, *answer)
 
 
 def numbers(options: Mapping[str, Any], unknowns: int, rows: Sequence[Sequence[float]] | np.ndarray) -> dict[str, Any]:
@@ -62,6 +71,20 @@ def numbers(options: Mapping[str, Any], unknowns: int, rows: Sequence[Sequence[f
     steps = len(step_times(options["steps"])) - 1 if options["transient"] else 0
     values = dict(zip(QUANTITIES, np.array(rows).T.tolist(), strict=True))
     return {"values": values, "unknowns": unknowns, "steps": steps}
+
+
+def read(result: Result, sink: Sink) -> dict[str, Any]:
+    """The quantities of one of this toolkit's models at each of TIMES, interpolated linearly between its rows as users
+    do, or its steady state's; the steady ones anyway; and the largest error that it claims of one, relative to that."""
+    steady = {q: [result.steady[q].value] for q in QUANTITIES}
+    values, traces = steady, result.traces
+    claimed = {q: result.steady[q].error for q in QUANTITIES}
+    if traces is not None:
+        names = {q: q.replace("_rise", "") for q in QUANTITIES}
+        room = {q: 0.0 if q == name else sink.room_temperature for q, name in names.items()}
+        values = {q: list(np.interp(TIMES, traces.time, traces.values[name] - room[q])) for q, name in names.items()}
+        claimed = {q: traces.errors[name] for q, name in names.items()}
+    return {"values": values, "steady": steady, "claimed": max(claimed[q] / abs(steady[q][0]) for q in QUANTITIES)}
 
 
 def errors(found: Values, reference: Values, steady: Values) -> dict[str, float]:

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
-from importlib import import_module
 from typing import TYPE_CHECKING, Any, cast
 
 from scenes import physics
@@ -43,7 +42,9 @@ def plan(scene: Any, request: Request, data: Data | None = None) -> tuple[Step, 
     if isinstance(scene, Device):
         return plans.of_device(scene, request)
     if not isinstance(scene, Sink):
-        return plans.of_free(scene, request, solver(scene).plan(scene, **_whole(scene, request)))
+        from fem3d import solve_scene
+
+        return plans.of_free(scene, request, solve_scene.plan(scene, whole=_followed(request)))
     from reduced1d.ladder import refuse
 
     refuse(scene, request.reduction)
@@ -155,7 +156,7 @@ def _sink(run: _Run, data: Data | None) -> Outcome[Sink]:
         with clock.stage("air"):
             air = air_of(sink, run.say, request.transient)
         outcome = replace(outcome, air=air, checks=(*outcome.checks, *air.checks))
-    if request.sensitivities or request.uncertain is not None:
+    if _followed(request):
         run.say("sensitivities")
         with clock.stage("sensitivities"):
             from validate.inputs import sensitivities
@@ -356,10 +357,10 @@ def _free(run: _Run) -> Outcome[AnyScene]:
 
     scene, request, clock = run.scene, run.request, run.clock
     with clock.stage("imports"):
-        model = solver(scene)
+        from fem3d import solve_scene
     run.say("solving in 3D")
     with clock.stage("fem3d"):
-        result: Result = model.solve(scene, run.say, **_whole(scene, request))
+        result: Result = solve_scene.solve(scene, run.say, whole=_followed(request))
     shown, warnings = None, tuple(result.details.get("warnings", ()))
     with clock.stage("checks"):
         if physics.heat(scene):
@@ -369,7 +370,7 @@ def _free(run: _Run) -> Outcome[AnyScene]:
                 shown = hottest.farthest(fields, times, scene.initial_temperature)
     steps = plans.of_free(scene, request, tuple(result.details["plan"]))
     outcome = Outcome(scene, request, steps, result, warnings=warnings, shown=shown)
-    if request.sensitivities or request.uncertain is not None:
+    if _followed(request):
         run.say("sensitivities")
         with clock.stage("sensitivities"):
             from validate.inputs import sensitivities
@@ -392,12 +393,7 @@ def reported(scene: AnyScene, request: Request) -> AnyScene:
     return replace(scene, probes=tuple(Probe(f"mean {b.name}", b.lower, b.upper) for b in scene.boxes))
 
 
-def solver(scene: AnyScene) -> Any:
-    """The module that plans and solves a scene: boxes have bricks, and a mesh is taken as it is."""
-    return import_module("fem3d.solve_mesh" if isinstance(scene, MeshScene) else "fem3d.solve_scene")
-
-
-def _whole(scene: AnyScene, request: Request) -> dict[str, bool]:
-    """What says that a scene of boxes is solved whole, where a number of one side changes that side alone."""
-    asked = request.sensitivities or request.uncertain is not None
-    return {"whole": True} if asked and not isinstance(scene, MeshScene) else {}
+def _followed(request: Request) -> bool:
+    """Whether numbers of the scene are followed: it is solved whole then, for one of one side changes that side
+    alone."""
+    return request.sensitivities or request.uncertain is not None

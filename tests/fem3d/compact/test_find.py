@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fem3d import solve_mesh, solve_scene
+from fem3d import solve_scene
 from fem3d.compact.channels import driven
 from fem3d.compact.find import check, compact
 from fem3d.compact.judge import needed
@@ -273,7 +273,7 @@ def test_a_mesh_file(tmp_path: Path) -> None:
     wire = load(str(tmp_path / "wire.toml"), [])
     found = CompactModel(compact(wire, None, 3e-2))
     other = {"cold.temperature": 293.4, "plus.voltage": -0.005, "minus.voltage": 0.002, "source-1.heat_source": 5e11}
-    ours, truth = found.steady(other), solve_mesh.solve(driven(wire, other)).steady
+    ours, truth = found.steady(other), solve_scene.solve(driven(wire, other)).steady
     for name, is_ in truth.items():
         stated = sum(run["steady"][name]["error"] for run in found.document["error"].values())
         assert abs(ours[name] - is_.value) <= stated, name

@@ -10,7 +10,6 @@ import pytest
 from fem3d.device.solve import model
 from reduced1d.device.accurate import solve_accurate
 from scenes.device import Device
-from scenes.loop.controller import law, timetable
 from scenes.loop.march import Resolution, march
 from tests.fem3d.device.full_order import simulate
 
@@ -62,8 +61,7 @@ def test_the_sensor_pays_for_what_leaves_through_the_polymer(states):
 def test_heat_is_local(states, short):
     fine = states.fine
     mean = replace(fine, shape=fine.shape[:2], film=fine.film[:2], external=fine.external[:2], feed=fine.feed[:, :2])
-    control = law(short, fine.resistance, fine.coefficient)
-    local, uniform = (march([Resolution(m, 4)], control, timetable(short), 1e-8).rises[:, 0, 0] for m in (fine, mean))
+    local, uniform = (march([Resolution(m, 4)], short, 1e-8).rises[:, 0, 0] for m in (fine, mean))
     assert 2e-3 < np.abs(local - uniform).max() < 2e-2  # 7 mK
 
 
