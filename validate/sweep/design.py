@@ -12,12 +12,12 @@ from typing import Any, Literal
 
 import numpy as np
 
-from scenes import free, type_of_file
+from scenes import free
 from scenes.errors import SceneError, quoted
 from scenes.free import schema_of
 from scenes.keys import DEVICE, SINK
 from scenes.kinds import Count, Quantity
-from scenes.loading import as_dict, check, document, known_names
+from scenes.loading import as_dict, check, document, known_names, type_of_file
 from scenes.model import AnyScene
 from scenes.schema import Schema, locate, override
 from scenes.sink import Sink
