@@ -16,6 +16,7 @@ from scenes.device import Device
 from scenes.errors import SceneError, did_you_mean, quoted, reason
 from scenes.keys import DEVICE, SINK, TYPES, SceneType, type_of
 from scenes.kinds import Choice
+from scenes.model import AnyScene
 from scenes.schema import nest, override
 from scenes.sink import Sink
 from scenes.validity import check as check
@@ -50,6 +51,14 @@ def load(source: str | Path, overrides: Sequence[str] = (), *, of: SceneType[Any
 
         return free.from_dict(found, name, folder, overrides)
     return _built({"scene.name": name} | of.schema.flatten(found), overrides, of)
+
+
+def load_free(source: str | Path, overrides: Sequence[str] = ()) -> AnyScene:
+    """The same of an example by its name, or of a file as a free scene; the mesh of one with a [mesh], which is not
+    read here, lies beside it."""
+    from scenes import free
+
+    return free.from_dict(*document(source, examples()), overrides)
 
 
 def type_of_file(found: Mapping[str, Any]) -> SceneType[Any] | None:

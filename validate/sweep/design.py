@@ -96,7 +96,7 @@ class Base:
 
 
 def base(source: str | Path | Sink | AnyScene, settings: Sequence[str] = ()) -> Base:
-    """What `scenes.load`, `scenes.free.load` or their names stand for. Raises SceneError."""
+    """What a scene, its name or its file stands for. Raises SceneError."""
     if isinstance(source, Sink):
         return Base("sink", source.name, as_dict(source), settings=tuple(settings))
     if not isinstance(source, str | Path):
