@@ -37,7 +37,7 @@ OPTIONS = {
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from scenes.free import load
+    from scenes.loading import load_free as load
     from scenes.plan import Request
     from validate.run.pipeline import reported
 
