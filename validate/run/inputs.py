@@ -20,8 +20,8 @@ from validate.run.outcome import Outcome
 
 
 def added(outcome: Outcome[Any], simulated: Callable[[Device], Runs]) -> Outcome[Any]:
-    """The outcome with how its quantities follow the scene's keys, where that is asked for, and what uncertain keys make
-    of them and of the checks; ``simulated`` gives the runs of another device in 1D."""
+    """The outcome with how its quantities follow the scene's keys, where asked for, and what uncertain keys make of
+    them and of the checks; ``simulated`` gives the runs of another device in 1D."""
     scene, request, uncertain = outcome.scene, outcome.request, outcome.request.uncertain
     found = _followed(outcome)
     checks, warnings = outcome.checks, (*outcome.warnings, *found.remarks())

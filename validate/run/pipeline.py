@@ -194,8 +194,8 @@ def _compared(
     fem3d = reduced1d = single = None
     if "fem3d" in request.models:
         with clock.stage("imports"):
-            from fem3d.errors import NumericsError, RunawayError
             from fem3d.run import solve as solve_3d
+            from scenes.errors import NumericsError, RunawayError
             from scenes.validity import cause
         say("solving in 3D")
         with clock.stage("fem3d"):
@@ -240,8 +240,8 @@ def _levels(sink: Sink, request: Request) -> Levels | None:
 
 def _reduction(sink: Sink, request: Request, fem3d: Result | None, levels: Levels | None) -> Result:
     """The 1D model, at the times of the 3D model's traces where there are any."""
-    from reduced1d.errors import RunawayError
     from reduced1d.ladder import solve as solve_1d
+    from scenes.errors import RunawayError
 
     times = fem3d.traces.time if fem3d is not None and fem3d.traces is not None else None
     try:
@@ -249,7 +249,7 @@ def _reduction(sink: Sink, request: Request, fem3d: Result | None, levels: Level
     except RunawayError as error:
         if fem3d is None:
             raise
-        raise RunawayError(f"in 1D (3D has a steady state, see --only 3d) {error}", error.limit_voltage) from None
+        raise RunawayError(f"in 1D (3D has a steady state, see --only 3d) {error}", error.limit) from None
 
 
 def _with_inputs(run: _Run, outcome: Outcome[Any]) -> Outcome[Any]:
