@@ -20,7 +20,7 @@ class NumericsError(ArithmeticError):
 
 
 class RunawayError(NumericsError):
-    """Thermal runaway: the resistance falls with temperature faster than the heat can leave. Above the voltage ``limit``
+    """Thermal runaway: the resistance falls with temperature faster than heat can leave. Above the voltage ``limit``
     (V) no steady state exists."""
 
     def __init__(self, message: str, limit: float) -> None:
