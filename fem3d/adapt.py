@@ -9,8 +9,10 @@ from typing import Protocol
 import numpy as np
 
 from fem3d import estimate, field_error, level, reach, start, time_response, transient
+from fem3d.conductor import Conductor
 from fem3d.domain import boxes
 from fem3d.estimate import Spread
+from fem3d.heat import HeatProblem
 from fem3d.level import Level, Problems, Solution
 from fem3d.study import Study
 from fem3d.time_response import ROW_SHARE, Response
@@ -112,31 +114,48 @@ def not_reached(accuracy: float, because: str = "") -> NumericsError:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """What the last level gives: its mesh and solution, the steady errors by name, the response over time, and the
-    error of the steady field over its largest rise (infinite where the study doesn't ask for it)."""
+    """What the last level gives: its mesh and problem, the steady solution and its errors by name, the response over
+    time, and the error of the steady field over its largest rise (infinite where the study doesn't ask for it)."""
 
     mesh: Mesh
-    fine: Solution
+    heat: HeatProblem
+    conductor: Conductor | None
+    steady: Solution | None
     errors: dict[str, float]
     response: Response | None
     levels: int
     field: float = np.inf
 
+    @property
+    def fine(self) -> Solution:
+        """The steady solution that is there."""
+        assert self.steady is not None
+        return self.steady
 
-def solve(study: Study, with_transient: bool, progress: Progress = lambda _: None, mesh: Mesh | None = None) -> Answer:
+
+def solve(
+    study: Study,
+    with_transient: bool,
+    progress: Progress = lambda _: None,
+    mesh: Mesh | None = None,
+    with_steady: bool = True,
+) -> Answer:
     """Levels, of bricks if no ``mesh`` is given, until every estimated error is within the study's accuracy or the mesh
-    is to be taken as it is.
+    is to be taken as it is; of the steady state, of the transient, or of both.
 
     Raises RunawayError where no steady state exists, NumericsError where the accuracy can't be reached.
     """
-    accuracy, here_on = study.accuracy, mesh or Bricks.of(study)
+    accuracy, here_on = study.accuracy, mesh or Bricks.of(study, over_time=not with_steady)
     # No trace is known better than where it ends, and its rows take their share.
     enough = accuracy * (1 - ROW_SHARE) if with_transient else accuracy
-    limit = None
+    limit, slowest, generations = None, study.end, 0
     for number in range(1, MOST_LEVELS):
         given = here_on.problems()
+        fine = here = response = None
         try:
-            fine = level.solution(study, given)
+            if with_steady:
+                fine = level.solution(study, given)
+                here = here_on.examined(study, given, fine)
         except RunawayError as runaway:
             # The voltage of the fold is a number of this mesh; it stands once another one agrees with it.
             known_to = np.inf if limit is None else abs(runaway.limit - limit)
@@ -145,29 +164,35 @@ def solve(study: Study, with_transient: bool, progress: Progress = lambda _: Non
                 raise
             limit, here_on = runaway.limit, finer
             continue
-        progress(f"level {number}: {fine.state.heat.size} unknowns")
-        here, response = here_on.examined(study, given, fine), None
-        if here is None:
+        progress(f"level {number}: {given.heat.size} unknowns")
+        if with_steady and here is None:
             finer = here_on.raised()
-        elif here.worst > enough:
-            finer = here_on.refined(here.goals.values(), here.worst, enough)
-        elif not with_transient:
-            return _for_the_field(study, Answer(here_on, fine, here.errors, None, number), here, progress)
-        else:
-            progress("transient")
-            bases = [Base.of_steady(solved.state) for solved in (here.fine, here.low)]
-            g = transient.shift(transient.time_constant(fine.state), study.earliest)
-            response = here_on.responded(study, given, bases, g, here, 0)
-            if response.accepted:
-                return Answer(here_on, fine, here.errors, response, number)
-            finer = here_on.refined([*response.goals, *here.goals.values()], response.worst, enough)
-            del bases
-        if finer is None:
-            if here is None:
+            if finer is None:
                 break
-            return Answer(here_on, fine, here.errors, response, number)
+            here_on = finer
+            continue
+        if with_transient and (here is None or here.worst <= enough):
+            if here is None:
+                g = transient.shift(slowest, study.earliest)
+                bases = start.nested(given, g, study.end, accuracy)
+            else:
+                progress("transient")
+                g = transient.shift(transient.time_constant(here.fine.state), study.earliest)
+                bases = [Base.of_steady(solved.state) for solved in (here.fine, here.low)]
+            response = here_on.responded(study, given, bases, g, here, generations)
+            if here is None:
+                slowest, generations = min(study.end, response.slowest), response.generations
+            del bases
+        found = Answer(here_on, given.heat, given.conductor, fine, here.errors if here else {}, response, number)
+        if response.accepted if response else here is not None and here.worst <= enough:
+            return found if with_transient or here is None else _for_the_field(study, found, here, progress)
+        goals = [*(response.goals if response else ()), *(here.goals.values() if here else ())]
+        worst = response.worst if response else here.worst if here else np.inf
+        finer = here_on.refined(goals, worst, enough)
+        if finer is None:
+            return found
         # The next level's matrices take the place of these.
-        del given, fine, here, response
+        del given, fine, here, response, found
         here_on = finer
     raise not_reached(accuracy)
 
@@ -178,7 +203,7 @@ def _for_the_field(study: Study, best: Answer, here: Level, progress: Progress) 
     if study.field is None:
         return best
     best = replace(best, field=field_error.of(here))
-    most = field_error.most(best.fine.state.heat.size)
+    most = field_error.most(best.heat.size)
     for number in range(best.levels + 1, best.levels + 1 + field_error.MOST_LEVELS):
         if best.field <= study.field:
             break
@@ -196,34 +221,5 @@ def _for_the_field(study: Study, best: Answer, here: Level, progress: Progress) 
         here = found
         progress(f"level {number}, for the field: {fine.state.heat.size} unknowns")
         if here.worst <= study.accuracy and (off := field_error.of(here)) < best.field:
-            best = Answer(mesh, fine, here.errors, None, number, off)
+            best = Answer(mesh, given.heat, given.conductor, fine, here.errors, None, number, off)
     return best
-
-
-@dataclass(frozen=True, eq=False)
-class Course:
-    """What the last level of a transient without a steady state gives: its mesh and base, and the response."""
-
-    mesh: Mesh
-    base: Base
-    response: Response
-    levels: int
-
-
-def solve_course(study: Study, progress: Progress = lambda _: None, mesh: Mesh | None = None) -> Course:
-    """Levels as of `solve` until every estimated error of the transient is within the study's accuracy; NumericsError
-    where that can't be reached."""
-    accuracy, here_on = study.accuracy, mesh or Bricks.of(study, over_time=True)
-    slowest, generations, enough = study.end, 0, accuracy * (1 - ROW_SHARE)
-    for number in range(1, MOST_LEVELS):
-        given = here_on.problems()
-        g = transient.shift(slowest, study.earliest)
-        bases = start.nested(given, g, study.end, accuracy)
-        progress(f"level {number}: {given.heat.size} unknowns")
-        response = here_on.responded(study, given, bases, g, None, generations)
-        finer = None if response.accepted else here_on.refined(response.goals, response.worst, enough)
-        if finer is None:
-            return Course(here_on, bases[0], response, number)
-        slowest, generations, here_on = min(study.end, response.slowest), response.generations, finer
-        del given, bases, response
-    raise not_reached(accuracy)

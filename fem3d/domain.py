@@ -104,6 +104,12 @@ class Domain(ABC):
         """Integrals over the facets on which a condition acts."""
         return self.seen(self.on(boundary), self.live if boundary.kind == "voltage" else None)
 
+    @cached_property
+    def fixed(self) -> dict[str, np.ndarray]:
+        """For each condition that gives a temperature or a voltage the functions (functions,) that it fixes."""
+        kinds = ("temperature", "voltage")
+        return {b.name: self.faces(b).functions for b in self.scene.boundaries if b.kind in kinds}
+
     @abstractmethod
     def facets(self, item: Any) -> np.ndarray:
         """The facets of a condition or of a flat probe."""

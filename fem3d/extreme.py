@@ -1,6 +1,8 @@
 """The largest or smallest value of a function over parts of cells, found on the polynomials themselves.
 
 A lattice in every cell tells which cells may hold it; in these finer lattices around the best point close in on it.
+Along a line the parabola through the best point of a fine lattice and the two beside it tells how much higher the top
+is, and the parabola of twice the spacing how well that is known.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ TURNS = 6  # of closing in: the best point is then within 1/128 of a side
 MISSED = 0.1  # of what a function spans on a lattice: by what its top may be higher
 APART = 0.4  # of a cell's sides: how far a second top is from the first, which closing in on that doesn't see
 CANDIDATES = 24  # cells that are closed in on, at most: as many as share a vertex
+PER_DEGREE = 8  # points of the lattice along a line in a cell, for each degree
 AT_ONCE = 4_000_000  # numbers that a block of times may take
 
 
@@ -45,7 +48,8 @@ class Extreme:
         self._simplex = "Tet" in type(space.mesh).__name__
         self._patches = [p for p in patches if len(p[0])]
         # As many points along each side as make a polynomial known there.
-        self._lattices = [self._lattice(len(sides), int(getattr(space, "p", 2)) + 2) for _, _, sides in self._patches]
+        counts = {1: PER_DEGREE * space.p + 1}
+        self._lattices = [self._lattice(n, counts.get(n, space.p + 2)) for n in (len(p[2]) for p in self._patches)]
 
     def __call__(self, fields: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(times,) twice: of the sums of functions (r, functions) with weights (times, r), and what the search may have
@@ -54,18 +58,37 @@ class Extreme:
         for (cells, corner, sides), points in zip(self._patches, self._lattices, strict=True):
             at, dofs = self._space.at((corner + points @ sides).T), self._space.dofs[:, cells]
             step = max(1, AT_ONCE // max(at.shape[0] * dofs.shape[1], 1))
-            samples = self._sign * np.einsum("pn,rnc->rcp", at, fields[:, dofs])
+            samples = self._sign * np.tensordot(fields[:, dofs], at, (1, 1))
             for start in range(0, len(weights), step):
                 values = np.tensordot(weights[start : start + step], samples, (-1, 0))
-                tried = [(cell, point, start + when) for cell, point, when in self._candidates(values, points)]
-                functions = [weights[when] @ (self._sign * fields[:, dofs[:, cell]]) for cell, _, when in tried]
-                group = np.repeat([point for _, point, _ in tried], [len(when) for *_, when in tried])
-                _, tops, doubts = self._close(np.concatenate(functions), points, group, corner, sides)
-                ends = np.cumsum([len(when) for *_, when in tried])[:-1]
-                for (*_, when), value, doubt in zip(tried, np.split(tops, ends), np.split(doubts, ends), strict=True):
+                if len(sides) == 1:
+                    now = start + np.arange(len(values))
+                    tops = [(now, *_on_line(lattice)) for lattice in np.moveaxis(values, 1, 0)]
+                else:
+                    tops = self._tops(values, points, start, weights, self._sign * fields[:, dofs], corner, sides)
+                for when, value, doubt in tops:
                     better = value > found[when]
                     found[when], left[when] = np.where(better, value, found[when]), np.where(better, doubt, left[when])
         return self._sign * found, left
+
+    def _tops(
+        self,
+        values: np.ndarray,
+        points: np.ndarray,
+        start: int,
+        weights: np.ndarray,
+        fields: np.ndarray,
+        corner: np.ndarray,
+        sides: np.ndarray,
+    ) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+        """The times from a ``start`` on, the value and its doubt of each cell and point of a lattice that may hold the
+        extreme then; of ``fields`` (r, own, cells)."""
+        tried = [(cell, point, start + when) for cell, point, when in self._candidates(values, points)]
+        functions = [weights[when] @ fields[:, :, cell] for cell, _, when in tried]
+        group = np.repeat([point for _, point, _ in tried], [len(when) for *_, when in tried])
+        _, tops, doubts = self._close(np.concatenate(functions), points, group, corner, sides)
+        ends = np.cumsum([len(when) for *_, when in tried])[:-1]
+        return list(zip((when for *_, when in tried), np.split(tops, ends), np.split(doubts, ends), strict=True))
 
     @staticmethod
     def _candidates(values: np.ndarray, points: np.ndarray) -> Iterator[tuple[int, int, np.ndarray]]:
@@ -140,3 +163,18 @@ class Extreme:
         """(points,): which lie outside of their part."""
         found: np.ndarray = self._simplex & (points.sum(axis=1) > 1 + 1e-12)
         return found
+
+
+def _on_line(lattice: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(times,) twice: the top of functions that are known on a lattice (times, points), and how well it is known."""
+    times, last, best = np.arange(len(lattice)), lattice.shape[1] - 1, lattice.argmax(axis=1)
+    highest, found = lattice[times, best], []
+    for step in (1, 2):
+        middle = np.clip(best, step, last - step)
+        low, top, high = (lattice[times, middle + d] for d in (-step, 0, step))
+        bend = 2 * top - low - high
+        aside = np.where(bend > 0, (high - low) / (2 * np.where(bend > 0, bend, 1.0)), 0.0)
+        # Not beyond the ends of the line, of which the best point may be one.
+        inside = np.abs(middle + step * aside - last / 2) <= last / 2
+        found.append(np.where(inside, np.maximum(top + aside * (high - low) / 4, highest), highest))
+    return found[0], np.abs(found[0] - found[1])

@@ -27,33 +27,16 @@ APART = 1e-9  # of a scene's extent: faces nearer to each other are in one plane
 
 
 @dataclass(frozen=True, eq=False)
-class Given:
-    """Where the conditions of a domain act: for each one of its scene, by number, the functions that it fixes
-    (functions,), none of a film."""
-
-    domain: Any
-    fixed: dict[int, np.ndarray]
-
-    @staticmethod
-    def of(domain: Domain) -> Given:
-        """The conditions of a domain."""
-        kinds = ("temperature", "voltage")
-        conditions = enumerate(domain.scene.boundaries)
-        return Given(domain, {i: domain.faces(b).functions for i, b in conditions if b.kind in kinds})
-
-
-@dataclass(frozen=True, eq=False)
 class Motion:
     """Derivatives by the logarithm of a key. ``breaks``: of the grid's breakpoints (m), per axis; ``stretch`` (3,
-    cells): of the logarithms of the cells' sides; ``conductivity``, ``capacity`` (cells,), ``cold`` and ``warm``
-    (cells,): of the properties, the latter the two parts of the resistivity; ``rises`` and ``voltages`` (functions,):
+    cells): of the logarithms of the cells' sides; ``conductivity``, ``cold`` and ``warm`` (cells,): of the
+    properties, the latter the two parts of the resistivity; ``rises`` and ``voltages`` (functions,):
     of what is given; ``sources``: of the heat sources, as the domain has them; ``films``: of flux, coefficient and the
     air's rise, by boundary; ``probes``: of corners; ``electrodes``: their voltages, with how they change."""
 
     breaks: tuple[np.ndarray, ...]
     stretch: np.ndarray
     conductivity: np.ndarray
-    capacity: np.ndarray
     cold: np.ndarray
     warm: np.ndarray
     rises: np.ndarray
@@ -80,21 +63,21 @@ class Motion:
         return found
 
 
-def motion(given: Given, part: Symmetry, other: Symmetry, step: float) -> Motion:
-    """The motion between the part of a scene that is solved and that of another, whose key is larger by a relative
-    ``step``. On a mesh file nothing moves. Raises SceneError where the one can't move into the other."""
-    domain, here, there = given.domain, part.scene, other.scene
+def motion(domain: Any, part: Symmetry, other: Symmetry, step: float) -> Motion:
+    """The motion of a domain between the part of a scene that is solved and that of another, whose key is larger by a
+    relative ``step``. On a mesh file nothing moves. Raises SceneError where the one can't move into the other."""
+    here, there = part.scene, other.scene
     _check_alike(part, other)
     space = domain.space
     start = here.initial_temperature, there.initial_temperature
     rises, voltages = np.zeros(space.size), np.zeros(space.size)
     films, electrodes = {}, []
-    for number, (a, b) in enumerate(zip(here.boundaries, there.boundaries, strict=True)):
+    for a, b in zip(here.boundaries, there.boundaries, strict=True):
         if a.kind == "temperature":
-            own = given.fixed[number]
+            own = domain.fixed[a.name]
             rises[own] = space.unit[own] * (_number(b.value) - start[1] - _number(a.value) + start[0]) / step
         elif a.kind == "voltage":
-            own, more = given.fixed[number], (_number(b.value) - _number(a.value)) / step
+            own, more = domain.fixed[a.name], (_number(b.value) - _number(a.value)) / step
             voltages[own] = space.unit[own] * more
             electrodes.append((_number(a.value), more))
         else:
@@ -102,9 +85,7 @@ def motion(given: Given, part: Symmetry, other: Symmetry, step: float) -> Motion
     owner = list(zip(physics.materials(here), physics.materials(there), strict=True))
     own = domain.body
 
-    def change(of: str) -> np.ndarray:
-        return np.array([(getattr(q, of) - getattr(p, of)) / step for p, q in owner])[own]
-
+    conductivity = [(q.thermal_conductivity - p.thermal_conductivity) / step for p, q in owner]
     laws = np.array([_difference(_law(p, start[0]), _law(q, start[1]), step) for p, q in owner])
     laws = (laws * domain.stands_for[:, None])[own]
     breaks: tuple[np.ndarray, ...] = ()
@@ -118,7 +99,7 @@ def motion(given: Given, part: Symmetry, other: Symmetry, step: float) -> Motion
             for p, q in zip(here.probes, there.probes, strict=True)
         }
     return Motion(
-        breaks, stretch, change("thermal_conductivity"), change("heat_capacity"), laws[:, 0], laws[:, 1], rises,
+        breaks, stretch, np.array(conductivity)[own], laws[:, 0], laws[:, 1], rises,
         voltages, _sources(here, there, step), films, probes, tuple(electrodes),
     )  # fmt: skip
 

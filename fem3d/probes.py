@@ -14,7 +14,6 @@ import numpy as np
 from fem3d.domain import Domain
 from fem3d.extreme import Extreme
 from fem3d.heat import HeatProblem
-from fem3d.line_extreme import LineExtreme
 from scenes.model import Schedule
 
 
@@ -27,7 +26,7 @@ class Reading:
     entering: np.ndarray
     boundaries: tuple[str, ...] = ()
     sign: float = 1.0
-    extreme: Extreme | LineExtreme | None = None
+    extreme: Extreme | None = None
     gradient: bool = False
 
     def whole_row(self, heat: HeatProblem) -> np.ndarray:
@@ -75,11 +74,9 @@ def _reading(heat: HeatProblem, probe: Any) -> Reading:
     return Reading(row, entering, tuple(b.name for b, _, _ in within if b.kind == "temperature"))
 
 
-def extreme(domain: Domain, probe: Any, inside: np.ndarray | None = None) -> Extreme | LineExtreme:
+def extreme(domain: Domain, probe: Any, inside: np.ndarray | None = None) -> Extreme:
     """The largest or smallest value over a probe, in some cells."""
-    patches, sign = domain.patches(probe, inside), 1.0 if probe.reduce == "max" else -1.0
-    lines = all(len(sides) == 1 for _, _, sides in patches)
-    return LineExtreme(domain.space, patches, sign) if lines else Extreme(domain.space, patches, sign)
+    return Extreme(domain.space, domain.patches(probe, inside), 1.0 if probe.reduce == "max" else -1.0)
 
 
 def gradient(domain: Domain, probe: Any, conductivity: np.ndarray) -> np.ndarray:

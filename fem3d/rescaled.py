@@ -48,7 +48,7 @@ def solve(study: Study, before: Answer, factor: float) -> Answer | None:
         return None
     if response is not None:
         response = time_response.repeat(study, Base.of_steady(fine.state), reduced, fine.out, response)
-    return replace(before, fine=fine, errors=errors, response=response)
+    return replace(before, steady=fine, errors=errors, response=response)
 
 
 def _solution(study: Study, before: SteadyState, reduced: Reduced, factor: float) -> tuple[Solution, float] | None:

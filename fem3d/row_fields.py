@@ -4,6 +4,7 @@ each of those that they stand for."""
 from __future__ import annotations
 
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -15,10 +16,12 @@ NEAR = 1e-9  # of a span: points this near to a plane are on it
 
 
 class Longer:
-    """Points and hexahedra of a structure along y with a part of it repeated behind itself, ``copies`` times; what
-    follows is pushed on. The copies share no points."""
+    """Points and hexahedra of the innermost island and span of ``count`` and of all else, with those repeated behind
+    themselves for each that they stand for; what follows is pushed on. The copies share no points."""
 
-    def __init__(self, points: np.ndarray, hexes: np.ndarray, low: float, high: float, copies: int) -> None:
+    def __init__(self, of: Fields | Quadratic, sink: Sink, count: int) -> None:
+        low, _, high, _ = planes(sink, count)
+        copies, (points, hexes) = sink.spans - count, (of.points, of.hexes)
         y, period = points[hexes[:, 0], 1] / 2 + points[hexes[:, 6], 1] / 2, high - low
         blocks = [(y < high, 0), *(((y > low) & (y < high), n) for n in range(1, copies + 1)), (y > high, copies)]
         found, cells, taken, turn, first = [], [], [], [], 0
@@ -33,53 +36,32 @@ class Longer:
         self.hexes, self.cells = np.concatenate(found), np.concatenate(cells)
         self.taken, self.turn = np.concatenate(taken), np.concatenate(turn)
         self.points = points[self.taken] + np.outer(self.turn * period, [0.0, 1.0, 0.0])
+        self.material = of.material[self.cells]
 
 
-class RowFields:
-    """What `fem3d.fields.Fields` has, of a whole row of which ``count`` spans are solved."""
+class RowFields(Fields):
+    """Those of a whole row of which ``count`` spans are solved, which are ``distinct``."""
 
     def __init__(self, solved: Fields, sink: Sink, count: int) -> None:
-        self.distinct, self._sink, self._count = solved, sink, count
-        self.has_steady, self.material_names = solved.has_steady, solved.material_names
+        super().__init__(solved._heat, solved._state, solved._symmetry, solved._transient)
+        self._solved, self._sink, self._count = solved, sink, count
 
-    def _longer(self, of: Fields | Quadratic) -> Longer:
-        low, _, high, _ = planes(self._sink, self._count)
-        return Longer(of.points, of.hexes, low, high, self._sink.spans - self._count)
+    @property
+    def distinct(self) -> Fields:
+        """The spans that are solved."""
+        return self._solved
 
     @cached_property
-    def _cells(self) -> Longer:
-        return self._longer(self.distinct)
+    def _drawn(self) -> Any:
+        return Longer(self._solved, self._sink, self._count)
 
-    @property
-    def points(self) -> np.ndarray:
-        """(n, 3) in m."""
-        return self._cells.points
+    def _sampled(self, functions: np.ndarray) -> np.ndarray:
+        return self._solved._sampled(functions)[..., self._drawn.taken]
 
-    @property
-    def hexes(self) -> np.ndarray:
-        """(m, 8) point numbers, in VTK's order."""
-        return self._cells.hexes
-
-    @property
-    def material(self) -> np.ndarray:
-        """(m,): the material of each hexahedron."""
-        found: np.ndarray = self.distinct.material[self._cells.cells]
-        return found
-
-    @property
-    def steady(self) -> np.ndarray:
-        """(n,) in K."""
-        found: np.ndarray = self.distinct.steady[self._cells.taken]
-        return found
-
-    def at(self, times: np.ndarray) -> np.ndarray:
-        """(times, n) in K."""
-        return self.distinct.at(times)[:, self._cells.taken]
-
-    def quadratic(self, times: np.ndarray, accuracy: float) -> RowQuadratic:
-        """As that of `Fields`."""
-        solved = self.distinct.quadratic(times, accuracy)
-        return RowQuadratic(solved, self._longer(solved), self._sink, self._count)
+    def quadratic(self, times: np.ndarray, accuracy: float) -> Any:
+        """The `RowQuadratic`, as that of `Fields`."""
+        solved = super().quadratic(times, accuracy)
+        return RowQuadratic(solved, Longer(solved, self._sink, self._count), self._sink, self._count)
 
 
 class RowQuadratic:
@@ -88,7 +70,7 @@ class RowQuadratic:
     def __init__(self, solved: Quadratic, longer: Longer, sink: Sink, count: int) -> None:
         self._solved, self._longer, self._sink, self._count = solved, longer, sink, count
         self.points, self.hexes, self.error = longer.points, longer.hexes, solved.error
-        self.material, self.material_names = solved.material[longer.cells], solved.material_names
+        self.material, self.material_names = longer.material, solved.material_names
 
     def snapshot(self, k: int) -> Snapshot:
         """The fields of the k-th state."""

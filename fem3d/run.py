@@ -10,7 +10,6 @@ import numpy as np
 
 from fem3d import adapt, alike, rescaled, sink_quantities, solve_scene, span_quantities
 from fem3d.adapt import Answer
-from fem3d.fields import Fields
 from fem3d.row_fields import RowFields
 from fem3d.steady import SteadyState
 from fem3d.study import Study
@@ -37,23 +36,19 @@ def solve(
         if off.within(sink.accuracy):
             break
         count = alike.allowed(sink, count + 2)
-    state, response = answer.fine.state, answer.response
     steady, traces = alike.of_all(sink, count, answer, off)
-    of, transient = study(sink, count, part), None if response is None else response.transient
-    fields = Fields(state.heat, state, part, transient)
-    details = solve_scene.described(of, answer.mesh, state.heat, state.conductor, answer.levels) | {
-        "steps": 0 if transient is None else len(transient.trajectory.steps),
-        "energy_imbalance": solve_scene.imbalance(answer.fine.out),
-        "transient_imbalance": None if response is None else response.imbalance,
+    details = solve_scene.described(study(sink, count, part), answer)
+    details |= {
         "plan": noted(_plan(sink, part, request), _found(sink, answer)),
         "warnings": _warnings(sink, float(answer.fine.quantities["peak_rise_K"])),
-        "profile": _profile(sink, count, state, part),
+        "profile": _profile(sink, count, answer.fine.state, part),
         "sink": sink,
         "spans_solved": count,
         "alike_error": off.spans,
         "answer": answer,
-        "fields": fields if count == sink.spans else RowFields(fields, sink, count),
     }
+    if count < sink.spans:
+        details["fields"] = RowFields(details["fields"], sink, count)
     return Result("fem3d", steady, traces, details)
 
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from fem3d import probe_quantities, sensitivity, solve_scene
-from fem3d.motion import STEP, Given
+from fem3d.motion import STEP
 from fem3d.sensitivity import Known, Table
 from fem3d.sensitivity_over_time import over_time
 from fem3d.study import Study
@@ -48,8 +48,8 @@ def of_scene(scene: AnyScene, result: Result) -> Slopes:
 
 def _steady(scene: AnyScene, result: Result, others: Mapping[str, AnyScene]) -> Slopes:
     study, state = result.details["study"], result.details["solution"].state
-    given = Given.of(state.heat.domain)
-    by, left_out = sensitivity.motions(study, given, {key: partial(_study, other) for key, other in others.items()})
+    besides = {key: partial(_study, other) for key, other in others.items()}
+    by, left_out = sensitivity.motions(study, state.heat.domain, besides)
     rises = [p.name for p in scene.probes if p.quantity == "temperature"]
     floor = _floor(scene, scene)
     found = {n: Estimate(e.value - floor * (n in rises), e.error) for n, e in result.steady.items()}
@@ -58,7 +58,7 @@ def _steady(scene: AnyScene, result: Result, others: Mapping[str, AnyScene]) -> 
     above = floor - scene.initial_temperature
     moved = {key: (_floor(scene, o) - o.initial_temperature - above) / STEP for key, o in others.items()}
     zero = {key: dict.fromkeys(rises, by_key) for key, by_key in moved.items()}
-    table, without = sensitivity.steady_table(study, state, Known(known, zero), given, by)
+    table, without = sensitivity.steady_table(study, state, Known(known, zero), by)
     return Slopes(table, known, left_out | none | {f"probe {quoted(n)}": why for n, why in without.items()})
 
 

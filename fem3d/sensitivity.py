@@ -17,9 +17,10 @@ import numpy as np
 
 from fem3d import steady
 from fem3d.adjoint import Goal, Linearized
+from fem3d.domain import Domain
 from fem3d.estimate import left
 from fem3d.goals import Goals
-from fem3d.motion import STEP, Given, Motion, motion
+from fem3d.motion import STEP, Motion, motion
 from fem3d.outputs import of_steady
 from fem3d.steady import SteadyState
 from fem3d.study import Study
@@ -52,10 +53,8 @@ class _Parts:
 class Tangent:
     """The derivatives at one steady state."""
 
-    def __init__(
-        self, study: Study, state: SteadyState, given: Given, rows: Mapping[str, np.ndarray] | None = None
-    ) -> None:
-        self.study, self.state, self.given, self.rows = study, state, given, rows or {}
+    def __init__(self, study: Study, state: SteadyState, rows: Mapping[str, np.ndarray] | None = None) -> None:
+        self.study, self.state, self.rows = study, state, rows or {}
         self.domain = state.heat.domain
         self.linearized = Linearized(state)
         self.out = of_steady(state, study.part)
@@ -165,13 +164,13 @@ def _each(weights: np.ndarray | None) -> np.ndarray | float:
 
 
 def motions(
-    study: Study, given: Given, others: Mapping[str, Callable[[], Study]]
+    study: Study, domain: Domain, others: Mapping[str, Callable[[], Study]]
 ) -> tuple[dict[str, Motion], dict[str, str]]:
-    """The motions by key to scenes whose key is larger by `STEP`, and why there is none by others."""
+    """The motions of a domain by key to scenes whose key is larger by `STEP`, and why there is none by others."""
     found, left_out = {}, {}
     for key, other in others.items():
         try:
-            found[key] = motion(given, study.part, other().part, STEP)
+            found[key] = motion(domain, study.part, other().part, STEP)
         except SceneError as error:
             left_out[key] = str(error)
     return found, left_out
@@ -189,7 +188,7 @@ class Known:
 
 
 def steady_table(
-    study: Study, state: SteadyState, known: Known, given: Given, by: Mapping[str, Motion]
+    study: Study, state: SteadyState, known: Known, by: Mapping[str, Motion]
 ) -> tuple[Table, dict[str, str]]:
     """d ln quantity / d ln key of the ``known`` quantities at the state of the last level, and why there is none of
     others.
@@ -198,14 +197,14 @@ def steady_table(
     the integrals converge like the energy); and as much as the quantity's own relative error, where that difference is
     small by chance. Raises ConvergenceError where a dual solution is not found.
     """
-    tangent = Tangent(study, state, given, known.rows)
+    tangent = Tangent(study, state, known.rows)
     fine = tangent.table(known.values, by)
     scene, level = study.part.scene, len(state.heat.domain.space.nested) - 2
     heat = state.heat.lower(level)
     conductor = state.conductor and state.conductor.lower(level, heat)
     thermal = physics.heat(scene)
     below = steady.coupled(heat, conductor, thermal, study.voltage, study.accuracy, state.follows_pattern)
-    low = Tangent(study, below, given, known.rows).table(known.values, by)
+    low = Tangent(study, below, known.rows).table(known.values, by)
     rest = 1.0
     if isinstance(scene, Scene):
         sharpest = grading.features(scene).sharpest

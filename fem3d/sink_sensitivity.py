@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from fem3d import alike, run, sensitivity, sensitivity_over_time
-from fem3d.motion import STEP, Given
+from fem3d.motion import STEP
 from fem3d.sensitivity import Table
 from fem3d.study import Study
 from meshes import symmetry
@@ -55,7 +55,6 @@ def of_sink(
     of its profile also what their sum changes with each key, at places that go along. Raises ConvergenceError."""
     answer, count = result.details["answer"], result.details["spans_solved"]
     state, response = answer.fine.state, answer.response
-    given = Given.of(state.heat.domain)
 
     @cache
     def study(key: str = "") -> Study:
@@ -63,7 +62,7 @@ def of_sink(
         return run.study(other, count, symmetry.reduce(other.scene(count)))
 
     others = {key: partial(study, key) for key in keys or numbers(sink)}
-    by, left_out = sensitivity.motions(study(), given, others)
+    by, left_out = sensitivity.motions(study(), state.heat.domain, others)
     known = {name: e for name, e in result.steady.items() if name in answer.fine.quantities}
     rows = dict[str, np.ndarray]()
     if weights is not None:
@@ -71,7 +70,7 @@ def of_sink(
         space: Any = state.heat.domain.space
         rows[PROFILE] = sum(w * space.mean(x, x) for w, x in zip(weights, at, strict=True))
     one = dict.fromkeys(rows, Estimate(1.0, 0.0))
-    steady, _ = sensitivity.steady_table(study(), state, sensitivity.Known(known | one, {}, rows), given, by)
+    steady, _ = sensitivity.steady_table(study(), state, sensitivity.Known(known | one, {}, rows), by)
     profile = {key: of.pop(PROFILE).value for key, of in steady.items() if PROFILE in of}
     if sink.spans > 1 and VOLTAGE in steady:
         # The power of a row is the current's times the voltage, which is the key itself.

@@ -8,14 +8,11 @@ from dataclasses import replace
 from typing import Any
 
 from fem3d import adapt, currents, outputs, probe_quantities
-from fem3d.conductor import Conductor
+from fem3d.adapt import Answer
 from fem3d.fields import Fields, RunFields, grid_of
-from fem3d.heat import HeatProblem
 from fem3d.mesh_fields import MeshFields
 from fem3d.mesh_file import FileMesh
-from fem3d.steady import SteadyState
 from fem3d.study import Study
-from fem3d.transient import Transient
 from meshes import connected, symmetry
 from meshes.grid import statistics
 from meshes.grouped.check import check, remarks
@@ -40,14 +37,27 @@ def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole:
         return currents.over_time(scene, lambda alone: solve(alone, progress), plan(scene))
     mesh = FileMesh(place(scene)) if isinstance(scene, MeshScene) else None
     study = probe_quantities.study(scene, part_of(scene, whole))
-    found = (_steady if scene.steady else _transient)(study, mesh, progress or (lambda _: None))
-    details, scales = found.details, found.details["scales"]
-    details["plan"] = plan(scene, not study.part.planes, details["on"])
-    if mesh is not None:
-        errors = found.traces.errors if found.traces else {n: e.error for n, e in found.steady.items()}
-        relative = {n: e / scales[n] for n, e in errors.items()}
-        details["warnings"] += [*details["on"].warnings(study, relative), *remarks(mesh.placed.mesh)]
-    return found
+    answer = adapt.solve(study, not scene.steady, progress or (lambda _: None), mesh, scene.steady)
+    response, on = answer.response, answer.mesh
+    details, errors = described(study, answer), answer.errors if response is None else response.errors
+    details["plan"] = plan(scene, not study.part.planes, on if isinstance(on, FileMesh) else None)
+    if response is None:
+        details |= {"scales": study.steady_scales(answer.fine.out), "study": study, "solution": answer.fine}
+        if study.field is not None:
+            details["field_error"] = answer.field
+            details["warnings"] += _of_field(answer.field, study.field)
+    else:
+        details |= {
+            "scales": response.scales, "accurate_from_s": study.earliest, "transient": response.transient,
+            "jumps": len(answer.heat.jumps(study.end)),
+        }  # fmt: skip
+    if isinstance(on, FileMesh):
+        relative = {n: e / details["scales"][n] for n, e in errors.items()}
+        details["warnings"] += [*on.warnings(study, relative), *remarks((on.before or on).placed.mesh)]
+    if response is not None:
+        return Result("fem3d", {}, Traces(response.times, response.traces, response.errors), details)
+    values = answer.fine.quantities
+    return Result("fem3d", {n: Estimate(float(v), errors[n]) for n, v in values.items()}, None, details)
 
 
 def place(scene: MeshScene) -> Placed:
@@ -77,57 +87,33 @@ def clipped(scene: Scene) -> Scene:
     return replace(scene, boundaries=boundaries, probes=probes)
 
 
-def _steady(study: Study, mesh: FileMesh | None, say: Callable[[str], None]) -> Result:
-    answer = adapt.solve(study, False, say, mesh)
-    out, state, off = answer.fine.out, answer.fine.state, answer.field
-    details = described(study, answer.mesh, state.heat, state.conductor, answer.levels) | {
-        "steps": 0, "energy_imbalance": imbalance(out), "transient_imbalance": None, "study": study,
-        "solution": answer.fine, "fields": fields(answer.mesh, state.heat, study.part, state, None),
-        "scales": study.steady_scales(out),
-    }  # fmt: skip
-    if study.field is not None:
-        details["field_error"] = off
-    if study.field is not None and off > study.field:
-        details["warnings"].append(
-            f"the field away from the probes may be off by {off:.0%} of its largest rise where it is worst; the probes "
-            "are as accurate as asked for; a smaller accuracy refines the field too"
-        )
-    return Result(
-        "fem3d", {n: Estimate(float(v), answer.errors[n]) for n, v in answer.fine.quantities.items()}, None, details
-    )
+def _of_field(off: float, enough: float) -> list[str]:
+    if off <= enough:
+        return []
+    return [
+        f"the field away from the probes may be off by {off:.0%} of its largest rise where it is worst; the probes "
+        "are as accurate as asked for; a smaller accuracy refines the field too"
+    ]
 
 
-def _transient(study: Study, mesh: FileMesh | None, say: Callable[[str], None]) -> Result:
-    course = adapt.solve_course(study, say, mesh)
-    response, heat = course.response, course.base.heat
-    details = described(study, course.mesh, heat, course.base.conductor, course.levels) | {
-        "steps": len(response.transient.trajectory.steps), "energy_imbalance": response.imbalance,
-        "transient_imbalance": response.imbalance, "accurate_from_s": study.earliest,
-        "jumps": len(heat.jumps(study.end)), "transient": response.transient,
-        "fields": fields(course.mesh, heat, study.part, None, response.transient), "scales": response.scales,
-    }  # fmt: skip
-    return Result("fem3d", {}, Traces(response.times, response.traces, response.errors), details)
-
-
-def described(
-    study: Study, mesh: adapt.Mesh, heat: HeatProblem, conductor: Conductor | None, levels: int
-) -> dict[str, Any]:
+def described(study: Study, answer: Answer) -> dict[str, Any]:
     """What a result says of its last level."""
+    heat, conductor, mesh, response = answer.heat, answer.conductor, answer.mesh, answer.response
+    state = None if answer.steady is None else answer.steady.state
+    transient = None if response is None else response.transient
     electric = 0 if conductor is None else len(conductor.free)
+    over_time = None if response is None else response.imbalance
+    fields: RunFields = Fields(heat, state, study.part, transient)
+    if isinstance(mesh, FileMesh):
+        fields = MeshFields((mesh.before or mesh).placed, heat, state, transient)
     return {
         "unknowns": heat.free if physics.heat(heat.domain.scene) else electric, "electric_unknowns": electric,
-        "levels": levels, "symmetry": study.part.part, "warnings": [], "on": mesh,
+        "levels": answer.levels, "symmetry": study.part.part, "warnings": [], "fields": fields,
         "mesh": mesh.statistics(heat) if isinstance(mesh, FileMesh) else statistics(grid_of(heat)),
+        "steps": 0 if transient is None else len(transient.trajectory.steps),
+        "energy_imbalance": over_time if answer.steady is None else imbalance(answer.steady.out),
+        "transient_imbalance": over_time,
     }  # fmt: skip
-
-
-def fields(
-    mesh: adapt.Mesh, heat: HeatProblem, part: Symmetry, state: SteadyState | None, transient: Transient | None
-) -> RunFields:
-    """The fields of a run."""
-    if isinstance(mesh, FileMesh):
-        return MeshFields((mesh.before or mesh).placed, heat, state, transient)
-    return Fields(heat, state, part, transient)
 
 
 def imbalance(out: outputs.Outputs) -> float:

@@ -14,6 +14,8 @@ from scenes.device import Device
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.plan import Request
 from scenes.sink import Sink
+from validate.processes import single_threaded
+from validate.report import of
 from validate.run.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -89,6 +91,7 @@ class _Found(Generic[S]):
 
     def __init__(self, outcome: Outcome[S]) -> None:
         self.outcome = outcome
+        self._kind = of(outcome.scene)
 
     @property
     def checks(self) -> dict[str, Check]:
@@ -99,9 +102,7 @@ class _Found(Generic[S]):
     def traces(self) -> Columns:
         """Every quantity over time, by the columns of traces.csv: ``traces["fem3d_peak_K"]``,
         ``traces.to_dataframe()``; empty without a transient."""
-        from validate.report import of
-
-        return Columns(of(self.scene).columns(self.outcome))
+        return Columns(self._kind.columns(self.outcome))
 
     def check(self, name: str) -> Check:
         """One check: its ``verdict``, ``difference`` (1D or equation against 3D, relative), ``u_num``, ``because``.
@@ -124,19 +125,13 @@ class _Found(Generic[S]):
         return found_text(*self._told())
 
     def __repr__(self) -> str:
-        return self._headline()
+        return str(self._kind.headline(*self._told()))
 
     def _repr_html_(self) -> str:
-        from validate.report import of
         from validate.report.html.page import of_section
 
-        said = f"<p><strong>{escape(' '.join(self._headline().split()))}</strong></p>"
-        return "\n".join([said, *map(of_section, of(self.scene).sections(*self._told(page=True))[:3])])
-
-    def _headline(self) -> str:
-        from validate.report import of
-
-        return str(of(self.scene).headline(*self._told()))
+        said = f"<p><strong>{escape(' '.join(_Found.__repr__(self).split()))}</strong></p>"
+        return "\n".join([said, *map(of_section, self._kind.sections(*self._told(page=True))[:3])])
 
     def _told(self, **look: bool) -> tuple[Outcome[Any], list[Check], Style]:
         """What a text about the run is made of."""
@@ -160,10 +155,9 @@ class Run(_Found[Sink]):
     )
 
     def __repr__(self) -> str:
-        from validate.report.sink import quantities
         from validate.report.table import Style
 
-        return f"{self._headline()}\n\n{quantities(self.outcome, Style()).text(Style())}"
+        return f"{super().__repr__()}\n\n{self._kind.quantities(self.outcome, Style()).text(Style())}"
 
 
 class Solution(_Found["AnyScene"]):
@@ -178,12 +172,11 @@ class Solution(_Found["AnyScene"]):
 
     def report(self) -> str:
         """The probes with their errors: steady, or at the end of the transient."""
-        from validate.report.free import value_text
         from validate.report.table import Style, warnings_text
 
-        result = self.outcome.solved
-        lines = [f"  {probe.name:<30} {value_text(probe, result, Style())}" for probe in self.scene.probes]
-        return "\n\n".join([self._headline(), "\n".join(lines), *warnings_text(self.outcome)])
+        result, of_probe = self.outcome.solved, self._kind.value_text
+        lines = [f"  {probe.name:<30} {of_probe(probe, result, Style())}" for probe in self.scene.probes]
+        return "\n\n".join([super().__repr__(), "\n".join(lines), *warnings_text(self.outcome)])
 
     def __repr__(self) -> str:
         lines = self.report().splitlines()
@@ -322,6 +315,7 @@ def _uncertain(scene: object, given: Mapping[str, str] | None) -> Uncertain | No
     return read(scene, own, [f"{key}={value}" for key, value in given.items() if "," in key])
 
 
+@single_threaded()
 def _outcome(scene: Any, request: Request, out: str | Path | None, data: Data | None = None) -> Outcome[Any]:
     """What a run finds, written into a folder where one is given."""
     if out is None:

@@ -18,10 +18,15 @@ threads a run of the sink takes 5, 10, 38 and 28 % longer at 1e-3 to 1e-6 by the
 
 
 def one_thread() -> None:
-    """This process and those that it starts use one thread for linear algebra, unless the environment says otherwise;
+    """This process and those that it starts use one thread for linear algebra, unless the environment says how many;
     to be called before numpy is loaded."""
-    for name, one in ONE_THREAD.items():
-        os.environ.setdefault(name, one)
+    if not _said():
+        os.environ.update(ONE_THREAD)
+
+
+def _said() -> bool:
+    """Whether the environment says how many threads linear algebra is to use."""
+    return any(name in os.environ for name in ONE_THREAD)
 
 
 def processors() -> int:
@@ -54,15 +59,21 @@ def limited(seconds: float, by_the_clock: int = 0) -> Iterator[None]:
 
 @contextmanager
 def single_threaded() -> Iterator[None]:
-    """Processes that are started inside use one thread each for linear algebra."""
-    before = dict(os.environ)
+    """Uses one thread for linear algebra inside, and so do processes that are started there, unless the environment
+    says how many; for whoever has loaded numpy already."""
+    if _said():
+        yield
+        return
+    import scipy.linalg  # noqa: F401 - whose library of its own is limited too
+    from threadpoolctl import threadpool_limits
+
     os.environ.update(ONE_THREAD)
     try:
-        yield
+        with threadpool_limits(1):
+            yield
     finally:
         for name in ONE_THREAD:
             del os.environ[name]
-        os.environ.update(before)
 
 
 def side_by_side(work: Callable[[int], T], numbers: Sequence[int], jobs: int) -> Iterator[tuple[int, T]]:
@@ -73,7 +84,7 @@ def side_by_side(work: Callable[[int], T], numbers: Sequence[int], jobs: int) ->
     if jobs == 1:
         yield from ((number, work(number)) for number in numbers)
         return
-    with single_threaded(), ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
+    with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
         futures = {pool.submit(work, number): number for number in numbers}
         for future in as_completed(futures):
             yield futures[future], future.result()

@@ -14,6 +14,7 @@ from fem3d.mesh_file import FileMesh
 from fem3d.outputs import Outputs
 from meshes import symmetry
 from meshes.symmetry import Symmetry
+from scenes import physics
 from scenes.model import AnyScene, MeshScene, Value
 
 LESS = 0.8  # of one given temperature's step the next one's, of the other sign: equal ones would cancel out
@@ -40,14 +41,15 @@ def problem(
         return {name: max(scale, scales[name]) for name, scale in probe_quantities.scales(there, out).items()}
 
     study = replace(probe_quantities.study(there, part_there), field=None, steady_scales=largest, trace_scales=largest)
-    heat = adapt.solve(study, False).fine.state.heat if scene.steady else adapt.solve_course(study).base.heat
+    heat = adapt.solve(study, not scene.steady, with_steady=scene.steady).heat
     given = level.problems(boxes(replace(part.scene, accuracy=accuracy), grid_of(heat)), accuracy)
     return given.heat, given.conductor, part
 
 
 def _mixed(scene: AnyScene, channels: tuple[Channel, ...], rise: float) -> dict[str, Value]:
     """A value for each input: voltages, sources and fluxes as they are in the scene, temperatures apart."""
-    steepest = max((abs(m.temperature_coefficient) for m in _conductors(scene)), default=0.0)
+    conductors = (m for m in physics.materials(scene) if m.resistivity is not None)
+    steepest = max((abs(m.temperature_coefficient) for m in conductors), default=0.0)
     size = min(max(rise, 1.0), FARTHEST / max(steepest, 1e-300))
     found: dict[str, Value] = {}
     for c in channels:
@@ -57,9 +59,3 @@ def _mixed(scene: AnyScene, channels: tuple[Channel, ...], rise: float) -> dict[
         else:
             found[c.name] = c.largest
     return found
-
-
-def _conductors(scene: AnyScene):  # type: ignore[no-untyped-def]
-    from scenes.physics import materials
-
-    return [m for m in materials(scene) if m.resistivity is not None]

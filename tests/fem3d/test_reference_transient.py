@@ -11,6 +11,7 @@ from fem3d.reduced import orthonormal
 from meshes import grading, symmetry
 from scenes.sink import SILICON, Sink
 from tests.fem3d import krylov, march, plain_grid, silicon, state_on, steady_on
+from tests.fem3d.second_path import quantities
 from validate.verify import reference
 
 OCTAVES = 9
@@ -34,7 +35,7 @@ def stepped(sink, grid, pieces):
     part = symmetry.reduce(sink.scene())
     full = reference.assemble(part.scene, grid)
     marched = reference.transient(full, times(pieces))[pieces::pieces]
-    found = [reference.quantities(sink, part, full, *state) for state in marched]
+    found = [quantities(sink, part, full, *state) for state in marched]
     return np.array([[*(q[f"{name}_rise_K"] for name in QUANTITIES), q["current_A"]] for q in found], dtype=float)
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from fem3d import level, outputs, run, sensitivity, sink_quantities, sink_sensitivity
 from fem3d.domain import boxes
-from fem3d.motion import STEP, Given, Motion
+from fem3d.motion import STEP, Motion
 from fem3d.sensitivity import Tangent
 from fem3d.sink_sensitivity import Slopes
 from meshes import symmetry
@@ -55,11 +55,11 @@ def slopes(sink: Sink, transient: bool = False) -> Slopes:
 def by_hand(sink: Sink, key: str) -> tuple[Tangent, Motion]:
     study = sink_quantities.study(sink, symmetry.reduce(sink.scene()))
     state = solved(sink).details["answer"].fine.state
-    given = Given.of(state.heat.domain)
+    here = state.heat.domain
     other = varied(sink, key, 1 + STEP)
-    by, left_out = sensitivity.motions(study, given, {key: lambda: replace(study, part=symmetry.reduce(other.scene()))})
+    by, left_out = sensitivity.motions(study, here, {key: lambda: replace(study, part=symmetry.reduce(other.scene()))})
     assert not left_out
-    return Tangent(study, state, given), by[key]
+    return Tangent(study, state), by[key]
 
 
 def on_moved_mesh(sink: Sink, key: str) -> dict[str, float]:

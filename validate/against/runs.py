@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from operator import attrgetter
+from typing import Any
 
 import numpy as np
 
@@ -31,7 +32,8 @@ _MANY = 100_000
 """Rows that are looked at for the distinct values of a parameter."""
 _VOLTAGE = re.compile(r"[vu](_?(0|in|app|applied|dc|drive|src|source|tot))?", re.IGNORECASE)
 _BARE = re.compile(r"[-+.\deE\s]+")
-_PATHS = {path: key for path, key in SINK.schema.paths.items() if key.physical and isinstance(key.kind, Quantity)}
+_KINDS = {path: key.kind for path, key in SINK.schema.paths.items() if key.physical and isinstance(key.kind, Quantity)}
+"""The scene's keys that a parameter may stand for."""
 
 
 @dataclass(frozen=True)
@@ -44,19 +46,29 @@ class Parameter:
     values: np.ndarray
     shown: tuple[str, ...]
 
+    def wanted(self, sink: Sink) -> Any:
+        """The key's value in the scene."""
+        return attrgetter(SINK.schema.paths[self.path].attribute)(sink)
+
     def matches(self, sink: Sink) -> np.ndarray:
-        wanted = attrgetter(_PATHS[self.path].attribute)(sink)
+        wanted = self.wanted(sink)
         return np.isclose(self.values, np.nan if wanted is None else wanted, rtol=_CLOSE, atol=1e-15)
+
+    def of(self, sink: Sink) -> str:
+        """That value in words."""
+        return _KINDS[self.path].show(self.wanted(sink))
+
+    @property
+    def listed(self) -> str:
+        return ", ".join(self.shown[:12]) + (f" and {len(self.shown) - 12} more" if len(self.shown) > 12 else "")
 
 
 def key_of(name: str) -> str | None:
     """The path of the scene's key that a name stands for: "drive.voltage", "voltage", "V0"; ``None`` for none."""
     plain = re.sub(r"\s+", "_", name.strip()).lower()
-    if plain in _PATHS:
-        return plain
-    ends = [path for path in _PATHS if path.endswith(f".{plain}")]
-    if len(ends) == 1:
-        return ends[0]
+    ends = [path for path in _KINDS if f".{path}".endswith(f".{plain}")]
+    if plain in _KINDS or len(ends) == 1:
+        return plain if plain in _KINDS else ends[0]
     return "drive.voltage" if _VOLTAGE.fullmatch(plain) else None
 
 
@@ -67,7 +79,7 @@ def of_column(column: Column, path: str | None, unit: str = "") -> Parameter | N
     if found is None:
         return None
     said = unit_of(unit or column.unit)
-    dimension = _kind(found).dimension
+    dimension = _KINDS[found].dimension
     if said is not None and said.powers != dimension.powers:
         if path is None:
             return None
@@ -89,7 +101,7 @@ def of_header(name: str, texts: Sequence[str], path: str | None, unit: str = "")
             value, said = parse_quantity(f"{spelled} {unit}" if unit and _BARE.fullmatch(spelled) else spelled)
         except UnitError:
             return None
-        if said is not None and said.powers != _kind(found).dimension.powers:
+        if said is not None and said.powers != _KINDS[found].dimension.powers:
             return None
         values.append(value)
     return Parameter(name, found, np.array(values), tuple(dict.fromkeys(texts)))
@@ -106,14 +118,12 @@ def choose(shown: str, parameters: Sequence[Parameter], sink: Sink, count: int) 
         value = _show(first.path, float(first.values[0])).replace(" ", "")
         raise SceneError(
             f"--against {shown} has no run of this scene: "
-            + "; ".join(f"{p.name} ({p.path}) is {_list(p)}, in the scene {_of(p.path, sink)}" for p in parameters)
+            + "; ".join(f"{p.name} ({p.path}) is {p.listed}, in the scene {p.of(sink)}" for p in parameters)
             + f": export that run, or set the scene: --set {first.path}={value}"
             + f' (--column "ignore={first.name}" where it is no such parameter)'
         )
-    said = []
-    for p in parameters:
-        several = len(p.shown) > 1
-        said.append(f"{p.name} = {_of(p.path, sink)} ({p.path})" + (f" of {_list(p)}" if several else ""))
+    several = (f" of {p.listed}" * (len(p.shown) > 1) for p in parameters)
+    said = (f"{p.name} = {p.of(sink)} ({p.path}){of}" for p, of in zip(parameters, several, strict=True))
     return fits, f"the run at {', '.join(said)}"
 
 
@@ -128,22 +138,7 @@ def tells_apart(values: np.ndarray, time: np.ndarray) -> bool:
 
 
 def _show(path: str, value: float) -> str:
-    return _kind(path).show(float(f"{value:.6g}"))
-
-
-def _kind(path: str) -> Quantity:
-    kind = _PATHS[path].kind
-    assert isinstance(kind, Quantity)
-    return kind
-
-
-def _of(path: str, sink: Sink) -> str:
-    return _PATHS[path].kind.show(attrgetter(_PATHS[path].attribute)(sink))
-
-
-def _list(parameter: Parameter) -> str:
-    values = parameter.shown
-    return ", ".join(values[:12]) + (f" and {len(values) - 12} more" if len(values) > 12 else "")
+    return _KINDS[path].show(float(f"{value:.6g}"))
 
 
 def meanings(table: Table, given: Sequence[str]) -> dict[str, Meaning]:
@@ -249,12 +244,14 @@ def _beside(
     untold: dict[str, list[str]] = {}
     for name in dict.fromkeys(name for pairs in at for name, _ in pairs):
         texts = [dict(pairs).get(name, "") for pairs in at]
-        meaning = given.get(name)
-        parameter = of_header(name, texts, *((meaning.what, meaning.unit) if meaning else (None,)))
-        if parameter is not None:
-            found.append(parameter)
-        else:
+        meaning = given.get(name, Meaning(""))
+        if meaning.what not in ("", IGNORED, *_KINDS):
+            raise SceneError(f"--column: {quoted(name)} is a parameter of runs, which can be a key of the scene only")
+        parameter = of_header(name, texts, meaning.what or None, meaning.unit) if meaning.what != IGNORED else None
+        if parameter is None:
             untold[name] = texts
+        else:
+            found.append(parameter)
     fits, said = choose(shown, found, sink, len(at))
     left = [pairs for pairs, fit in zip(at, fits, strict=True) if fit]
     if len(left) > 1:
@@ -264,7 +261,8 @@ def _beside(
             + ("; ".join(f"{n} is {', '.join(dict(p).get(n, 'not given') for p in left[:12])}" for n in names))
             + f": say which key of the scene tells them apart, --column KEY={names[0] if names else 'V0'}"
         )
-    said += "".join(f"; {name} = {texts[0]} is no key of the scene" for name, texts in untold.items())
+    for name, texts in untold.items():
+        said += f"; {name} = {texts[0]} is {'left out by --column' if name in given else 'no key of the scene'}"
     return [c for c in columns if not c.at or c.at == left[0]], said.removeprefix("; ")
 
 
@@ -298,22 +296,19 @@ def _below(
     what is left out."""
     found, others, left = [], [], {}
     for column in columns:
-        meaning = given.get(column.name)
-        said = meaning.what if meaning is not None and "." in meaning.what else None
-        unit = meaning.unit if meaning is not None else ""
-        parameter = of_column(column, said, unit) if said or meaning is None else None
-        if meaning is not None and meaning.what == IGNORED:
+        meaning = given.get(column.name, Meaning(""))
+        said = meaning.what if "." in meaning.what else None
+        parameter = of_column(column, said, meaning.unit) if said or column.name not in given else None
+        if meaning.what == IGNORED:
             left[column.name] = "is left out by --column"
         elif parameter is None:
             others.append(column)
-        elif not tells_apart(column.values, time):
-            if said is not None:
-                raise SceneError(
-                    f"--against {shown}: {quoted(column.name)} varies over time, as no {said} of a run does"
-                )
+        elif tells_apart(column.values, time):
+            found.append(parameter)
+        elif said is None:
             left[column.name] = "varies over time"
         else:
-            found.append(parameter)
+            raise SceneError(f"--against {shown}: {quoted(column.name)} varies over time, as no {said} of a run does")
     return found, others, left
 
 

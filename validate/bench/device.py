@@ -36,13 +36,11 @@ def run(quick: bool, count: int, progress: Callable[[str], None]) -> dict[str, A
         off = np.abs(off) / reference["set_rise"]
         return float(off.max()), float(off[:, -1].max())
 
-    measured = measure.in_turns(entries, count, progress, not quick)
-    rows = []
-    for m in measured:
-        row = {"tool": m.entry.tool, "label": m.entry.label, "failure": m.failure, "median_s": m.median_s}
-        over, last = errors(m.found["values"]) if m.found else (None, None)
-        rows.append(row | {"error": over, "error_at_end": last})
-    grids = [m.found["values"] for m in measured if m.entry.tool == PAPER and m.found][-2:]
+    rows = measure.in_turns(entries, count, progress, not quick)
+    grids = [row["values"] for row in rows if row["tool"] == PAPER and not row["failure"]][-2:]
+    for row in rows:
+        over, last = (None, None) if row["failure"] else errors(row.pop("values"))
+        row |= {"error": over, "error_at_end": last}
     uncertainty = None
     if len(grids) == 2:
         uncertainty = errors({q: 2 * np.array(grids[1][q]) - grids[0][q] for q in ("sink", "sensor")})

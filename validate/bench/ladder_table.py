@@ -9,15 +9,22 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
+from fem3d.run import solve as solve_3d
+from reduced1d import ladder
+from reduced1d.ladder.few_states import over_time
+from reduced1d.ladder.levels import Levels
 from scenes.checks import FIRST_TIME
 from scenes.formats import percent, quantity
+from scenes.loading import load
+from scenes.plan import Request
 from scenes.result import Result
 from scenes.sink import Sink
+from validate.report.table import Table
 
 REPEATS = 7
 """Runs of which a time is the smallest, for what else the machine does only adds to it."""
@@ -38,10 +45,7 @@ _HEAD = """\
 
 Made by `python -m validate.bench.ladder_table --accuracy {accuracy}`; every number here is that command's output.
 
-| model | what it is |
-|---|---|
 {models}
-
 Errors are the largest distance from 3D at any time from 10 us on, relative to the final rise, for the current to its
 change from the cold sink's; anchor resistance is the steady end rise over the heat through an end. The 3D solution's
 own error bounds stand above each table: no difference is known more closely. *Build* is the time from a sink to the
@@ -49,24 +53,21 @@ model's matrices, then as a part of the time of the 3D steady state at an accura
 transient of {times} times to the scene's end. Both are processor times, the shortest of {repeats} on one machine, after
 imports.
 """
-_THIN = """
+_THIN = """\
 ## Where the plate ends
 
 The paper's sink with silicon of several thicknesses: how far the plate's anchor resistance is from 3D's, what the plate
 says itself that it may be (`reduced1d/ladder/anchor.py`, first order of what it neglects), and whether it warns.
-
-| thickness | plate less 3D | 3D's own error | the plate's estimate | warns |
-|---|---|---|---|---|
 """
-_SLOW = """
+_SLOW = """\
 ## Where the fin ends
 
 The paper's sink with larger square pads: the largest distances from the plate, the fin's own estimate for its ends
 (`one_node_remainder` in the same file), and whether it warns.
-
-| pads | fin, peak | fin, end | moments:4, peak | moments:4, end | the fin's estimate | warns |
-|---|---|---|---|---|---|---|
 """
+_THIN_HEADS = ("thickness", "plate less 3D", "3D's own error", "the plate's estimate", "warns")
+_SLOW_HEADS = ("pads", "fin, peak", "fin, end", "moments:4, peak", "moments:4, end", "the fin's estimate", "warns")
+_HEADS = ("model", "states", "peak", "end", "current", "anchor resistance", "build", "build / 3D steady", "evaluate")
 
 
 def main() -> None:
@@ -74,52 +75,36 @@ def main() -> None:
     parser.add_argument("--accuracy", default="1e-5", help="of the 3D solutions (default 1e-5)")
     parser.add_argument("--out", default="docs/reductions.md", help="the page (default docs/reductions.md)")
     arguments = parser.parse_args()
-    Path(arguments.out).write_text("".join(page(arguments.accuracy)), encoding="utf-8")
+    models = _table(("model", "what it is"), [[f"`{name}`", ladder.describe(name)] for name in MODELS])
+    parts = [_HEAD.format(accuracy=arguments.accuracy, models=models, times=len(grid(0.02)), repeats=REPEATS)]
+    for title, settings in SCENES.items():
+        print(title, file=sys.stderr, flush=True)
+        parts.append(scene(title, settings, arguments.accuracy))
+    print("thicknesses and pads", file=sys.stderr, flush=True)
+    parts += [_THIN, _table(_THIN_HEADS, list(map(thin_row, THICKNESSES)))]
+    parts += [_SLOW, _table(_SLOW_HEADS, list(map(slow_row, PADS)))]
+    Path(arguments.out).write_text("\n".join(parts).rstrip("\n") + "\n", encoding="utf-8")
 
 
-def page(accuracy: str) -> Iterator[str]:
-    """The page, piece by piece."""
-    from reduced1d.ladder import describe
-
-    models = "\n".join(f"| `{name}` | {describe(name)} |" for name in MODELS)
-    yield _HEAD.format(accuracy=accuracy, models=models, times=len(grid(0.02)), repeats=REPEATS)
-    parts: list[tuple[str, Callable[[], Iterator[str] | list[str]]]] = [
-        *((title, lambda title=title: scene(title, SCENES[title], accuracy)) for title in SCENES),  # type: ignore[misc]
-        ("thicknesses", lambda: [_THIN, *map(thin_row, THICKNESSES)]),
-        ("pads", lambda: [_SLOW, *map(slow_row, PADS)]),
-    ]
-    for said, part in parts:
-        print(said, file=sys.stderr, flush=True)
-        yield from part()
+def _table(heads: tuple[str, ...], rows: list[list[str]]) -> str:
+    return "\n".join(Table(heads, rows, "<" * len(heads)).markdown())
 
 
-def _row(cells: Sequence[str]) -> str:
-    return f"| {' | '.join(cells)} |\n"
-
-
-def scene(title: str, settings: list[str], accuracy: str) -> Iterator[str]:
-    from fem3d.run import solve as solve_3d
-    from reduced1d import ladder
-    from reduced1d.ladder.levels import Levels
-    from scenes.loading import load
-    from scenes.plan import Request
-
-    sink = load("sink", [*settings, f"run.accuracy={accuracy}"])
-    fem3d = solve_3d(sink, Request())
-    coarse = load("sink", settings)
+def scene(title: str, settings: list[str], accuracy: str) -> str:
+    """The part of the page on one sink."""
+    sink, coarse = load("sink", [*settings, f"run.accuracy={accuracy}"]), load("sink", settings)
+    fem3d, levels = solve_3d(sink, Request()), Levels(sink)
     steady = timed(lambda: solve_3d(coarse, Request(transient=False)))
-    shown = f" (`{' '.join(f'--set {text}' for text in settings)}`)" if settings else ""
-    yield f"\n## {title}{shown}\n\n{own_error(fem3d)}\n\n"
-    heads = ("model", "states", "peak", "end", "current", "anchor resistance", "build", "build / 3D steady", "evaluate")
-    yield _row(heads) + "|---" * len(heads) + "|\n"
-    levels = Levels(sink)
+    rows = []
     for name in MODELS:
         found = ladder.solve(sink, name, times=fem3d.over_time.time, levels=levels)
         build, evaluate = times_of(sink, name)
         built = (f"{1e3 * build:.0f} ms", f"{build / steady:.2f}") if build else ("-", "-")
         states = f"{found.details['states']}" + (f" (of {found.details['unknowns']})" if name == "plate" else "")
         off = percent(found.steady[RESISTANCE].value / fem3d.steady[RESISTANCE].value - 1, sign=True)
-        yield _row([f"`{name}`", states, *map(percent, errors(found, fem3d)), off, *built, f"{1e3 * evaluate:.1f} ms"])
+        rows.append([f"`{name}`", states, *map(percent, errors(found, fem3d)), off, *built, f"{1e3 * evaluate:.1f} ms"])
+    shown = f" (`{' '.join(f'--set {text}' for text in settings)}`)" if settings else ""
+    return f"## {title}{shown}\n\n{own_error(fem3d)}\n\n{_table(_HEADS, rows)}"
 
 
 def scales(fem3d: Result) -> dict[str, float]:
@@ -143,10 +128,6 @@ def _apart(one: Result, other: Result, key: str) -> float:
 
 def times_of(sink: Sink, name: str) -> tuple[float | None, float]:
     """Seconds to build a reduction (``None`` for the paper's, which has nothing to build) and to evaluate it."""
-    from reduced1d import ladder
-    from reduced1d.ladder.few_states import over_time
-    from reduced1d.ladder.levels import Levels
-
     times = grid(sink.end_time)
     if name == "paper":
         return None, timed(lambda: ladder.solve(sink, name, times=times))
@@ -181,28 +162,19 @@ def own_error(fem3d: Result) -> str:
     )
 
 
-def thin_row(thickness: str, accuracy: str = "1e-4") -> str:
-    from fem3d.run import solve as solve_3d
-    from reduced1d import ladder
-    from scenes.loading import load
-    from scenes.plan import Request
-
+def thin_row(thickness: str, accuracy: str = "1e-4") -> list[str]:
     sink = load("sink", [f"sink.thickness={thickness}", f"run.accuracy={accuracy}"])
     exact = solve_3d(sink, Request(transient=False)).steady[RESISTANCE]
     found = ladder.solve(sink, "plate", steady_only=True)
-    return _row([
+    return [
         thickness.replace("um", " um"), percent(found.steady[RESISTANCE].value / exact.value - 1, sign=True),
         percent(exact.error / exact.value), percent(found.details["thin_plate_remainder"]),
         "yes" if found.details["warnings"] else "no",
-    ])  # fmt: skip
+    ]  # fmt: skip
 
 
-def slow_row(size: str) -> str:
+def slow_row(size: str) -> list[str]:
     """A row of the table of pads; without 3D, for the plate is that to all that is shown."""
-    from reduced1d import ladder
-    from reduced1d.ladder.levels import Levels
-    from scenes.loading import load
-
     sink = load("sink", [f"anchor.pad_length={size}", f"anchor.pad_width={size}"])
     levels, times = Levels(sink), grid(sink.end_time)
     plate, fin, few = (ladder.solve(sink, name, times=times, levels=levels) for name in ("plate", "fin", "moments:4"))
@@ -212,7 +184,7 @@ def slow_row(size: str) -> str:
         for key in ("peak", "end")
     ]
     warns = "yes" if any("one node" in text for text in fin.details["warnings"]) else "no"
-    return _row([size.replace("um", " um"), *off, percent(levels.fine.one_node), warns])
+    return [size.replace("um", " um"), *off, percent(levels.fine.one_node), warns]
 
 
 if __name__ == "__main__":

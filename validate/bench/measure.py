@@ -10,26 +10,22 @@ scene or the mesh. Times are of the processor, but for tools that take theirs th
 from __future__ import annotations
 
 import json
-import os
 import statistics
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from meshes import connected, singular
 from validate.bench.entries import Entry
-from validate.processes import ONE_THREAD
 
 TIME_LIMIT = 900.0  # s
 PATIENCE = 1.0  # s a worker repeats its solve for
 MOST = 5  # repeats in one worker
 LONG = 20.0  # s: entries that take longer are measured once
-NONE = float("nan")
 
 
 class EntryError(ArithmeticError):
@@ -43,9 +39,7 @@ def once(entry: Entry, most: int = 0, patience: float = 0.0) -> dict[str, Any]:
     }  # fmt: skip
     command = [sys.executable, "-m", "validate.bench.measure", json.dumps(given)]
     try:
-        done = subprocess.run(
-            command, capture_output=True, text=True, timeout=TIME_LIMIT, env=os.environ | ONE_THREAD, check=False
-        )
+        done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT, check=False)
     except subprocess.TimeoutExpired:
         raise EntryError(f"{entry.tool} ({entry.label}) took more than {TIME_LIMIT:g} s") from None
     if done.returncode:
@@ -55,43 +49,40 @@ def once(entry: Entry, most: int = 0, patience: float = 0.0) -> dict[str, Any]:
     return found
 
 
-@dataclass(frozen=True, eq=False)
-class Measured:
-    """An entry, the seconds of every timed solve, the medians, and what the last worker found; ``failure`` says why
-    there is nothing."""
-
-    entry: Entry
-    seconds: tuple[float, ...] = (NONE,)
-    start_up_s: float = NONE
-    peak_MB: float = NONE  # noqa: N815 - a unit keeps its capitals
-    found: dict[str, Any] = field(default_factory=dict)
-    failure: str = ""
-
-    @property
-    def median_s(self) -> float:
-        return statistics.median(self.seconds)
-
-
-def in_turns(entries: Sequence[Entry], rounds: int, progress: Callable[[str], None], patient: bool) -> list[Measured]:
-    """Every entry, ``rounds`` times, one after another; workers that aren't ``patient`` solve once."""
+def in_turns(
+    entries: Sequence[Entry], rounds: int, progress: Callable[[str], None], patient: bool
+) -> list[dict[str, Any]]:  # fmt: skip
+    """Every entry, ``rounds`` times, one after another; workers that aren't ``patient`` solve once. For each a row: its
+    ``tool`` and ``label``, the ``failure`` that says why there is nothing more, or "", the median, least and most of
+    the seconds of all timed solves, and what the last worker found."""
     results: list[list[dict[str, Any]]] = [[] for _ in entries]
-    failures = ["" for _ in entries]
+    rows = [{"tool": entry.tool, "label": entry.label, "failure": ""} for entry in entries]
     for turn in range(rounds):
-        for i, entry in enumerate(entries):
-            if failures[i] or (results[i] and min(results[i][0]["seconds"]) > LONG):
+        for entry, row, found in zip(entries, rows, results, strict=True):
+            if row["failure"] or (found and min(found[0]["seconds"]) > LONG):
                 continue
             progress(f"round {turn + 1} of {rounds}: {entry.tool}, {entry.label}")
             try:
-                results[i].append(once(entry, MOST, PATIENCE if patient else 0.0))
+                found.append(once(entry, MOST, PATIENCE if patient else 0.0))
             except EntryError as error:
-                failures[i] = str(error)
-    return [
-        Measured(entry, failure=failure) if failure else Measured(
-            entry, tuple(s for result in found for s in result["seconds"]),
-            statistics.median(r["start_up_s"] for r in found), max(r["peak_MB"] for r in found), found[-1],
-        )
-        for entry, found, failure in zip(entries, results, failures, strict=True)
-    ]  # fmt: skip
+                row["failure"] = str(error)
+    return [row if row["failure"] else row | _summed(found) for row, found in zip(rows, results, strict=True)]
+
+
+def _summed(found: list[dict[str, Any]]) -> dict[str, Any]:
+    seconds = [s for one in found for s in one["seconds"]]
+    start_up, peak = statistics.median(one["start_up_s"] for one in found), max(one["peak_MB"] for one in found)
+    return found[-1] | {
+        "median_s": statistics.median(seconds), "fastest_s": min(seconds), "slowest_s": max(seconds),
+        "solves": len(seconds), "start_up_s": start_up, "peak_MB": peak,
+    }  # fmt: skip
+
+
+def waited(*command: str) -> float:
+    """The seconds of a command, on the wall as its user waits for it."""
+    started = time.perf_counter()
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    return time.perf_counter() - started
 
 
 def work(argument: str) -> dict[str, Any]:

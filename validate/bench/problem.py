@@ -7,7 +7,7 @@ share them so that a comparison is of solvers, not of patience.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -28,6 +28,7 @@ TIMES = (*(1e-5 * 2.0**k for k in range(11)), END)
 EDGES = (0.0, *(1e-5 * 4.0**k for k in range(6)), END)
 
 Values = Mapping[str, Sequence[float]]
+Answer = tuple[int, list[list[float]]]  # unknowns, and the quantities of each instant
 
 
 def step_times(per_interval: int) -> np.ndarray:
@@ -47,14 +48,21 @@ def at_times(times: np.ndarray) -> list[int]:
     return found
 
 
-def solved(options: Mapping[str, Any], problem: Any, unknowns: int) -> list[list[float]]:
-    """The quantities of a `verify.uniform` problem at each of TIMES, or of its steady state alone."""
-    if not options["transient"]:
-        return [problem.quantities(methods.settle(problem, unknowns, options["tolerance"]))]
-    times = step_times(options["steps"])
-    states = methods.march(problem, unknowns, times, options["method"], options["tolerance"])
-    wanted = at_times(times)
-    return [problem.quantities(rise) for i, (rise, _) in enumerate(states) if i in wanted]
+def stepped(
+    options: Mapping[str, Any], assemble: Callable[[], Any]
+) -> tuple[Callable[[], Answer], Callable[[Answer], dict[str, Any]]]:  # fmt: skip
+    """``prepare`` of a program whose matrices `verify.methods` step or settle: ``assemble`` makes its problem, which
+    has the ``quantities`` of a state too."""
+
+    def solve() -> Answer:
+        problem, tolerance = assemble(), options["tolerance"]
+        if not options["transient"]:
+            return problem.unknowns, [problem.quantities(methods.settle(problem, tolerance))]
+        times = step_times(options["steps"])
+        states, wanted = methods.march(problem, times, options["method"], tolerance), at_times(times)
+        return problem.unknowns, [problem.quantities(rise) for i, (rise, _) in enumerate(states) if i in wanted]
+
+    return solve, lambda answer: numbers(options, *answer)
 
 
 def numbers(options: Mapping[str, Any], unknowns: int, rows: Sequence[Sequence[float]] | np.ndarray) -> dict[str, Any]:

@@ -6,10 +6,8 @@ this. Whole `validate` commands are timed from cold, on the wall as their user w
 
 from __future__ import annotations
 
-import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -23,15 +21,12 @@ SOLVER = {
     "transient": "transient (`--steady`)",
     "second voltage": "mesh, factorization and fields of a second voltage (those of the first serve)",
 }
+PLAIN = ["sink", "--no-figures"]
 COMMANDS = {
-    "figures (`--no-figures`), whole command from cold": (["sink", "--no-figures"], ["sink"]),
-    "3D model (`--only 1d --no-figures`), whole command from cold": (
-        ["sink", "--only", "1d", "--no-figures"], ["sink", "--no-figures"],
-    ),
-    "fields: not written without `--fields`, whole command from cold": (
-        ["sink", "--no-figures"], ["sink", "--no-figures", "--fields"],
-    ),
-}  # fmt: skip
+    "figures (`--no-figures`), whole command from cold": (PLAIN, ["sink"]),
+    "3D model (`--only 1d --no-figures`), whole command from cold": ([*PLAIN, "--only", "1d"], PLAIN),
+    "fields: not written without `--fields`, whole command from cold": (PLAIN, [*PLAIN, "--fields"]),
+}
 
 
 def run(quick: bool, count: int, progress: Callable[[str], None]) -> list[dict[str, Any]]:
@@ -44,11 +39,12 @@ def run(quick: bool, count: int, progress: Callable[[str], None]) -> list[dict[s
     for name, both in list(COMMANDS.items())[: 1 if quick else None]:
         pairs[name] = [{"arguments": arguments} for arguments in both]
     entries = [Entry(name, ("on", "off")[i], "skips", both[i]) for name, both in pairs.items() for i in (0, 1)]
-    measured = measure.in_turns(entries, count, progress, not quick)
+    rows = measure.in_turns(entries, count, progress, not quick)
     return [
-        {"skip": name, "failure": on.failure or off.failure, "on_s": on.median_s, "off_s": off.median_s}
-        for name, on, off in zip(pairs, measured[::2], measured[1::2], strict=True)
-    ]
+        {"skip": name, "failure": on["failure"] or off["failure"], "on_s": on.get("median_s"),
+         "off_s": off.get("median_s")}
+        for name, on, off in zip(pairs, rows[::2], rows[1::2], strict=True)
+    ]  # fmt: skip
 
 
 def prepare(options: dict[str, Any]) -> tuple[Callable[[], Any], Callable[[Any], dict[str, Any]]]:
@@ -58,7 +54,6 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], Any], Callable[[Any],
     from fem3d import adapt, sink_quantities
     from fem3d.run import solve
     from meshes import symmetry
-    from meshes.symmetry import Flow, Symmetry
     from scenes.loading import load
     from scenes.plan import Request
 
@@ -69,18 +64,12 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], Any], Callable[[Any],
         earlier = None if off else solve(sink, Request())
         twice = replace(sink, voltage=2 * sink.voltage)
         return lambda: solve(twice, Request(), earlier=earlier), lambda _: {}
-    scene, part = sink.scene(), symmetry.reduce(sink.scene())
-    if off:
-        flows = {b.name: Flow(b.name, 1.0, 1.0) for b in scene.boundaries}
-        probes: dict[str, Any] = {p.name: (1.0, ()) for p in scene.probes}
-        part = Symmetry(scene, (), 1, flows, {b.name: 1.0 for b in scene.boxes}, probes)
+    scene = sink.scene()
+    part = symmetry.uncut(scene, [box.name for box in scene.boxes]) if off else symmetry.reduce(scene)
     return lambda: adapt.solve(sink_quantities.study(sink, part), True), lambda _: {}
 
 
 def _command(arguments: list[str]) -> float:
     """The seconds of a command with its results in a folder that is removed."""
     with tempfile.TemporaryDirectory() as folder:
-        command = [sys.executable, "-m", "validate", *arguments, "--quiet", "--out", folder + "/run"]
-        started = time.perf_counter()
-        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-        return time.perf_counter() - started
+        return measure.waited(sys.executable, "-m", "validate", *arguments, "--quiet", "--out", folder + "/run")

@@ -3,12 +3,12 @@ against error on the sink: the reference, every entry's time and error, and who 
 
 from __future__ import annotations
 
+import os
 import platform
 import re
 import shutil
 import subprocess
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
@@ -17,13 +17,12 @@ from typing import Any
 from validate.bench import device, entries, growth, measure, skips, start_up
 from validate.bench.entries import FREEFEM, GIVEN, NGSOLVE, OURS, PEERS, WHOLE
 from validate.bench.problem import errors
-from validate.processes import processors
+from validate.processes import ONE_THREAD, processors
 
 TARGETS = (1e-2, 1e-3, 1e-4, 1e-5)
 WORDS = {WHOLE: "our whole run", GIVEN: "our solve on a given mesh"}
 Row = dict[str, Any]
 Best = Mapping[str, Any] | None
-Values = dict[str, list[float]]
 PARTS = ("transient", "steady", "device", "growth", "skips", "start-up")
 SCHEMA = 2
 
@@ -32,53 +31,36 @@ def work_precision(
     transient: bool, count: int, quick: bool, installed: frozenset[str], progress: Callable[[str], None]
 ) -> dict[str, Any]:
     """Every entry's time and error, the reference, and who is ahead at which error."""
-    against = find(transient, quick, installed, progress)
-    measured = measure.in_turns(entries.sink_entries(transient, quick, installed), count, progress, not quick)
-    rows = [_row(m, against) for m in measured]
-    said = {key: getattr(against, key) for key in ("made_by", "checked_by", "uncertainty")}
-    return {"reference": said, "rows": rows, "targets": targets(rows)}
+    reference = find(transient, quick, installed, progress)
+    known = reference.pop("values"), reference.pop("steady")
+    rows = measure.in_turns(entries.sink_entries(transient, quick, installed), count, progress, not quick)
+    for row in rows:
+        if not row["failure"]:
+            off = errors(row.pop("values"), *known)
+            row |= {"error": max(off.values()), "errors": off, "claimed": row.get("claimed")}
+    return {"reference": reference, "rows": rows, "targets": targets(rows)}
 
 
-def _row(measured: measure.Measured, against: Reference) -> dict[str, Any]:
-    found = {"tool": measured.entry.tool, "label": measured.entry.label, "failure": measured.failure}
-    if measured.failure:
-        return found
-    off = errors(measured.found["values"], against.values, against.steady)
-    return found | {
-        "median_s": measured.median_s, "fastest_s": min(measured.seconds), "slowest_s": max(measured.seconds),
-        "solves": len(measured.seconds), "start_up_s": measured.start_up_s, "peak_MB": measured.peak_MB,
-        "unknowns": measured.found["unknowns"], "steps": measured.found["steps"], "error": max(off.values()),
-        "errors": off, "claimed": measured.found.get("claimed"),
-    }  # fmt: skip
-
-
-@dataclass(frozen=True, eq=False)
-class Reference:
-    """The values, those they are relative to, who made them, and how well they are known."""
-
-    values: Values
-    steady: Values
-    made_by: str
-    uncertainty: float | None
-    checked_by: str
-
-
-def find(transient: bool, quick: bool, installed: frozenset[str], progress: Callable[[str], None]) -> Reference:
-    """NGSolve's where it is installed, its uncertainty the distance of this toolkit's at its finest; without NGSolve
-    this toolkit's alone, and no uncertainty (None). Raises measure.EntryError where neither comes to an end."""
+def find(transient: bool, quick: bool, installed: frozenset[str], progress: Callable[[str], None]) -> dict[str, Any]:
+    """The reference: its ``values`` and the ``steady`` ones that they are relative to, who it is ``made_by`` and
+    ``checked_by``, and its ``uncertainty``. NGSolve's where it is installed, its uncertainty the distance of this
+    toolkit's at its finest; without NGSolve this toolkit's alone, and no uncertainty (None). Raises measure.EntryError
+    where neither comes to an end."""
     accuracy = 1e-4 if quick else 1e-6
     finest = entries.own(transient, f"accuracy {accuracy:.0e}", accuracy=accuracy)
     progress(f"reference: {finest.tool}, {finest.label}")
     own = measure.once(finest)
     name = f"this toolkit at an accuracy of {accuracy:.0e}"
     if NGSOLVE not in installed:
-        return Reference(own["values"], own["steady"], name, None, "no other program")
+        said: dict[str, Any] = {"made_by": name, "checked_by": "no other program", "uncertainty": None}
+        return said | {"values": own["values"], "steady": own["steady"]}
     entry = entries.reference(transient, quick)
     progress(f"reference: {entry.tool}, {entry.label}")
     values = measure.once(entry)["values"]
     steady = {q: [v[-1]] for q, v in values.items()}
     apart = max(errors(own["values"], values, steady).values())
-    return Reference(values, steady, f"{NGSOLVE} ({entry.label})", apart, name)
+    said = {"made_by": f"{NGSOLVE} ({entry.label})", "checked_by": name, "uncertainty": apart}
+    return said | {"values": values, "steady": steady}
 
 
 def targets(rows: list[Row]) -> list[dict[str, Any]]:
@@ -143,6 +125,12 @@ def run(
     return found | {part: jobs[part]() for part in PARTS if part in parts and part not in found}
 
 
+def _threads() -> str:
+    """How many every entry's process finds it may use: one, unless the environment of the command says otherwise."""
+    given = {os.environ.get(name, "any number") for name in ONE_THREAD}
+    return f"{' or '.join(sorted(given))} in every program"
+
+
 def _machine() -> dict[str, str]:
     """The kind of machine (no names), system, versions and threads."""
     info = Path("/proc/cpuinfo")
@@ -151,7 +139,7 @@ def _machine() -> dict[str, str]:
     processor = named[1].strip() if named else platform.processor() or platform.machine()
     found = {
         "processor": f"{processor}, {processors()} cores to use", "system": f"{platform.system()} {platform.machine()}",
-        "threads": "1 in every program", "Python": platform.python_version(),
+        "threads": _threads(), "Python": platform.python_version(),
     }  # fmt: skip
     for package in ("numpy", "scipy", "scikit-fem", "ngsolve"):
         try:

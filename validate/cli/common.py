@@ -6,9 +6,10 @@ import argparse
 import json
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from scenes.errors import SceneError, printable, quoted, reason
 from validate.cli.terminal import DIFFERS, FINE, progress, show, style
@@ -17,7 +18,9 @@ if TYPE_CHECKING:
     from compare.against import Data
     from scenes.plan import Export, Request
     from scenes.uncertain import Uncertain
+    from validate.report.verdicts import Report
 
+R = TypeVar("R")
 MOST_STATES = 400  # that can be asked for; a model has no more than its structure needs
 _SHARED = {
     "--out DIR": "the results folder; a run that is there is replaced",
@@ -94,6 +97,19 @@ def refuse(*faults: tuple[object, str]) -> None:
     for is_one, sentence in faults:
         if is_one:
             raise SceneError(sentence)
+
+
+def request(arguments: argparse.Namespace, scene: object, accuracy: float, **more: Any) -> Request:
+    """What is asked for by the options that are called as the fields of a Request are, and ``more``, which an option's
+    own text is no value of; ``accuracy`` is an exported model's where none is given. SceneError for what can't be."""
+    from scenes.plan import Request
+
+    read = {"uncertain": uncertain(arguments, scene), "export": export(arguments, accuracy)}
+    given: dict[str, Any] = vars(arguments) | read | {"command": arguments.command_line} | more
+    known = {field.name: given[field.name] for field in fields(Request) if field.name in given}
+    for name in known:
+        known[name] = tuple(known[name]) if isinstance(known[name], list) else known[name]
+    return Request(**known)
 
 
 def uncertain(arguments: argparse.Namespace, scene: object) -> Uncertain | None:
@@ -176,9 +192,11 @@ def whole(option: str, given: str, least: int, most: int) -> int:
     return int(given)
 
 
-def table(arguments: argparse.Namespace, report: Any, rows: Callable[..., Sequence[Any]], **told: Any) -> Sequence[Any]:
+def table(
+    arguments: argparse.Namespace, report: Report[R], rows: Callable[..., Sequence[R]], more: str = ""
+) -> Sequence[R]:  # fmt: skip
     """The rows of a table, which a number of processes find, printed in the form that was asked for, of those that
-    ``report`` has, and written as a page, which is ``told`` more; SceneError where that can't be done."""
+    ``report`` has, and written as a page, which says ``more``; SceneError where that can't be done."""
     from validate.processes import processors
     from validate.report.summary import provenance
 
@@ -188,7 +206,7 @@ def table(arguments: argparse.Namespace, report: Any, rows: Callable[..., Sequen
         found = rows(jobs, say)
     seconds = time.perf_counter() - started
     if arguments.markdown is not None:
-        page = report.markdown(found, provenance(), **told).rstrip("\n") + "\n"
+        page = report.markdown(found, provenance(), more).rstrip("\n") + "\n"
         try:
             Path(arguments.markdown).write_text(page, encoding="utf-8")
         except OSError as error:
@@ -207,8 +225,8 @@ def export(arguments: argparse.Namespace, accuracy: float) -> Export | None:
     from scenes.keys import ACCURACY
     from scenes.plan import Export
 
-    states, given = arguments.states, arguments.model_accuracy
-    if arguments.export is None:
+    states, given = vars(arguments).get("states"), vars(arguments).get("model_accuracy")
+    if vars(arguments).get("export") is None:
         option = f"--model-accuracy {given}" if states is None else f"--states {states}"
         more = states is not None or given is not None
         refuse((more, f"{printable(option)} is of the model that --export DIR writes: give that, too"))

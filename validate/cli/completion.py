@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping
 from importlib import import_module
+from pathlib import Path
 from typing import NamedTuple
 
 from reduced1d.ladder import REDUCTIONS
@@ -63,28 +64,6 @@ def _words(command: str) -> tuple[list[str], list[_Option]]:
     return words, options
 
 
-_BASH = """_validate() {{
-  local cur="${{COMP_WORDS[COMP_CWORD]}}" prev="${{COMP_WORDS[COMP_CWORD-1]}}" words="" files=1
-  COMPREPLY=()
-  if [ "$COMP_CWORD" -eq 1 ]; then
-    COMPREPLY=($(compgen -W "{commands} --help --version" -- "$cur"))
-    return
-  fi
-  case "${{COMP_WORDS[1]}}:$prev" in
-{after}    *)
-      case "${{COMP_WORDS[1]}}" in
-{own}      esac ;;
-  esac
-  COMPREPLY=($(compgen -W "$words" -- "$cur"))
-  case "${{COMPREPLY[0]}}" in *=) type compopt > /dev/null 2>&1 && compopt -o nospace ;; esac
-  case "$cur" in
-    -*) ;;
-    *) [ "$files" -eq 1 ] && COMPREPLY+=($(compgen -f -- "$cur")) ;;
-  esac
-}}
-complete -o filenames -F _validate validate"""
-
-
 def _bash() -> str:
     after = own = ""
     for command in COMMANDS:
@@ -96,7 +75,8 @@ def _bash() -> str:
         if plain:
             after += f"    {'|'.join(plain)}) ;;\n"
         own += f'        {command}) words="{" ".join([*words, *(option.name for option in options)])}" ;;\n'
-    return _BASH.format(commands=" ".join(COMMANDS), after=after, own=own)
+    text = Path(__file__).with_suffix(".bash").read_text(encoding="utf-8").rstrip("\n")
+    return text.replace("@commands", " ".join(COMMANDS)).replace("@after", after).replace("@own", own)
 
 
 def _fish() -> str:

@@ -17,10 +17,14 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from scenes.errors import SceneError
-from scenes.plan import Request
 from validate.cli import common
+
+if TYPE_CHECKING:
+    from scenes.device import Device
+    from scenes.plan import Request
 
 OPTIONS = {
     **common.of_run("device", "control.sample_time=1ms",
@@ -41,17 +45,16 @@ def run(arguments: argparse.Namespace) -> int:
     from scenes.keys import DEVICE
     from scenes.loading import load
 
-    in_3d = vars(arguments)["3d"]
-    key = "run.accuracy_3d" if in_3d else "run.accuracy"
+    key = "run.accuracy_3d" if vars(arguments)["3d"] else "run.accuracy"
     device = load(arguments.scene or "device", common.settings(arguments, accuracy=key), of=DEVICE)
-    request = replace(_request(arguments), in_3d=in_3d, uncertain=common.uncertain(arguments, device))
+    request = _request(arguments, device)
     if request.meter:
         # The scene says nothing about a device with a meter in its loop.
         device = replace(device, expected_to_differ=None)
     return common.run(arguments, device, request, arguments.set)
 
 
-def _request(arguments: argparse.Namespace) -> Request:
+def _request(arguments: argparse.Namespace, device: Device) -> Request:
     """What is asked for; SceneError where one thing leaves out another."""
     from compare.made import DEVICE_FIGURES, LATE
     from scenes.kinds import Quantity
@@ -63,10 +66,10 @@ def _request(arguments: argparse.Namespace) -> Request:
         float("inf") if given is None else Quantity(dimension, 1e-12, 1e6).read(option, given) or 0.0
         for option, (given, dimension) in limits.items()
     )
-    request = Request(
-        sensitivities=arguments.sensitivities, scheme=arguments.scheme or "accurate", figures=arguments.figures,
+    request = common.request(
+        arguments, device, device.accuracy, in_3d=vars(arguments)["3d"], scheme=arguments.scheme or "accurate",
         about=tuple(name for name in DEVICE_FIGURES if name.removeprefix("figure") in arguments.figure),
-        meter=arguments.meter, largest_voltage=voltage, largest_power=power, command=arguments.command_line,
+        largest_voltage=voltage, largest_power=power,
     )  # fmt: skip
     for option, (given, _) in limits.items():
         if given is not None and design_reason(request):

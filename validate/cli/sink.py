@@ -60,7 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
     from scenes.loading import load
 
     sink = load(arguments.scene or "sink", common.settings(arguments, ("drive.voltage", arguments.voltage)), of=SINK)
-    request = replace(_request(arguments, sink), uncertain=common.uncertain(arguments, sink))
+    request = _request(arguments, sink)
     if request.reduction != "paper":
         # What a scene declares is of the paper's model.
         sink = replace(sink, expected_to_differ=None)
@@ -77,10 +77,10 @@ def _request(arguments: argparse.Namespace, sink: Sink) -> Request:
     """What is asked for; SceneError where one thing leaves out another."""
     from reduced1d.ladder import canonical
     from scenes.kinds import Quantity
-    from scenes.plan import Request
     from scenes.units import TIME
 
-    only, named = arguments.only, arguments.reduction is not None
+    only, named, times, samples = arguments.only, arguments.reduction, arguments.field_times, arguments.monte_carlo
+    sampling = f"--monte-carlo {printable(samples or '')}"
     common.refuse(
         (arguments.why and only, f"--why compares both models: leave out --only {only}"),
         (arguments.air and only, f"--air compares both models: leave out --only {only}"),
@@ -90,33 +90,29 @@ def _request(arguments: argparse.Namespace, sink: Sink) -> Request:
             "--export writes a model of the 3D problem: leave out --only 1d",
         ),
         (
-            only == "3d" and named,
-            f"--reduction {printable(arguments.reduction or '')} is a 1D model: leave out --only 3d",
+            only == "3d" and named is not None,
+            f"--reduction {printable(named or '')} is a 1D model: leave out --only 3d",
         ),
+        (
+            times is not None and (not arguments.fields or arguments.steady),
+            "--field-times needs --fields, and the transient: leave out --steady",
+        ),
+        (
+            samples is not None and not arguments.uncertain,
+            f"{sampling} samples uncertain inputs: give some with --uncertain, too",
+        ),
+        (samples is not None and only, f"--monte-carlo compares both models: leave out --only {only}"),
     )
-    reduction = canonical(arguments.reduction or "paper")
-    times: list[float] = []
-    if arguments.field_times is not None:
-        if not arguments.fields or arguments.steady:
-            raise SceneError("--field-times needs --fields, and the transient: leave out --steady")
-        kind = Quantity(TIME, 0.0, sink.end_time, note=", the end of the run")
-        times = [kind.read("--field-times", part.strip()) or 0.0 for part in arguments.field_times.split(",")]
-    samples = 0
-    if arguments.monte_carlo is not None:
+    if samples is not None:
         from validate.monte_carlo import FEWEST, MOST
 
-        asked = f"--monte-carlo {printable(arguments.monte_carlo)}"
-        common.refuse(
-            (not arguments.uncertain, f"{asked} samples uncertain inputs: give some with --uncertain, too"),
-            (only, f"--monte-carlo compares both models: leave out --only {only}"),
-        )
-        samples = common.whole("--monte-carlo", arguments.monte_carlo, FEWEST, MOST)
-    return Request(
-        {None: Request().models, "3d": ("fem3d",), "1d": ("reduced1d",)}[only],
-        transient=not arguments.steady, figures=arguments.figures, fields=arguments.fields, field_times=tuple(times),
-        reduction=reduction, why=arguments.why, sensitivities=arguments.sensitivities, air=arguments.air,
-        monte_carlo=samples, data_uncertainty=tuple(arguments.data_uncertainty), calibrate=tuple(arguments.calibrate),
-        export=common.export(arguments, sink.accuracy), command=arguments.command_line,
+        samples = common.whole("--monte-carlo", samples, FEWEST, MOST)
+    kind, stored = Quantity(TIME, 0.0, sink.end_time, note=", the end of the run"), times.split(",") if times else ()
+    return common.request(
+        arguments, sink, sink.accuracy,
+        models={None: ("fem3d", "reduced1d"), "3d": ("fem3d",), "1d": ("reduced1d",)}[only],
+        transient=not arguments.steady, reduction=canonical(named or "paper"), monte_carlo=samples or 0,
+        field_times=tuple(kind.read("--field-times", part.strip()) or 0.0 for part in stored),
     )  # fmt: skip
 
 

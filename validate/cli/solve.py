@@ -38,7 +38,6 @@ OPTIONS = {
 
 def run(arguments: argparse.Namespace) -> int:
     from scenes.loading import load_free as load
-    from scenes.plan import Request
     from validate.run.pipeline import reported
 
     if arguments.steady and arguments.end_time is not None:
@@ -46,10 +45,6 @@ def run(arguments: argparse.Namespace) -> int:
     until = ("run.end_time", arguments.end_time)
     settings = common.settings(arguments, ("run.steady", "true" if arguments.steady else None), until)
     scene = load(arguments.scene, settings)
-    request = Request(
-        figures=arguments.figures, fields=arguments.fields, sensitivities=arguments.sensitivities,
-        uncertain=common.uncertain(arguments, scene), command=arguments.command_line,
-        export=common.export(arguments, scene.accuracy),
-    )  # fmt: skip
+    request = common.request(arguments, scene, scene.accuracy)
     scene = reported(scene, request)
     return common.run(arguments, scene, request, settings)

@@ -26,11 +26,11 @@ OPTIONS = {
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from validate.stress import report
+    from validate.stress.report import TABLE, broken
     from validate.stress.sweep import QUICK_SCENES, run
 
     default = str(QUICK_SCENES if arguments.quick else 200)
     scenes = common.whole("--scenes", arguments.scenes or default, 1, 1_000_000)
     seed = common.whole("--seed", arguments.seed or "0", 0, 2**31)
-    rows = common.table(arguments, report, partial(run, arguments.quick, scenes, seed), seed=seed)
-    return DIFFERS if report.broken(rows) else FINE
+    rows = common.table(arguments, TABLE, partial(run, arguments.quick, scenes, seed), f" Seed {seed}.")
+    return DIFFERS if broken(rows) else FINE

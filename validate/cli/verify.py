@@ -22,9 +22,9 @@ OPTIONS = {"--only {orders,exact,published,second} ...": _ONLY, **common.OF_A_TA
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from validate.verify import report
     from validate.verify.cases import CASES, run
+    from validate.verify.report import TABLE
 
     families = arguments.only or [case.family for case in CASES]
-    rows = common.table(arguments, report, partial(run, families))
+    rows = common.table(arguments, TABLE, partial(run, families))
     return FINE if all(row.verdict in ("agrees", "skipped") for row in rows) else DIFFERS

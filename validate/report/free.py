@@ -162,14 +162,7 @@ def columns(outcome: Outcome[AnyScene]) -> dict[str, np.ndarray]:
 
 def at(traces: Traces, name: str, times: np.ndarray) -> np.ndarray:
     """A trace at some times (s): linear between its own; where there are two values at a time, the later one."""
-    own, values = traces.time, traces.values[name]
-    after = np.clip(np.searchsorted(own, times, side="right"), 1, len(own) - 1)
-    before = after - 1
-    # The last time is not before any other, and two equal ones make a jump.
-    step = own[after] - own[before]
-    part = np.clip((times - own[before]) / np.where(step > 0, step, 1.0), 0.0, 1.0)
-    found: np.ndarray = values[before] + np.where(step > 0, part, 1.0) * (values[after] - values[before])
-    return found
+    return np.interp(times, traces.time, traces.values[name])
 
 
 def stored(outcome: Outcome[AnyScene]) -> tuple[np.ndarray, float, None]:

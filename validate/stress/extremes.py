@@ -12,40 +12,45 @@ import numpy as np
 from fem3d.run import solve
 from fem3d.solve_scene import solve as solve_scene
 from scenes.errors import RunawayError
-from scenes.model import Box, Probe, Scene, Schedule, Value
+from scenes.model import Scene, Schedule, Value
 from scenes.plan import Request
 from scenes.result import Result
 from scenes.sink import SILICON, Sink
 from validate.stress.report import Row
-from validate.verify.exact import cold_electrodes
+from validate.verify import exact
 from validate.verify.series import heated_middle
 
 STEADY = Request(transient=False)
 ACCURACY, FINER = 1e-3, 2e-4
 BALANCE = 1e-8  # of the power
 CONTRASTED = 1e-6  # of the power, where entries of the matrix are 1e8 apart and their sums lose that many digits
-LENGTH, VOLTS, ROOM = 1e-3, 2.0, 293.0
-SLOW = LENGTH**2 / 4 * SILICON.heat_capacity / SILICON.thermal_conductivity  # s: l^2/alpha of half the length
+VOLTS = 2.0
+SLOW = exact.SLOW / 4  # s: l^2/alpha of half the length
 
 
-def aspect_ratios(quick: bool) -> Iterator[Row]:
-    oxides = (20e-9, 20e-6) if quick else (20e-9, 60e-9, 200e-9, 700e-9, 2e-6, 7e-6, 20e-6)
-    yield from _family("aspect ratios", "thickness of the oxide", [
-        (f"{t * 1e9:g} nm", replace(Sink(), oxide_thickness=t)) for t in oxides
-    ])  # fmt: skip
-    beams = (10e-6, 10e-3) if quick else (10e-6, 30e-6, 100e-6, 300e-6, 1e-3, 3e-3, 10e-3)
-    yield from _family("aspect ratios", "length of the beam", [
-        (f"{length * 1e6:g} um", replace(Sink(), length=length)) for length in beams
-    ])  # fmt: skip
-
-
-def contrasts(quick: bool) -> Iterator[Row]:
-    """Conductivities of silicon over that of the oxide, from 1e-8 to 1e8."""
-    ratios = (1e-4, 1e8) if quick else (1e-8, 1e-6, 1e-4, 1e-2, 1.0, 1e2, 1e4, 1e6, 1e8)
-    sink = Sink(silicon=replace(Sink().silicon, temperature_coefficient=0.0))
-    yield from _family("contrasts", "conductivity of silicon over oxide", [
-        (f"{r:g}", replace(sink, oxide=replace(sink.oxide, thermal_conductivity=130.0 / r))) for r in ratios
-    ], CONTRASTED)  # fmt: skip
+def families(quick: bool) -> Iterator[Row]:
+    """Sinks from one extreme to the other: two rows for each family, the worst ratio of true to estimated error and the
+    worst heat balance."""
+    insulated = Sink(silicon=replace(Sink().silicon, temperature_coefficient=0.0))
+    for group, what, few, all_, sinks, balance in (
+        ("aspect ratios", "thickness of the oxide", (20e-9, 20e-6), (20e-9, 60e-9, 200e-9, 700e-9, 2e-6, 7e-6, 20e-6),
+         lambda t: (f"{t * 1e9:g} nm", replace(Sink(), oxide_thickness=t)), BALANCE),
+        ("aspect ratios", "length of the beam", (10e-6, 10e-3), (10e-6, 30e-6, 100e-6, 300e-6, 1e-3, 3e-3, 10e-3),
+         lambda length: (f"{length * 1e6:g} um", replace(Sink(), length=length)), BALANCE),
+        ("contrasts", "conductivity of silicon over oxide", (1e-4, 1e8), tuple(10.0**n for n in range(-8, 9, 2)),
+         lambda r: (f"{r:g}", replace(insulated, oxide=replace(insulated.oxide, thermal_conductivity=130.0 / r))),
+         CONTRASTED),
+    ):  # fmt: skip
+        ratios, balances = [], []
+        names, each = zip(*map(sinks, few if quick else all_), strict=True)
+        for name, sink in zip(names, each, strict=True):
+            found = solve(replace(sink, accuracy=ACCURACY), STEADY)
+            ratio, quantity = _dishonesty(found, solve(replace(sink, accuracy=FINER), STEADY))
+            ratios.append((ratio, f"at {name}, {quantity}"))
+            balances.append((float(found.details["energy_imbalance"]), f"at {name}"))
+        extremes = f"{names[0]} to {names[-1]}, {len(names)} sinks"
+        yield Row(group, what, extremes, "true error over the estimated one", max(ratios)[0], 1.0, said=max(ratios)[1])
+        yield Row(group, what, extremes, "heat balance", max(balances)[0], balance, said=max(balances)[1])
 
 
 def accuracies(quick: bool) -> Iterator[Row]:
@@ -95,20 +100,6 @@ def _limit(sink: Sink) -> float:
     raise ArithmeticError("no runaway up to 1e19 V")
 
 
-def _family(group: str, what: str, sinks: list[tuple[str, Sink]], balance: float = BALANCE) -> Iterator[Row]:
-    """Two rows for some sinks: the worst ratio of true to estimated error, and the worst heat balance."""
-    ratios, balances = [], []
-    for name, sink in sinks:
-        found = solve(replace(sink, accuracy=ACCURACY), STEADY)
-        best = solve(replace(sink, accuracy=FINER), STEADY)
-        ratio, quantity = _dishonesty(found, best)
-        ratios.append((ratio, f"at {name}, {quantity}"))
-        balances.append((float(found.details["energy_imbalance"]), f"at {name}"))
-    extremes = f"{sinks[0][0]} to {sinks[-1][0]}, {len(sinks)} sinks"
-    yield Row(group, what, extremes, "true error over the estimated one", max(ratios)[0], 1.0, said=max(ratios)[1])
-    yield Row(group, what, extremes, "heat balance", max(balances)[0], balance, said=max(balances)[1])
-
-
 def _dishonesty(found: Result, best: Result) -> tuple[float, str]:
     """The largest |difference| / (estimated errors) over the quantities, and its name."""
     ratios = [
@@ -149,21 +140,17 @@ def _against_series(name: str, voltage: Value, edges: list[tuple[float, float]],
     assert SILICON.resistivity is not None
     peak = VOLTS**2 / (8 * SILICON.thermal_conductivity * SILICON.resistivity)
     times = np.array(scene.output_times)
-    exact = np.full(len(times), ROOM)
+    expected = np.full(len(times), exact.ROOM)
     for start, size in edges:
         since = np.maximum(times - start, 0.0)
-        exact += size * peak * np.where(since > 0, heated_middle(since / SLOW), 0.0)
+        expected += size * peak * np.where(since > 0, heated_middle(since / SLOW), 0.0)
     values = np.interp(times, found.over_time.time, found.over_time.values["middle"])
-    off = float(np.abs(values - exact).max() / found.over_time.errors["middle"])
+    off = float(np.abs(values - expected).max() / found.over_time.errors["middle"])
     said = f"{found.details['steps']} steps for {len(edges)} edges"
     return Row("drives", name, f"bar of 1 mm, {VOLTS:g} V", "true error over the estimated one", off, 1.0, said=said)
 
 
 def _bar(voltage: Value, coefficient: float, end: float) -> Scene:
-    upper = (20e-6, LENGTH, 2e-6)
-    ends = [((0.0, y, 0.0), (upper[0], y, upper[2])) for y in (0.0, LENGTH)]
-    middle = (10e-6, LENGTH / 2, 1e-6)
-    material = replace(SILICON, temperature_coefficient=coefficient)
     times = tuple((end * np.linspace(0.02, 1.0, 50)).tolist())
-    return Scene("bar", (Box("bar", material, (0.0, 0.0, 0.0), upper),), cold_electrodes(ends, voltage),
-                 (Probe("middle", middle, middle),), ROOM, end, ACCURACY, False, times)  # fmt: skip
+    scene = exact.bar(voltage, coefficient, (exact.MIDDLE,))
+    return replace(scene, end_time=end, accuracy=ACCURACY, steady=False, output_times=times)

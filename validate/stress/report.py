@@ -1,15 +1,15 @@
-"""What tests of robustness came to: rows of a table, as text, as a page in markdown and as JSON."""
+"""What tests of robustness came to: rows of a table, and how it tells them."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import groupby
-from typing import Any, Literal
+from typing import Literal
 
-from validate.report.table import Style, Table, wrapped
-from validate.verify.report import as_document, page
+from validate.report.table import Row as Line
+from validate.report.table import Table
+from validate.report.verdicts import Report
 
 ABOUT = """\
 The table of one run of `validate stress`, which is what wrote this page. A row says what was run, over which extremes,
@@ -65,31 +65,25 @@ def headline(rows: Sequence[Row]) -> str:
     return said + (f", {bad} break." if bad else ".")
 
 
-def text(rows: Sequence[Row], style: Style) -> str:
-    """The table for a terminal, 80 columns wide."""
-    lines = [style.paint(headline(rows), "heading")]
-    for group, of_group in groupby(rows, lambda row: row.group):
-        lines += ["", style.paint(group.capitalize(), "heading")]
-        for row in of_group:
-            kind = _MARKS[row.verdict]
-            about = f"{row.what}: {row.extremes}" if row.extremes else row.what
-            lines.append(f"  {style.mark(kind)} {wrapped(about, '', '    ')}")
-            numbers = f"{row.measure} {row.found:.3g} (at most {row.bound:.3g}), {row.verdict}"
-            lines.append(wrapped("; ".join(filter(None, (numbers, row.said))), "      ", "      "))
-    return "\n".join(lines)
+def _short(rows: Sequence[Row]) -> Table:
+    """For a terminal: the numbers, and below them what they are of."""
+    lines = []
+    for row in rows:
+        said = "; ".join(filter(None, (row.measure, row.extremes, row.said)))
+        said = said if row.verdict == "holds" else f"{row.verdict}: {said}"
+        lines.append(Line([row.what, f"{row.found:.3g}", f"{row.bound:.3g}"], _MARKS[row.verdict], said))
+    return Table(("", "found", "at most"), lines)
 
 
-def markdown(rows: Sequence[Row], versions: dict[str, str], seed: int) -> str:
-    heads = ("what", "extremes", "measure", "found", "bound", "verdict", "")
-    tables = []
-    for group, of_group in groupby(rows, lambda row: row.group):
-        cells = [
-            (row.what, row.extremes, row.measure, f"{row.found:.3g}", f"{row.bound:.3g}", row.verdict, row.said)
-            for row in of_group
-        ]
-        tables.append((group.capitalize(), Table(heads, cells, "<<<>><<")))
-    return page("Numerical stability and robustness", ABOUT, f"**{headline(rows)}** Seed {seed}.", versions, tables)
+def _full(rows: Sequence[Row]) -> Table:
+    cells = [
+        (row.what, row.extremes, row.measure, f"{row.found:.3g}", f"{row.bound:.3g}", row.verdict, row.said)
+        for row in rows
+    ]
+    return Table(("what", "extremes", "measure", "found", "bound", "verdict", ""), cells, "<<<>><<")
 
 
-def document(rows: Sequence[Row], versions: dict[str, str], seconds: float) -> dict[str, Any]:
-    return as_document(rows, versions, seconds, ("verdict",), broken=len(broken(rows)))
+TABLE = Report[Row](
+    "Numerical stability and robustness", ABOUT, headline, lambda row: row.group.capitalize(), _short, _full,
+    ("verdict",), lambda rows: {"broken": len(broken(rows))},
+)  # fmt: skip

@@ -100,8 +100,7 @@ def run(quick: bool, scenes: int, seed: int, jobs: int, progress: Callable[[str]
     parts: dict[str, Callable[[], Iterator[Row]]] = {
         "time steps": steps.rows,
         "explicit coupling": lambda: steps.coupling(quick),
-        "aspect ratios": lambda: extremes.aspect_ratios(quick),
-        "contrasts": lambda: extremes.contrasts(quick),
+        "aspect ratios and contrasts": lambda: extremes.families(quick),
         "voltages": lambda: extremes.runaway(quick),
         "drives": lambda: extremes.drives(quick),
         "accuracies": lambda: extremes.accuracies(quick),

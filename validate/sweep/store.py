@@ -21,15 +21,14 @@ _OURS = re.compile(r"points\.(jsonl|csv)|map\.csv|report\.html|figure_\w+\.(png|
 class Store:
     """A context in which a folder is ours alone: rows are appended to it, and those of an earlier run are there.
 
-    A file of rows has one line a row. The rows of a task are written in one piece, each with the task's first point and
-    its number of points, and what a kill leaves of a piece is cut off, so that a task is there whole or not at all. In
-    memory are only the places of the lines.
+    A file of rows has one line a task, a list of its rows; what a kill leaves of a line is cut off, so that a task is
+    there whole or not at all. In memory are only the places of the lines.
     """
 
     def __init__(self, folder: Path, asked: Mapping[str, Any], fresh: bool = False) -> None:
         self.folder = Path(os.path.realpath(folder))
         self._shown, self._asked, self._fresh = quoted(folder), dict(asked), fresh
-        self._places: dict[int, int] = {}
+        self._places: dict[int, tuple[int, int]] = {}  # where a point's line begins, and which row of it is the point's
 
     def __enter__(self) -> Store:
         """Raises SceneError for a folder that can't be written, holds something else, or is in use."""
@@ -70,15 +69,13 @@ class Store:
 
     def append(self, tasks: Sequence[Sequence[Row]]) -> None:
         """Writes the rows of some tasks; they are on disk when this returns. ValueError for a row that is there."""
-        pieces = b""
         end = self._rows.seek(0, os.SEEK_END)
         for rows in tasks:
-            for row in rows:
+            for n, row in enumerate(rows):
                 if row.point in self._places:
                     raise ValueError(f"point {row.point} is stored already")
-                self._places[row.point] = end + len(pieces)
-                pieces += (json.dumps({"task": [rows[0].point, len(rows)], **asdict(row)}) + "\n").encode()
-        self._rows.write(pieces)
+                self._places[row.point] = end, n
+            end += self._rows.write((json.dumps([asdict(row) for row in rows]) + "\n").encode())
         self._rows.flush()
         os.fsync(self._rows.fileno())
 
@@ -86,10 +83,9 @@ class Store:
         """The rows of some points, or all in the order of their points, read one by one."""
         with (self.folder / ROWS).open("rb") as file:
             for point in sorted(self._places) if points is None else points:
-                file.seek(self._places[point])
-                found = json.loads(file.readline())
-                del found["task"]
-                yield Row(**found)
+                place, n = self._places[point]
+                file.seek(place)
+                yield Row(**json.loads(file.readline())[n])
 
     @contextmanager
     def writing(self, name: str) -> Iterator[TextIO]:
@@ -126,23 +122,17 @@ class Store:
 
     def _read(self) -> int:
         """Finds the rows that are there; returns where the last whole task ends."""
-        whole = place = 0
-        task: list[int] = []
-        at: dict[int, int] = {}
+        place = 0
         for line in self._rows:
             try:
-                found = json.loads(line) if line.endswith(b"\n") else {}
-                given, point = found["task"], found["point"]
+                points = [row["point"] for row in json.loads(line)]
             except (ValueError, KeyError, TypeError):
                 break
-            if given != task:
-                task, at = given, {}
-            at[point] = place
+            if not line.endswith(b"\n"):
+                break
+            self._places |= {point: (place, n) for n, point in enumerate(points)}
             place += len(line)
-            if len(at) == task[1]:
-                self._places |= at
-                whole = place
-        return whole
+        return place
 
 
 def _asked(path: Path) -> Any:

@@ -200,27 +200,32 @@ def brick() -> Iterator[Row]:
     ], "product of series; the brick of Code_Aster's test TTLV301 (V4.25.301)")  # fmt: skip
 
 
+BAR = (WIDTH, LENGTH, DEPTH)
+ENDS = [((0.0, y, 0.0), (WIDTH, y, DEPTH)) for y in (0.0, LENGTH)]
+
+
 def joule_bar() -> Iterator[Row]:
     """A bar heated by its own current, its resistivity rising, constant or falling with temperature."""
+    probes = (
+        MIDDLE, Probe("mean", (0.0, 0.0, 0.0), BAR), Probe("hottest", (0.0, 0.0, 0.0), BAR, "temperature", "max"),
+        Probe("current", *ENDS[0], "current"), Probe("heat", *ENDS[1], "heat_flow"),
+    )  # fmt: skip
     for volts, coefficient in ((7.0, 5e-4), (7.0, -5e-4), (1.0, 0.0)):
-        material = replace(SILICON, temperature_coefficient=coefficient)
-        upper = (20e-6, 1000e-6, 2e-6)
-        peak, mean, current = heated_bar(material, upper[1], upper[0] * upper[2], volts)
-        ends = [((0.0, y, 0.0), (upper[0], y, upper[2])) for y in (0.0, upper[1])]
-        middle = (10e-6, upper[1] / 2, 1e-6)
-        probes = (
-            Probe("middle", middle, middle), Probe("mean", (0.0, 0.0, 0.0), upper),
-            Probe("hottest", (0.0, 0.0, 0.0), upper, "temperature", "max"),
-            Probe("current", *ends[0], "current"), Probe("heat", *ends[1], "heat_flow"),
-        )  # fmt: skip
-        scene = Scene("bar", (Box("bar", material, (0.0, 0.0, 0.0), upper),), cold_electrodes(ends, volts), probes,
-                      accuracy=ACCURACY, steady=True)  # fmt: skip
+        scene = bar(volts, coefficient, probes)
+        peak, mean, current = heated_bar(scene.boxes[0].material, LENGTH, WIDTH * DEPTH, volts)
         power = volts * current
         yield from rows(FAMILY, f"Joule-heated bar, TCR {coefficient:g} 1/K, {volts:g} V", scene, [
             Expected("middle", "K", ROOM + peak, peak), Expected("hottest", "K", ROOM + peak, peak),
             Expected("mean", "K", ROOM + mean, peak), Expected("current", "A", current, current),
             Expected("heat", "W", -power / 2, power, name="heat into the far end"),
         ], "closed solution of the fin; V^2/8 = integral of k rho dT")  # fmt: skip
+
+
+def bar(volts: Value, coefficient: float, probes: tuple[Probe, ...]) -> Scene:
+    """The steady state of a bar of silicon with some temperature coefficient (1/K) between cold electrodes."""
+    material = replace(SILICON, temperature_coefficient=coefficient)
+    box, boundaries = Box("bar", material, (0.0, 0.0, 0.0), BAR), cold_electrodes(ENDS, volts)
+    return Scene("bar", (box,), boundaries, probes, accuracy=ACCURACY, steady=True)
 
 
 def cold_electrodes(ends: Sequence[tuple[Point, Point]], volts: Value) -> tuple[Boundary, ...]:

@@ -1,6 +1,6 @@
 """Diagonally implicit Runge-Kutta methods, L-stable and stiffly accurate, by order: rows of their tableaux; and the
 plainest way to a transient and to a steady state with them, on the matrices of any program, those of the sink too: of
-M du/dt + K u = load(u) on free nodes a problem has ``mass`` M (J/K) and ``stiffness`` K (W/K), which multiply by @, the
+M du/dt + K u = load(u) a problem has the ``size``, ``mass`` M (J/K) and ``stiffness`` K (W/K), which multiply by @, the
 ``load`` (W) at a rise (K), and ``factors(a, b)``, which solves with a M + b K.
 
 Orders 2 and 3: Alexander, SIAM J. Numer. Anal. 14, 1977, 1006. Order 4: Hairer and Wanner, Solving Ordinary
@@ -9,7 +9,7 @@ Differential Equations II, 2nd ed., table IV.6.5.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -37,10 +37,10 @@ MOST_STEPS = 400  # of an iteration
 COPIES = 4
 
 
-def settle(problem: Any, unknowns: int, tolerance: float) -> np.ndarray:
-    """(unknowns,): the steady rise (K) by Picard's iteration with one factorization; NumericsError where it doesn't
+def settle(problem: Any, tolerance: float) -> np.ndarray:
+    """(size,): the steady rise (K) by Picard's iteration with one factorization; NumericsError where it doesn't
     converge to a part of the rise, the ``tolerance``."""
-    solve, rise = problem.factors(0.0, 1.0), np.zeros(unknowns)
+    solve, rise = problem.factors(0.0, 1.0), np.zeros(problem.size)
     for _ in range(MOST_STEPS):
         new = solve(problem.load(rise))
         rise, change = new, np.linalg.norm(new - rise)
@@ -50,13 +50,13 @@ def settle(problem: Any, unknowns: int, tolerance: float) -> np.ndarray:
 
 
 def march(
-    problem: Any, unknowns: int, times: np.ndarray, order: int, tolerance: float
-) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Rise (K) and its rate (K/s), (unknowns,) each, at each of some times (s, from 0), every interval being a step of
+    problem: Any, times: np.ndarray, order: int, tolerance: float
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:  # fmt: skip
+    """Rise (K) and its rate (K/s), (size,) each, at each of some times (s, from 0), every interval being a step of
     the method of some order and equal ones in a row one factorization. Each stage starts from the last one's rate."""
     method = METHODS[order]
     gamma, length = method[0][0], np.nan
-    rise, rate = np.zeros((2, unknowns))
+    rise, rate = np.zeros((2, problem.size))
     yield rise, rate
     for step in np.diff(times):
         if not abs(step - length) <= 1e-9 * step:
@@ -79,15 +79,18 @@ def march(
 
 
 class Uniform:
-    """The Joule load of a state and the quantities.
+    """The Joule load of a state of a quarter of a sink, and the quantities, where the current density doesn't vary.
 
-    ``peak``, ``end``, ``mean`` (unknowns,) are the value at the middle and the integrals over the end (m2) and the beam
-    (m3) of the part; ``beam`` is the mass matrix of the part's beam (m3).
+    ``peak``, ``end`` and ``mean`` (size,) say how the rises follow from a state; ``volume`` (size,) is each
+    function's integral over the quarter of the beam (m3), and ``weighed`` makes of a rise that of its product with it.
     """
 
-    def __init__(self, sink: Sink, peak: np.ndarray, end: np.ndarray, mean: np.ndarray, beam: Any) -> None:
-        self.sink, self.beam, self.volume = sink, beam, mean
-        self.rows = peak, end / (sink.cross_section / 2), mean / (sink.length * sink.cross_section / COPIES)
+    def __init__(
+        self, sink: Sink, peak: np.ndarray, end: np.ndarray, mean: np.ndarray,
+        weighed: Callable[[np.ndarray], np.ndarray],
+    ) -> None:  # fmt: skip
+        self.sink, self.rows, self.weighed = sink, (peak, end, mean), weighed
+        self.volume = mean * (sink.length * sink.cross_section / COPIES)
         rho, coefficient = room_resistivity(sink.silicon, sink.room_temperature)
         self.rho = rho, rho * coefficient
 
@@ -98,7 +101,7 @@ class Uniform:
     def load(self, rise: np.ndarray) -> np.ndarray:
         """The Joule load (W) at a rise."""
         density = self.current(rise) / self.sink.cross_section
-        found: np.ndarray = density**2 * (self.rho[0] * self.volume + self.rho[1] * (self.beam @ rise))
+        found: np.ndarray = density**2 * (self.rho[0] * self.volume + self.rho[1] * self.weighed(rise))
         return found
 
     def quantities(self, rise: np.ndarray) -> list[float]:

@@ -1,12 +1,5 @@
 """The sink in NGSolve (https://ngsolve.org), as one who knows it would write it: H1 hexahedra of any order on a graded
-quarter, sparse Cholesky factors, and what `methods` asks for.
-
-``options``: ``order`` of the elements, ``layers`` that across thin layers, ``electric`` "uniform" or "full", ``steady``
-where it is to be solved for the steady state alone. "uniform" uses that with ideal electrodes at the beam's ends the
-current density hardly varies (by 4e-7 at 1 V): no electric problem is solved, and the Joule heat is affine in the
-temperature, the fastest that can be done. "full" solves the potential with the resistivity of each stage and assembles
-the Joule heat anew.
-"""
+quarter, sparse Cholesky factors, and what `methods` asks for."""
 
 from __future__ import annotations
 
@@ -43,63 +36,34 @@ class Operator:
         return result.copy()
 
 
-class Problem(Uniform):
-    """The matrices, the Joule load of a state, and the quantities; lengths in micrometres, the rest in SI."""
+class Matrices:
+    """Stiffness (W/K) and mass (J/K) on a mesh of `mesh_of`, the order across thin layers being that of ``layers``;
+    ``condensed`` without the unknowns inside elements, as the steady state alone needs them."""
 
-    def __init__(self, sink: Sink, mesh: ng.Mesh, grid: Grid, options: dict[str, Any]) -> None:
-        orders = _orders(options["order"], options["layers"])
-        self.full, self.mesh = options["electric"] == "full", mesh
-        self.space = ng.H1(mesh, dirichlet="substrate", **orders)
+    def __init__(self, mesh: ng.Mesh, grid: Grid, order: int, layers: int, condensed: bool = False) -> None:
+        self.mesh, self.condensed = mesh, condensed
+        # With ``relorder`` alone (as many more than the mesh has) NGSolve takes each edge's and face's order from the
+        # elements at it; the flag is none of those it documents.
+        self.orders = {"order": order} if order == layers else {"relorder": 0}
+        self.space = ng.H1(mesh, dirichlet="substrate", **self.orders)
+        self.size, self.unknowns = self.space.ndof, sum(self.space.FreeDofs())
         u, v = self.space.TnT()
         materials = {box.name: box.material for box in grid.boxes}
         k = mesh.MaterialCF({n: m.thermal_conductivity * MICRO for n, m in materials.items()})
         c = mesh.MaterialCF({n: m.heat_capacity * MICRO**3 for n, m in materials.items()})
         form = k * grad(u) * grad(v) * dx
-        self.conduction = ng.BilinearForm(form, symmetric=True, condense=options["steady"]).Assemble()
+        self.conduction = ng.BilinearForm(form, symmetric=True, condense=condensed).Assemble()
         self.capacity = ng.BilinearForm(c * u * v * dx, symmetric=True).Assemble().mat
         self.stiffness, self.mass = Operator(self.conduction.mat), Operator(self.capacity)
-        beam = ng.BilinearForm(MICRO**3 * u * v * dx("beam"), symmetric=True)
-        peak = ng.LinearForm(self.space)
-        peak += v(0.0, sink.length / 2 / MICRO, sink.thickness / 2 / MICRO)
-        rows = peak, ng.LinearForm(MICRO**2 * v * ng.ds("end")), ng.LinearForm(MICRO**3 * v * dx("beam"))
-        at, end, mean = (row.Assemble().vec.FV().NumPy() for row in rows)
-        super().__init__(sink, at, end, mean, None if self.full else Operator(beam.Assemble().mat))
-        if self.full:
-            self.rise = ng.GridFunction(self.space)
-            space = ng.H1(mesh, definedon="beam", dirichlet="end|middle", **orders)
-            u, v = space.TnT()
-            sigma = MICRO / (self.rho[0] + self.rho[1] * self.rise)
-            self.phi = ng.GridFunction(space)
-            self.phi.Set(mesh.BoundaryCF({"end": sink.voltage, "middle": sink.voltage / 2}), ng.BND)
-            self.conductor = ng.BilinearForm(sigma * grad(u) * grad(v) * dx("beam"), symmetric=True)
-            heat = sigma * grad(self.phi) * grad(self.phi)
-            self.joule = ng.LinearForm(heat * self.space.TestFunction() * dx("beam"))
-            self.power = heat * dx("beam")
-
-    def load(self, rise: np.ndarray) -> np.ndarray:
-        """The Joule load (W) at a rise, of the potential there where that is solved for."""
-        if not self.full:
-            return super().load(rise)
-        self.rise.vec.FV().NumPy()[:] = rise
-        self.conductor.Assemble()
-        residual = self.phi.vec.CreateVector()
-        residual.data = -self.conductor.mat * self.phi.vec
-        inverse = self.conductor.mat.Inverse(self.phi.space.FreeDofs(), inverse="sparsecholesky")
-        self.phi.vec.data += inverse * residual
-        return np.asarray(self.joule.Assemble().vec.FV().NumPy())
-
-    def current(self, rise: np.ndarray) -> float:
-        if not self.full:
-            return super().current(rise)
-        self.load(rise)
-        return float(COPIES * ng.Integrate(self.power, self.mesh) / self.sink.voltage)
 
     def factors(self, mass: float, stiffness: float) -> Callable[[np.ndarray], np.ndarray]:
-        """By Cholesky factors; those of the stiffness alone are without the unknowns inside elements."""
+        """By Cholesky factors."""
         form = self.conduction
-        if mass:
-            matrix = self.capacity.CreateMatrix()
-            matrix.AsVector().data = mass * self.capacity.AsVector() + stiffness * form.mat.AsVector()
+        if not self.condensed:
+            matrix = form.mat
+            if mass:
+                matrix = self.capacity.CreateMatrix()
+                matrix.AsVector().data = mass * self.capacity.AsVector() + stiffness * form.mat.AsVector()
             return Operator(matrix.Inverse(self.space.FreeDofs(), inverse="sparsecholesky")).__matmul__
         inverse = form.mat.Inverse(self.space.FreeDofs(True), inverse="sparsecholesky")
 
@@ -113,6 +77,61 @@ class Problem(Uniform):
             return np.array(found.FV().NumPy())
 
         return solve
+
+
+class Problem(Matrices):
+    """With the Joule load of a state and the quantities; lengths in micrometres, the rest in SI. ``electric``
+    "uniform" uses that with ideal electrodes at the beam's ends the current density hardly varies (by 4e-7 at 1 V): no
+    electric problem is solved, and the Joule heat is affine in the temperature, the fastest that can be done. "full"
+    solves the potential with the resistivity of each stage and assembles the Joule heat anew.
+    """
+
+    def __init__(
+        self, sink: Sink, mesh: ng.Mesh, grid: Grid, order: int, layers: int, electric: str, steady: bool
+    ) -> None:  # fmt: skip
+        super().__init__(mesh, grid, order, layers, steady)
+        u, v = self.space.TnT()
+        self.voltage, self.full = sink.voltage, electric == "full"
+        beam = ng.BilinearForm(MICRO**3 * u * v * dx("beam"), symmetric=True)
+        peak = ng.LinearForm(self.space)
+        peak += v(0.0, sink.length / 2 / MICRO, sink.thickness / 2 / MICRO)
+        ends, part = sink.cross_section / 2, sink.length * sink.cross_section / COPIES
+        rows = peak, ng.LinearForm(MICRO**2 / ends * v * ng.ds("end")), ng.LinearForm(MICRO**3 / part * v * dx("beam"))
+        at, end, mean = (np.array(row.Assemble().vec.FV().NumPy()) for row in rows)
+        weighed = Operator(beam.Assemble().mat).__matmul__ if not self.full else np.zeros_like
+        self.uniform = Uniform(sink, at, end, mean, weighed)
+        if self.full:
+            self.rise = ng.GridFunction(self.space)
+            space = ng.H1(mesh, definedon="beam", dirichlet="end|middle", **self.orders)
+            u, v = space.TnT()
+            rho = self.uniform.rho
+            sigma = MICRO / (rho[0] + rho[1] * self.rise)
+            self.phi = ng.GridFunction(space)
+            self.phi.Set(mesh.BoundaryCF({"end": sink.voltage, "middle": sink.voltage / 2}), ng.BND)
+            self.conductor = ng.BilinearForm(sigma * grad(u) * grad(v) * dx("beam"), symmetric=True)
+            heat = sigma * grad(self.phi) * grad(self.phi)
+            self.joule = ng.LinearForm(heat * self.space.TestFunction() * dx("beam"))
+            self.power = heat * dx("beam")
+
+    def load(self, rise: np.ndarray) -> np.ndarray:
+        """The Joule load (W) at a rise, of the potential there where that is solved for."""
+        if not self.full:
+            return self.uniform.load(rise)
+        self.rise.vec.FV().NumPy()[:] = rise
+        self.conductor.Assemble()
+        residual = self.phi.vec.CreateVector()
+        residual.data = -self.conductor.mat * self.phi.vec
+        inverse = self.conductor.mat.Inverse(self.phi.space.FreeDofs(), inverse="sparsecholesky")
+        self.phi.vec.data += inverse * residual
+        return np.asarray(self.joule.Assemble().vec.FV().NumPy())
+
+    def quantities(self, rise: np.ndarray) -> list[float]:
+        """The rises (K) of peak, end and mean, and the current (A)."""
+        *rises, current = self.uniform.quantities(rise)
+        if self.full:
+            self.load(rise)
+            current = float(COPIES * ng.Integrate(self.power, self.mesh) / self.voltage)
+        return [*rises, current]
 
 
 def mesh_of(grid: Grid) -> ng.Mesh:
@@ -147,12 +166,3 @@ def mesh_of(grid: Grid) -> ng.Mesh:
     for element, cell in zip(made.Elements(), np.argwhere(grid.solid), strict=True):
         made.SetElementOrders(ng.ElementId(element), tuple(int(d[i]) for d, i in zip(grid.degrees, cell, strict=True)))
     return made
-
-
-def _orders(degree: int, layers: int) -> dict[str, Any]:
-    """What a space on the mesh takes for its orders: one everywhere, or those of the mesh, another across thin layers.
-
-    With ``relorder`` alone (as many more than the mesh has) NGSolve takes each edge's and face's order from the
-    elements at it; the flag is none of those it documents.
-    """
-    return {"order": degree} if degree == layers else {"relorder": 0}

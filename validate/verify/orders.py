@@ -189,7 +189,8 @@ def on_hexahedra(solution: Manufactured, degree: int, cuts: int) -> Errors:
     found = _on_quadrature(full, rise, solution)
     if solution.potential is None:
         return found
-    return found | {"power": abs(full.heated(rise)[1]["power"] - solution.power())}
+    _, phi, entering = full.heated(rise)
+    return found | {"power": abs(float(phi @ entering) - solution.power())}
 
 
 def on_hexahedra_over_time(heating: Heating, degree: int, cuts: int, end: float, steps: int) -> Errors:

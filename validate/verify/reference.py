@@ -3,7 +3,8 @@
 On a grid of degree 1 or 2 everywhere the element of this package spans the space of scikit-fem's own ElementHex1 or
 ElementHexS2, and one Gauss point more than the degree along each axis makes its quadrature of order 3 or 5.
 So both must agree to the tolerance of their solvers. Here are no numbering, ordering, acceleration, reduced fields or
-exact exponentials: the forms of `fem3d.forms`, scipy's splu as it comes, and `methods`. For verification: slow.
+exact exponentials: the forms of `fem3d.forms`, scipy's splu with an ordering for symmetric matrices, and `methods`. For
+verification: slow.
 """
 
 from __future__ import annotations
@@ -16,16 +17,12 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
-from skfem import Basis, ElementHex1, ElementHexS2, FacetBasis, LinearForm, MeshHex, condense
+from skfem import Basis, ElementH1, ElementHex1, ElementHexS2, FacetBasis, LinearForm, MeshHex, condense
 from skfem import solve as solve_linear
-from skfem.helpers import dot
 
-from fem3d import forms, sink_quantities
-from fem3d.study import Quantities
+from fem3d import forms
 from meshes.grid import Grid
-from meshes.symmetry import Symmetry
 from scenes.model import Boundary, Probe, Scene, Schedule, Value
-from scenes.sink import Sink
 from validate.verify import methods
 
 CONVERGED, STEPPED = 3e-12, 1e-11  # of the rise: the tolerances of the iterations
@@ -54,7 +51,7 @@ class FullOrder:
     """The matrices (nodes, nodes) of a scene in W/K and J/K and the load (nodes,) in W without Joule heat.
 
     ``owner`` is the box of each element; ``resistivity`` (elements, 1), NaN in insulators, that at the initial
-    temperature, and what each kelvin adds. ``films``: matrix and load of each face with convection or a given flux.
+    temperature, and what each kelvin adds.
     """
 
     scene: Scene
@@ -64,7 +61,6 @@ class FullOrder:
     mass: Any
     load: np.ndarray
     resistivity: tuple[np.ndarray, np.ndarray]
-    films: dict[str, tuple[Any, np.ndarray]]
 
     @cached_property
     def held(self) -> dict[str, tuple[np.ndarray, float]]:
@@ -88,8 +84,8 @@ class FullOrder:
         nodes = self.basis.get_dofs(elements=elements).flatten()
         return elements, self.basis.with_elements(elements), np.setdiff1d(nodes, held)
 
-    def heated(self, rise: np.ndarray) -> tuple[np.ndarray, dict[str, float]]:
-        """The Joule load (nodes,) in W at a rise (nodes,), and the currents (A), Joule heats and power (W)."""
+    def heated(self, rise: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(nodes,) each at a rise (nodes,): the Joule load (W), the potential (V) and the current that enters (A)."""
         elements, part, inside = self.conductors
         rho = (self.resistivity[0] + self.resistivity[1] * np.asarray(self.basis.interpolate(rise)))[elements]
         matrix = forms.conduction.assemble(part, conductivity=1 / rho)
@@ -97,22 +93,8 @@ class FullOrder:
         for name in self.names("voltage"):
             phi[self.held[name][0]] = self.held[name][1]
         phi = solve_linear(*condense(csc_matrix(matrix), np.zeros(len(phi)), x=phi, I=inside))
-        entering, field = matrix @ phi, part.interpolate(phi)
-        read = {f"current:{name}": float(entering[self.held[name][0]].sum()) for name in self.names("voltage")}
-        heat = (dot(field.grad, field.grad) / rho * part.dx).sum(axis=1)
-        for number in np.unique(self.owner[elements]):
-            read[f"joule:{self.scene.boxes[number].name}"] = float(heat[self.owner[elements] == number].sum())
-        read["power"] = float(phi @ entering)
-        return forms.joule_heat.assemble(part, conductivity=1 / rho, potential=field), read
-
-    def outputs(self, rise: np.ndarray, rate: np.ndarray) -> dict[str, float]:
-        """Means of the probes (K above the start), heat flows into the solid (W), currents, Joule heats and power."""
-        joule, read = self.heated(rise)
-        entering = self.stiffness @ rise + self.mass @ rate - self.load - joule
-        read |= {f"flow:{name}": float(entering[self.held[name][0]].sum()) for name in self.names("temperature")}
-        read |= {f"flow:{name}": float((load - matrix @ rise).sum()) for name, (matrix, load) in self.films.items()}
-        probes = self.scene.probes
-        return read | {f"probe:{p.name}": _mean(self.basis, rise, p) for p in probes}
+        load = forms.joule_heat.assemble(part, conductivity=1 / rho, potential=part.interpolate(phi))
+        return load, phi, matrix @ phi
 
 
 def assemble(scene: Scene, grid: Grid) -> FullOrder:
@@ -120,8 +102,11 @@ def assemble(scene: Scene, grid: Grid) -> FullOrder:
     degrees = set(np.concatenate(grid.degrees).tolist())
     if degrees not in ({1}, {2}):
         raise ValueError(f"the second path takes one degree, 1 or 2, everywhere, not {sorted(degrees)}")
-    element, order = (ElementHex1(), 3) if degrees == {1} else (ElementHexS2(), 5)
-    cells, owner = hexahedra(grid)
+    return on_mesh(scene, *hexahedra(grid), *((ElementHex1(), 3) if degrees == {1} else (ElementHexS2(), 5)))
+
+
+def on_mesh(scene: Scene, cells: MeshHex, owner: np.ndarray, element: ElementH1, order: int) -> FullOrder:
+    """A scene on hexahedra, each of which a box of it owns, of any element, integrated to an order."""
     basis = Basis(cells, element, intorder=order)
 
     def per_element(values: list[float]) -> np.ndarray:
@@ -130,21 +115,25 @@ def assemble(scene: Scene, grid: Grid) -> FullOrder:
     materials = [box.material for box in scene.boxes]
     stiffness = forms.conduction.assemble(basis, conductivity=per_element([m.thermal_conductivity for m in materials]))
     mass = forms.capacity.assemble(basis, heat_capacity=per_element([m.heat_capacity for m in materials]))
-    load = np.asarray(integral.assemble(basis, density=per_element([constant(box.heat_source) for box in scene.boxes])))
+    sources = [constant(box.heat_source) for box in scene.boxes]
+    load = np.asarray(integral.assemble(basis, density=per_element(sources))) if any(sources) else np.zeros(basis.N)
     room = scene.initial_temperature
-    films = {}
-    for b in scene.boundaries:
-        if b.kind in ("convection", "heat_flux"):
-            exposed = np.intersect1d(facets(cells, b), cells.boundary_facets())
-            face = FacetBasis(cells, element, facets=exposed, intorder=order)
-            value = constant(b.value)
-            h, flux = (value, value * (constant(b.ambient) - room)) if b.kind == "convection" else (0.0, value)
-            films[b.name] = forms.film.assemble(face, coefficient=h), integral.assemble(face, density=flux)
-            stiffness, load = stiffness + films[b.name][0], load + films[b.name][1]
+    for boundary in scene.boundaries:
+        if boundary.kind in ("convection", "heat_flux"):
+            matrix, entering = film(basis, boundary, room)
+            stiffness, load = stiffness + matrix, load + entering
     cold = np.array([np.nan if m.resistivity is None else m.resistivity for m in materials])
     slope = cold * [m.temperature_coefficient for m in materials]
     at_room = cold + slope * [room - m.reference_temperature for m in materials]
-    return FullOrder(scene, basis, owner, stiffness, mass, load, (at_room[owner, None], slope[owner, None]), films)
+    return FullOrder(scene, basis, owner, stiffness, mass, load, (at_room[owner, None], slope[owner, None]))
+
+
+def film(basis: Basis, boundary: Boundary, room: float) -> tuple[Any, np.ndarray]:
+    """Matrix (nodes, nodes) and load (nodes,) of a face with convection or a given flux."""
+    exposed = np.intersect1d(facets(basis.mesh, boundary), basis.mesh.boundary_facets())
+    face, value = FacetBasis(basis.mesh, basis.elem, facets=exposed, intorder=5), constant(boundary.value)
+    h, flux = (value, value * (constant(boundary.ambient) - room)) if boundary.kind == "convection" else (0.0, value)
+    return forms.film.assemble(face, coefficient=h), integral.assemble(face, density=flux)
 
 
 def constant(value: Value) -> float:
@@ -154,21 +143,24 @@ def constant(value: Value) -> float:
     return value
 
 
-class _Inner:
+class Inner:
     """The free nodes' part of the matrices, as `methods` takes it."""
 
     def __init__(self, full: FullOrder) -> None:
-        self.full, self.free = full, full.free
-        self.mass, self.stiffness = (csc_matrix(m[self.free][:, self.free]) for m in (full.mass, full.stiffness))
+        self.full, self.free, self.size = full, full.free, len(full.free)
+        self.mass, self.stiffness = (self.part(m) for m in (full.mass, full.stiffness))
+
+    def part(self, matrix: Any) -> csc_matrix:
+        return csc_matrix(matrix[self.free][:, self.free])
 
     def load(self, rise: np.ndarray) -> np.ndarray:
         return np.asarray((self.full.load + self.full.heated(self.whole(rise))[0])[self.free])
 
     def factors(self, mass: float, stiffness: float) -> Callable[[np.ndarray], np.ndarray]:
-        solve: Callable[[np.ndarray], np.ndarray] = splu(
-            csc_matrix(mass * self.mass + stiffness * self.stiffness)
-        ).solve
-        return solve
+        matrix = mass * self.mass + stiffness * self.stiffness if mass else self.stiffness
+        options = {"SymmetricMode": True}
+        solve: Any = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options).solve
+        return solve  # type: ignore[no-any-return]
 
     def whole(self, values: np.ndarray) -> np.ndarray:
         """(nodes,) of (free nodes,): zero where the temperature is given."""
@@ -179,33 +171,16 @@ class _Inner:
 
 def steady(full: FullOrder) -> np.ndarray:
     """(nodes,): the coupled steady rise (K); NumericsError where the iteration doesn't converge."""
-    inner = _Inner(full)
-    return inner.whole(methods.settle(inner, len(inner.free), CONVERGED))
+    inner = Inner(full)
+    return inner.whole(methods.settle(inner, CONVERGED))
 
 
 def transient(full: FullOrder, times: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
     """Rise (K) and its rate (K/s), (nodes,) each, at each of some times (s, from 0), each interval being one
     step; the rate at 0 is left out as zero."""
-    inner = _Inner(full)
-    states = methods.march(inner, len(inner.free), times, ORDER, STEPPED)
+    inner = Inner(full)
+    states = methods.march(inner, times, ORDER, STEPPED)
     return [(inner.whole(rise), inner.whole(rate)) for rise, rate in states]
-
-
-def quantities(
-    sink: Sink, part: Symmetry, full: FullOrder, rise: np.ndarray, rate: np.ndarray | None = None
-) -> Quantities:
-    """The quantities of `sink_quantities.steady` of the whole sink, from the part that was solved."""
-    read = full.outputs(rise, np.zeros_like(rise) if rate is None else rate)
-    whole = {name: value for name, value in read.items() if name.startswith("probe:")}
-    for name, flow in part.flows.items():
-        for kind, factor in (("flow", flow.heat), ("current", flow.current)):
-            if f"{kind}:{flow.boundary}" in read:
-                whole[f"{kind}:{name}"] = factor * read[f"{kind}:{flow.boundary}"]
-    whole |= {
-        f"joule:{name}": n * read[f"joule:{name}"] for name, n in part.box_copies.items() if f"joule:{name}" in read
-    }
-    whole["power"] = part.copies * read["power"]
-    return sink_quantities.steady(sink, {name: np.array(value) for name, value in whole.items()})
 
 
 def facets(mesh: MeshHex, where: Boundary | Probe) -> np.ndarray:
@@ -221,14 +196,18 @@ def integral(v: Any, w: Any) -> Any:
     return w.density * v
 
 
-def _mean(basis: Basis, u: np.ndarray, probe: Probe) -> float:
-    """The mean over a point, a flat box or a volume (not a line)."""
-    part: Any
+def mean(basis: Basis, probe: Probe) -> np.ndarray:
+    """(nodes,): what each adds to the mean over a point, a flat box or a volume (not a line)."""
     if probe.lower == probe.upper:
-        return float((basis.probes(np.array(probe.lower)[:, None]) @ u)[0])
+        found: np.ndarray = np.asarray(basis.probes(np.array(probe.lower)[:, None]).todense())[0]
+        return found
+    part = within(basis, probe)
+    return np.asarray(integral.assemble(part, density=1.0)) / float(part.dx.sum())
+
+
+def within(basis: Basis, probe: Probe) -> Any:
+    """The basis on a flat box or a volume."""
     if any(a == b for a, b in zip(probe.lower, probe.upper, strict=True)):
-        part = FacetBasis(basis.mesh, basis.elem, facets=facets(basis.mesh, probe), intorder=5)
-    else:
-        middle = basis.mesh.p[:, basis.mesh.t].mean(axis=1).T
-        part = basis.with_elements(np.flatnonzero(((middle > probe.lower) & (middle < probe.upper)).all(axis=1)))
-    return float((np.asarray(part.interpolate(u)) * part.dx).sum() / part.dx.sum())
+        return FacetBasis(basis.mesh, basis.elem, facets=facets(basis.mesh, probe), intorder=5)
+    middle = basis.mesh.p[:, basis.mesh.t].mean(axis=1).T
+    return basis.with_elements(np.flatnonzero(((middle > probe.lower) & (middle < probe.upper)).all(axis=1)))

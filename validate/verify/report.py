@@ -1,21 +1,21 @@
 """What the code was found to give, next to what it should give: the rows of the table, of scenes that are solved for
-some of them; and the table as text, as a page in markdown and as JSON."""
+some of them; and how the table tells them."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import groupby
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
 from fem3d import solve_scene
 from scenes.model import Scene
-from validate.report.summary import as_json
 from validate.report.table import Row as Line
-from validate.report.table import Section, Style, Table
+from validate.report.table import Table
+from validate.report.verdicts import Report
 
 TITLES = {
     "order in space": "Observed orders of convergence in space (they agree with theory within 0.1)",
@@ -52,16 +52,11 @@ def headline(rows: Sequence[Row]) -> str:
     return ", ".join(said + [f"{count} {word}" for word, count in others.items() if count]) + "."
 
 
-def text(rows: Sequence[Row], style: Style) -> str:
-    """The tables for a terminal, with the notes of rows that do not agree."""
-    parts = [style.paint(headline(rows), "heading")]
-    heads = ("", "expected", "found", "difference", "error")
-    for family, of_family in groupby(rows, lambda row: row.family):
-        lines: list[Line] = []
-        for case, of_case in groupby(of_family, lambda row: row.case):
-            lines += [Line([case]), *map(_line, of_case)]
-        parts.append(Section(TITLES.get(family, family), [Table(heads, lines)]).text(style))
-    return "\n\n".join(parts)
+def _short(rows: Sequence[Row]) -> Table:
+    """For a terminal: the rows of a case below its name, with the notes of those that do not agree."""
+    cases = groupby(rows, lambda row: row.case)
+    lines = [line for case, of in cases for line in (Line([case]), *map(_line, of))]
+    return Table(("", "expected", "found", "difference", "error"), lines)
 
 
 def _line(row: Row) -> Line:
@@ -80,42 +75,14 @@ def _numbers(row: Row, digits: int) -> list[str]:
     return [f"{row.expected:.7g}", f"{row.found:.7g}", f"{row.difference:+.1e}", f"{row.error:.{digits}e}"]
 
 
-def markdown(rows: Sequence[Row], versions: dict[str, str]) -> str:
+def _full(rows: Sequence[Row]) -> Table:
     heads = ("case", "quantity", "expected", "found", "difference", "error", "verdict", "source")
-    tables = [
-        (TITLES.get(family, family), Table(heads, [_cells(row) for row in of_family], "<<>>>><<"))
-        for family, of_family in groupby(rows, lambda row: row.family)
-    ]
-    return page("Code verification", ABOUT, f"**{headline(rows)}**", versions, tables)
-
-
-def page(title: str, about: str, said: str, versions: dict[str, str], tables: Sequence[tuple[str, Table]]) -> str:
-    """A page of the documentation with tables under their titles."""
-    with_what = ", ".join(f"{name} {value}" for name, value in versions.items())
-    lines = [f"# {title}", "", about, said, "", f"{with_what}.", ""]
-    for name, table in tables:
-        lines += [f"## {name}", "", *table.markdown()]
-    return "\n".join(lines)
-
-
-def _cells(row: Row) -> list[str]:
-    if row.skipped:
-        return [row.case, "", "", "", "", "", "skipped", row.note]
-    many = f", worst of {row.count}" if row.count > 1 else ""
-    return [row.case, f"{row.named}{many}", *_numbers(row, 1), row.verdict, row.note]
-
-
-def document(rows: Sequence[Row], versions: dict[str, str], seconds: float) -> dict[str, Any]:
-    return as_document(rows, versions, seconds, ("difference", "verdict"), counts=counts(rows))
-
-
-def as_document(
-    rows: Sequence[Any], versions: dict[str, str], seconds: float, derived: Sequence[str], **more: Any
-) -> dict[str, Any]:
-    """Rows as JSON types, their fields and what is ``derived`` from them."""
-    listed = [asdict(row) | {name: getattr(row, name) for name in derived} for row in rows]
-    found = {"schema": 1, "provenance": versions, "timing_s": seconds, **more, "rows": listed}
-    return {key: as_json(value) for key, value in found.items()}
+    cells = []
+    for row in rows:
+        many = f", worst of {row.count}" if row.count > 1 else ""
+        numbers = [""] * 5 if row.skipped else [f"{row.named}{many}", *_numbers(row, 1)]
+        cells.append([row.case, *numbers, row.verdict, row.note])
+    return Table(heads, cells, "<<>>>><<")
 
 
 @dataclass(frozen=True)
@@ -156,6 +123,12 @@ class Row:
         if not (math.isfinite(self.error) and abs(self.difference) <= self.error):
             return "differs"
         return "unresolved" if self.limit is not None and self.error > self.limit else "agrees"
+
+
+TABLE = Report[Row](
+    "Code verification", ABOUT, headline, lambda row: TITLES.get(row.family, row.family), _short, _full,
+    ("difference", "verdict"), lambda rows: {"counts": counts(rows)},
+)  # fmt: skip
 
 
 def order_row(family: str, case: str, quantity: str, theory: float, observed: float, note: str = "") -> Row:

@@ -43,10 +43,8 @@ def by_ngsolve(sink: Sink, order: int) -> dict[str, float]:
     scene = symmetry.reduce(sink.scene()).scene
     first = grading.first_grid(scene, GRADING, grading.features(scene))
     grid = first.with_axes(first.breaks, [np.full(len(d), order) for d in first.degrees])
-    options = {"order": order, "layers": order, "electric": "full", "steady": True}
-    problem = ngsolve_sink.Problem(sink, ngsolve_sink.mesh_of(grid), grid, options)
-    rise = methods.settle(problem, problem.space.ndof, SETTLED)
-    peak, end, mean, current = problem.quantities(rise)
+    problem = ngsolve_sink.Problem(sink, ngsolve_sink.mesh_of(grid), grid, order, order, "full", steady=True)
+    peak, end, mean, current = problem.quantities(methods.settle(problem, SETTLED))
     # All heat leaves through the substrate, and the equations say so for any space that has the constants.
     power = current * sink.voltage
     found = (peak, end, mean, current, power, power, 2 * end / power)

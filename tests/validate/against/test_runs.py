@@ -142,3 +142,15 @@ def test_a_field_is_no_table(tmp_path: Path) -> None:
     rows = "\n".join(f"0 {y} 0 293 294 295" for y in range(300))
     with pytest.raises(SceneError, match="300 points"):
         found(tmp_path, f"{HEAD}% x  y  z  T (K) @ t=0  T (K) @ t=0.001  T (K) @ t=0.002\n{rows}\n")
+
+
+def test_a_parameter_in_the_headers_may_be_left_out_and_is_no_quantity(tmp_path: Path) -> None:
+    """What the refusal of a file without the scene's run advises, for a parameter that is called like a key."""
+    rows = "\n".join(f"{t:g}  {k:g}" for t, k in zip(TIMES, peak(1.0), strict=True))
+    text = f"{HEAD}% Time (s)  T (K), peak @ voltage=3\n{rows}\n"
+    with pytest.raises(SceneError, match=r"no run of this scene.*ignore=voltage"):
+        found(tmp_path, text)
+    assert found(tmp_path, text, "ignore=voltage").run == "voltage = 3 is left out by --column"
+    for wrong in ("time=voltage", "peak=voltage"):
+        with pytest.raises(SceneError, match="a parameter of runs"):
+            found(tmp_path, text, wrong)

@@ -8,7 +8,8 @@ import pytest
 
 from meshes import symmetry
 from scenes.sink import Sink
-from validate.bench import measure, problem
+from tests.fem3d.second_path import quantities
+from validate.bench import growth, measure, problem
 from validate.bench.entries import Entry
 from validate.bench.problem import QUANTITIES, errors
 from validate.verify import reference
@@ -32,8 +33,8 @@ def plain():
     sink = Sink()
     part = symmetry.reduce(sink.scene())
     full = reference.assemble(part.scene, problem.graded(part.scene, 1e-2, 1, 2))
-    quantities = reference.quantities(sink, part, full, reference.steady(full))
-    return {"values": {q: [float(quantities[q])] for q in QUANTITIES}}
+    found = quantities(sink, part, full, reference.steady(full))
+    return {"values": {q: [float(found[q])] for q in QUANTITIES}}
 
 
 def test_a_worker_says_what_it_took_and_found():
@@ -137,9 +138,8 @@ def test_tetrahedra_fill_the_bricks_and_cover_the_faces(tmp_path):
 
 def test_growth_is_measured_without_the_making_of_the_mesh_and_on_the_same_unknowns_but_ours(monkeypatch):
     pytest.importorskip("ngsolve")
-    from validate.bench.tools import growth_solve
-
-    ready = [growth_solve.prepare({"path": path, "degree": 2, "cuts": 1}) for path in growth_solve.PATHS]
+    paths = ("own", "scikit-fem", "ngsolve")
+    ready = [growth.prepare({"path": path, "degree": 2, "cuts": 1}) for path in paths]
     expected = unknowns(2, 2)
     monkeypatch.setattr(problem, "graded", None)
     monkeypatch.setattr("validate.verify.ngsolve_sink.mesh_of", None)

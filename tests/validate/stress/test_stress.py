@@ -154,8 +154,8 @@ def test_the_table_names_what_breaks():
     rows = [Row("g", "a", "x", "m", 0.5, 1.0), Row("g", "b", "x", "m", 2.0, 1.0, said="at seed 3"),
             Row("g", "CN", "x", "m", 2.0, 1.0, ours=False), failed("g", "c", ValueError("no luck"))]  # fmt: skip
     assert [row.verdict for row in rows] == ["holds", "breaks", "as predicted", "failed"]
-    text = report.text(rows, Style())
+    text = report.TABLE.text(rows, Style())
     assert text.startswith("1 of 4 rows hold, 1 break as predicted, 2 break.")
     assert "at seed 3" in text
     assert "no luck" in text
-    assert "| breaks | at seed 3 |" in report.markdown(rows, {}, 0)
+    assert "| breaks | at seed 3 |" in report.TABLE.markdown(rows, {})

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import json
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -115,9 +114,25 @@ def test_a_worker_and_then_all_of_it_killed_goes_on_to_the_same_table(
     assert 0 < stored(folder) < 9
     assert main([*SWEEP, "--quiet", "--out", str(folder)]) == 0
     assert (folder / "points.jsonl").read_bytes().startswith(kept[: kept.rfind(b"\n") + 1])
-    points = [json.loads(line)["point"] for line in (folder / "points.jsonl").read_text().splitlines()]
+    points = [row["point"] for line in (folder / "points.jsonl").read_text().splitlines() for row in json.loads(line)]
     assert sorted(points) == list(range(9))
     assert_same(folder, undisturbed)
+
+
+def test_an_interrupted_sweep_ends_at_once_and_says_what_is_stored(tmp_path: Path) -> None:
+    folder = tmp_path / "stopped"
+    command = [sys.executable, "-m", "validate", *SWEEP, "--accuracy", "1e-4", "--out", str(folder)]
+    run = subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # which a shell's background jobs ignore
+    )  # fmt: skip
+    _until(lambda: stored(folder) >= 1, run)
+    solvers = psutil.Process(run.pid).children()
+    run.send_signal(signal.SIGINT)
+    _, said = run.communicate(timeout=10)
+    assert run.returncode == 130
+    assert b"the same command goes on" in said
+    assert not any(solver.is_running() for solver in solvers)
 
 
 def _until(true: Callable[[], bool], run: subprocess.Popen[bytes]) -> None:
@@ -269,13 +284,4 @@ def test_a_cluster_that_is_slow_to_end_is_no_failure() -> None:
             raise TimeoutError(f"timed out after {timeout} s")
 
     with cluster_of.Cluster(1, None, None) as cluster:
-        cluster._client = cluster._local = Slow()
-
-
-def test_a_port_that_is_taken_warns_nobody(monkeypatch: pytest.MonkeyPatch, recwarn: pytest.WarningsRecorder) -> None:
-    monkeypatch.setattr(cluster_of, "start", lambda count: None)
-    with socket.socket() as other, cluster_of.Cluster(1, None, None) as cluster:
-        with suppress(OSError):  # whoever has it, it is taken
-            other.bind(("", 8787))
-        cluster._start()
-    assert not [w for w in recwarn if "Port" in str(w.message)]
+        cluster._client = Slow()

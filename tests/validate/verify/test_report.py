@@ -33,14 +33,14 @@ def test_orders_are_those_of_powers():
 
 
 def test_the_table_says_what_differs_and_why():
-    text = report.text(ROWS, Style())
+    text = report.TABLE.text(ROWS, Style())
     assert text.startswith("2 of 4 rows agree, 1 differ, 1 unresolved, 1 skipped.")
     assert "differs: a source" in text
     assert "exceeds 1.0e-02" in text
     assert max(map(len, text.splitlines())) <= 80
-    page = report.markdown(ROWS, {"numpy": "1"})
+    page = report.TABLE.markdown(ROWS, {"numpy": "1"})
     assert page.count("\n| slab |") == 2
-    found = json.loads(json.dumps(report.document(ROWS, {}, 1.0), allow_nan=False))
+    found = json.loads(json.dumps(report.TABLE.document(ROWS, {}, 1.0), allow_nan=False))
     assert found["counts"]["differs"] == 1
     assert found["rows"][1]["difference"] == pytest.approx(0.001)
 

@@ -14,10 +14,10 @@ import subprocess
 import tempfile
 from collections.abc import Callable
 from importlib.resources import files
-from itertools import permutations
 from pathlib import Path
 from typing import Any
 
+import meshio
 import numpy as np
 
 from meshes.grid import Grid
@@ -107,37 +107,17 @@ def _inputs(sink: Sink, times: np.ndarray, method: tuple[tuple[float, ...], ...]
 
 
 def write_mesh(grid: Grid, path: Path) -> None:
-    """A grid of bricks as a file of tetrahedra in Medit's format, in micrometres: each brick in six, after Kuhn, along
-    the same diagonal everywhere, so that neighbours fit. The boxes' numbers from 1 are its regions, with triangles on
-    the oxide's underside and the beam's end."""
-    # From one corner of a brick to the opposite one along its edges.
-    steps = np.array([[[0, 0, 0], *np.eye(3, dtype=int)[list(order)]] for order in permutations(range(3))])
-    points, local, owner = reference.corners(grid, steps.cumsum(axis=1))
-    at, local, regions = points.T * MICRO, local.reshape(-1, 4), np.repeat(owner + 1, 6)
-    flipped = np.linalg.det(at[local[:, 1:]] - at[local[:, :1]]) < 0
-    local[flipped] = local[flipped][:, [0, 2, 1, 3]]
-    triangles = _triangles(at, local, regions)
-    with path.open("w", encoding="utf-8") as file:
-        file.write(f"MeshVersionFormatted 2\nDimension 3\nVertices\n{len(at)}\n")
-        np.savetxt(file, np.column_stack([at, np.zeros(len(at))]), fmt="%.17g %.17g %.17g %d")
-        file.write(f"Tetrahedra\n{len(local)}\n")
-        np.savetxt(file, np.column_stack([local + 1, regions]), fmt="%d")
-        file.write(f"Triangles\n{len(triangles)}\n")
-        np.savetxt(file, triangles, fmt="%d")
-        file.write("End\n")
-
-
-def _triangles(at: np.ndarray, local: np.ndarray, regions: np.ndarray) -> np.ndarray:
-    """(triangles, 4): three corners from 1 and the label."""
-    y, z = at[:, 1], at[:, 2]
-    bottom = _sides(local, np.abs(z - z.min()) < 1e-9)
-    end = _sides(local[regions == 1], np.abs(y) < 1e-9)
+    """A grid of bricks as a file of tetrahedra in Medit's format, in micrometres: each brick in six, along the same
+    diagonal everywhere, so that neighbours fit. The boxes' numbers from 1 are its regions, with triangles on the
+    oxide's underside and the beam's end."""
+    bricks, owner = reference.hexahedra(grid)
+    mesh, regions = bricks.scaled(MICRO).to_meshtet(), np.tile(owner + 1, 6)
+    corners, small = mesh.p[:, mesh.t], 1e-9
+    flipped = np.linalg.det(np.moveaxis(corners[:, 1:] - corners[:, :1], 2, 0)) < 0
+    tetrahedra = np.where(flipped, mesh.t[[0, 2, 1, 3]], mesh.t).T
+    bottom = mesh.facets_satisfying(lambda x: np.abs(x[2] - mesh.p[2].min()) < small)
+    ends = mesh.facets_satisfying(lambda x: np.abs(x[1]) < small)
+    end = np.intersect1d(ends, mesh.t2f[:, regions == 1])
     labels = np.repeat([SUBSTRATE, END], [len(bottom), len(end)])
-    return np.column_stack([np.concatenate([bottom, end]) + 1, labels])
-
-
-def _sides(local: np.ndarray, chosen: np.ndarray) -> np.ndarray:
-    """(sides, 3): the sides of tetrahedra whose corners are all among the chosen vertices."""
-    sides = local[:, [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]].reshape(-1, 3)
-    found: np.ndarray = np.unique(np.sort(sides[chosen[sides].all(axis=1)], axis=1), axis=0)
-    return found
+    cells = [("tetra", tetrahedra), ("triangle", mesh.facets[:, np.concatenate([bottom, end])].T)]
+    meshio.Mesh(mesh.p.T, cells, cell_data={"medit:ref": [regions, labels]}).write(path, file_format="medit")

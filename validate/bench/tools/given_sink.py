@@ -9,6 +9,7 @@ that it matters.
 from __future__ import annotations
 
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -20,11 +21,11 @@ from fem3d.heat import HeatProblem
 from fem3d.probes import reading
 from fem3d.study import Quantities
 from meshes import symmetry
-from reduced1d.equations import room_resistivity
 from scenes.loading import load
 from scenes.sink import Sink
 from validate.bench.entries import UNIFORM
 from validate.bench.problem import QUANTITIES, TIMES, graded
+from validate.verify.methods import Uniform, settle
 
 Answer = tuple[int, int, Quantities]
 
@@ -62,21 +63,16 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], Answer], Callable[[An
 
 
 def _uniform(sink: Sink, heat: HeatProblem, accuracy: float) -> Quantities:
-    """The steady state with a current density that does not vary, by Picard's iteration."""
-    names = [box.name for box in heat.domain.scene.boxes]
-    beam = heat.domain.space.on(np.flatnonzero(heat.domain.body == names.index("beam")))
-    rho, warms = room_resistivity(sink.silicon, sink.room_temperature)
-    rise, change = np.zeros(heat.size), np.inf
-    while change > accuracy:
-        warm = 1 + warms * beam.value(heat.field(rise))
-        # The weights in the quarter's beam make its mean.
-        resistance = rho * sink.length / sink.cross_section * (beam.weights * warm).sum() / beam.weights.sum()
-        current = sink.voltage / resistance
-        load = heat.take(beam.load(rho * (current / sink.cross_section) ** 2 * warm))
-        before, rise = rise, heat.whole(heat.solve_steady(load[: heat.free]))
-        change = float(np.abs(rise - before).max() / np.abs(rise).max())
-    rows = {
-        probe.name: reading(heat, probe).row for probe in heat.domain.scene.probes if probe.quantity == "temperature"
-    }
-    found = {f"{name}_rise_K": np.array(rows[name] @ rise) for name in ("peak", "end", "mean")}
-    return {**found, "current_A": np.array(current)}
+    """The steady state with a current density that does not vary."""
+    scene, space = heat.domain.scene, heat.domain.space
+    beam = space.on(np.flatnonzero(heat.domain.body == [box.name for box in scene.boxes].index("beam")))
+    probes = {probe.name: probe for probe in scene.probes}
+    peak, end, mean = (reading(heat, probes[name]).row[: heat.free] for name in ("peak", "end", "mean"))
+
+    def weighed(rise: np.ndarray) -> np.ndarray:
+        return heat.take(beam.load(beam.value(heat.field(rise))))[: heat.free]
+
+    uniform = Uniform(sink, peak, end, mean, weighed)
+    problem = SimpleNamespace(load=uniform.load, factors=lambda *_: heat.solve_steady, size=heat.free)
+    found = uniform.quantities(settle(problem, accuracy))
+    return dict(zip(QUANTITIES, map(np.array, found), strict=True))

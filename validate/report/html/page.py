@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from pathlib import Path
+from string import Template
 from typing import Any
 
 from compare.made import DEVICE_FIGURES
@@ -83,15 +84,13 @@ def page(
 
 def whole(title: str, head: str, parts: Sequence[str], script: str, style: str = "") -> str:
     """A page of a title, what stands under it, parts and a script, with nothing outside of it; ``style`` is added."""
-    return (
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        # An empty icon, so that no browser asks for one.
-        '<link rel="icon" href="data:,">\n'
-        f"<title>{text(title)}</title>\n<style>\n{_read('style.css')}{style}</style>\n</head>\n<body>\n<header>\n"
-        f"<h1>{text(title)}</h1>\n{head}\n</header>\n<main>\n" + "\n".join(parts)
-        + f"\n</main>\n{script}\n</body>\n</html>\n"
-    )  # fmt: skip
+    style = _read("style.css") + style
+    return _filled("page.html", title=text(title), style=style, head=head, main="\n".join(parts), script=script)
+
+
+def _filled(name: str, **given: str) -> str:
+    """A file beside this one with its $names filled in; a backslash at the end of a line there joins it to the next."""
+    return Template(_read(name).replace("\\\n", "")).substitute(given)
 
 
 def _read(name: str) -> str:
@@ -128,21 +127,13 @@ def _field(folder: Path, field: Field | None) -> tuple[str, str]:
     data = packed(surface(field.points, field.hexes, field.rise), table(), field.factor)
     # No "</" may stand in a script; base64 has none, and this keeps it so whatever is added.
     script = '<script type="application/json" id="surface">' + data.replace("</", "<\\/") + "</script>"
-    top, factor = quantity(float(field.rise.max()), "K", 4), math.log10(field.factor)
-    stated = f"\N{MULTIPLICATION SIGN}{field.factor:g}" if field.factor > 1 else "true proportions"
-    found = (
-        '<figure class="field">'
-        '<canvas class="scene" tabindex="0" role="img" aria-label="The temperature on the structure&#39;s surface; '
-        'arrow keys turn it"></canvas>'
-        '<div class="controls"><div class="bar"><div class="ramp"></div><div class="ends">'
-        f"<span>0&nbsp;K</span><span>{text(field.label)}</span><span>{text(top)}</span></div></div>"
-        f'<label>thickness <input type="range" min="0" max="{max(2.5, factor + 0.5):.2f}" step="0.01" '
-        f'value="{factor:.4f}"> <output>{stated}</output></label>'
-        "<span>drag to turn, wheel or pinch to zoom, double-click to start over</span></div>"
-        f"{picture}<figcaption>The 3D temperature, {text(field.label)}; thickness exaggerated as stated.</figcaption>"
-        "</figure>"
-    )
-    return section("Field", found), script
+    factor = math.log10(field.factor)
+    found = _filled(
+        "field.html", label=text(field.label), top=text(quantity(float(field.rise.max()), "K", 4)), picture=picture,
+        factor=f"{factor:.4f}", most=f"{max(2.5, factor + 0.5):.2f}",
+        stated=f"\N{MULTIPLICATION SIGN}{field.factor:g}" if field.factor > 1 else "true proportions",
+    )  # fmt: skip
+    return section("Field", found.rstrip("\n")), script
 
 
 def figures(folder: Path, document: Document, captions: Mapping[str, str] = _CAPTIONS) -> str:
@@ -289,50 +280,47 @@ def section(title: str, *content: str) -> str:
 
 def of_section(given: Section) -> str:
     """A section of a report: its tables, paragraphs and lists."""
-    parts = []
-    for part in given.filled:
-        if isinstance(part, Table):
-            parts.append(f'<div class="wide">{_of_table(part)}</div>')
-        elif isinstance(part, str):
-            parts.append(f"<p>{text(part)}</p>")
-        else:
-            parts.append(f"<ul>{''.join(f'<li>{text(item)}</li>' for item in part)}</ul>")
-    return section(given.title, *parts)
+    return section(given.title, *map(_of_part, given.filled))
+
+
+def _of_part(part: Table | str | Sequence[str]) -> str:
+    if isinstance(part, Table):
+        return f'<div class="wide">{_of_table(part)}</div>'
+    return (
+        f"<p>{text(part)}</p>" if isinstance(part, str) else f"<ul>{''.join(f'<li>{text(i)}</li>' for i in part)}</ul>"
+    )
 
 
 def _of_table(given: Table) -> str:
     """A table of texts, a verdict with its sign and in its colour."""
     heads = [" ".join(head.split()) for head in given.heads]
-    numbers, rows = [i for i, side in enumerate(given.aligned) if side == ">"], []
+    numbers, across = [i for i, side in enumerate(given.aligned) if side == ">"], f'colspan="{len(heads)}"'
+    rows = []
     for row in given.marked:
-        if len(row.cells) == 1:
-            rows.append(f'<tr class="kind"><th colspan="{len(heads)}">{text(row.cells[0])}</th></tr>')
-            continue
         cells, verdict = [text(cell) for cell in row.cells], row.verdict
+        if len(cells) == 1:
+            rows.append(f'<tr class="kind"><th {across}>{cells[0]}</th></tr>')
+            continue
         if verdict:
             cells[0] = f"<code>{cells[0]}</code>"
             at = -1 if cells[-1] == verdict else 0
             cells[at] = f'<span class="word {verdict}">{MARKS[verdict][0]} {cells[at]}</span>'
         rows.append(_row(heads, cells, numbers, " class='judged'" if row.below else ""))
         if row.below:
-            rows.append(f'<tr class="because"><td colspan="{len(heads)}">{text(row.below)}</td></tr>')
-    return _framed(heads, rows, numbers)
+            rows.append(f'<tr class="because"><td {across}>{text(row.below)}</td></tr>')
+    return table(heads, rows, numbers)
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[int] = ()) -> str:
-    """A table of cells that are HTML; columns in ``numbers`` stand to the right."""
-    return _framed(heads, (_row(heads, cells, numbers) for cells in rows), numbers)
-
-
-def _framed(heads: Sequence[str], rows: Iterable[str], numbers: Sequence[int]) -> str:
-    tops = (f"<th{_class('n' * (i in numbers))}>{text(head)}</th>" for i, head in enumerate(heads))
-    body = "\n".join(rows)
-    return f'<table class="cards"><thead><tr>{"".join(tops)}</tr></thead>\n<tbody>\n{body}\n</tbody></table>'
+    """A table of rows that are HTML, or cells that are; columns in ``numbers`` stand to the right."""
+    tops = "".join(f"<th{_class('n' * (i in numbers))}>{text(head)}</th>" for i, head in enumerate(heads))
+    body = "\n".join(row if isinstance(row, str) else _row(heads, row, numbers) for row in rows)
+    return f'<table class="cards"><thead><tr>{tops}</tr></thead>\n<tbody>\n{body}\n</tbody></table>'
 
 
 def _row(heads: Sequence[str], cells: Sequence[str], numbers: Sequence[int], kind: str = "") -> str:
     found = (
-        f'<td{_class("n" * (i in numbers), "" if cell else "empty")} data-label="{text(head)}">{cell}</td>'
+        f'<td{_class("n" * (i in numbers), "empty" * (not cell))} data-label="{text(head)}">{cell}</td>'
         for i, (head, cell) in enumerate(zip(heads, cells, strict=True))
     )
     return f"<tr{kind}>{''.join(found)}</tr>"
@@ -340,7 +328,7 @@ def _row(heads: Sequence[str], cells: Sequence[str], numbers: Sequence[int], kin
 
 def _class(*names: str) -> str:
     found = " ".join(filter(None, names))
-    return f' class="{found}"' if found else ""
+    return f' class="{found}"' * bool(found)
 
 
 def values(items: Mapping[str, Any]) -> str:
