@@ -55,9 +55,10 @@ OPTIONS = {
 
 
 def run(arguments: argparse.Namespace) -> int:
+    from scenes.keys import SINK
     from scenes.loading import load
 
-    sink = load(arguments.scene or "sink", common.settings(arguments, ("drive.voltage", arguments.voltage)))
+    sink = load(arguments.scene or "sink", common.settings(arguments, ("drive.voltage", arguments.voltage)), of=SINK)
     request = _request(arguments, sink)
     given = [arguments.against, *arguments.column] if arguments.against else []
     data, sampled = _data(arguments, sink, request), None
