@@ -51,7 +51,7 @@ class Trajectory:
             kernel = Convolution(tau, len(step.source))(self.rates * step.length)
             decay = np.exp(-np.outer(tau, self.rates * step.length))
             states[here] = decay * step.state + step.length * np.einsum("tkr,kr->tr", kernel, step.source)
-            sources[here] = _legendre(2 * tau - 1, len(step.source)) @ step.source
+            sources[here] = legendre.legvander(2 * tau - 1, len(step.source) - 1) @ step.source
         return states, sources
 
 
@@ -133,11 +133,11 @@ class Convolution:
         x = np.outer(tau, (points + 1) / 2)
         self._tau = tau
         self._before = tau[:, None] - x
-        self._polynomials = _legendre(2 * x - 1, count) * (weights * tau[:, None] / 2)[..., None]
+        self._polynomials = legendre.legvander(2 * x - 1, count - 1) * (weights * tau[:, None] / 2)[..., None]
         slopes = _derivatives(count)
         # (orders, tau, count): the derivatives of each polynomial at tau; (orders, count): at zero.
-        self._at_tau = _legendre(2 * tau - 1, count) @ slopes
-        self._at_zero = _legendre(np.array([-1.0]), count)[0] @ slopes
+        self._at_tau = legendre.legvander(2 * tau - 1, count - 1) @ slopes
+        self._at_zero = legendre.legvander(np.array([-1.0]), count - 1)[0] @ slopes
 
     def __call__(self, decay: np.ndarray) -> np.ndarray:
         """(tau, count, decay) for decays (decay,) over the unit interval."""
@@ -179,14 +179,3 @@ def _derivatives(count: int) -> np.ndarray:
     for _ in range(count - 1):
         found.append(first @ found[-1])
     return np.array(found)
-
-
-def _legendre(x: np.ndarray, count: int) -> np.ndarray:
-    """(..., count): P_0 to P_(count - 1) at x, by their recurrence."""
-    found = np.empty((*x.shape, count))
-    found[..., 0] = 1.0
-    if count > 1:
-        found[..., 1] = x
-    for k in range(2, count):
-        found[..., k] = ((2 * k - 1) * x * found[..., k - 1] - (k - 1) * found[..., k - 2]) / k
-    return found

@@ -13,6 +13,8 @@ import numpy as np
 
 from scenes.model import Schedule, Value
 
+Side = Literal["left", "right"]
+
 
 @dataclass(frozen=True)
 class Inputs:
@@ -45,15 +47,11 @@ class Inputs:
 
     def jump(self, time: float) -> np.ndarray:
         """(channels,): by how much the values jump at a time."""
-        return self.at(np.array([time]))[0] - self.before(np.array([time]))[0]
+        return self.at(np.array([time]))[0] - self.at(np.array([time]), "left")[0]
 
-    def at(self, times: np.ndarray) -> np.ndarray:
-        """(times, channels): the values, after a jump there."""
-        return np.column_stack([np.ones(len(times)), *(_on(s, times)[0] for s in self.schedules)])
-
-    def before(self, times: np.ndarray) -> np.ndarray:
-        """(times, channels): the values, before a jump there."""
-        return np.column_stack([np.ones(len(times)), *(_on(s, times, "left")[0] for s in self.schedules)])
+    def at(self, times: np.ndarray, side: Side = "right") -> np.ndarray:
+        """(times, channels): the values, after a jump there, or on its "left"."""
+        return np.column_stack([np.ones(len(times)), *(_on(s, times, side)[0] for s in self.schedules)])
 
     def rates(self, times: np.ndarray) -> np.ndarray:
         """(times, channels): the rates (1/s), after a bend there."""
@@ -62,7 +60,7 @@ class Inputs:
     def largest(self, end: float) -> np.ndarray:
         """(channels,): the largest absolute value of each up to ``end``."""
         times = np.concatenate([[0.0], self.knots(end), [end]])
-        return np.abs(np.concatenate([self.at(times), self.before(times[1:])])).max(axis=0)
+        return np.abs(np.concatenate([self.at(times), self.at(times[1:], "left")])).max(axis=0)
 
 
 def value(given: Value, times: np.ndarray) -> np.ndarray:
@@ -70,7 +68,7 @@ def value(given: Value, times: np.ndarray) -> np.ndarray:
     return _on(given, times)[0] if isinstance(given, Schedule) else np.full(len(times), float(given))
 
 
-def _on(s: Schedule, times: np.ndarray, side: Literal["left", "right"] = "right") -> tuple[np.ndarray, np.ndarray]:
+def _on(s: Schedule, times: np.ndarray, side: Side = "right") -> tuple[np.ndarray, np.ndarray]:
     """(times,) twice: values, and rates (1/s); at a knot those of what follows, or comes before."""
     knots, values = np.array(s.times), np.array(s.values)
     after = np.searchsorted(knots, times, side=side)

@@ -22,8 +22,9 @@ from fem3d import inputs, voltmeter
 from fem3d.heat import HeatProblem
 from fem3d.joule import Split
 from fem3d.probes import Reading, reading
+from fem3d.reduced import Reduced
 from fem3d.steady import SteadyState
-from fem3d.transient import Transient
+from fem3d.transient import Base, Transient
 from fem3d.voltmeter import Voltmeter
 from meshes.symmetry import Symmetry
 from scenes.model import Value
@@ -72,11 +73,15 @@ def of_steady(state: SteadyState, symmetry: Symmetry) -> Outputs:
 
 def of_transient(transient: Transient, symmetry: Symmetry, times: np.ndarray) -> Outputs:
     """The outputs at some times (s)."""
-    base, reduced = transient.base, transient.reduced
+    return of_states(transient.base, transient.reduced, symmetry, times, *transient.states(times))
+
+
+def of_states(
+    base: Base, reduced: Reduced, symmetry: Symmetry, times: np.ndarray, a: np.ndarray, rates: np.ndarray
+) -> Outputs:
+    """The outputs of a reduced problem at some times (s), for its states (times, r) and their rates (1/s)."""
     heat, basis, drive, lifts = base.heat, reduced.basis, base.heat.inputs, base.heat.lifts
     g, changing = drive.at(times), drive.rates(times)
-    a, sources = transient.trajectory(times)
-    rates = sources - a * transient.trajectory.rates
 
     def along(row: np.ndarray, states: np.ndarray, inputs_now: np.ndarray) -> np.ndarray:
         return states @ (row[: heat.free] @ basis) + inputs_now @ (lifts @ row)
@@ -86,7 +91,7 @@ def of_transient(transient: Transient, symmetry: Symmetry, times: np.ndarray) ->
 
     def potential(probe: Any) -> np.ndarray:
         if probe.name not in reduced.potentials:
-            return voltmeter.over_time(transient, probe, times)
+            return voltmeter.over_time(base, lambda: heat.whole(a @ basis.T) + g @ lifts, probe, times)
         shares, cold, warm = reduced.potentials[probe.name]
         return g @ shares - np.einsum("ti,ti->t", c, g @ cold + a @ warm.T)
 

@@ -89,13 +89,10 @@ class _Problem:
 
     def traces(self, times: np.ndarray, a: np.ndarray, rate: np.ndarray) -> Traces:
         """The traces (times,) at states (times, r) of some rate, of temperatures above the start."""
-        own = self.found
+        own, part = self.found, self.study.part
         base = Base(own.heat, own.conductor, list(own.patterns), own.reduced.basis, [])
-        there = Transient(base, own.reduced, _Known(times, a, rate))  # type: ignore[arg-type]
-        found, start = (
-            self.study.traces(outputs.of_transient(there, self.study.part, times)),
-            self.study.traces(_Rest()),
-        )
+        found = self.study.traces(outputs.of_states(base, own.reduced, part, times, a, rate))
+        start = self.study.traces(_Rest())
         return {n: v - start[n] for n, v in found.items()}
 
 
@@ -104,23 +101,6 @@ class _Rest(dict[str, np.ndarray]):
 
     def __missing__(self, name: str) -> np.ndarray:
         return np.zeros(())
-
-
-@dataclass(frozen=True, eq=False)
-class _Known:
-    """Known states and rates (times, r) as a trajectory whose sources are these rates."""
-
-    times: np.ndarray
-    a: np.ndarray
-    rate: np.ndarray
-
-    @property
-    def rates(self) -> np.ndarray:
-        return np.zeros(self.a.shape[1])
-
-    def __call__(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        at = np.searchsorted(self.times, times)
-        return self.a[at], self.rate[at]
 
 
 class _Widened:
@@ -165,9 +145,9 @@ class _Widened:
 
     def states(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(times, r) twice: the states of the response and their rates."""
-        a, sources = self._answer.trajectory(times)
+        a, rate = self._answer.states(times)
         more = ((0, 0), (0, self._states - self._held))
-        return np.pad(a, more), np.pad(sources - a * self._answer.trajectory.rates, more)
+        return np.pad(a, more), np.pad(rate, more)
 
 
 def over_time(

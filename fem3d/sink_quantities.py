@@ -12,6 +12,7 @@ from scenes.sink import Sink
 EARLIEST = 1e-5  # s: from here on the traces hold their accuracy
 RISES = {"peak_rise_K": "peak", "end_rise_K": "end", "mean_rise_K": "mean"}
 TRACES = {"peak_K": "peak", "end_K": "end", "mean_K": "mean"}
+NOT_TRACED = ("heat_out_W", "anchor_resistance_K_per_W", "end_flow_W")
 
 
 def study(sink: Sink, part: Symmetry) -> Study:
@@ -20,8 +21,7 @@ def study(sink: Sink, part: Symmetry) -> Study:
         part, sink.accuracy, sink.voltage, sink.end_time, EARLIEST, (), RISES, TRACES, tuple(RISES),
         tuple(TRACES), {"anchor_resistance_K_per_W": "end_rise_K"},
         steady=lambda out: steady(sink, out), traces=lambda out: traces(sink, out),
-        steady_scales=lambda out: {name: abs(float(v)) for name, v in steady(sink, out).items()},
-        trace_scales=lambda out: trace_scales(sink, steady(sink, out)),
+        steady_scales=lambda out: sizes(steady(sink, out)), trace_scales=lambda out: trace_sizes(steady(sink, out)),
     )  # fmt: skip
 
 
@@ -49,8 +49,11 @@ def traces(sink: Sink, out: Outputs) -> Quantities:
     }
 
 
-def trace_scales(sink: Sink, steady_values: Quantities) -> dict[str, float]:
-    """What an error of a trace is relative to: the final rise, or for current and power their final value."""
-    rises = {name: f"{probe}_rise_K" for name, probe in TRACES.items()}
-    found = {name: abs(float(steady_values[rise])) for name, rise in rises.items()}
-    return found | {name: abs(float(steady_values[name])) for name in ("current_A", "power_W")}
+def sizes(values: Quantities) -> dict[str, float]:
+    """What an error of each steady quantity is relative to: itself."""
+    return {name: abs(float(v)) for name, v in values.items()}
+
+
+def trace_sizes(values: Quantities) -> dict[str, float]:
+    """What an error of a trace is relative to: the final rise, or for current, power and heat their final value."""
+    return {name.replace("_rise_K", "_K"): v for name, v in sizes(values).items() if name not in NOT_TRACED}

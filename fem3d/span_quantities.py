@@ -43,8 +43,8 @@ def study(sink: Sink, count: int, part: Symmetry) -> Study:
             "mean_rise_K": "span1_mean_rise_K", **middles,
         },
         steady=read, traces=lambda out: traces(sink, count, out),
-        steady_scales=lambda out: {name: abs(float(v)) for name, v in read(out).items()},
-        trace_scales=lambda out: _trace_scales(read(out)),
+        steady_scales=lambda out: sink_quantities.sizes(read(out)),
+        trace_scales=lambda out: sink_quantities.trace_sizes(read(out)),
     )  # fmt: skip
 
 
@@ -94,9 +94,3 @@ def _over_islands(sink: Sink, count: int, found: Mapping[str, np.ndarray]) -> np
     kinds = count // 2
     heats = [found[f"island{k}_heat_W"] for k in range(1, kinds + 1)]
     return 2 * sum(heats[:-1]) + (sink.spans - 1 - 2 * (kinds - 1)) * heats[-1]
-
-
-def _trace_scales(steady_values: Quantities) -> dict[str, float]:
-    """What an error of a trace is relative to: the final rise, and of current, power and heat their final value."""
-    none = ("heat_out_W", "anchor_resistance_K_per_W", "end_flow_W")
-    return {n.replace("_rise_K", "_K"): abs(float(v)) for n, v in steady_values.items() if n not in none}

@@ -88,6 +88,11 @@ class Transient:
         last = self.trajectory.steps[-1]
         return last.start + last.length
 
+    def states(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(times, r) twice: the reduced states, and their rates (1/s)."""
+        a, sources = self.trajectory(times)
+        return a, sources - a * self.trajectory.rates
+
     def rises(self, times: np.ndarray) -> np.ndarray:
         """(times, all nodes): the temperature rise (K)."""
         heat = self.base.heat

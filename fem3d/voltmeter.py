@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from fem3d import inputs, probes
 from fem3d.domain import Domain
-from fem3d.transient import Transient
+from fem3d.transient import Base
 
 
 class Voltmeter:
@@ -41,10 +42,9 @@ class Voltmeter:
         return field
 
 
-def over_time(transient: Transient, probe: Any, times: np.ndarray) -> np.ndarray:
+def over_time(base: Base, rises: Callable[[], np.ndarray], probe: Any, times: np.ndarray) -> np.ndarray:
     """(times,): the potential (V) of a probe that the reduced problem knows nothing of, an extreme or in parts without
-    current; the electric problem is solved at each time where it depends on it."""
-    base = transient.base
+    current; the electric problem is solved at each time where it depends on it, at ``rises`` (times, all nodes)."""
     conductor, heat, g = base.conductor, base.heat, base.heat.inputs.at(times)
     meter = Voltmeter(heat.domain, probe)
     if conductor is None:
@@ -54,7 +54,7 @@ def over_time(transient: Transient, probe: Any, times: np.ndarray) -> np.ndarray
         fields = np.stack([conductor.solve(cold, v).potential for v in conductor.voltages])
         return np.array([meter.read(x @ fields, float(t)) for x, t in zip(g, times, strict=True)])
     found, guess = [], None
-    for rise, voltage, time in zip(transient.rises(times), g @ conductor.voltages, times, strict=True):
+    for rise, voltage, time in zip(rises(), g @ conductor.voltages, times, strict=True):
         guess = conductor.solve(rise, voltage, guess).potential
         found.append(meter.read(guess, float(time)))
     return np.array(found)

@@ -86,10 +86,11 @@ class Entry:
 def sink_entries(transient: bool, quick: bool, installed: frozenset[str]) -> list[Entry]:
     """Those of the sink's steady state or its whole transient."""
     two = 2 if quick else None
-    found = [own(transient, f"accuracy {a:.0e}", accuracy=a) for a in ACCURACIES[:two]]
+    found = [own(transient, accuracy) for accuracy in ACCURACIES[:two]]
     for electric in (FULL,) if transient else (FULL, UNIFORM):
         found += [_entry("tools.given_sink", transient, *s, electric) for s in SETTINGS[GIVEN, transient][:two]]
-    found += [own(transient, name, REDUCTION, reduction=name) for name in REDUCTIONS]
+    for name in REDUCTIONS:
+        found.append(Entry(REDUCTION, name, "tools.reduction", {"transient": transient, "reduction": name}))
     for module, (tool, _, _) in KINDS.items():
         if tool == SCIKIT_FEM or tool in installed:
             most = 1 if quick and tool == FREEFEM else two
@@ -104,9 +105,9 @@ def reference(transient: bool, quick: bool) -> Entry:
     return _entry("tools.ngsolve_sink", transient, order, order, grading, UNIFORM, steps * transient, 4, tolerance)
 
 
-def own(transient: bool, label: str, tool: str = WHOLE, **options: Any) -> Entry:
-    """One of this toolkit's models as its users call them."""
-    return Entry(tool, label, "tools.own_sink", {"transient": transient, **options})
+def own(transient: bool, accuracy: float) -> Entry:
+    """This toolkit's 3D model as its users call it."""
+    return Entry(WHOLE, f"accuracy {accuracy:.0e}", "tools.own_sink", {"transient": transient, "accuracy": accuracy})
 
 
 def _entry(module: str, transient: bool, *values: Any) -> Entry:

@@ -16,6 +16,7 @@ import numpy as np
 from meshes import grading, symmetry
 from meshes.grid import Grid
 from scenes.model import Scene
+from scenes.result import Result
 from scenes.sink import Sink
 from validate.verify import methods
 
@@ -70,6 +71,20 @@ def numbers(options: Mapping[str, Any], unknowns: int, rows: Sequence[Sequence[f
     steps = len(step_times(options["steps"])) - 1 if options["transient"] else 0
     values = dict(zip(QUANTITIES, np.array(rows).T.tolist(), strict=True))
     return {"values": values, "unknowns": unknowns, "steps": steps}
+
+
+def read(result: Result, sink: Sink) -> dict[str, Any]:
+    """The quantities of one of this toolkit's models at each of TIMES, interpolated linearly between its rows as users
+    do, or its steady state's; the steady ones anyway; and the largest error that it claims of one, relative to that."""
+    steady = {q: [result.steady[q].value] for q in QUANTITIES}
+    values, traces = steady, result.traces
+    claimed = {q: result.steady[q].error for q in QUANTITIES}
+    if traces is not None:
+        names = {q: q.replace("_rise", "") for q in QUANTITIES}
+        room = {q: 0.0 if q == name else sink.room_temperature for q, name in names.items()}
+        values = {q: list(np.interp(TIMES, traces.time, traces.values[name] - room[q])) for q, name in names.items()}
+        claimed = {q: traces.errors[name] for q, name in names.items()}
+    return {"values": values, "steady": steady, "claimed": max(claimed[q] / abs(steady[q][0]) for q in QUANTITIES)}
 
 
 def errors(found: Values, reference: Values, steady: Values) -> dict[str, float]:

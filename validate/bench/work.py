@@ -14,7 +14,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from validate.bench import device, entries, growth, measure, skips, start_up
+from validate.bench import device, entries, growth, measure, whole_runs
 from validate.bench.entries import FREEFEM, GIVEN, NGSOLVE, OURS, PEERS, WHOLE
 from validate.bench.problem import errors
 from validate.processes import ONE_THREAD, processors
@@ -47,7 +47,7 @@ def find(transient: bool, quick: bool, installed: frozenset[str], progress: Call
     toolkit's at its finest; without NGSolve this toolkit's alone, and no uncertainty (None). Raises measure.EntryError
     where neither comes to an end."""
     accuracy = 1e-4 if quick else 1e-6
-    finest = entries.own(transient, f"accuracy {accuracy:.0e}", accuracy=accuracy)
+    finest = entries.own(transient, accuracy)
     progress(f"reference: {finest.tool}, {finest.label}")
     own = measure.once(finest)
     name = f"this toolkit at an accuracy of {accuracy:.0e}"
@@ -118,8 +118,8 @@ def run(
         "steady": lambda: work_precision(False, count, quick, installed, progress),
         "device": lambda: device.run(quick, count, progress),
         "growth": lambda: growth.run(quick, 1 if quick else min(count, 2), installed, progress),
-        "skips": lambda: skips.run(quick, count, progress),
-        "start-up": lambda: start_up.run(count, progress),
+        "skips": lambda: whole_runs.skips(quick, count, progress),
+        "start-up": lambda: whole_runs.start_up(count, progress),
     }
     found: dict[str, Any] = {"schema": SCHEMA, "quick": quick, "machine": _machine(), **earlier}
     return found | {part: jobs[part]() for part in PARTS if part in parts and part not in found}

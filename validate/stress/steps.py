@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from types import SimpleNamespace
 
 import numpy as np
 from scipy.linalg import eigh
+from scipy.sparse import diags_array, eye_array
 
 from fem3d.assembly import assemble
 from fem3d.domain import boxes
@@ -20,7 +21,7 @@ from reduced1d.device.paper import PaperScheme, layer_step, stability_limit
 from scenes.device import Device
 from scenes.sink import Sink
 from validate.stress.report import Row
-from validate.verify.methods import METHODS
+from validate.verify.methods import march
 
 GROUP, COUPLING = "time steps", "explicit coupling"
 STEPS = (1e-9, 1e-7, 1e-5, 1e-3, 1e-1, 1.0)  # s
@@ -95,14 +96,13 @@ def _exponential(rates: np.ndarray, step: float) -> np.ndarray:
 
 
 def _sdirk(rates: np.ndarray, step: float) -> np.ndarray:
-    """The stability function of the second path's method at every rate, by its stages."""
-    z = -rates * step
-    slopes: list[Any] = []
-    for stage in METHODS[3]:
-        *before, own = stage
-        start = 1 + sum((w * s for w, s in zip(before, slopes, strict=True)), np.zeros_like(z))
-        slopes.append(z * start / (1 - own * z))
-    return np.asarray(1 + sum((w * s for w, s in zip(METHODS[3][-1], slopes, strict=True)), np.zeros_like(z)))
+    """The second path's own method, as `_exponential`."""
+    problem = SimpleNamespace(
+        size=len(rates), mass=eye_array(len(rates)), stiffness=diags_array(rates), load=lambda _: rates,
+        factors=lambda mass, stiffness: lambda load: load / (mass + stiffness * rates),
+    )  # fmt: skip
+    *_, (rise, _) = march(problem, np.array([0.0, step]), 3, 1e-14)
+    return np.asarray(1.0 - rise)
 
 
 def _limit(low: float, high: float, grows: Callable[[float], bool], tolerance: float) -> float:

@@ -1,9 +1,9 @@
 """The sink in NGSolve (https://ngsolve.org), as one who knows it would write it: H1 hexahedra of any order on a graded
-quarter, sparse Cholesky factors, and what `methods` asks for."""
+quarter, sparse Cholesky factors, and what `methods` asks for: a second, independent code, an optional extra."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import netgen.meshing as netgen
@@ -11,15 +11,22 @@ import ngsolve as ng
 import numpy as np
 from ngsolve import dx, grad
 
+from fem3d.run import solve
+from meshes import grading, symmetry
 from meshes.grid import Grid
-from scenes.sink import Sink
+from scenes.plan import Request
+from scenes.sink import OF_A_SINK, Sink
 from validate.verify import reference
-from validate.verify.methods import COPIES, Uniform
+from validate.verify.methods import COPIES, Uniform, settle
+from validate.verify.report import Row
 
 MICRO = 1e-6
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
 FACES = np.array([[0, 3, 7, 4], [1, 2, 6, 5], [0, 1, 5, 4], [3, 2, 6, 7], [0, 1, 2, 3], [4, 5, 6, 7]])
 NAMES = ("rest", "substrate", "end", "middle")
+ORDERS = (3, 4)
+ACCURACY, GRADING = 1e-4, 1e-6
+SETTLED = 1e-11  # of the rise
 
 
 class Operator:
@@ -166,3 +173,28 @@ def mesh_of(grid: Grid) -> ng.Mesh:
     for element, cell in zip(made.Elements(), np.argwhere(grid.solid), strict=True):
         made.SetElementOrders(ng.ElementId(element), tuple(int(d[i]) for d, i in zip(grid.degrees, cell, strict=True)))
     return made
+
+
+def rows() -> Iterator[Row]:
+    """This project's sink against NGSolve's at 1 V in the steady state, each with its estimated error: the electric
+    problem in full, on bricks that are graded as this project's are, at two orders."""
+    ours = solve(Sink(accuracy=ACCURACY), Request(transient=False)).steady
+    lower, higher = (by_ngsolve(Sink(), order) for order in ORDERS)
+    note = f"NGSolve {ng.__version__}, orders {ORDERS[0]} and {ORDERS[1]}"
+    for key, _, unit, name in OF_A_SINK.values():
+        value, theirs = higher[key], abs(higher[key] - lower[key])
+        yield Row("second code", "the sink at 1 V, steady", name, unit, value, ours[key].value,
+                  ours[key].error + theirs, 2 * ACCURACY * abs(value), note)  # fmt: skip
+
+
+def by_ngsolve(sink: Sink, order: int) -> dict[str, float]:
+    """The steady quantities of a whole sink with electrodes at the beam's ends and no air, in NGSolve at an order."""
+    scene = symmetry.reduce(sink.scene()).scene
+    first = grading.first_grid(scene, GRADING, grading.features(scene))
+    grid = first.with_axes(first.breaks, [np.full(len(d), order) for d in first.degrees])
+    problem = Problem(sink, mesh_of(grid), grid, order, order, "full", steady=True)
+    peak, end, mean, current = problem.quantities(settle(problem, SETTLED))
+    # All heat leaves through the substrate, and the equations say so for any space that has the constants.
+    power = current * sink.voltage
+    found = (peak, end, mean, current, power, power, 2 * end / power)
+    return dict(zip((asked.steady for asked in OF_A_SINK.values()), found, strict=True))

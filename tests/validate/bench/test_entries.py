@@ -38,7 +38,7 @@ def plain():
 
 
 def test_a_worker_says_what_it_took_and_found():
-    answer = measure.once(Entry("1D", "", "tools.own_sink", {"transient": True, "reduction": "paper"}), 3, 10.0)
+    answer = measure.once(Entry("1D", "", "tools.reduction", {"transient": True, "reduction": "paper"}), 3, 10.0)
     assert len(answer["seconds"]) == 3
     assert 0 < answer["imported_MB"] <= answer["peak_MB"]
     assert all(len(answer["values"][q]) == 12 for q in QUANTITIES)
