@@ -119,7 +119,8 @@ def decay(sink: Sink) -> float:
     along = sink.length / (sink.silicon.thermal_conductivity * sink.cross_section)
     down = sink.oxide_thickness / (sink.oxide.thermal_conductivity * sink.island * sink.island_width)
     half = 1 + along / down / 2
-    return min(half - math.sqrt(half**2 - 1), SLOWEST)
+    # The inverse of the larger root: the difference that is the smaller one leaves nothing from a half of 1e8 on.
+    return min(1 / (half + math.sqrt(half**2 - 1)), SLOWEST)
 
 
 def start(sink: Sink, number: int) -> float:

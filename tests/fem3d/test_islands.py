@@ -9,7 +9,7 @@ import pytest
 
 from fem3d import alike, run
 from scenes.plan import Request
-from scenes.sink import Sink, different
+from scenes.sink import Sink, decay, different
 from tests.fem3d.row_second_path import Rises, SecondRow
 
 STEADY = Request(models=("fem3d",), transient=False)
@@ -36,6 +36,16 @@ def apart(sink: Sink, other: Rises, time: float | None) -> dict[str, float]:
         allowed = SECOND * (0.01 if name == "current_A" else 1.0) * abs(steady.value)
         off[name] = abs(mine - value) / (error + allowed)
     return off
+
+
+@pytest.mark.parametrize("contrast", [1e2, 1e8, 1e12])
+def test_spans_hardly_joined_differ_by_what_passes_an_island(contrast: float) -> None:
+    sink = Sink(spans=9, silicon=replace(Sink().silicon, thermal_conductivity=1 / contrast))
+    r = decay(sink)
+    assert 0 < r < 1e-3
+    assert alike.modelled(sink) == 5
+    more = decay(replace(sink, silicon=replace(sink.silicon, thermal_conductivity=10 / contrast)))
+    assert more == pytest.approx(10 * r, rel=20 * r)
 
 
 @pytest.mark.parametrize(
