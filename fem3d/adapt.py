@@ -92,6 +92,8 @@ class Bricks:
     ) -> Response:
         out = None if steady is None else steady.fine.out
         relative = {} if steady is None else {n: e / steady.scales[n] for n, e in steady.errors.items()}
+        if steady is not None:
+            given.let_go()
         return time_response.respond(study, given, bases, shift, self.marks, out, relative, generations)
 
     def refined(self, goals: Collection[Spread], worst: float, enough: float) -> Bricks:

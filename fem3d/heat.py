@@ -140,6 +140,13 @@ class HeatProblem:
             self._shifted[shift] = self.factors(_combined(self.inner_mass, shift, self.inner_stiffness)).solve
         return self._shifted[shift]
 
+    def let_go(self, steady: bool = False) -> None:
+        """Lets go of the factors of the last shift, and of the ``steady`` ones too; what asks for them again makes them
+        anew."""
+        self._shifted.clear()
+        if steady:
+            vars(self).pop("solve_steady", None)
+
     @cached_property
     def _shifted(self) -> dict[float, Callable[[np.ndarray], np.ndarray]]:
         return {}

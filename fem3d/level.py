@@ -61,6 +61,14 @@ class Problems:
         """(..., all nodes of the highest space): fields of a lower one."""
         return self.heat.take(self.heats[level].field(rise))
 
+    def let_go(self) -> None:
+        """Lets go of the factors of the lower spaces, of which a response with a known steady state needs none."""
+        for heat, conductor in zip(self.heats[:-1], self.conductors[:-1], strict=True):
+            heat.let_go(steady=True)
+            if conductor is not None:
+                vars(conductor).pop("solve_cold", None)
+                vars(conductor).pop("preconditioner", None)
+
     @property
     def cold_potentials(self) -> list[np.ndarray]:
         """(channels, functions) in each space: the potentials at the initial temperature, per unit of each channel."""

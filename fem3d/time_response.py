@@ -95,6 +95,7 @@ def marched(study: Study, base: Base, shift: float, steady_out: Outputs | None, 
 def beside(study: Study, base: Base, shift: float, generations: int) -> Transient:
     """The response of a lower space in as many generations of fields as that of the fine one."""
     own = base.project(Krylov(base, shift).fields(generations))
+    base.heat.let_go()
     return transient.march(base, own, study.end, TIME_SHARE * study.accuracy)
 
 
@@ -113,6 +114,8 @@ def respond(
     scales are taken from, or else those of the response itself; ``generations`` of fields is where to start."""
     accuracy, end, fine = study.accuracy, study.end, bases[0]
     found = marched(study, fine, shift, steady_out, generations)
+    # One space's factors at a time: these have made all their fields.
+    fine.heat.let_go()
     answer, checked = found.answer, found.checked
     out, there, scales, lost = found.out, found.there, found.scales, found.lost
     lesser = [beside(study, base, shift, found.generations) for base in bases[1:]]
