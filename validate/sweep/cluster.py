@@ -52,7 +52,7 @@ class Cluster:
     def __enter__(self) -> Cluster:
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, error: type[BaseException] | None, *_: object) -> None:
         # All rows are stored by now: a machine too busy to say goodbye in time is no reason to fail.
         with suppress(Exception):
             if self._client is not None:
@@ -60,7 +60,7 @@ class Cluster:
             elif self._pool is not None:
                 self._pool.shutdown(wait=False, cancel_futures=True)
         if self.scheduler is None:
-            close()
+            close(all_=error is not None)
 
     def _start(self) -> Executor:
         """What takes tasks, as `concurrent.futures` has it. Raises SceneError where the scheduler does not answer, or
@@ -200,13 +200,13 @@ def start(count: int) -> None:
         _waiting.extend(Solver() for _ in range(count))
 
 
-def close() -> None:
-    """Ends all processes: a task that one is at is given up."""
+def close(all_: bool = False) -> None:
+    """Ends the processes that wait, or all: a task that one is at is given up."""
     with _lock:
-        _waiting.clear()
-        for solver in list(_all):
+        for solver in list(_all if all_ else _waiting):
             solver.given_up = True
             solver.close()
+        _waiting.clear()
 
 
 def solve(work: Work, seconds: float | None) -> list[Row]:

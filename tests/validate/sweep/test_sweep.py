@@ -53,7 +53,7 @@ def _solvers_that_stay() -> Iterator[None]:
     start, close = cluster_of.start, cluster_of.close
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(cluster_of, "start", lambda count: start(max(count - len(cluster_of._waiting), 0)))
-        patch.setattr(cluster_of, "close", lambda: None)
+        patch.setattr(cluster_of, "close", lambda **_: None)
         yield
     close()
 
