@@ -11,7 +11,6 @@ import numpy as np
 from fem3d import estimate, field_error, level, reach, start, time_response, transient
 from fem3d.conductor import Conductor
 from fem3d.domain import boxes
-from fem3d.errors import NumericsError, RunawayError
 from fem3d.estimate import Spread
 from fem3d.heat import HeatProblem
 from fem3d.level import Level, Problems, Solution
@@ -21,6 +20,7 @@ from fem3d.transient import Base
 from meshes import diffusion, grading
 from meshes.grading import Features
 from meshes.grid import Grid
+from scenes.errors import NumericsError, RunawayError
 from scenes.model import Scene
 
 # Times the change of the runaway voltage from mesh to mesh by which a voltage must exceed it: what all further changes

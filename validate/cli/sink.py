@@ -56,9 +56,10 @@ OPTIONS = {
 
 
 def run(arguments: argparse.Namespace) -> int:
+    from scenes.keys import SINK
     from scenes.loading import load
 
-    sink = load(arguments.scene or "sink", common.settings(arguments, ("drive.voltage", arguments.voltage)))
+    sink = load(arguments.scene or "sink", common.settings(arguments, ("drive.voltage", arguments.voltage)), of=SINK)
     request = _request(arguments, sink)
     if request.reduction != "paper":
         # What a scene declares is of the paper's model.
