@@ -86,8 +86,8 @@ def budget(
 
     Raises RunawayError where a model of the ladder has no steady state.
     """
-    from reduced1d.errors import RunawayError
     from reduced1d.ladder.levels import rungs, solve
+    from scenes.errors import RunawayError
 
     found = rungs(levels, start)
     at = None if fem3d.traces is None else fem3d.traces.time
@@ -98,7 +98,7 @@ def budget(
             results.append(solve(levels, rung, at is None, at))
         except RunawayError as error:
             raise RunawayError(
-                f"on the ladder from {start} to 3D, in the model {rung.name} (see --why): {error}", error.limit_voltage
+                f"on the ladder from {start} to 3D, in the model {rung.name} (see --why): {error}", error.limit
             ) from None
     results.append(fem3d)
     times, steady, transient, over_time = None, [], [], {}

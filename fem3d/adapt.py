@@ -11,7 +11,6 @@ import numpy as np
 from fem3d import estimate, field_error, level, reach, start, time_response, transient
 from fem3d.conductor import Conductor
 from fem3d.domain import boxes
-from fem3d.errors import NumericsError, RunawayError
 from fem3d.estimate import Spread
 from fem3d.fields import Fields, RunFields
 from fem3d.heat import HeatProblem
@@ -25,6 +24,7 @@ from meshes import grid as grids
 from meshes.grading import Features
 from meshes.grid import Grid
 from meshes.symmetry import Symmetry
+from scenes.errors import NumericsError, RunawayError
 from scenes.model import Scene
 
 # Times the change of the runaway voltage from mesh to mesh by which a voltage must exceed it: what all further changes
@@ -75,13 +75,14 @@ class Mesh(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Bricks:
-    """A grid of bricks for an accuracy, and the features of its scene: errors from the last two degrees, refined where
-    these say that something is missing."""
+    """A grid of bricks for an accuracy, the features of its scene, and what is known of its singular edges: errors from
+    the last two degrees, refined where these say that something is missing."""
 
     scene: Scene
     grid: Grid
     accuracy: float
     marks: Features
+    edges: reach.Edges
 
     @staticmethod
     def of(study: Study, over_time: bool = False) -> Bricks:
@@ -89,11 +90,13 @@ class Bricks:
         scene, accuracy = study.part.scene, study.accuracy
         marks = grading.features(scene)
         grid = reach.first_grid(scene, accuracy, marks)
-        return Bricks(scene, diffusion.graded(grid, scene, study.earliest) if over_time else grid, accuracy, marks)
+        grid = diffusion.graded(grid, scene, study.earliest) if over_time else grid
+        return Bricks(scene, grid, accuracy, marks, reach.Edges(accuracy, marks))
 
     def problems(self) -> Problems:
         given = level.problems(boxes(self.scene, self.grid), self.accuracy)
         reach.check_size(given, self.accuracy, self.marks)
+        self.edges.check_power(given)
         return given
 
     def examined(self, study: Study, given: Problems, fine: Solution) -> Level | None:
@@ -107,7 +110,7 @@ class Bricks:
         return time_response.respond(study, given, bases, shift, self.marks, out, relative, generations)
 
     def refined(self, goals: Collection[Spread], worst: float, enough: float) -> Bricks:
-        reach.check_edges(self.grid, goals, enough, self.accuracy, self.marks)
+        self.edges.check(self.grid, goals, enough)
         missing = estimate.worst(goals)
         known = max(estimate.total(missing), 1e-300)
         missing = [m * max(worst / known, 1.0) for m in missing]

@@ -26,7 +26,7 @@ def solve(
     """Steady state and, if asked for, transient of a sink in 3D, every number with its estimated error.
 
     ``earlier`` is a result of the same sink, perhaps at another voltage: its meshes, factors and fields serve again.
-    Raises fem3d.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
+    Raises scenes.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
     """
     count = alike.modelled(sink)
     while True:

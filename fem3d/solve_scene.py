@@ -24,7 +24,7 @@ def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole:
 
     Steady keys and trace names are the probes' names; temperatures in K, potentials in V, flows in W, currents in A.
     Where errors on a mesh file exceed the accuracy of the scene, a warning says so. Raises SceneError where mesh and
-    scene do not fit, fem3d.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
+    scene do not fit, scenes.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
     """
     if not scene.steady and not physics.heat(scene):
         return currents.over_time(scene, lambda alone: solve(alone, progress), plan(scene))

@@ -14,9 +14,10 @@ import numpy as np
 
 from fem3d import operating_point
 from fem3d.conductor import Conductor, Pattern, combined, independent
-from fem3d.errors import ConvergenceError, NumericsError, RunawayError
+from fem3d.errors import ConvergenceError, NumericsError
 from fem3d.heat import HeatProblem
 from fem3d.reduced import project
+from scenes.errors import RunawayError
 
 CONVERGED = 1e-3  # part of the accuracy that the last step may change the rise by
 ROUNDED = 1e-7  # what rounding may do to the rise on the worst meshes, relative
@@ -141,7 +142,11 @@ def coupled(
     else:
         raise ConvergenceError(f"the coupled steady state does not converge at {voltage:g} V")
     if point.folded:
-        raise RunawayError(voltage, point.fraction * abs(voltage))
+        limit = point.fraction * abs(voltage)
+        raise RunawayError(
+            f"thermal runaway: at {voltage:g} V no steady state exists, because the resistance falls as it heats; "
+            f"the largest voltage with a steady state is {limit:.4g} V", limit,
+        )  # fmt: skip
     final = potentials[-1]
     scale = 1.0 if follows else float(point.c[0])
     density = scale * final.density

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reduced1d.errors import no_steady_state
+from scenes.errors import RunawayError
 
 # exp(-v) is below the rounding of 1 long before v reaches this, and exp(v) does not overflow yet.
 _LARGEST_EXPONENT = 700.0
@@ -51,6 +51,14 @@ class Lump:
     @property
     def time_constant(self) -> float:
         return self.capacity / self.conductance
+
+
+def no_steady_state(voltage: float, limit: float) -> RunawayError:
+    """The error of a model without a steady state at ``voltage``, the limit being ``limit`` (both V)."""
+    return RunawayError(
+        f"the sink has no steady state at {voltage:g} V: above {limit:.6g} V its falling resistance draws more power "
+        "than its ends carry away (thermal runaway)", limit,
+    )  # fmt: skip
 
 
 def runaway_voltage(lump: Lump) -> float:

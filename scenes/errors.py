@@ -1,4 +1,5 @@
-"""The error of a scene that cannot be solved as written, and the words that its messages are made of."""
+"""The errors of a scene that cannot be solved, as written or by its physics, and the words that messages are made
+of."""
 
 from __future__ import annotations
 
@@ -12,6 +13,19 @@ _MOST = 4
 
 class SceneError(ValueError):
     """Bad input: the message is one line that names the key, the value and what is allowed."""
+
+
+class NumericsError(ArithmeticError):
+    """The numerics failed; the message says why."""
+
+
+class RunawayError(NumericsError):
+    """Thermal runaway: the resistance falls with temperature faster than heat can leave. Above the voltage ``limit``
+    (V) no steady state exists."""
+
+    def __init__(self, message: str, limit: float) -> None:
+        super().__init__(message)
+        self.limit = limit
 
 
 def quoted(value: object) -> str:

@@ -1,4 +1,4 @@
-"""Reading the parametric scenes: built-in or from a TOML file, with overrides, checked; writing them back; and what
+"""Reading scenes: built-in or from a TOML file, with overrides, checked; writing the parametric ones back; and what
 distinguishes one from the built-in one, in a few words that are safe in the name of a folder."""
 
 from __future__ import annotations
@@ -10,11 +10,13 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, TypeVar, overload
+from typing import Any, Literal, TypeVar, overload
 
+from scenes.device import Device
 from scenes.errors import SceneError, did_you_mean, quoted, reason
-from scenes.keys import SINK, TYPES, SceneType, type_of
+from scenes.keys import DEVICE, SINK, TYPES, SceneType, type_of
 from scenes.kinds import Choice
+from scenes.model import AnyScene
 from scenes.schema import nest, override
 from scenes.sink import Sink
 from scenes.validity import check as check
@@ -26,30 +28,60 @@ _HERE = Path(__file__).parent
 
 
 @overload
-def load(source: str | Path, overrides: Sequence[str] = ()) -> Sink: ...
+def load(source: Literal["sink"], overrides: Sequence[str] = ()) -> Sink: ...
+@overload
+def load(source: Literal["device"], overrides: Sequence[str] = ()) -> Device: ...
 @overload
 def load(source: str | Path, overrides: Sequence[str] = (), *, of: SceneType[T]) -> T: ...
-def load(source: str | Path, overrides: Sequence[str] = (), *, of: SceneType[Any] = SINK) -> Any:
-    """The scene of a file, with what "KEY=VALUE" overrides say put over it, checked.
+@overload
+def load(source: str | Path, overrides: Sequence[str] = ()) -> Any: ...
+def load(source: str | Path, overrides: Sequence[str] = (), *, of: SceneType[Any] | None = None) -> Any:
+    """The scene of a name ("sink", "device", "bridge", "plate", "hotplate") or a TOML file, with overrides such as
+    "sink.width=20um" or "boundary.left.voltage=2" put over it, checked: a Sink, a Device or a free scene, whichever
+    the file describes, or one of the type ``of``.
 
-    ``source`` is the name of the built-in scene of the type ``of``, or a path to a TOML file; what a file leaves out
-    has its default, and a scene without a name is called after its file. The checks that a scene expects to differ are
-    a statement about that scene: an override of anything physical withdraws it (``expected_to_differ`` is then
-    ``None``), unless an override says what is expected now. Raises SceneError.
+    What a file leaves out has its default, and a scene without a name is called after its file. The checks that a sink
+    or a device expects to differ are a statement about that scene: an override of anything physical withdraws it
+    (``expected_to_differ`` is then ``None``), unless an override says what is expected now. Raises SceneError.
     """
-    found, name, _ = document(source, (of.name,))
-    return of_document(found, name, overrides, of)
+    found, name, folder = document(source, (of.name,) if of else known_names())
+    of = of or type_of_file(found)
+    if of is None:
+        from scenes import free
 
-
-def of_document(found: Mapping[str, Any], name: str, overrides: Sequence[str], of: SceneType[Any]) -> Any:
-    """The scene of a file's document as ``load`` makes it; ``name`` is for one that has none."""
+        return free.from_dict(found, name, folder, overrides)
     return _built({"scene.name": name} | of.schema.flatten(found), overrides, of)
 
 
+def load_free(source: str | Path, overrides: Sequence[str] = ()) -> AnyScene:
+    """The same of an example by its name, or of a file as a free scene; the mesh of one with a [mesh], which is not
+    read here, lies beside it."""
+    from scenes import free
+
+    return free.from_dict(*document(source, examples()), overrides)
+
+
+def type_of_file(found: Mapping[str, Any]) -> SceneType[Any] | None:
+    """Whether a document is of a sink or of a device; ``None`` for a free scene."""
+    from scenes.free.document import LISTS
+
+    if {*LISTS, "mesh"} & set(found):
+        return None
+    of_a_device = {path for path in DEVICE.schema.sections if path and path not in SINK.schema.sections}
+    materials = found.get("materials")
+    named = {f"materials.{name}" for name in materials} if isinstance(materials, Mapping) else set()
+    return DEVICE if of_a_device & (set(found) | named) else SINK
+
+
 def overridden(scene: T, overrides: Sequence[str]) -> T:
-    """A scene with "KEY=VALUE" overrides put over it as ``load`` puts them, checked; raises SceneError."""
-    of = type_of(scene)
-    return _built(of.schema.write(scene), overrides, of)
+    """A scene with "KEY=VALUE" overrides put over it as `load` puts them, checked; raises SceneError."""
+    if isinstance(scene, (Sink, Device)):
+        of = type_of(scene)
+        return _built(of.schema.write(scene), overrides, of) if overrides else check(scene)
+    from scenes import free
+
+    found: Any = scene
+    return free.overridden(found, overrides) if overrides else scene  # type: ignore[return-value]
 
 
 def _built(flat: Mapping[str, Any], overrides: Sequence[str], of: SceneType[Any]) -> Any:

@@ -49,7 +49,7 @@ def test_the_readmes_examples_are_of_this_version() -> None:
 
 
 def test_the_scene_to_add_is_one(tmp_path: Path) -> None:
-    from scenes.free import load
+    from scenes.loading import load_free as load
 
     found = re.search(r"```toml\n(.*?)```", (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8"), re.DOTALL)
     assert found is not None

@@ -19,7 +19,7 @@ from scenes.device import Device, External
 from scenes.loop.march import March, Resolution, march
 from scenes.loop.modal import Modal
 from scenes.loop.result import QUANTITIES, TOP, DeviceResult, Steady, device_result
-from scenes.loop.stability import Stability, around, gains, plant, steady
+from scenes.loop.stability import Stability, gains, plant, steady
 
 COARSEST = 1e-2
 LATEST, LONGEST = 0.2, 20.0
@@ -95,9 +95,10 @@ class Model:
         space = {q: self.left[q] * apart[q] for q in _NAMES}
         rest = {q: self.lost[q] * scale[q] for q in _NAMES}
         errors, parts = {q: space[q] + rest[q] for q in _NAMES}, {"space": space, "states and time": rest}
+        before, after = self.steady(device, device.external.initial_temperature), self.steady(device)
         found, lower = (
             device_result(
-                "few states of 3D", device, run.traces[:, i], errors, **around(self.fine, device), error_parts=parts,
+                "few states of 3D", device, run.traces[:, i], errors, before=before, after=after, error_parts=parts,
                 details=self.details | {"stopped": run.stopped},
             )
             for i in (0, 1)

@@ -1,5 +1,5 @@
 """The device as two lumped elements between two conducting layers: capacities, conductances and resistances, and the
-steady state that the controllers bring it to.
+steady state that the controllers bring it to, in closed form.
 
 Sink (eq 20) and sensor (eq 8) are each one temperature; insulator and polymer (eq 3) are slabs of the beam's area.
 Heat that leaves the sink through the insulator enters the sensor:
@@ -30,9 +30,9 @@ from reduced1d.line import Line, reference
 from reduced1d.line import modes as modes_of
 from reduced1d.sink import lump as lump_sink
 from scenes.device import Device
-from scenes.loop import stability as state
 from scenes.loop.modal import Modal
 from scenes.loop.result import Steady
+from scenes.loop.stability import State, complementary, gains, named
 
 GRIDS = (np.array([0.0, 1.0]), np.array([0.0, 0.1, 0.5, 1.0]))
 """Where insulator and polymer are cut into elements, as fractions of their thickness."""
@@ -102,13 +102,19 @@ def steady(device: Device, external: float | None = None) -> Steady:
     k A/t (T_set - T_external) of the polymer, whatever R(T) is. Where that asks for a negative power, the power is
     zero and the element's temperature follows from its neighbours. A gain of zero leaves an element without power.
     """
-    # Straight lines across the layers, which elements of any degree have.
-    return state.steady(modes(lump(device), 2).modal, device, external)
+    lumped = lump(device)
+    outer = (device.external.final_temperature if external is None else external) - device.sink.room_temperature
+    sink, between, polymer = lumped.conductance, lumped.insulator.conductance, lumped.polymer.conductance
+    K = np.array([[sink + between, -between], [-between, between + polymer]])
+    load = np.array([0.0, polymer * outer])
+    rise, power, held = complementary(K, load, lumped.set_rise, gains(device) > 0)
+    voltage = np.sqrt(power * lumped.resistance * (1 + lumped.coefficient * rise))
+    return named(device, State(rise, power, voltage, np.array([polymer * (rise[1] - outer)]), held))
 
 
 def around(device: Device) -> dict[str, Steady]:
     """The steady states ``before`` the outer step and ``after`` it."""
-    return state.around(modes(lump(device), 2).modal, device)
+    return {"before": steady(device, device.external.initial_temperature), "after": steady(device)}
 
 
 class Modes(NamedTuple):

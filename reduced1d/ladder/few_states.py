@@ -33,11 +33,11 @@ import numpy as np
 import scipy.linalg
 from numpy.polynomial import legendre
 
-from reduced1d.errors import RunawayError, no_steady_state
 from reduced1d.line import modes
-from reduced1d.lumped import increasing_root
+from reduced1d.lumped import increasing_root, no_steady_state
 from reduced1d.sink import time_grid
 from scenes.checks import FIRST_TIME
+from scenes.errors import RunawayError
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import Sink
 

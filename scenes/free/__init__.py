@@ -4,24 +4,13 @@ before anything is solved."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
-from scenes import loading
 from scenes.free import document
 from scenes.free.document import BOXES, ON_MESH
 from scenes.free.document import as_dict as as_dict
 from scenes.model import AnyScene, Scene
 from scenes.schema import Schema, override
-
-
-def load(source: str | Path, overrides: Sequence[str] = ()) -> AnyScene:
-    """The scene of a file, with what "KEY=VALUE" overrides say put over it, checked.
-
-    ``source`` is the name of an example or a path to a TOML file; a scene without a name is called after its file, and
-    the mesh of one with a [mesh], which is not read here, lies beside it. Raises SceneError.
-    """
-    return from_dict(*loading.document(source, loading.examples()), overrides)
 
 
 def from_dict(

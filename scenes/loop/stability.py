@@ -134,17 +134,16 @@ def state_of(modal: Modal, device: Device, external: float | None = None) -> Sta
 
 def steady(modal: Modal, device: Device, external: float | None = None) -> Steady:
     """The same by name, with temperatures in K."""
-    state, room = state_of(modal, device, external), device.sink.room_temperature
+    return named(device, state_of(modal, device, external))
+
+
+def named(device: Device, state: State) -> Steady:
+    room = device.sink.room_temperature
     saturated = (gains(device) > 0) & ~state.held
     return Steady(
         float(room + state.rise[0]), float(room + state.rise[1]), float(state.voltage[0]), float(state.voltage[1]),
         float(state.power[0]), float(state.power[1]), float(state.flow[0]), bool(saturated[0]), bool(saturated[1]),
     )  # fmt: skip
-
-
-def around(modal: Modal, device: Device) -> dict[str, Steady]:
-    """Those ``before`` the outer step and ``after`` it."""
-    return {"before": steady(modal, device, device.external.initial_temperature), "after": steady(modal, device)}
 
 
 def complementary(

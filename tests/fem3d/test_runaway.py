@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fem3d import adapt, sink_quantities
-from fem3d.errors import NumericsError, RunawayError
 from meshes import symmetry
+from scenes.errors import NumericsError, RunawayError
 from scenes.sink import Sink
 from tests.fem3d import off, plain_grid, silicon, state_on, steady_on
 from tests.fin import fin_runaway_voltage

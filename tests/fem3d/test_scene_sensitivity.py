@@ -14,7 +14,8 @@ from fem3d import level, probe_quantities, scene_sensitivity, solve_scene
 from fem3d.domain import boxes
 from fem3d.motion import speeds
 from fem3d.scene_sensitivity import Slopes
-from scenes.free import from_dict, load
+from scenes.free import from_dict
+from scenes.loading import load_free as load
 from scenes.model import MeshScene, Scene
 from scenes.result import Result
 from scenes.varied import numbers, varied

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from reduced1d.equations import equivalent_rise
-from reduced1d.errors import RunawayError
 from reduced1d.lumped import rise_at
 from reduced1d.sink import anchor_series_resistance, lump, solve
+from scenes.errors import RunawayError
 from scenes.sink import SILICON, Sink
 from tests.reduced1d import relative
 

@@ -2,14 +2,18 @@
 
 import re
 from dataclasses import replace
+from functools import partial
 
 import pytest
 
-from scenes import load as any_scene
 from scenes.errors import SceneError
-from scenes.loading import builtin_text, check, from_dict, load
+from scenes.keys import SINK
+from scenes.loading import builtin_text, check, from_dict
+from scenes.loading import load as load_any
 from scenes.model import Material
 from scenes.sink import OXIDE, SILICON, Sink
+
+load = partial(load_any, of=SINK)
 
 
 def refusal(call, *arguments):
@@ -208,6 +212,6 @@ def test_numbers_of_numpy_are_numbers():
 ])  # fmt: skip
 def test_rows_and_devices_that_cannot_be(kind, override, said):
     with pytest.raises(SceneError) as caught:
-        any_scene(kind, [override] if kind == "device" else ["sink.spans=2", override])
+        load_any(kind, [override] if kind == "device" else ["sink.spans=2", override])
     assert said in str(caught.value)
     assert "\n" not in str(caught.value)

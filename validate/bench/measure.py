@@ -10,6 +10,7 @@ scene or the mesh. Times are of the processor, but for tools that take theirs th
 from __future__ import annotations
 
 import json
+import os
 import statistics
 import subprocess
 import sys
@@ -21,6 +22,7 @@ from typing import Any
 
 from meshes import connected, singular
 from validate.bench.entries import Entry
+from validate.processes import ONE_THREAD
 
 TIME_LIMIT = 900.0  # s
 PATIENCE = 1.0  # s a worker repeats its solve for
@@ -39,7 +41,10 @@ def once(entry: Entry, most: int = 0, patience: float = 0.0) -> dict[str, Any]:
     }  # fmt: skip
     command = [sys.executable, "-m", "validate.bench.measure", json.dumps(given)]
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT, check=False)
+        # One thread in every program, whatever the environment says of some of them.
+        done = subprocess.run(
+            command, capture_output=True, text=True, timeout=TIME_LIMIT, env=os.environ | ONE_THREAD, check=False
+        )
     except subprocess.TimeoutExpired:
         raise EntryError(f"{entry.tool} ({entry.label}) took more than {TIME_LIMIT:g} s") from None
     if done.returncode:

@@ -3,7 +3,6 @@ against error on the sink: the reference, every entry's time and error, and who 
 
 from __future__ import annotations
 
-import os
 import platform
 import re
 import shutil
@@ -17,7 +16,7 @@ from typing import Any
 from validate.bench import device, entries, growth, measure, whole_runs
 from validate.bench.entries import FREEFEM, GIVEN, NGSOLVE, OURS, PEERS, WHOLE
 from validate.bench.problem import errors
-from validate.processes import ONE_THREAD, processors
+from validate.processes import processors
 
 TARGETS = (1e-2, 1e-3, 1e-4, 1e-5)
 WORDS = {WHOLE: "our whole run", GIVEN: "our solve on a given mesh"}
@@ -125,12 +124,6 @@ def run(
     return found | {part: jobs[part]() for part in PARTS if part in parts and part not in found}
 
 
-def _threads() -> str:
-    """How many every entry's process finds it may use: one, unless the environment of the command says otherwise."""
-    given = {os.environ.get(name, "any number") for name in ONE_THREAD}
-    return f"{' or '.join(sorted(given))} in every program"
-
-
 def _machine() -> dict[str, str]:
     """The kind of machine (no names), system, versions and threads."""
     info = Path("/proc/cpuinfo")
@@ -139,7 +132,7 @@ def _machine() -> dict[str, str]:
     processor = named[1].strip() if named else platform.processor() or platform.machine()
     found = {
         "processor": f"{processor}, {processors()} cores to use", "system": f"{platform.system()} {platform.machine()}",
-        "threads": _threads(), "Python": platform.python_version(),
+        "threads": "1 in every program", "Python": platform.python_version(),
     }  # fmt: skip
     for package in ("numpy", "scipy", "scikit-fem", "ngsolve"):
         try:

@@ -22,9 +22,10 @@ OPTIONS = {
 def run(arguments: argparse.Namespace) -> int:
     if arguments.boxes:
         from scenes.free.document import as_toml
+        from scenes.keys import SINK
         from scenes.loading import load
 
-        show(as_toml(load(arguments.name).scene()).rstrip("\n"))
+        show(as_toml(load(arguments.name, of=SINK).scene()).rstrip("\n"))
     else:
         show(builtin_text(arguments.name).rstrip("\n"))
     return FINE

@@ -37,7 +37,7 @@ OPTIONS = {
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from scenes.free import load
+    from scenes.loading import load_free as load
     from validate.run.pipeline import reported
 
     if arguments.steady and arguments.end_time is not None:

@@ -16,7 +16,6 @@ from scenes.device import Device
 from scenes.errors import SceneError
 from scenes.model import AnyScene, GroupProbe, MeshScene, Probe
 from scenes.plan import Export, Request, Step, noted
-from scenes.result import Estimate
 from scenes.sink import Sink
 from validate.run import plan as plans
 from validate.run.outcome import Clock, Outcome
@@ -28,7 +27,6 @@ if TYPE_CHECKING:
     from reduced1d.ladder.levels import Levels
     from scenes.loop.result import Runs
     from scenes.result import Result
-    from validate.inputs.sensitivities import Sensitivities
 
 
 def kind(scene: Any) -> str:
@@ -156,17 +154,7 @@ def _sink(run: _Run, data: Data | None) -> Outcome[Sink]:
         with clock.stage("air"):
             air = air_of(sink, run.say, request.transient)
         outcome = replace(outcome, air=air, checks=(*outcome.checks, *air.checks))
-    if _followed(request):
-        run.say("sensitivities")
-        with clock.stage("sensitivities"):
-            from validate.inputs import sensitivities
-
-            found = sensitivities.of_sink(sink, outcome.fem3d, outcome.reduced1d, request.uncertain is not None)
-            outcome = _with_sensitivities(outcome, found)
-            if request.sensitivities:
-                made = sensitivities.checks(sink, found)
-                said = f"{outcome.answer} {sensitivities.sentence(made)}".rstrip()
-                outcome = replace(outcome, checks=(*outcome.checks, *made), answer=said)
+    outcome = _with_inputs(run, outcome)
     if data is None or outcome.fem3d is None:
         return outcome
     from compare.against import definitions, evaluate
@@ -206,8 +194,8 @@ def _compared(
     fem3d = reduced1d = single = None
     if "fem3d" in request.models:
         with clock.stage("imports"):
-            from fem3d.errors import NumericsError, RunawayError
             from fem3d.run import solve as solve_3d
+            from scenes.errors import NumericsError, RunawayError
             from scenes.validity import cause
         say("solving in 3D")
         with clock.stage("fem3d"):
@@ -252,8 +240,8 @@ def _levels(sink: Sink, request: Request) -> Levels | None:
 
 def _reduction(sink: Sink, request: Request, fem3d: Result | None, levels: Levels | None) -> Result:
     """The 1D model, at the times of the 3D model's traces where there are any."""
-    from reduced1d.errors import RunawayError
     from reduced1d.ladder import solve as solve_1d
+    from scenes.errors import RunawayError
 
     times = fem3d.traces.time if fem3d is not None and fem3d.traces is not None else None
     try:
@@ -261,29 +249,18 @@ def _reduction(sink: Sink, request: Request, fem3d: Result | None, levels: Level
     except RunawayError as error:
         if fem3d is None:
             raise
-        raise RunawayError(f"in 1D (3D has a steady state, see --only 3d) {error}", error.limit_voltage) from None
+        raise RunawayError(f"in 1D (3D has a steady state, see --only 3d) {error}", error.limit) from None
 
 
-def _with_sensitivities(outcome: Outcome[Any], found: Sensitivities) -> Outcome[Any]:
-    """With how a sink's quantities or a free scene's probes follow its keys, where that is asked for, and what
-    uncertain keys make of them and of the checks."""
-    uncertain, three, one = outcome.request.uncertain, outcome.fem3d, outcome.reduced1d
-    warnings = (*outcome.warnings, *found.remarks())
-    if outcome.request.sensitivities:
-        outcome = replace(outcome, sensitivities=found)
-    if uncertain is not None:
-        from compare.verdict import Models
-        from validate.inputs import propagation
+def _with_inputs(run: _Run, outcome: Outcome[Any]) -> Outcome[Any]:
+    """With how sure the inputs are, where that is asked for."""
+    if not _followed(run.request):
+        return outcome
+    run.say("sensitivities")
+    with run.clock.stage("sensitivities"):
+        from validate.run.inputs import added
 
-        in_3d, in_1d = (None if result is None else result.steady for result in (three, one))
-        made = propagation.propagated(uncertain, found, found.values or in_3d, in_1d)
-        checks = outcome.checks
-        if three is not None and checks:
-            checks = propagation.judged(checks, Models(outcome.scene, three, one, outcome.single), uncertain, found)
-        if one is not None and one.model == "paper":
-            warnings += propagation.bent(outcome.scene, made)
-        outcome = replace(outcome, propagated=made, checks=checks)
-    return replace(outcome, warnings=warnings)
+        return added(outcome, lambda other: simulated(other, run.request, run.say))
 
 
 def _device(run: _Run) -> Outcome[Device]:
@@ -317,31 +294,7 @@ def _device(run: _Run) -> Outcome[Device]:
         device, request, plans.of_device(device, request), checks=found, simulated=made, device_3d=solved,
         warnings=hottest.of_device(device, made.base.result), design=answers,
     )  # fmt: skip
-    if not request.sensitivities and request.uncertain is None:
-        return outcome
-    run.say("sensitivities")
-    with clock.stage("sensitivities"):
-        from reduced1d.slopes import OF_DEVICE
-        from validate.inputs import propagation, sensitivities
-
-        followed = sensitivities.of_device(device, None if solved is None else solved.model)
-        outcome = replace(outcome, warnings=(*outcome.warnings, *followed.remarks()))
-        if request.sensitivities:
-            found += sensitivities.checks(device, followed, OF_DEVICE)
-            outcome = replace(outcome, checks=found, sensitivities=followed)
-        if request.uncertain is not None:
-            one = {q: Estimate(getattr(made.base.after, q), 0.0) for q in OF_DEVICE}
-            errors = {} if solved is None else solved.model.steady_errors(device)
-            three = {q: Estimate(getattr(solved.runs.base.after, q), errors[q]) for q in OF_DEVICE} if solved else None
-            propagated = propagation.propagated(request.uncertain, followed, three, one)
-
-            def differences(other: Device) -> dict[str, float]:
-                checks = device_checks.evaluate(other, request, simulated(other, request, run.say))
-                return {check.id: check.difference for check in checks}
-
-            judged = propagation.judged_device(found, device, propagated, differences)
-            outcome = replace(outcome, checks=judged, propagated=propagated)
-    return outcome
+    return _with_inputs(run, outcome)
 
 
 def simulated(device: Device, request: Request, say: Callable[[str], None] = lambda _: None) -> Runs:
@@ -369,14 +322,7 @@ def _free(run: _Run) -> Outcome[AnyScene]:
             if result.traces is not None and "field" not in plans.skipped_figures(scene, request):
                 shown = hottest.farthest(fields, times, scene.initial_temperature)
     steps = plans.of_free(scene, request, tuple(result.details["plan"]))
-    outcome = Outcome(scene, request, steps, result, warnings=warnings, shown=shown)
-    if _followed(request):
-        run.say("sensitivities")
-        with clock.stage("sensitivities"):
-            from validate.inputs import sensitivities
-
-            outcome = _with_sensitivities(outcome, sensitivities.of_free(scene, result))
-    return outcome
+    return _with_inputs(run, Outcome(scene, request, steps, result, warnings=warnings, shown=shown))
 
 
 def reported(scene: AnyScene, request: Request) -> AnyScene:

@@ -9,9 +9,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from fem3d.errors import RunawayError
 from fem3d.run import solve
 from fem3d.solve_scene import solve as solve_scene
+from scenes.errors import RunawayError
 from scenes.model import Scene, Schedule, Value
 from scenes.plan import Request
 from scenes.result import Result

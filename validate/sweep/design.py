@@ -12,12 +12,12 @@ from typing import Any, Literal
 
 import numpy as np
 
-from scenes import free, type_of_file
+from scenes import free
 from scenes.errors import SceneError, quoted
 from scenes.free import schema_of
 from scenes.keys import DEVICE, SINK
 from scenes.kinds import Count, Quantity
-from scenes.loading import as_dict, check, document, known_names
+from scenes.loading import as_dict, check, document, known_names, type_of_file
 from scenes.model import AnyScene
 from scenes.schema import Schema, locate, override
 from scenes.sink import Sink
@@ -96,7 +96,7 @@ class Base:
 
 
 def base(source: str | Path | Sink | AnyScene, settings: Sequence[str] = ()) -> Base:
-    """What `scenes.load`, `scenes.free.load` or their names stand for. Raises SceneError."""
+    """What a scene, its name or its file stands for. Raises SceneError."""
     if isinstance(source, Sink):
         return Base("sink", source.name, as_dict(source), settings=tuple(settings))
     if not isinstance(source, str | Path):

@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, cast
 
-from scenes.errors import SceneError, did_you_mean, quoted
+from scenes.errors import RunawayError, SceneError, did_you_mean, quoted
 from scenes.plan import Request
 from scenes.sink import Sink
 from validate.sweep.design import Base, Design, Value, settings
@@ -123,8 +123,6 @@ def checked(base: Base, given: str | None, steady: bool, varied: Collection[str]
 
 def solve(work: Work) -> Iterator[Row]:
     """A row for every point, as it is found; never raises for what a scene can cause."""
-    from fem3d.errors import RunawayError
-    from reduced1d.errors import RunawayError as RunawayIn1D
 
     earlier: Result | None = None
     for number, point in zip(work.numbers, work.points, strict=True):
@@ -141,7 +139,7 @@ def solve(work: Work) -> Iterator[Row]:
             status = "ok"
         except SceneError as error:
             status, because = "refused", str(error)
-        except (RunawayError, RunawayIn1D) as error:
+        except RunawayError as error:
             status, because = "runaway", str(error)
         except ArithmeticError as error:
             because = str(error)
@@ -192,7 +190,6 @@ def _sink(
 def _of_another(sink: Sink, request: Request, fem3d: Result, levels: Levels) -> tuple[tuple[Check, ...], Result | None]:
     """The checks of another reduction against the same 3D result; none where it has no answer."""
     from compare.checks import evaluate
-    from reduced1d.errors import RunawayError
     from reduced1d.ladder import solve as solve_1d
     from scenes.checks import OF_THE_REDUCTION
 
@@ -207,7 +204,6 @@ def _of_another(sink: Sink, request: Request, fem3d: Result, levels: Levels) -> 
 def _parts(sink: Sink, scope: Scope, fem3d: Result, levels: Levels) -> dict[str, float] | None:
     """The difference that the check is of, split by assumption."""
     from compare.blame import budget
-    from reduced1d.errors import RunawayError
 
     kind, quantity = BLAMED.get(scope.check, ("steady", "peak"))
     if kind == "steady":

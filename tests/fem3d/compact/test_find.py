@@ -21,7 +21,7 @@ from scenes.compact import fmu
 from scenes.compact.files import write
 from scenes.compact.runtime import CompactModel
 from scenes.errors import SceneError
-from scenes.free import load
+from scenes.loading import load_free as load
 from scenes.model import Schedule
 from scenes.result import Result
 from tests.validate.solve.test_mesh_cli import SCENE as MESH_SCENE

@@ -17,7 +17,8 @@ from meshes.grouped.model import GroupedMesh
 from meshes.grouped.read import read
 from meshes.grouped.refine import refine
 from scenes.errors import SceneError
-from scenes.free import as_dict, from_dict, load
+from scenes.free import as_dict, from_dict
+from scenes.loading import load_free as load
 from scenes.model import MeshScene, Scene
 from tests.meshes.grouped import boxes
 from tests.meshes.grouped.scenes import bar, bridge

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from fem3d import solve_scene
-from fem3d.errors import RunawayError
 from fem3d.heat import HeatProblem
 from fem3d.mesh_file import FileMesh
 from fem3d.solve_scene import solve
+from scenes.errors import RunawayError
 from scenes.free import from_dict
 from scenes.model import MeshScene, Scene
 from scenes.result import Result

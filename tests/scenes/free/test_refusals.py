@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 
 from scenes.errors import SceneError
-from scenes.free import from_dict, load
+from scenes.free import from_dict
+from scenes.loading import load_free as load
 from tests.scenes.test_refusals import refusal
 
 Document = dict[str, Any]

@@ -16,9 +16,9 @@ import pytest
 from compare.blame import budget
 from fem3d.run import solve as solve_3d
 from reduced1d import ladder
-from reduced1d.errors import RunawayError
 from reduced1d.ladder.few_states import FewStates, result
 from reduced1d.ladder.levels import Levels
+from scenes.errors import RunawayError
 from scenes.loading import load
 from scenes.plan import Request
 from scenes.result import Result

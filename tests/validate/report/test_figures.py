@@ -12,8 +12,7 @@ from compare.blame import Budget, Part, Split
 from compare.sink_checks import profile
 from compare.verdict import Models
 from fem3d.run import solve
-from scenes.free import load as load_free
-from scenes.loading import load
+from scenes.loading import load, load_free
 from scenes.model import Scene
 from scenes.plan import Request
 from scenes.result import Result, Traces

@@ -10,7 +10,8 @@ import meshio
 import numpy as np
 import pytest
 
-from scenes.free import from_dict, load
+from scenes.free import from_dict
+from scenes.loading import load_free as load
 from tests.validate.cli import summary
 from validate.cli import main
 

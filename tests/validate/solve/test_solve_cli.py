@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 import pyvista
 
-from scenes.free import from_dict, load
+from scenes.free import from_dict
 from scenes.loading import builtin_text
+from scenes.loading import load_free as load
 from scenes.result import Traces
 from scenes.sink import Sink
 from tests.validate.cli import summary
