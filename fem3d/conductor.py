@@ -105,6 +105,15 @@ class Conductor:
         return Factors(part(self.matrix, self.free), groups, self.ordering).solve
 
     @cached_property
+    def cold_potentials(self) -> np.ndarray:
+        """(channels, functions): the potentials at the initial temperature, per unit of each channel."""
+        found = self.voltages.copy()
+        for phi in found:
+            if phi.any():
+                phi[self.free] = -self.solve_cold((self.matrix @ phi)[self.free])
+        return found
+
+    @cached_property
     def preconditioner(self) -> Callable[[np.ndarray], np.ndarray]:
         """What is next to `solve_cold`, and cheap."""
         return self.solve_cold
@@ -178,12 +187,18 @@ class Conductor:
         )
 
     def pattern(self, potential: Potential) -> Pattern:
-        """The current field of a potential."""
+        """The current field of a potential.
+
+        What little enters inside the conductor, where a potential isn't solved for to the last digit, is supplied to at
+        the cold potential. It counts in fields that are small differences of others: of the power that these take, the
+        electrodes alone would give a part that is wrong by as much as the solve over the difference.
+        """
+        supply = self.cold_potentials @ potential.reaction
         reaction = potential.reaction.copy()
         reaction[self.free] = 0.0
         currents = {name: float(own @ reaction) for name, own in self.electrodes.items()}
         currents |= {f"through:{name}": current for name, current in potential.through.items()}
-        return Pattern(potential.density, self.voltages @ reaction, currents)
+        return Pattern(potential.density, supply, currents)
 
     def product(self, a: np.ndarray, b: np.ndarray) -> float:
         """The integral of rho Ja . Jb at the initial temperature (W)."""

@@ -142,7 +142,9 @@ class Factors:
         return sum(lower.size + across.size for _, _, lower, across in self._blocks)
 
     def solve(self, b: np.ndarray) -> np.ndarray:
-        """The solution for one right-hand side (n,)."""
+        """The solutions for right-hand sides (n,) or (k, n); several at once read the factors once."""
+        if b.ndim > 1:
+            return self._several(b) if len(b) > 1 else np.array([self.solve(one) for one in b]).reshape(b.shape)
         x = b[self._order]
         for own, beyond, lower, across in self._blocks:
             x[own] = dtrsv(lower, x[own], lower=1)
@@ -151,6 +153,17 @@ class Factors:
             x[own] = dtrsv(lower, x[own] - x[beyond] @ across, lower=1, trans=1)
         found = np.empty_like(x)
         found[self._order] = x
+        return found
+
+    def _several(self, b: np.ndarray) -> np.ndarray:
+        x = np.ascontiguousarray(b[:, self._order].T)
+        for own, beyond, lower, across in self._blocks:
+            x[own] = dtrsm(1.0, lower, x[own].T, side=1, lower=1, trans_a=1).T
+            x[beyond] -= across @ x[own]
+        for own, beyond, lower, across in reversed(self._blocks):
+            x[own] = dtrsm(1.0, lower, (x[own] - across.T @ x[beyond]).T, side=1, lower=1).T
+        found = np.empty(b.shape)
+        found[:, self._order] = x.T
         return found
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -34,6 +35,9 @@ OF_WORST = 0.5  # of the worst relative error of any temperature: none is taken 
 SOLVED = 1e-3  # part of the accuracy: the error of potentials in the energy norm, of which powers see the square
 ROUNDING = 1e-10  # of the scale: nothing is known better than the solves
 
+Duals = dict[str, list[np.ndarray]]
+"""For each thermal goal the dual solutions (functions,) in the two upper spaces, zero at fixed nodes."""
+
 
 @dataclass(frozen=True, eq=False)
 class Problems:
@@ -56,6 +60,25 @@ class Problems:
     def lifted(self, rise: np.ndarray, level: int) -> np.ndarray:
         """(..., all nodes of the highest space): fields of a lower one."""
         return self.heat.take(self.heats[level].field(rise))
+
+    @property
+    def cold_potentials(self) -> list[np.ndarray]:
+        """(channels, functions) in each space: the potentials at the initial temperature, per unit of each channel."""
+        return [own.cold_potentials for own in self.conductors if own is not None]
+
+    @cached_property
+    def electric_parts(self) -> Parts:
+        """What the degrees p - 1 and p take away of the power of the cold conductor, relative to it."""
+        space, own = self.domain.space, self.conductor
+        if own is None:
+            none = [np.zeros(len(d)) for d in space.grid.degrees]
+            return Parts(none, none, none)
+        potentials, products = self.cold_potentials, []
+        for lower, phi in pairwise(potentials):
+            power = max(float(np.einsum("cn,cn->", phi, (own.matrix @ phi.T).T)), 1e-300)
+            products.append((phi * (own.matrix @ lower.T).T).sum(axis=0) / power)
+        sizes = sum((v * estimate.weights(own.matrix, v, space.depth) for v in potentials[-1]), np.zeros(space.size))
+        return _parts(space, _free(self), products, sizes)
 
 
 def problems(domain: Domain, accuracy: float) -> Problems:
@@ -112,12 +135,13 @@ def examined(study: Study, given: Problems, fine: Solution, marks: Features) -> 
     judge = Estimator(given.domain.space.grid, marks)
     scales = study.steady_scales(fine.out)
     own = of_part(study.part, study.goals, scales)
-    parts = steady_parts(study, given, fine, low, own)
+    duals = duals_of(study.goals, given, fine.state.rise, None)
+    parts = steady_parts(study, given, fine, low, own, duals)
     goals = {name: judge.remains(each) for name, each in parts.items()}
     rest = tail(goals, parts, judge.most)
-    add_torn(goals, study.goals, given, fine.state.rise, own, None, marks)
-    power = judge.remains(electric_parts(given))
-    joule = joule_parts(study.goals, given, fine.state.rise, _warmed(given, fine.state), own, None)
+    add_torn(goals, study.goals, given, fine.state.rise, own, None, duals, marks)
+    power = judge.remains(given.electric_parts)
+    joule = joule_parts(study.goals, given, _warmed(given, fine.state), own, duals)
     goals = with_current(goals, {name: judge.remains(each) for name, each in joule.items()}, power)
     unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
     errors = _errors(study, fine, low, scales, goals, estimate.total(power), unsettled, rest)
@@ -172,9 +196,9 @@ def _errors(
 
 
 def steady_parts(
-    study: Study, given: Problems, fine: Solution, low: Solution, scales: dict[str, float]
+    study: Study, given: Problems, fine: Solution, low: Solution, scales: dict[str, float], duals: Duals
 ) -> dict[str, Parts]:
-    """For each goal what the degrees p - 1 and p take away, relative to its scale."""
+    """For each goal what the degrees p - 1 and p take away, relative to its scale; ``duals`` are of the fine rise."""
     heat, state = given.heat, low.state
     if not physics.heat(given.domain.scene):
         return _potentials(study, given, scales)
@@ -187,60 +211,54 @@ def steady_parts(
     rise = lowest.lifts[0] + lowest.whole(lowest.solve_steady(to_lowest[: lowest.free]))
     fields = given.lifted(rise, 0), given.lifted(state.rise, 1)
     residuals = tuple(source - heat.stiffness @ u for u in fields)
-    found = thermal_parts(study.goals, given, fine.state.rise, residuals, scales, None)
+    found = thermal_parts(given, fine.state.rise, residuals, scales, None, duals)
     return found | _potentials(study, given, scales)
 
 
 def thermal_parts(
-    goals: Mapping[str, str],
     given: Problems,
     rise: np.ndarray,
     residuals: tuple[np.ndarray, ...],
     scales: Mapping[str, float],
     time: float | None,
+    duals: Duals,
 ) -> dict[str, Parts]:
-    """For each thermal goal the parts that residuals (all nodes) of the two lower spaces tell, over its scale.
-
-    ``rise`` is the fine solution, where extremes are looked for. The dual solutions are those of the steady problem, or
-    of a step of ``time`` (s) from rest.
-    """
+    """For each thermal goal the parts that residuals (all nodes) of the two lower spaces tell, over its scale;
+    ``rise``, ``time`` and ``duals`` as of `duals_of`."""
     heat, domain, found = given.heat, given.domain, {}
     depth, left = domain.space.depth[heat.order], heat.field(np.array(residuals))
     sizes = estimate.weights(heat.stiffness, rise, depth)
     if time is not None:
         sizes += estimate.weights(heat.mass, rise, depth) / time
     free = [h.order[: h.free] for h in given.heats]
-    for name, duals in _duals(goals, given, rise, time).items():
-        found[name] = _parts(domain.space, free, np.array(duals) * left / scales[name], duals[-1] * heat.field(sizes))
+    for name, dual in duals.items():
+        found[name] = _parts(domain.space, free, np.array(dual) * left / scales[name], dual[-1] * heat.field(sizes))
     return found
 
 
-def _duals(
-    goals: Mapping[str, str], given: Problems, rise: np.ndarray, time: float | None
-) -> dict[str, list[np.ndarray]]:
-    """For each thermal goal the dual solutions (functions,) in the two upper spaces, zero at fixed nodes; ``rise`` and
-    ``time`` as of `thermal_parts`."""
-    solves = [h.solve_steady if time is None else h.solve_shifted(time) for h in given.heats[1:]]
-    found = {}
-    for name, probe in goals.items():
-        row = goal_row(given.heat, given.domain.probes[probe], rise)
-        if row is not None:
-            row = row * (1.0 if time is None else time)
-            found[name] = [h.field(solve(row[: h.free])) for h, solve in zip(given.heats[1:], solves, strict=True)]
-    return found
+def duals_of(goals: Mapping[str, str], given: Problems, rise: np.ndarray, time: float | None) -> Duals:
+    """The dual solutions of the steady problem, or of a step of ``time`` (s) from rest; ``rise`` is the fine solution,
+    where extremes are looked for."""
+    rows = {name: goal_row(given.heat, given.domain.probes[probe], rise) for name, probe in goals.items()}
+    thermal = {name: row * (time or 1.0) for name, row in rows.items() if row is not None}
+    if not thermal:
+        return {}
+    loads, fields = np.array(list(thermal.values())), []
+    for heat in given.heats[1:]:
+        solve = heat.solve_steady if time is None else heat.solve_shifted(time)
+        fields.append(heat.field(solve(loads[:, : heat.free])))
+    return {name: [of[i] for of in fields] for i, name in enumerate(thermal)}
 
 
 def joule_parts(
     goals: Mapping[str, str],
     given: Problems,
-    rise: np.ndarray,
     potentials: Sequence[np.ndarray],
     scales: Mapping[str, float],
-    time: float | None,
+    duals: Duals,
 ) -> dict[str, Parts]:
     """For each thermal goal what the degrees p - 1 and p take away of it because they change the Joule heat of some
-    ``potentials`` (functions,), one in each space, of the cold conductor, over its scale; ``rise`` and ``time`` as of
-    `thermal_parts`.
+    ``potentials`` (functions,), one in each space, of the cold conductor, over its scale.
 
     With the dual solution z of the goal, the goal sees the integral of z sigma |grad phi|^2. From phi to psi, that of
     the next higher space, it changes by that of z sigma grad(phi + psi) . grad(psi - phi), which is the residual of phi
@@ -249,22 +267,28 @@ def joule_parts(
     where the heat is seen away from what the potential lacks, by the whole of what the current does.
     """
     own = given.conductor
-    if own is None or not any(phi.any() for phi in potentials):
+    if own is None or not duals or not any(phi.any() for phi in potentials):
         return {}
-    heat, space, found = given.heat, given.domain.space, {}
+    heat, space = given.heat, given.domain.space
     densities = [own.on.gradient(a + b) / (own.cold * own.stands_for) for a, b in pairwise(potentials)]
     residuals = [-(own.matrix @ phi) for phi in potentials[:-1]]
     weights = estimate.weights(own.matrix, potentials[-1], space.depth)
-    for name, duals in _duals(goals, given, rise, time).items():
+    stills = []
+    for name in duals:
         held = reading(heat, given.domain.probes[goals[name]]).boundaries
-        still = sum((heat.field(heat.held_fields[b]) for b in held), np.zeros(space.size))
-        products, w = [], np.zeros(space.size)
-        for upper, dual, density, residual in zip(given.conductors[1:], duals, densities, residuals, strict=True):
-            assert upper is not None
-            w = np.zeros(space.size)
-            w[upper.free] = upper.solve_cold(own.on.flow(own.on.value(dual - still) * density)[upper.free])
-            products.append(w * residual / scales[name])
-        found[name] = _parts(space, _free(given), products, w * weights)
+        stills.append(sum((heat.field(heat.held_fields[b]) for b in held), np.zeros(space.size)))
+    seen = []
+    for k, (upper, density) in enumerate(zip(given.conductors[1:], densities, strict=True)):
+        assert upper is not None
+        pairs = zip(duals.values(), stills, strict=True)
+        flows = np.array([own.on.flow(own.on.value(dual[k] - still) * density)[upper.free] for dual, still in pairs])
+        w = np.zeros((len(flows), space.size))
+        w[:, upper.free] = upper.solve_cold(flows)
+        seen.append(w)
+    found = {}
+    for i, name in enumerate(duals):
+        products = [w[i] * residual / scales[name] for w, residual in zip(seen, residuals, strict=True)]
+        found[name] = _parts(space, _free(given), products, seen[-1][i] * weights)
     return found
 
 
@@ -274,7 +298,7 @@ def _warmed(given: Problems, state: SteadyState) -> list[np.ndarray]:
     own = given.conductor
     if own is None or not physics.heat(given.domain.scene):
         return []
-    potentials = [phi[0] for phi in cold_potentials(given)]
+    potentials = [phi[0] for phi in given.cold_potentials]
     power = float(potentials[-1] @ (own.matrix @ potentials[-1]))
     hot = float((own.on.weights * own.resistivity(state.rise) * (state.density**2).sum(axis=0)).sum())
     return [phi * np.sqrt(hot / max(power, 1e-300)) for phi in potentials]
@@ -287,10 +311,11 @@ def add_torn(
     rise: np.ndarray,
     scales: Mapping[str, float],
     time: float | None,
+    duals: Duals,
     marks: Features,
 ) -> None:
     """Adds to what each thermal goal misses, over its scale, what edges take where given temperatures contradict each
-    other; ``time`` as of `thermal_parts`.
+    other; ``rise``, ``time`` and ``duals`` as of `duals_of`.
 
     On a grid the jump is spread over the first interval beside the edge, and no degree changes that. What is wrong
     there enters with the heat of the dual solution, of which the functions of the edge have that of both sides.
@@ -303,13 +328,10 @@ def add_torn(
     corner, cell = np.nonzero(np.isin(space.dofs[:8], heat.order[nodes]))
     at = [space.ijk[d, cell] for d in range(3)]
     beside = np.array([np.isfinite(near[d][at[d] + RefHex.p[d].astype(int)[corner]]) for d in range(3)])
-    for name, into in spreads.items():
+    for name, own in duals.items():
         row = goal_row(heat, given.domain.probes[goals[name]], rise)
-        if row is None:
-            continue
-        dual, parts = np.zeros(heat.size), np.zeros(space.size)
-        load = row[: heat.free]
-        dual[: heat.free] = heat.solve_steady(load) if time is None else time * heat.solve_shifted(time)(load)
+        assert row is not None
+        dual, parts, into = heat.take(own[-1]), np.zeros(space.size), spreads[name]
         left = row - heat.stiffness @ dual - (0.0 if time is None else heat.mass @ dual / time)
         parts[heat.order[nodes]] = np.abs(heat.torn * left)[nodes] / scales[name]
         shares = np.bincount(space.dofs[corner, cell], beside.sum(axis=0), space.size)
@@ -337,36 +359,9 @@ def goal_row(heat: HeatProblem, probe: Any, rise: np.ndarray) -> np.ndarray | No
     return heat.take(how.extreme.where(heat.field(rise)).row(heat.domain.space))
 
 
-def electric_parts(given: Problems) -> Parts:
-    """What the degrees p - 1 and p take away of the power of the cold conductor, relative to it."""
-    space, own = given.domain.space, given.conductor
-    if own is None:
-        none = [np.zeros(len(d)) for d in space.grid.degrees]
-        return Parts(none, none, none)
-    potentials, products = cold_potentials(given), []
-    for lower, phi in pairwise(potentials):
-        power = max(float(np.einsum("cn,cn->", phi, (own.matrix @ phi.T).T)), 1e-300)
-        products.append((phi * (own.matrix @ lower.T).T).sum(axis=0) / power)
-    sizes = sum((v * estimate.weights(own.matrix, v, space.depth) for v in potentials[-1]), np.zeros(space.size))
-    return _parts(space, _free(given), products, sizes)
-
-
 def _free(given: Problems) -> list[np.ndarray]:
     """In each space the functions that the potential is sought of."""
     return [own.free for own in given.conductors if own is not None]
-
-
-def cold_potentials(given: Problems) -> list[np.ndarray]:
-    """(channels, functions) in each space: the potentials at the initial temperature, per unit of each channel."""
-    found = []
-    for own in given.conductors:
-        assert own is not None
-        phi = own.voltages.copy()
-        for v in phi:
-            if v.any():
-                v[own.free] = -own.solve_cold((own.matrix @ v)[own.free])
-        found.append(phi)
-    return found
 
 
 def _potentials(study: Study, given: Problems, scales: Mapping[str, float]) -> dict[str, Parts]:
@@ -375,7 +370,7 @@ def _potentials(study: Study, given: Problems, scales: Mapping[str, float]) -> d
     names = [n for n, p in study.goals.items() if domain.probes[p].quantity == "potential"]
     if own is None or not names:
         return {}
-    *lower, fine = cold_potentials(given)
+    *lower, fine = given.cold_potentials
     sizes, found = estimate.weights(own.matrix, fine.sum(axis=0), space.depth), {}
     for name in names:
         probe = domain.probes[study.goals[name]]

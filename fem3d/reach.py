@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from fem3d.errors import NumericsError
-from fem3d.estimate import Spread
+from fem3d.estimate import Estimator, Spread
 from fem3d.level import Problems
 from meshes import grading
 from meshes.grading import Features
@@ -39,22 +39,65 @@ def check_size(given: Problems, accuracy: float, marks: Features) -> None:
         )
 
 
-def check_edges(grid: Grid, goals: Iterable[Spread], enough: float, accuracy: float, marks: Features) -> None:
-    """Raises NumericsError where the shortest layers would leave more than `KEPT` of ``enough`` of what edges cause in
-    one of some goals, which miss so much on the intervals of a grid: an edge's error falls with the length of its layer
-    to the power of twice its exponent, whatever else is refined.
+class Edges:
+    """Whether singular edges leave an accuracy within reach: told level by level."""
 
-    That holds of layers far shorter than everything else; of longer ones nothing is foreseen.
-    """
-    asymptotic, shortest = LAYER * _narrowest(grid, marks), grading.shortest_of(grid)
-    for parts in goals:
-        least = 0.0
-        for breaks, near, missing in zip(grid.breaks, marks.near(grid), parts, strict=True):
+    def __init__(self, accuracy: float, marks: Features) -> None:
+        self._accuracy, self._marks = accuracy, marks
+        self._before = np.inf
+
+    def check_power(self, given: Problems) -> None:
+        """Raises NumericsError where no current will be known well enough, which the potential of the cold conductor
+        tells before anything else is solved."""
+        if any(p.quantity == "current" for p in given.domain.scene.probes):
+            grid = given.domain.space.grid
+            missing = Estimator(grid, self._marks).remains(given.electric_parts)
+            if self._kept(grid, missing)[0] > self._accuracy:
+                raise self._out_of_reach()
+
+    def check(self, grid: Grid, goals: Iterable[Spread], enough: float) -> None:
+        """Raises NumericsError where the shortest layers would leave more than `KEPT` of ``enough`` of what edges cause
+        in one of some goals, which miss so much on the intervals of a grid: an edge's error falls with the length of
+        its layer to the power of twice its exponent, whatever else is refined.
+
+        That holds of layers far shorter than everything else. What longer ones miss need not be their edge's: it may
+        fall from level to level, until they are cut to layers as short as that, as it fell since the level before.
+        """
+        of_short, of_all = np.array([self._kept(grid, missing) for missing in goals]).max(axis=0, initial=0.0).tolist()
+        falls = min(of_all / self._before, 1.0)
+        if max(of_short, of_all * falls ** self._levels(grid)) > KEPT * enough:
+            raise self._out_of_reach()
+        self._before = max(of_all, 1e-300)
+
+    def _kept(self, grid: Grid, missing: Spread) -> tuple[float, float]:
+        """What the shortest layers at the edges would leave of what is missing: of short layers, and of all."""
+        asymptotic, shortest, of_short, of_all = _asymptotic(grid, self._marks), grading.shortest_of(grid), 0.0, 0.0
+        for breaks, near, own in zip(grid.breaks, self._marks.near(grid), missing, strict=True):
             s, lengths = np.minimum(near[:-1], near[1:]), np.diff(breaks)
-            at = np.isfinite(s) & (lengths < asymptotic)
-            least += float((missing[at] * np.minimum(shortest / lengths[at], 1.0) ** (2 * s[at])).sum())
-        if least > KEPT * enough:
-            raise NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene" + because(marks))
+            at = np.isfinite(s)
+            left = own[at] * np.minimum(shortest / lengths[at], 1.0) ** (2 * s[at])
+            of_short += float(left[lengths[at] < asymptotic].sum())
+            of_all += float(left.sum())
+        return of_short, of_all
+
+    def _levels(self, grid: Grid) -> int:
+        """How many levels it takes until all layers at edges are short: those of low degree are raised first."""
+        asymptotic, most = _asymptotic(grid, self._marks), 0
+        for breaks, near, degrees in zip(grid.breaks, self._marks.near(grid), grid.degrees, strict=True):
+            lengths = np.diff(breaks)
+            long = np.isfinite(np.minimum(near[:-1], near[1:])) & (lengths >= asymptotic)
+            layers = np.log(lengths[long] / asymptotic) / -np.log(grading.RATIO)
+            raised = np.maximum(grading.LEAST_AT_EDGE - degrees[long], 0)
+            most = max(most, int((raised + np.floor(layers / grading.AT_ONCE) + 1).max(initial=0)))
+        return most
+
+    def _out_of_reach(self) -> NumericsError:
+        return NumericsError(f"an accuracy of {self._accuracy:g} isn't reached in this scene" + because(self._marks))
+
+
+def _asymptotic(grid: Grid, marks: Features) -> float:
+    """The length (m) below which a layer sees its edge alone."""
+    return LAYER * _narrowest(grid, marks)
 
 
 def _narrowest(grid: Grid, marks: Features) -> float:

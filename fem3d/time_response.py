@@ -126,13 +126,14 @@ def respond(
         looked_at = checked[sorted({len(checked) - 1, *at})]
         goals = _remains(study, given, marks, (answer, *lesser), scales, looked_at)
     judge = Estimator(given.domain.space.grid, marks)
-    of_power, joule = judge.remains(level.electric_parts(given)), dict[str, Spread]()
+    of_power, joule = judge.remains(given.electric_parts), dict[str, Spread]()
     if not steady_errors and given.conductor is not None:
         # As if the largest voltages drove it from rest all the time.
-        driven = [given.heat.inputs.largest(end) @ phi for phi in level.cold_potentials(given)]
+        driven = [given.heat.inputs.largest(end) @ phi for phi in given.cold_potentials]
         (last,) = answer.rises(np.array([end]))
         own_scales = level.of_part(study.part, study.trace_goals, scales)
-        parts = level.joule_parts(study.trace_goals, given, last, driven, own_scales, end)
+        duals = level.duals_of(study.trace_goals, given, last, end)
+        parts = level.joule_parts(study.trace_goals, given, driven, own_scales, duals)
         joule = {name: judge.remains(own) for name, own in parts.items()}
     errors = {}
     for name in scales:
@@ -180,9 +181,10 @@ def _remains(
         # Without the lowest space, as if each degree took away as much as the last.
         lowest = rises[2][i] if len(rises) > 2 else 2 * low - fine
         apart = [heat.stiffness @ u + heat.mass @ u / time for u in (low - lowest, fine - low)]
-        parts = level.thermal_parts(goals, given, fine, tuple(apart), own_scales, time)
+        duals = level.duals_of(goals, given, fine, time)
+        parts = level.thermal_parts(given, fine, tuple(apart), own_scales, time, duals)
         left = {name: judge.remains(own) for name, own in parts.items()}
-        level.add_torn(left, goals, given, fine, own_scales, time, marks)
+        level.add_torn(left, goals, given, fine, own_scales, time, duals, marks)
         for name, remains in left.items():
             if name not in found or estimate.total(remains) > estimate.total(found[name]):
                 found[name] = remains

@@ -109,15 +109,18 @@ class Krylov:
         n = base.heat.free
         self._mass = base.heat.inner_mass
         self.solves: list[Any] = [base.heat.solve_shifted(shift) for shift in shifts]
-        self._next = [self.solves[0](load[:n]) for load in base.loads]
+        self._next = self._solved(0, [load[:n] for load in base.loads])
         self._made, self._weighted = np.empty((n, 0)), np.empty((n, 0))
         self._ends = [0]  # after each generation, how many fields there are
+
+    def _solved(self, shift: int, loads: list[np.ndarray]) -> list[np.ndarray]:
+        """The solutions of one of the shifts for loads (free nodes,)."""
+        return list(self.solves[shift](np.array(loads).reshape(len(loads), self._base.heat.free)))
 
     def fields(self, generations: int) -> np.ndarray:
         """(free nodes, fields): the base's own first, then some generations of one field for every load."""
         while len(self._ends) <= generations:
             following = []
-            solve = self.solves[len(self._ends) % len(self.solves)]
             for new in self._next:
                 # Orthogonal well enough for the recurrence; the projection makes it exact.
                 v = new - self._made @ (new @ self._weighted)
@@ -127,8 +130,8 @@ class Krylov:
                     continue
                 self._made = np.column_stack([self._made, v / size])
                 self._weighted = np.column_stack([self._weighted, weighted / size])
-                following.append(solve(weighted / size))
-            self._next = following
+                following.append(weighted / size)
+            self._next = self._solved(len(self._ends) % len(self.solves), following)
             self._ends.append(self._made.shape[1])
         return np.column_stack([self._base.fields, self._made[:, : self._ends[generations]]])
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from html import escape
 from operator import attrgetter
 from pathlib import Path
@@ -17,6 +16,7 @@ from scenes.sink import Sink
 from validate.processes import single_threaded
 from validate.report import of
 from validate.run.outcome import Outcome
+from validate.run.plan import declared
 
 if TYPE_CHECKING:
     import numpy as np
@@ -226,9 +226,6 @@ def run(
         transient=not steady, figures=figures, fields=fields, reduction=canonical(reduction), why=why,
         sensitivities=sensitivities, air=air, uncertain=_uncertain(sink, uncertain),
     )  # fmt: skip
-    if request.reduction != "paper":
-        # What a scene declares is of the paper's model.
-        sink = replace(sink, expected_to_differ=None)
     data = None
     if against is not None:
         from validate.against.read import read
@@ -318,6 +315,7 @@ def _uncertain(scene: object, given: Mapping[str, str] | None) -> Uncertain | No
 @single_threaded()
 def _outcome(scene: Any, request: Request, out: str | Path | None, data: Data | None = None) -> Outcome[Any]:
     """What a run finds, written into a folder where one is given."""
+    scene = declared(scene, request)
     if out is None:
         if request.figures or request.fields:
             raise SceneError("figures and fields need a folder to go to: give out=")

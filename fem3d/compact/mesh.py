@@ -29,7 +29,7 @@ def problem(
     probe; and the part that they are of. On a mesh file they are those of its finest space."""
     named = apart(scene, channels)
     if isinstance(named, MeshScene):
-        mesh = FileMesh(solve_scene.place(named))
+        mesh = FileMesh.of(named)
         given = (mesh.raised() or mesh).problems()
         return given.heat, given.conductor, solve_scene.part_of(named, True)
     part = symmetry.reduce(solve_scene.clipped(named))

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from fem3d import estimate, level, probe_quantities, reach
+from fem3d.conductor import combined, independent
 from fem3d.domain import boxes
 from fem3d.estimate import SLOWEST, Estimator, Parts
+from fem3d.reduced import project
 from fem3d.solve_scene import part_of
 from fem3d.steady import coupled
 from meshes import grading
@@ -163,15 +165,36 @@ def test_what_a_goal_misses_of_the_joule_heat_is_seen_from_where_it_heats():
     scene = draw(1349).scene
     study = probe_quantities.study(scene, part_of(scene, False))
     given = level.problems(boxes(study.part.scene, reach.first_grid(scene, 1e-3, grading.features(scene))), 1e-6)
-    potentials = [phi[0] for phi in level.cold_potentials(given)]
+    potentials = [phi[0] for phi in given.cold_potentials]
     (name, *_), heat, own = study.goals, given.heat, given.conductor
-    (found,) = level.joule_parts({name: name}, given, np.zeros(heat.size), potentials, {name: 1.0}, None).values()
+    duals = level.duals_of({name: name}, given, np.zeros(heat.size), None)
+    (found,) = level.joule_parts({name: name}, given, potentials, {name: 1.0}, duals).values()
     z = heat.field(heat.solve_steady(level.goal_row(heat, given.domain.probes[name], np.zeros(heat.size))[: heat.free]))
     seen = [(own.on.weights * own.on.value(z) * (own.on.gradient(phi) ** 2).sum(axis=0) / own.cold).sum()
             for phi in potentials]  # fmt: skip
     change = abs(seen[2] - seen[1])
     assert change < estimate.total(found.last) < 1.5 * change
-    assert change / seen[2] > 1.5 * estimate.total(level.electric_parts(given).last)
+    assert change / seen[2] > 1.5 * estimate.total(given.electric_parts.last)
+
+
+def test_a_current_field_that_heating_hardly_changes_makes_the_heat_better():
+    """The difference of two fields of nearly one pattern is a field too, whatever the solves leave in it."""
+    part = part_of(draw(257).scene, False)
+    first = reach.first_grid(part.scene, 1e-2, grading.features(part.scene))
+    given = level.problems(boxes(part.scene, first), 1e-2)
+    heat, own = given.heat, given.conductor
+    g, n = heat.inputs.at(np.zeros(1))[0], heat.free
+    cold = own.solve(np.zeros(heat.size), g @ own.voltages)
+    rise = 1e-3 * heat.whole(heat.solve_steady(own.joule_load(cold.density, np.zeros(heat.size))[:n]))
+    hot = own.solve(rise, g @ own.voltages, cold.potential)
+
+    def off(known):
+        patterns = independent(own, known)
+        reduced = project(heat, own, rise[:n, None], patterns)
+        c = reduced.currents(reduced.basis.T @ (heat.inner_mass @ rise[:n]), g)
+        return np.abs(own.joule_load(combined(patterns, c), rise) - own.joule_load(hot.density, rise)).sum()
+
+    assert off([cold, hot]) < 0.05 * off([cold])
 
 
 def middle(voltage, intervals, degree):

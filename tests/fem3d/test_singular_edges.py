@@ -11,6 +11,7 @@ from fem3d.errors import NumericsError
 from fem3d.solve_scene import clipped, solve
 from meshes import grading, symmetry
 from scenes.model import Boundary, Box, Material, Probe, Scene
+from validate.stress.random_scenes import draw
 
 SIDE = 1e-5
 
@@ -103,6 +104,23 @@ def test_what_no_layer_resolves_is_refused_at_once_and_named(steady):
     with pytest.raises(NumericsError, match=r"at y = 1e-05 m .* to the power 0\.0"):
         solve(replace(checkerboard(1000.0), steady=steady, end_time=1e-3), said.append)
     assert len(said) < 5
+
+
+@pytest.mark.parametrize(("seed", "levels"), [(985, 1), (1442, 2)])
+def test_what_edges_leave_is_said_as_early_as_it_can_be_known(seed, levels):
+    """By the potential of the cold conductor, or by what hardly falls from the first level to the second."""
+    said = []
+    with pytest.raises(NumericsError, match=r"isn't reached .* to the power 0\."):
+        solve(draw(seed).scene, said.append)
+    assert len(said) == levels
+
+
+def test_what_falls_from_level_to_level_is_no_edge():
+    """On long layers a coarse grid misses thousands of times what is allowed, and none of it is the edges'."""
+    scene = draw(372).scene
+    found = solve(scene)
+    assert found.details["levels"] > 2
+    assert max(e.error / found.details["scales"][n] for n, e in found.steady.items()) <= scene.accuracy
 
 
 def thin_films(accuracy: float) -> Scene:

@@ -151,7 +151,9 @@ def run(
     from validate.report import of
     from validate.report.folder import folder_of
     from validate.report.table import outcome_text, plan_text
+    from validate.run.plan import declared
 
+    scene = declared(scene, request)
     folder, planned = out(arguments) or folder_of(scene, request, overrides, given), None
     asked = [f"--{name}" for name in ("explain", "dry-run", "quiet", "json") if vars(arguments)[name.replace("-", "_")]]
     refuse((len(asked) > 1, f"{' and '.join(asked)} print different things: give one of them"))

@@ -16,7 +16,6 @@ exit status: 0 every check came out as the scene declares, 1 one did not, 2 bad 
 from __future__ import annotations
 
 import argparse
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from scenes.errors import SceneError
@@ -47,11 +46,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     key = "run.accuracy_3d" if vars(arguments)["3d"] else "run.accuracy"
     device = load(arguments.scene or "device", common.settings(arguments, accuracy=key), of=DEVICE)
-    request = _request(arguments, device)
-    if request.meter:
-        # The scene says nothing about a device with a meter in its loop.
-        device = replace(device, expected_to_differ=None)
-    return common.run(arguments, device, request, arguments.set)
+    return common.run(arguments, device, _request(arguments, device), arguments.set)
 
 
 def _request(arguments: argparse.Namespace, device: Device) -> Request:

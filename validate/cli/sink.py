@@ -16,7 +16,6 @@ exit status: 0 every check came out as the scene declares, 1 one did not, 2 bad 
 from __future__ import annotations
 
 import argparse
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -61,9 +60,6 @@ def run(arguments: argparse.Namespace) -> int:
 
     sink = load(arguments.scene or "sink", common.settings(arguments, ("drive.voltage", arguments.voltage)), of=SINK)
     request = _request(arguments, sink)
-    if request.reduction != "paper":
-        # What a scene declares is of the paper's model.
-        sink = replace(sink, expected_to_differ=None)
     given = [arguments.against, *arguments.column] if arguments.against else []
     data, sampled = _data(arguments, sink, request), None
     if request.monte_carlo:

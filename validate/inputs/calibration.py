@@ -189,12 +189,3 @@ def in_3d(sink: Sink, keys: Sequence[str], times: np.ndarray) -> Modelled:
         for key, of in slopes.course.values.items()
     }
     return values, of_values(sink, values, by)
-
-
-def in_1d(sink: Sink, keys: Sequence[str], times: np.ndarray) -> Modelled:
-    """The same of the paper's 1D model."""
-    from reduced1d import slopes
-    from reduced1d.sink import solve
-
-    traces = solve(sink, times=times).over_time
-    return traces.values, of_values(sink, traces.values, slopes.of_sink(sink, "paper", keys, times)[1])

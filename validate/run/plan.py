@@ -7,7 +7,8 @@ decides it, and the plan that says so.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 from compare.made import DEVICE_FIGURES, LATE, figure_of, made_3d_checks, made_checks, not_about, only, skipped_checks
 from scenes.device import Device
@@ -37,6 +38,13 @@ _STEADY = "only the steady state was asked for"
 _NO_FIELD = "there is no 3D field"
 _FIELD_FILES = "fem3d.pvd with its .vtu files, and fem3d.vtkhdf where VTK can"
 ONLY_1D = Step("3D model", "skipped", "only the 1D model was asked for")
+
+
+def declared(scene: Any, request: Request) -> Any:
+    """The scene with what it says of checks beforehand: that is of the paper's model, without a meter in its loop."""
+    if request.reduction == "paper" and request.meter is None:
+        return scene
+    return replace(scene, expected_to_differ=None)
 
 
 def of_sink(sink: Sink, request: Request, solver: tuple[Step, ...], data: Data | None = None) -> tuple[Step, ...]:

@@ -1,5 +1,5 @@
-"""The workers: threads here, or of the Dask workers of a cluster that is there, each with a solver's process of its
-own, which solves points one at a time: it can be killed where one takes too long, and nothing is lost with it.
+"""The workers: threads of Dask workers, here or of a cluster that is there, each with a solver's process of its own,
+which solves points one at a time: it can be killed where one takes too long, and nothing is lost with it.
 
 Run as a program this is that process: it reads tasks from standard input, and writes rows to standard output. It ends
 when its parent does, or has nothing for it for a minute.
@@ -14,11 +14,12 @@ import queue
 import signal
 import subprocess
 import sys
+import warnings
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import islice
+from importlib.util import find_spec
+from itertools import chain, islice
 from threading import TIMEOUT_MAX, Lock, Thread, Timer
 from typing import Any
 
@@ -40,48 +41,62 @@ class LostError(ArithmeticError):
 @dataclass
 class Cluster:
     """A context in which tasks can be solved, by ``workers`` processes here or by those of a ``scheduler``, with some
-    ``seconds`` for each point. Nothing is started before there is a task."""
+    ``seconds`` for each point.
+
+    Here the Dask workers are threads of this process, which wait for the solvers' processes: that starts in a tenth of
+    the time of workers in processes of their own, and needs no guard in a script that sweeps. Nothing is started before
+    there is a task.
+    """
 
     workers: int
     scheduler: str | None
     seconds: float | None
     say: Callable[[str], None] = lambda _: None
-    _pool: Executor | None = None
+    _local: Any = None
     _client: Any = None
 
     def __enter__(self) -> Cluster:
         return self
 
-    def __exit__(self, error: type[BaseException] | None, *_: object) -> None:
+    def __exit__(self, *_: object) -> None:
         # All rows are stored by now: a machine too busy to say goodbye in time is no reason to fail.
-        with suppress(Exception):
-            if self._client is not None:
-                self._client.close(timeout=5)
-            elif self._pool is not None:
-                self._pool.shutdown(wait=False, cancel_futures=True)
+        for part in filter(None, (self._client, self._local)):
+            with suppress(Exception):
+                part.close(timeout=5)
         if self.scheduler is None:
-            close(all_=error is not None)
+            close()
 
-    def _start(self) -> Executor:
-        """What takes tasks, as `concurrent.futures` has it. Raises SceneError where the scheduler does not answer, or
-        has workers of another version."""
+    def _start(self) -> None:
+        """Raises SceneError where the scheduler does not answer, or has workers of another version."""
         self.say("starting the workers")
         if self.scheduler is None:
             start(self.workers)
-            return ThreadPoolExecutor(self.workers)
-        from distributed import Client
+        import dask
+        from distributed import Client, LocalCluster
 
         for name in list(logging.root.manager.loggerDict):  # what goes wrong is said in a sentence here
             if name.startswith(("distributed", "bokeh", "tornado")):
                 logging.getLogger(name).setLevel(logging.CRITICAL + 1)
-        there = quoted(self.scheduler)
+        dask.config.set({"distributed.scheduler.allowed-failures": ATTEMPTS})
+        # The workers' threads only wait: to sample them a hundred times a second would cost more than all else here.
+        dask.config.set({"distributed.worker.profile.enabled": False, "distributed.admin.tick.interval": "500ms"})
+        if self.scheduler is None:
+            # Where another has the port, with or without a dashboard, Dask takes the next one.
+            with warnings.catch_warnings(action="ignore", category=UserWarning):
+                self._local = LocalCluster(
+                    n_workers=self.workers, threads_per_worker=1, processes=False, memory_limit=0,
+                    dashboard_address=":8787" if find_spec("bokeh") else None, silence_logs=logging.CRITICAL,
+                )  # fmt: skip
+        there = quoted(str(self.scheduler))
         try:
-            self._client = Client(self.scheduler, timeout=ANSWERS_WITHIN)  # type: ignore[no-untyped-call]
+            self._client = Client(self._local or self.scheduler, timeout=ANSWERS_WITHIN)
         except (OSError, ValueError, TypeError, ImportError) as error:
             raise SceneError(
                 f"no scheduler answers at {there} ({_said(error)}): give --scheduler the address that dask scheduler "
                 "prints, such as tcp://127.0.0.1:8786"
             ) from None
+        if self._local is not None:
+            return
         from validate.report.summary import version
 
         try:
@@ -98,66 +113,68 @@ class Cluster:
                     f"the workers of {there} have version {theirs} of this program, here it is {version()}: install "
                     "the same there"
                 )
-        found: Executor = self._client.get_executor(pure=False)
-        return found
 
     def solve(self, tasks: Iterable[Work]) -> Iterator[list[list[Row]]]:
         """The rows of the tasks as they are found, those that are there at once together. Not many more tasks than
         there are workers are handed out at a time. Raises LostError where the cluster is gone."""
         left = iter(tasks)
-        running: dict[Future[list[Row]], Work] = {}
+        first = next(left, None)
+        if first is None:
+            return
+        if self._client is None:
+            self._start()
+        from distributed import wait
+
+        left = chain([first], left)
+        running: dict[Any, Work] = {}
         try:
             while True:
-                threads = sum(self._client.nthreads().values()) if self._client else self.workers
+                threads = self.workers if self._local else sum(self._client.nthreads().values())
                 for work in islice(left, max(2 * threads - len(running), not running)):
-                    self._pool = self._pool or self._start()
-                    running[self._pool.submit(solve, work, self.seconds)] = work
+                    running[self._client.submit(solve, work, self.seconds, pure=False)] = work
                 if not running:
                     return
-                done = wait(running, return_when="FIRST_COMPLETED").done
+                done = wait(list(running), return_when="FIRST_COMPLETED").done
                 yield [_rows(future, running.pop(future)) for future in done]
         except GeneratorExit:
-            for future in running:
-                future.cancel()
+            self._client.cancel(list(running))
             raise
-        except SceneError:
-            raise
-        except (CancelledError, Exception) as error:
+        except Exception as error:
             raise LostError(
                 f"the workers are gone ({_said(error)}): what is solved is stored, and the same command goes on"
             ) from None
 
 
-def _rows(future: Future[list[Row]], work: Work) -> list[Row]:
-    """What a worker has found; of points whose Dask workers died one after the other that is said."""
-    if (error := future.exception()) is None:
-        return future.result()
+def _rows(future: Any, work: Work) -> list[Row]:
+    """What a Dask worker has found; of points whose workers died one after the other that is said."""
     from distributed.scheduler import KilledWorker
 
+    if future.status == "finished":
+        found: list[Row] = future.result()
+        return found
+    error = future.exception() if future.status == "error" else LostError(f"a task was {future.status}")
     if not isinstance(error, KilledWorker):
         raise error
     said = "the Dask workers that had it died one after the other"
     return [Row(number, "crashed", said, 0.0, {}) for number in work.numbers]
 
 
-def _said(error: BaseException) -> str:
-    """What it says, to the end of its first sentence."""
+def _said(error: Exception) -> str:
+    """What Dask says, to the end of its first sentence."""
     said = str(error).strip().split("\n")[0].rpartition("reason: ")[2].rstrip(".:")
     return printable(said or type(error).__name__, 120)
 
 
 class Solver:
-    """The parent's side of such a process; ``late`` says that it was stopped because a point took too long,
-    ``given_up`` because nobody waits for its task any more."""
+    """The parent's side of such a process; ``late`` says that it was stopped because a point took too long."""
 
-    late = given_up = False
+    late = False
 
     def __init__(self) -> None:
         self._process = subprocess.Popen(
             [sys.executable, "-m", __name__], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
             env=os.environ | ONE_THREAD,
         )  # fmt: skip
-        _all.add(self)
 
     def rows(self, work: Work, seconds: float | None) -> Iterator[Row | None]:
         """``None`` when it begins with a task, then its rows, for each of which it has some seconds; where the process
@@ -184,13 +201,11 @@ class Solver:
         self._process.kill()
 
     def close(self) -> None:
-        _all.discard(self)
         with suppress(OSError), self._process:
             self._process.kill()
 
 
 _waiting: list[Solver] = []
-_all: set[Solver] = set()
 _lock = Lock()
 
 
@@ -200,13 +215,11 @@ def start(count: int) -> None:
         _waiting.extend(Solver() for _ in range(count))
 
 
-def close(all_: bool = False) -> None:
-    """Ends the processes that wait, or all: a task that one is at is given up."""
+def close() -> None:
+    """Ends all that wait."""
     with _lock:
-        for solver in list(_all if all_ else _waiting):
-            solver.given_up = True
-            solver.close()
-        _waiting.clear()
+        while _waiting:
+            _waiting.pop().close()
 
 
 def solve(work: Work, seconds: float | None) -> list[Row]:
@@ -230,8 +243,6 @@ def solve(work: Work, seconds: float | None) -> list[Row]:
             found |= {row.point: row for row in told if row is not None}
             break
         solver.close()
-        if solver.given_up:
-            raise RuntimeError("nobody waits for this any more")
         if not told:
             starts += 1
             if starts >= ATTEMPTS:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,13 +11,15 @@ import numpy as np
 import pytest
 
 from compare.against import Data
+from reduced1d import slopes
 from reduced1d.sink import solve
 from scenes.errors import SceneError
 from scenes.sink import Sink
 from scenes.varied import varied
 from validate.cli import main
 from validate.inputs import calibration
-from validate.inputs.calibration import fit, in_1d, keys_of
+from validate.inputs.calibration import fit, keys_of
+from validate.inputs.propagation import of_values
 from validate.inputs.validation import data_uncertainty
 
 OXIDE, SILICON = "materials.oxide.thermal_conductivity", "materials.silicon.thermal_conductivity"
@@ -31,6 +34,12 @@ def measured(truth: Sink, seed: int) -> Data:
     drawn = np.random.default_rng(seed).standard_normal((2, len(TIMES))) * NOISE
     values = {n: traces.values[n] + noise for n, noise in zip(("peak_K", "end_K"), drawn, strict=True)}
     return Data("mine.csv", "CSV", TIMES, values, dict.fromkeys(values, "x"))
+
+
+def in_1d(sink: Sink, keys: Sequence[str], times: np.ndarray) -> calibration.Modelled:
+    """Traces of the paper's 1D model, and their derivatives."""
+    traces = solve(sink, times=times).over_time
+    return traces.values, of_values(sink, traces.values, slopes.of_sink(sink, "paper", keys, times)[1])
 
 
 def fitted(data: Data, *keys: str) -> calibration.Fit:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -53,7 +54,7 @@ def _solvers_that_stay() -> Iterator[None]:
     start, close = cluster_of.start, cluster_of.close
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(cluster_of, "start", lambda count: start(max(count - len(cluster_of._waiting), 0)))
-        patch.setattr(cluster_of, "close", lambda **_: None)
+        patch.setattr(cluster_of, "close", lambda: None)
         yield
     close()
 
@@ -284,4 +285,13 @@ def test_a_cluster_that_is_slow_to_end_is_no_failure() -> None:
             raise TimeoutError(f"timed out after {timeout} s")
 
     with cluster_of.Cluster(1, None, None) as cluster:
-        cluster._client = Slow()
+        cluster._client = cluster._local = Slow()
+
+
+def test_a_port_that_is_taken_warns_nobody(monkeypatch: pytest.MonkeyPatch, recwarn: pytest.WarningsRecorder) -> None:
+    monkeypatch.setattr(cluster_of, "start", lambda count: None)
+    with socket.socket() as other, cluster_of.Cluster(1, None, None) as cluster:
+        with suppress(OSError):  # whoever has it, it is taken
+            other.bind(("", 8787))
+        cluster._start()
+    assert not [w for w in recwarn if "Port" in str(w.message)]
