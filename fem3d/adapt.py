@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -12,14 +12,18 @@ from fem3d import estimate, field_error, level, reach, start, time_response, tra
 from fem3d.conductor import Conductor
 from fem3d.domain import boxes
 from fem3d.estimate import Spread
+from fem3d.fields import Fields, RunFields
 from fem3d.heat import HeatProblem
 from fem3d.level import Level, Problems, Solution
+from fem3d.steady import SteadyState
 from fem3d.study import Study
 from fem3d.time_response import ROW_SHARE, Response
-from fem3d.transient import Base
+from fem3d.transient import Base, Transient
 from meshes import diffusion, grading
+from meshes import grid as grids
 from meshes.grading import Features
 from meshes.grid import Grid
+from meshes.symmetry import Symmetry
 from scenes.errors import NumericsError, RunawayError
 from scenes.model import Scene
 
@@ -56,6 +60,17 @@ class Mesh(Protocol):
 
     def raised(self) -> Mesh | None:
         """A little finer everywhere, or None."""
+
+    def fields(
+        self, heat: HeatProblem, part: Symmetry, state: SteadyState | None, transient: Transient | None
+    ) -> RunFields:
+        """The fields of a run on it."""
+
+    def statistics(self, heat: HeatProblem) -> dict[str, Any]:
+        """What a result says of it."""
+
+    def warnings(self, study: Study, relative: dict[str, float]) -> list[str]:
+        """What is to be said of it, and of the ``relative`` errors that it leaves."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,6 +120,17 @@ class Bricks:
 
     def raised(self) -> Bricks:
         return self._finer(grading.raised(self.grid))
+
+    def fields(
+        self, heat: HeatProblem, part: Symmetry, state: SteadyState | None, transient: Transient | None
+    ) -> Fields:
+        return Fields(heat, state, part, transient)
+
+    def statistics(self, heat: HeatProblem) -> dict[str, Any]:
+        return grids.statistics(self.grid)
+
+    def warnings(self, study: Study, relative: dict[str, float]) -> list[str]:
+        return []
 
     def _finer(self, finer: Grid) -> Bricks:
         if finer.same(self.grid):

@@ -136,8 +136,7 @@ class Conductor:
     def influences(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """`influence` of each probe of a mean potential that lies in the conductor."""
         domain, found = self.heat.domain, {}
-        mine = np.zeros(domain.space.size, bool)
-        mine[domain.space.dofs[:, self.cells]] = True
+        mine = domain.space.of(self.cells)
         for probe in domain.scene.probes:
             if probe.quantity == "potential" and probe.reduce == "mean":
                 row = domain.mean(probe, domain.live)
@@ -268,8 +267,7 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
         own = face.functions
         voltages[:, own] = np.outer(domain.inputs.split(b.value), space.unit[own])
         fixed |= own
-    mine = np.zeros(space.size, bool)
-    mine[space.dofs[:, cells]] = True
+    mine = space.of(cells)
     parts, _ = reactions([b.name for b in electrodes], [b.value for b in electrodes], faces, space.unit)
     sections: dict[str, Section] = {}
     for probe in scene.probes:

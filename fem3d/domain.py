@@ -168,11 +168,7 @@ class Boxes(Domain):
     def mean(self, probe: Probe, inside: np.ndarray | None = None) -> np.ndarray:
         """(functions,): what a function adds to the mean over a probe."""
         row = self.space.mean(probe.lower, probe.upper)
-        if inside is not None:
-            there = np.zeros(self.space.size, bool)
-            there[self.space.dofs[:, inside]] = True
-            row = np.where(there, row, 0.0)
-        return row
+        return row if inside is None else np.where(self.space.of(inside), row, 0.0)
 
     def patches(self, probe: Probe, inside: np.ndarray | None = None) -> list[Patch]:
         """The parts of the cells that a box of any dimension lies in."""

@@ -15,16 +15,10 @@ from fem3d.parabolas import CutAxis
 from fem3d.steady import SteadyState
 from fem3d.transient import State, Transient
 from fem3d.whole import CORNERS, Whole
-from meshes.grid import Grid
 from meshes.symmetry import Symmetry
 
 if TYPE_CHECKING:
     from fem3d.quadratic import Quadratic
-
-
-def grid_of(heat: HeatProblem) -> Grid:
-    """The grid of a problem on bricks."""
-    return heat.domain.space.grid  # type: ignore[attr-defined]
 
 
 class Drawn(NamedTuple):

@@ -171,9 +171,7 @@ def moved_mean(domain: Any, probe: Any, by: Motion, fields: np.ndarray, inside: 
         rows.append(moved.mean(tuple(probe.lower + step * lower), tuple(probe.upper + step * upper)))
     row = (rows[0] - rows[1]) / (2 * MOVED)
     if inside is not None:
-        there = np.zeros(space.size, bool)
-        there[space.dofs[:, inside]] = True
-        row = np.where(there, row, 0.0)
+        row = np.where(space.of(inside), row, 0.0)
     found: np.ndarray = fields @ row
     return found
 

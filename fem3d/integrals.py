@@ -108,6 +108,12 @@ class Space(ABC):
         """The inverse of the map's derivative, (3, 3, cells, points) or, where it is diagonal, (3, cells, 1); and the
         size of its determinant (cells, points or 1)."""
 
+    def of(self, cells: np.ndarray) -> np.ndarray:
+        """(functions,): which are those of some cells, by number or as a mask."""
+        found = np.zeros(self.size, bool)
+        found[self.dofs[:, cells]] = True
+        return found
+
     def on(self, cells: np.ndarray, more: int = 0) -> Cells:
         """Integrals over some cells; ``more`` as of `rule`."""
         return Cells(self, cells, self.rule(cells, more))

@@ -18,12 +18,18 @@ from fem3d.estimate import Spread
 from fem3d.groups import groups
 from fem3d.heat import HeatProblem
 from fem3d.level import Level, Problems, Solution
+from fem3d.mesh_fields import MeshFields
 from fem3d.probes import reading
+from fem3d.steady import SteadyState
 from fem3d.study import Study
 from fem3d.time_response import Response
-from fem3d.transient import Base
+from fem3d.transient import Base, Transient
+from meshes.grouped.check import check, remarks
 from meshes.grouped.place import Placed
+from meshes.grouped.read import read
 from meshes.grouped.refine import refine
+from meshes.symmetry import Symmetry
+from scenes.model import MeshScene
 from scenes.plan import Step
 
 LARGEST_REFINED = 60_000  # unknowns of a refined mesh; above, the mesh is taken as it is
@@ -40,6 +46,16 @@ class FileMesh:
     def __init__(self, placed: Placed, before: FileMesh | None = None) -> None:
         self.placed, self.before = placed, before
         self._found: Any = None  # a Solution, or a Transient and its traces: what the refined mesh is compared with
+
+    @staticmethod
+    def of(scene: MeshScene) -> FileMesh:
+        """The scene on the mesh of its file; SceneError where they do not fit."""
+        return FileMesh(check(scene, read(scene.path, scene.unit)))
+
+    @property
+    def given(self) -> FileMesh:
+        """That of the file."""
+        return self.before or self
 
     @property
     def words(self) -> str:
@@ -106,7 +122,7 @@ class FileMesh:
         """The errors of quantities that are so far ``apart`` from those of the level before, as are some ``fields``
         (..., functions): by the relative difference of these, as root of the mean square over the corners of the
         file's cells, which all spaces have first."""
-        least, corners = 0.0, (self.before or self).placed.mesh.mesh.nvertices
+        least, corners = 0.0, self.given.placed.mesh.mesh.nvertices
         for a, b in ((x[..., :corners], y[..., :corners]) for x, y in fields):
             size = float(np.sqrt((a**2).mean()))
             least = max(least, LEAST * float(np.sqrt(((a - b) ** 2).mean())) / size if size else 0.0)
@@ -116,9 +132,15 @@ class FileMesh:
             for n, d in apart.items()
         }
 
+    def fields(
+        self, heat: HeatProblem, part: Symmetry, state: SteadyState | None, transient: Transient | None
+    ) -> MeshFields:
+        """On the cells of the file."""
+        return MeshFields(self.given.placed, heat, state, transient)
+
     def statistics(self, heat: HeatProblem) -> dict[str, Any]:
         """What a result says of it."""
-        mesh, space = (self.before or self).placed.mesh, heat.domain.space
+        mesh, space = self.given.placed.mesh, heat.domain.space
         return {
             "cells": mesh.count, "cell_type": mesh.file_type, "nodes": heat.size, "refined": self.before is not None,
             "lowest_degree": 2, "highest_degree": 2,
@@ -139,6 +161,10 @@ class FileMesh:
         return Step("mesh", "done", what), how
 
     def warnings(self, study: Study, relative: dict[str, float]) -> list[str]:
+        """Of ``relative`` errors above the accuracy, and of what may not be meant in the mesh."""
+        return [*self.less_accurate(study, relative), *remarks(self.given.placed.mesh)]
+
+    def less_accurate(self, study: Study, relative: dict[str, float]) -> list[str]:
         """What is to be said of ``relative`` errors above the accuracy."""
         over = {name: e for name, e in relative.items() if e > study.accuracy}
         if not over:

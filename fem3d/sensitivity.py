@@ -4,6 +4,10 @@ The derivative of a quantity is the explicit one of J - R_T(z) - R_E(w) (`fem3d.
 fields stay: every integral over a brick is a product of its sides and coefficients (`fem3d.motion`), so that per cell a
 few integrals of the fields tell the derivative by every key at once. Their errors come from the same in the space of
 degrees lower by one, as those of the quantities do.
+
+Problems beside this one, as `fem3d.sensitivity_over_time` solves them, would tell the steady derivatives too, but one
+is made for each key: without their errors they take twice to three times as long in scenes of a few probes, and flows
+and tops are off by up to some percent, for their dual solutions with the current are not among the fields.
 """
 
 from __future__ import annotations

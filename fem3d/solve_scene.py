@@ -9,15 +9,8 @@ from typing import Any
 
 from fem3d import adapt, currents, outputs, probe_quantities
 from fem3d.adapt import Answer
-from fem3d.fields import Fields, RunFields, grid_of
-from fem3d.mesh_fields import MeshFields
-from fem3d.mesh_file import FileMesh
 from fem3d.study import Study
 from meshes import connected, symmetry
-from meshes.grid import statistics
-from meshes.grouped.check import check, remarks
-from meshes.grouped.place import Placed
-from meshes.grouped.read import read
 from meshes.symmetry import Symmetry
 from scenes import physics
 from scenes.model import AnyScene, MeshScene, Point, Scene
@@ -35,12 +28,12 @@ def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole:
     """
     if not scene.steady and not physics.heat(scene):
         return currents.over_time(scene, lambda alone: solve(alone, progress), plan(scene))
-    mesh = FileMesh(place(scene)) if isinstance(scene, MeshScene) else None
+    mesh = on_file(scene) if isinstance(scene, MeshScene) else None
     study = probe_quantities.study(scene, part_of(scene, whole))
     answer = adapt.solve(study, not scene.steady, progress or (lambda _: None), mesh, scene.steady)
     response, on = answer.response, answer.mesh
     details, errors = described(study, answer), answer.errors if response is None else response.errors
-    details["plan"] = plan(scene, not study.part.planes, on if isinstance(on, FileMesh) else None)
+    details["plan"] = plan(scene, not study.part.planes, on)
     if response is None:
         details |= {"scales": study.steady_scales(answer.fine.out), "study": study, "solution": answer.fine}
         if study.field is not None:
@@ -51,18 +44,18 @@ def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole:
             "scales": response.scales, "accurate_from_s": study.earliest, "transient": response.transient,
             "jumps": len(answer.heat.jumps(study.end)),
         }  # fmt: skip
-    if isinstance(on, FileMesh):
-        relative = {n: e / details["scales"][n] for n, e in errors.items()}
-        details["warnings"] += [*on.warnings(study, relative), *remarks((on.before or on).placed.mesh)]
+    details["warnings"] += on.warnings(study, {n: e / details["scales"][n] for n, e in errors.items()})
     if response is not None:
         return Result("fem3d", {}, Traces(response.times, response.traces, response.errors), details)
     values = answer.fine.quantities
     return Result("fem3d", {n: Estimate(float(v), errors[n]) for n, v in values.items()}, None, details)
 
 
-def place(scene: MeshScene) -> Placed:
-    """A scene on the mesh of its file."""
-    return check(scene, read(scene.path, scene.unit))
+def on_file(scene: MeshScene) -> Any:
+    """The `fem3d.mesh_file.FileMesh` of a scene, which boxes do not wait for."""
+    from fem3d.mesh_file import FileMesh
+
+    return FileMesh.of(scene)
 
 
 def part_of(scene: AnyScene, whole: bool) -> Symmetry:
@@ -103,13 +96,10 @@ def described(study: Study, answer: Answer) -> dict[str, Any]:
     transient = None if response is None else response.transient
     electric = 0 if conductor is None else len(conductor.free)
     over_time = None if response is None else response.imbalance
-    fields: RunFields = Fields(heat, state, study.part, transient)
-    if isinstance(mesh, FileMesh):
-        fields = MeshFields((mesh.before or mesh).placed, heat, state, transient)
     return {
         "unknowns": heat.free if physics.heat(heat.domain.scene) else electric, "electric_unknowns": electric,
-        "levels": answer.levels, "symmetry": study.part.part, "warnings": [], "fields": fields,
-        "mesh": mesh.statistics(heat) if isinstance(mesh, FileMesh) else statistics(grid_of(heat)),
+        "levels": answer.levels, "symmetry": study.part.part, "warnings": [],
+        "fields": mesh.fields(heat, study.part, state, transient), "mesh": mesh.statistics(heat),
         "steps": 0 if transient is None else len(transient.trajectory.steps),
         "energy_imbalance": over_time if answer.steady is None else imbalance(answer.steady.out),
         "transient_imbalance": over_time,
@@ -127,10 +117,10 @@ def imbalance(out: outputs.Outputs) -> float:
     return abs(sum(flows) + power + generated) / passing if passing else 0.0
 
 
-def plan(scene: AnyScene, whole: bool = False, mesh: FileMesh | None = None) -> tuple[Step, ...]:
+def plan(scene: AnyScene, whole: bool = False, mesh: Any = None) -> tuple[Step, ...]:
     """What `solve` will do, before it does it; of a mesh file also, with the last ``mesh``, as it turned out."""
     if isinstance(scene, MeshScene):
-        given = (mesh and mesh.before) or mesh or FileMesh(place(scene))
+        given = mesh.given if mesh else on_file(scene)
         lines, reached = given.steps(mesh), f"errors estimated, and compared with {scene.accuracy:g}"
         electric = Step("electric problem", "skipped", "there is no electrode")
         if physics.electric(scene) and any(b.kind == "voltage" for b in scene.boundaries):

@@ -20,9 +20,7 @@ class Voltmeter:
         self.inside = inside = np.any([domain.live, *(own for own, _ in domain.still)], axis=0)
         self.still = []
         for own, voltage in domain.still:
-            functions = np.zeros(domain.space.size, bool)
-            functions[domain.space.dofs[:, own]] = True
-            self.still.append((np.where(functions, domain.space.unit, 0.0), voltage))
+            self.still.append((np.where(domain.space.of(own), domain.space.unit, 0.0), voltage))
         self._row = domain.mean(probe, inside) if probe.reduce == "mean" else None
         self._extreme = None if probe.reduce == "mean" else probes.extreme(domain, probe, inside)
 

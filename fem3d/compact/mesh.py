@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
-from fem3d import adapt, level, probe_quantities, solve_scene
+from fem3d import adapt, probe_quantities, solve_scene
 from fem3d.compact.channels import Channel, apart, driven
 from fem3d.conductor import Conductor
-from fem3d.domain import boxes
-from fem3d.fields import grid_of
 from fem3d.heat import HeatProblem
 from fem3d.mesh_file import FileMesh
 from fem3d.outputs import Outputs
@@ -29,8 +28,8 @@ def problem(
     probe; and the part that they are of. On a mesh file they are those of its finest space."""
     named = apart(scene, channels)
     if isinstance(named, MeshScene):
-        mesh = FileMesh(solve_scene.place(named))
-        given = (mesh.raised() or mesh).problems()
+        on_file = FileMesh.of(named)
+        given = (on_file.raised() or on_file).problems()
         return given.heat, given.conductor, solve_scene.part_of(named, True)
     part = symmetry.reduce(solve_scene.clipped(named))
     mixed = _mixed(scene, channels, rise)
@@ -41,8 +40,8 @@ def problem(
         return {name: max(scale, scales[name]) for name, scale in probe_quantities.scales(there, out).items()}
 
     study = replace(probe_quantities.study(there, part_there), field=None, steady_scales=largest, trace_scales=largest)
-    heat = adapt.solve(study, not scene.steady, with_steady=scene.steady).heat
-    given = level.problems(boxes(replace(part.scene, accuracy=accuracy), grid_of(heat)), accuracy)
+    mesh: Any = adapt.solve(study, not scene.steady, with_steady=scene.steady).mesh
+    given = replace(mesh, scene=replace(part.scene, accuracy=accuracy)).problems()
     return given.heat, given.conductor, part
 
 

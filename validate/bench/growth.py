@@ -95,8 +95,10 @@ def _assembly(path: str, scene: Scene, grid: Grid, degree: int) -> Callable[[], 
         return lambda: ngsolve_sink.Matrices(mesh, grid, degree, degree)
     if path == "scikit-fem":
         from validate.bench.tools import skfem_sink
+        from validate.verify import reference
 
-        return skfem_sink.matrices(scene, grid, degree)
+        full = skfem_sink.assembly(scene, grid, degree)
+        return lambda: reference.Inner(full())
     from fem3d.assembly import assemble
     from fem3d.domain import boxes
 

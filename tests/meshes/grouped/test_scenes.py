@@ -202,6 +202,6 @@ def test_currents_alone_over_time_solve_no_heat(tmp_path: Path, monkeypatch: pyt
 @pytest.mark.parametrize(("error", "said"), [(1.04e-3, "0.00104"), (1.0001e-3, "just over 0.001"), (0.0034, "0.003")])
 def test_an_error_above_the_accuracy_reads_as_above(error: float, said: str) -> None:
     study, mesh = SimpleNamespace(accuracy=1e-3), SimpleNamespace(words="degree 2")
-    (warning,) = FileMesh.warnings(mesh, study, {"tip": error, "end": 1e-4})  # type: ignore[arg-type]
+    (warning,) = FileMesh.less_accurate(mesh, study, {"tip": error, "end": 1e-4})  # type: ignore[arg-type]
     assert f'probe "tip" is less accurate than the 0.001 asked for, tip with an estimated {said}, on' in warning
-    assert FileMesh.warnings(mesh, study, {"tip": 1e-3}) == []  # type: ignore[arg-type]
+    assert FileMesh.less_accurate(mesh, study, {"tip": 1e-3}) == []  # type: ignore[arg-type]

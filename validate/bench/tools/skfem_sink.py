@@ -25,27 +25,31 @@ from validate.verify.methods import Uniform
 ELEMENTS = {1: (ElementHex1, 3), 2: (ElementHex2, 5)}  # with the order of integration that is exact on bricks
 
 
-def matrices(scene: Scene, grid: Grid, degree: int) -> Callable[[], reference.Inner]:
+def assembly(scene: Scene, grid: Grid, degree: int) -> Callable[[], reference.FullOrder]:
     """What assembles a scene's matrices; the mesh is made before."""
     (mesh, owner), (element, order) = reference.hexahedra(grid), ELEMENTS[degree]
-    return lambda: reference.Inner(reference.on_mesh(scene, mesh, owner, element(), order))
+    return lambda: reference.on_mesh(scene, mesh, owner, element(), order)
+
+
+class Problem(reference.Inner):
+    """With the Joule load of a state and the quantities."""
+
+    def __init__(self, sink: Sink, full: reference.FullOrder) -> None:
+        super().__init__(full)
+        probes = {probe.name: probe for probe in full.scene.probes}
+        beam = reference.within(full.basis, probes["mean"])
+        mass = self.part(forms.capacity.assemble(beam, heat_capacity=np.ones(beam.dx.shape)))
+        peak, end, mean = (reference.mean(full.basis, probes[name])[self.free] for name in ("peak", "end", "mean"))
+        self.uniform, self.unknowns = Uniform(sink, peak, end, mean, mass.__matmul__), self.size
+        self.quantities = self.uniform.quantities
+
+    def load(self, rise: np.ndarray) -> np.ndarray:
+        return self.uniform.load(rise)
 
 
 def prepare(options: dict[str, Any]) -> tuple[Callable[[], Answer], Callable[[Answer], dict[str, Any]]]:
     """Assemble and solve the quarter on its mesh; read the numbers."""
     sink = load("sink", [])
     scene = quarter(sink)
-    assemble = matrices(scene, graded(scene, options["grading"], options["cuts"], 1), options["degree"])
-    return stepped(options, lambda: heated(sink, assemble()))
-
-
-def heated(sink: Sink, problem: Any) -> Any:
-    """With the Joule load of a state and the quantities."""
-    basis, free = problem.full.basis, problem.free
-    probes = {probe.name: probe for probe in problem.full.scene.probes}
-    beam = reference.within(basis, probes["mean"])
-    mass = problem.part(forms.capacity.assemble(beam, heat_capacity=np.ones(beam.dx.shape)))
-    peak, end, mean = (reference.mean(basis, probes[name])[free] for name in ("peak", "end", "mean"))
-    uniform = Uniform(sink, peak, end, mean, mass.__matmul__)
-    problem.load, problem.quantities, problem.unknowns = uniform.load, uniform.quantities, problem.size
-    return problem
+    full = assembly(scene, graded(scene, options["grading"], options["cuts"], 1), options["degree"])
+    return stepped(options, lambda: Problem(sink, full()))
