@@ -15,6 +15,8 @@ from meshes.grid import Grid
 from scenes.model import Scene
 
 MOST_ENTRIES = 40_000_000  # of the stiffness matrix: some 10 GB with its factors
+MANY = 1_000  # cells, some 13,000 unknowns: from there on a level of a third of the cells costs next to nothing beside
+COARSEST = 1e-2  # accuracy of a first grid for a better one: larger ones have as many layers
 HARDLY = 0.25  # exponent of an edge below which its layers take more than there is
 LAYER = 0.1  # of the narrowest length of a scene: layers shorter than that see the edge alone
 # Of what is enough, which the shortest layers may leave. `validate stress --scenes 160` counts what is refused for it;
@@ -23,12 +25,17 @@ KEPT = 0.75
 
 
 def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
-    """The grid to start with. Where an edge is so singular that the accuracy would take layers close to rounding, it is
-    that of a larger accuracy: not every quantity sees the edge, and what does so is refined for."""
-    if marks.sharpest > HARDLY:
-        return grading.first_grid(scene, accuracy, marks)
-    suits = LAYER ** (2 * marks.sharpest) / grading.LAYERS  # the accuracy of a first layer that long
-    return grading.first_grid(scene, max(accuracy, suits), marks)
+    """The grid to start with. Where an edge is so singular that the accuracy would take layers close to rounding, or
+    the scene has so many features that their layers alone make it large, it is that of a larger accuracy: not every
+    quantity sees each of them, and what does so is refined for."""
+    if marks.sharpest <= HARDLY:
+        # The accuracy of a first layer that long.
+        accuracy = max(accuracy, LAYER ** (2 * marks.sharpest) / grading.LAYERS)
+    grid = grading.first_grid(scene, accuracy, marks)
+    while accuracy < COARSEST and grid.solid.sum() > MANY:
+        accuracy *= 10
+        grid = grading.first_grid(scene, accuracy, marks)
+    return grid
 
 
 def check_size(given: Problems, accuracy: float, marks: Features) -> None:
