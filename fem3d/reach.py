@@ -15,8 +15,11 @@ from meshes.grid import Grid
 from scenes.model import Scene
 
 MOST_ENTRIES = 40_000_000  # of the stiffness matrix: some 10 GB with its factors
-MANY = 1_000  # cells, some 13,000 unknowns: from there on a level of a third of the cells costs next to nothing beside
-COARSEST = 1e-2  # accuracy of a first grid for a better one: larger ones have as many layers
+# Cells, some 13,000 unknowns, beyond which a first grid is that of a larger accuracy, with a half of the cells: solving it
+# takes a quarter of the time, all of which is saved where most features are seen by no quantity. Of 700 random scenes
+# none has as many, an actuator of ten boxes over films of 0.1 um has 5,000.
+MANY = 1_000
+COARSEST = 1e-2  # accuracy, from which on a first grid has the fewest layers
 HARDLY = 0.25  # exponent of an edge below which its layers take more than there is
 LAYER = 0.1  # of the narrowest length of a scene: layers shorter than that see the edge alone
 # Of what is enough, which the shortest layers may leave. `validate stress --scenes 160` counts what is refused for it;

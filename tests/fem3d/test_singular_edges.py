@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem3d import adapt, level, probe_quantities
+from fem3d import adapt, level, probe_quantities, reach
 from fem3d.domain import boxes as domain_of
 from fem3d.errors import NumericsError
 from fem3d.solve_scene import clipped, solve
@@ -154,3 +154,25 @@ def test_edges_of_films_spread_over_their_thickness():
     assert excess(coarse) <= 1.0
     plus = replace(coarse.boundaries[1], value=1.01 * 6e-4)
     assert excess(replace(coarse, boundaries=(coarse.boundaries[0], plus, coarse.boundaries[2]))) > 1.0
+
+
+def pillars(count: int) -> Scene:
+    """A plate, cooled from below, on which heated pillars stand at unequal distances."""
+    plate, post = Material("plate", 100.0, 2000.0, 700.0), Material("post", 1.0, 2000.0, 700.0)
+    boxes = [Box("plate", plate, (0.0, 0.0, 0.0), (count * SIDE, count * SIDE, SIDE))]
+    for n in range(count):
+        x, y = ((n + 0.2 + 0.01 * n) * SIDE, ((3 * n) % count + 0.1 + 0.02 * n) * SIDE)
+        boxes.append(Box(f"post {n}", post, (x, y, SIDE), (x + 0.5 * SIDE, y + 0.4 * SIDE, 1.5 * SIDE), 1e8))
+    cold = Boundary("cold", "temperature", (0.0, 0.0, 0.0), (count * SIDE, count * SIDE, 0.0), 293.0)
+    probes = tuple(Probe(b.name, b.lower, b.upper) for b in boxes[1:2])
+    return Scene("pillars", tuple(boxes), (cold,), probes, 293.0, accuracy=1e-3, steady=True)
+
+
+@pytest.mark.parametrize(("count", "large"), [(1, False), (7, True)])
+def test_a_first_grid_that_is_large_is_that_of_a_larger_accuracy(count, large):
+    scene = pillars(count)
+    marks = grading.features(scene)
+    for accuracy in (1e-3, 1e-4):
+        asked, first = grading.first_grid(scene, accuracy, marks), reach.first_grid(scene, accuracy, marks)
+        assert (asked.solid.sum() > reach.MANY) == large
+        assert first.same(grading.first_grid(scene, reach.COARSEST, marks) if large else asked)
