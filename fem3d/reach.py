@@ -15,9 +15,9 @@ from meshes.grid import Grid
 from scenes.model import Scene
 
 MOST_ENTRIES = 40_000_000  # of the stiffness matrix: some 10 GB with its factors
-# Cells, some 13,000 unknowns, beyond which a first grid is that of a larger accuracy, with a half of the cells: solving it
-# takes a quarter of the time, all of which is saved where most features are seen by no quantity. Of 700 random scenes
-# none has as many, an actuator of ten boxes over films of 0.1 um has 5,000.
+# Cells, some 13,000 unknowns, beyond which a first grid is that of a larger accuracy, with half of the cells: it takes
+# a quarter of the time, all of which is saved where most features are seen by no quantity. Of 700 random scenes none
+# has as many, an actuator of ten boxes over films of 0.1 um has 5,000.
 MANY = 1_000
 COARSEST = 1e-2  # accuracy, from which on a first grid has the fewest layers
 HARDLY = 0.25  # exponent of an edge below which its layers take more than there is
