@@ -293,8 +293,8 @@ def _imbalance(study: Study, answer: Transient) -> float:
 
     passed = np.maximum(until(entering), until(leaving))
     just_before = np.maximum(edges[1:] * (1 - 1e-12), edges[:-1])
-    stored = outputs.stored_heat(answer, study.part, just_before)
-    jumped = outputs.stored_heat(answer, study.part, edges[:-1]) - np.concatenate([[0.0], stored[:-1]])
+    stored, there = np.split(outputs.stored_heat(answer, study.part, np.append(just_before, edges[:-1])), 2)
+    jumped = there - np.concatenate([[0.0], stored[:-1]])
     gap = np.abs(stored - until(entered) - np.cumsum(jumped * _jumps(answer, edges[:-1])))
     late = edges[1:] >= min(study.earliest, edges[-1])
     heat = answer.base.heat

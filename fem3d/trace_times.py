@@ -36,7 +36,9 @@ def choose(
         fine = np.concatenate([s.start + s.length * inner for s in within] + [[last]])
         pieces.append(_piece(fine, evaluate, allowed, MOST_ROWS // len(cuts), FEWEST if len(cuts) == 2 else 4))
     times = np.unique(np.concatenate([*(p[0] for p in pieces), [t for t in instants if 0.0 <= t <= end]]))
-    return times, evaluate(times), {name: max(p[1][name] for p in pieces) for name in allowed}
+    # A stretch alone has been evaluated at its rows.
+    traces = pieces[0][2] if len(pieces) == 1 and len(times) == len(pieces[0][0]) else evaluate(times)
+    return times, traces, {name: max(p[1][name] for p in pieces) for name in allowed}
 
 
 def _piece(
@@ -45,8 +47,8 @@ def _piece(
     allowed: dict[str, float],
     most: int,
     fewest: int,
-) -> tuple[np.ndarray, dict[str, float]]:
-    """The rows of a stretch without jumps, sampled at ``fine``, and the errors between them."""
+) -> tuple[np.ndarray, dict[str, float], dict[str, np.ndarray]]:
+    """The rows of a stretch without jumps, sampled at ``fine``, the errors between them, and the traces there."""
     traces = evaluate(fine)
     h = np.diff(fine)
     density = np.zeros(len(fine))
@@ -65,5 +67,5 @@ def _piece(
         found = {name: float(np.abs(np.interp(fine, times, at_rows[name]) - y).max()) for name, y in traces.items()}
         worst = max(found[name] / allowed[name] for name in found)
         if worst <= 1.0 or count == most:
-            return times, found
+            return times, found, at_rows
         count = min(int(count * 1.05 * max(np.sqrt(worst), 1.05)) + 1, most)
