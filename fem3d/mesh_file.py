@@ -58,6 +58,11 @@ class FileMesh:
         return self.before or self
 
     @property
+    def _less(self) -> Any:
+        """What was found on the mesh before; None where that is none, or has no steady state."""
+        return self.before and self.before._found
+
+    @property
     def words(self) -> str:
         """The elements, for a person."""
         return f"degree 2{' on a mesh refined once' if self.before else ''}"
@@ -74,7 +79,7 @@ class FileMesh:
 
     def examined(self, study: Study, given: Problems, fine: Solution) -> Level:
         """The level of a fine solution, the low one being of degree 1, or of the mesh before."""
-        low = self.before._found if self.before else level.solution(study, given, 0)
+        low = self._less or level.solution(study, given, 0)
         self._found, scales = fine, study.steady_scales(fine.out)
         pairs = [(fine.state.heat.field(fine.state.rise), low.state.heat.field(low.state.rise))]
         if fine.state.conductor is not None:
@@ -88,8 +93,8 @@ class FileMesh:
     ) -> Response:
         """The response, held against that of degree 1, or of the mesh before."""
         fine = time_response.marched(study, bases[0], shift, None if steady is None else steady.fine.out, generations)
-        if self.before:
-            low, there = self.before._found
+        if self._less:
+            low, there = self._less
         else:
             low = time_response.beside(study, bases[1], shift, fine.generations)
             there = study.traces(outputs.of_transient(low, study.part, fine.checked))
@@ -126,7 +131,7 @@ class FileMesh:
         for a, b in ((x[..., :corners], y[..., :corners]) for x, y in fields):
             size = float(np.sqrt((a**2).mean()))
             least = max(least, LEAST * float(np.sqrt(((a - b) ** 2).mean())) / size if size else 0.0)
-        known = BETWEEN_MESHES if self.before else BETWEEN_DEGREES
+        known = BETWEEN_MESHES if self._less else BETWEEN_DEGREES
         return {
             n: known * (OF_GRADIENT if _of_gradient(heat, study.goals[n]) else 1.0) * d + least * scales[n]
             for n, d in apart.items()

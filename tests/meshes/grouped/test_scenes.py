@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fem3d import solve_scene
+from fem3d import level, probe_quantities, solve_scene
 from fem3d.heat import HeatProblem
 from fem3d.mesh_file import FileMesh
 from fem3d.solve_scene import solve
@@ -127,6 +127,40 @@ def test_runaway_is_refused(tmp_path: Path) -> None:
     document["boundary"][2]["voltage"] = 3
     with pytest.raises(RunawayError, match="thermal runaway"):
         on_mesh(document, "tetra", 1, tmp_path)
+
+
+@pytest.mark.parametrize("part", [0.5, 1.5])
+def test_between_the_runaways_of_a_mesh_and_of_the_refined_one_there_is_an_answer_or_a_sentence(
+    part: float, tmp_path: Path
+) -> None:
+    """The steady state of the refined mesh is then compared with degree 1: there is none of the mesh before."""
+
+    def meshed(voltage: float) -> MeshScene:
+        document = bridge(steady=True, accuracy=1e-2)
+        document["material"][0]["temperature_coefficient"] = -4e-3
+        document["boundary"][2]["voltage"] = voltage
+        boxes.write(boxes.grouped(from_dict(document), "hexahedron", 1, None), tmp_path / "m.msh", 1e-6)
+        found = from_dict(boxes.document(document, "m.msh", 1e-6), folder=str(tmp_path))
+        assert isinstance(found, MeshScene)
+        return found
+
+    scene, limits = meshed(3.0), []
+    study, mesh = probe_quantities.study(scene, solve_scene.part_of(scene, whole=True)), FileMesh.of(scene)
+    for each in (mesh, mesh.raised()):
+        assert each is not None
+        with pytest.raises(RunawayError) as runaway:
+            level.solution(study, each.problems())
+        limits.append(runaway.value.limit)
+    coarse, fine = limits
+    assert coarse < fine
+    between = meshed(coarse + part * (fine - coarse))
+    if part < 1:
+        found = solve(between)
+        assert found.details["mesh"]["refined"]
+        assert all(estimate.error > 0 for estimate in found.steady.values())
+    else:
+        with pytest.raises(RunawayError, match="thermal runaway"):
+            solve(between)
 
 
 def test_what_a_mesh_cannot_reach_is_told(tmp_path: Path) -> None:
