@@ -1,1 +1,1 @@
-"""Finite-element spaces: the weak forms, the functions on bricks and mesh files, integrals, and where a scene lies on cells."""
+"""Finite-element spaces: the weak forms, functions on bricks and mesh files, integrals, where a scene lies on cells."""
