@@ -41,15 +41,15 @@ def plan(scene: Any, request: Request, data: Data | None = None) -> tuple[Step, 
     if isinstance(scene, Device):
         return plans.of_device(scene, request)
     if not isinstance(scene, Sink):
-        from fem3d import solve_scene
+        from fem3d.runs import scene as scene_run
 
-        return plans.of_free(scene, request, solve_scene.plan(scene, whole=_followed(request)))
+        return plans.of_free(scene, request, scene_run.plan(scene, whole=_followed(request)))
     from reduced1d.ladder import refuse
 
     refuse(scene, request.reduction)
     steps: tuple[Step, ...] = (plans.ONLY_1D,)
     if "fem3d" in request.models:
-        from fem3d.run import plan as plan_3d
+        from fem3d.runs.sink import plan as plan_3d
 
         steps = plan_3d(scene, request)
     return plans.of_sink(scene, request, steps, data)
@@ -195,7 +195,7 @@ def _compared(
     fem3d = reduced1d = single = None
     if "fem3d" in request.models:
         with clock.stage("imports"):
-            from fem3d.run import solve as solve_3d
+            from fem3d.runs.sink import solve as solve_3d
             from scenes.errors import NumericsError, RunawayError
             from scenes.validity import cause
         say("solving in 3D")
@@ -311,14 +311,14 @@ def _free(run: _Run) -> Outcome[AnyScene]:
 
     scene, request, clock = run.scene, run.request, run.clock
     with clock.stage("imports"):
-        from fem3d import solve_scene
+        from fem3d.runs import scene as scene_run
     model = _opened(scene, request)
     run.say("solving in 3D")
     with clock.stage("fem3d"):
-        result: Result = solve_scene.solve(scene, run.say, whole=_followed(request))
+        result: Result = scene_run.solve(scene, run.say, whole=_followed(request))
         if model is not None and not scene.steady and not _varies(scene):
             still = replace(scene, steady=True, output_times=())
-            result = replace(result, steady=solve_scene.solve(still, run.say).steady)
+            result = replace(result, steady=scene_run.solve(still, run.say).steady)
     shown, warnings = None, tuple(result.details.get("warnings", ()))
     with clock.stage("checks"):
         if physics.heat(scene):
@@ -327,6 +327,8 @@ def _free(run: _Run) -> Outcome[AnyScene]:
             if result.traces is not None and "field" not in plans.skipped_figures(scene, request):
                 shown = hottest.farthest(fields, times, scene.initial_temperature)
     steps = plans.of_free(scene, request, tuple(result.details["plan"]))
+    if model is None and scene.model is not None and scene.model.file:
+        warnings += (f"the scene's model, {scene.model.file}, is a program, and runs only with --model scene",)
     outcome = Outcome(scene, request, steps, result, warnings=warnings, shown=shown)
     return _with_inputs(run, outcome if model is None else _judged(run, outcome, *model))
 

@@ -25,8 +25,7 @@ Bflow flow 0 V=-2e-3*v(rise)/100
 .tran 1u 1m uic
 .end
 """
-OUTPUTS = {"heat out": "v(flow)"}
-PARAMETERS = {"top": 100.0, "tau": "0.16 ms"}
+PUT_IN = ["model.parameters.top=100", "model.parameters.tau=0.16 ms"]
 
 
 def rises(times: np.ndarray | None) -> dict[str, Any]:
@@ -70,12 +69,10 @@ def judged(scene: Any, given: Any) -> dict[str, Any]:
 
 
 def test_four_forms_of_one_model_get_the_same_checks(transient: Path, tmp_path: Path) -> None:
-    scene = load(transient, [f"model.parameters.{name}={value}" for name, value in PARAMETERS.items()])
+    scene = load(transient, PUT_IN)
     found = {"function": judged(scene, lambda _, times: rises(times))}
     (tmp_path / "lump.cir").write_text(NETLIST)
-    wired = load(
-        transient, [*(f"model.parameters.{n}={v}" for n, v in PARAMETERS.items()), "model.outputs.heat out=v(flow)"]
-    )
+    wired = load(transient, [*PUT_IN, "model.outputs.heat out=v(flow)"])
     found["netlist"] = judged(wired, str(tmp_path / "lump.cir"))
     found["FMU"] = judged(scene, str(fmu(tmp_path)))
     times = np.unique(np.append(np.linspace(0, 5e-4, 400), np.geomspace(1e-7, 5e-4, 60)))
