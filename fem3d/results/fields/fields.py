@@ -11,10 +11,10 @@ import numpy as np
 
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
+from fem3d.results.fields.hexahedra import CORNERS, Whole
 from fem3d.results.fields.parabolas import CutAxis
 from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import State, Transient
-from fem3d.results.fields.hexahedra import CORNERS, Whole
 from meshes.symmetry import Symmetry
 
 if TYPE_CHECKING:

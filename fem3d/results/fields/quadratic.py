@@ -12,12 +12,12 @@ from functools import cached_property
 
 import numpy as np
 
-from fem3d.spaces.bricks import BrickSpace
 from fem3d.problems.current import Conductor, law
 from fem3d.problems.heat import HeatProblem
+from fem3d.results.fields.hexahedra import CORNERS, Whole
 from fem3d.results.fields.parabolas import GAUSS, cut, samples
 from fem3d.solution.transient import State
-from fem3d.results.fields.hexahedra import CORNERS, Whole
+from fem3d.spaces.bricks import BrickSpace
 from meshes.symmetry import Symmetry
 
 # VTK's order of the 27 points of a triquadratic hexahedron: corners, edges, faces, middle; as steps of half a cell.
