@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 
 
 class Drawn(NamedTuple):
-    """Hexahedra as of `fem3d.results.fields.hexahedra.Whole`, and the functions (places, functions of a cell) at the points of a cell."""
+    """Hexahedra as of `fem3d.results.fields.hexahedra.Whole`, and the functions (places, functions of a cell) at the
+    points of a cell."""
 
     points: np.ndarray
     hexes: np.ndarray

@@ -1,7 +1,8 @@
 """Fields of the whole structure on quadratic hexahedra, for files: temperature, potential, current density, heat.
 
 Each brick of the solved part is cut into pieces on which triquadratic functions follow the solution to a part of the
-run's accuracy (`fem3d.results.fields.parabolas`), and mirrored to the whole, with the points of the mirror planes shared.
+run's accuracy (`fem3d.results.fields.parabolas`), and mirrored to the whole, with the points of the mirror planes
+shared.
 """
 
 from __future__ import annotations
