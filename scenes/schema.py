@@ -249,7 +249,9 @@ def locate(key: str, value: object, schema: Schema) -> tuple[str, str]:
         return ends[0], ""
     head, _, item = key.rpartition(".")
     for path, entry in schema.paths.items():
-        if isinstance(entry.kind, Numbers) and head and (path == head or path.endswith(f".{head}")):
+        if isinstance(entry.kind, Numbers) and key.startswith(f"{path}."):
+            return path, key.removeprefix(f"{path}.")
+        if isinstance(entry.kind, Numbers) and head and path.endswith(f".{head}"):
             return path, item
     raise schema.unknown(key, value)
 
