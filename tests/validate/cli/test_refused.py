@@ -95,7 +95,7 @@ REFUSED = {
     "solve hotplate --set run.end_time=14.0375ms --set run.output_times=[0.01,0.0140376]":
         "run.end_time = 0.0140375 s is before the last of run.output_times, 0.0140376 s",
     "solve bridge --set box.beam.material=gold": '"gold" is not in the scene',
-    "solve bridge --accuracy 2": "run.accuracy", "solve bridge --strict": "unknown option",
+    "solve bridge --accuracy 2": "run.accuracy", "solve bridge --air": "unknown option",
     # studies
     "verify --jobs 0": "--jobs", "verify --jobs two": "--jobs", "verify --only all": "invalid choice",
     "stress --quick --scenes 0": "--scenes", "stress --quick --seed x": "--seed", "stress --quick --jobs -1": "--jobs",
