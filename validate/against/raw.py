@@ -23,15 +23,17 @@ def is_one(data: bytes) -> bool:
     return head.startswith(b"Title:") and b"Plotname:" in head
 
 
-def read(path: Path, data: bytes) -> Table:
-    """The columns of the transient analysis in a raw file; SceneError where there are none, or several."""
+def read(path: Path, data: bytes, plot: str = "transient") -> Table:
+    """The columns of the analysis called ``plot`` in a raw file; SceneError where there are none, or several."""
     start, table = 0, None
     while head := _VARIABLES.search(data, start):
         header = data[start : head.start()].decode("latin-1")
         variables = [line.split() for line in head.group(1).decode("latin-1").splitlines()[1:] if line.strip()]
         count, said = len(variables), _field(header, "No. Points")
-        if not said.isdigit():
+        if not (said.isascii() and said.isdigit()):
             raise SceneError(f"--against {quoted(path)}: no number of points in its header (No. Points)")
+        if not count or not int(said):
+            raise SceneError(f"--against {quoted(path)} has no {'points' if count else 'variables'} in one of its runs")
         cells = count * int(said) * (2 if "complex" in _field(header, "Flags") else 1)
         if head.group(2) == b"Binary":
             start = head.end() + 8 * cells
@@ -41,7 +43,7 @@ def read(path: Path, data: bytes) -> Table:
             following = data.find(b"Title:", head.end())
             start = len(data) if following < 0 else following
             values = _values(data[head.end() : start].decode("latin-1"), count)
-        if "transient" not in _field(header, "Plotname").lower():
+        if plot not in _field(header, "Plotname").lower():
             continue
         if table is not None:
             raise SceneError(f"--against {quoted(path)} has several transient analyses: write one of them only")

@@ -6,7 +6,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
-from validate.processes import TimeIsUpError, limited, side_by_side
+from validate.pool import side_by_side
+from validate.processes import TimeIsUpError, limited
 from validate.stress import compact_models, constants, extremes, steps
 from validate.stress.report import Row, failed
 
@@ -31,7 +32,7 @@ def examine(seed: int, limit: int = LIMIT) -> Outcome:
     """Solves the scene of a seed and holds it to all invariants that need no second solve and to one that does."""
     import time
 
-    from fem3d.errors import ConvergenceError, NumericsError
+    from scenes.errors import ConvergenceError, NumericsError
     from validate.stress import invariants
     from validate.stress.random_scenes import draw
 
