@@ -19,12 +19,13 @@ def from_dict(
     """The scene of nested tables such as `as_dict` returns, with overrides put over it, checked; raises SceneError."""
     schema = schema_of(given)
     values = schema.read(override(schema.flatten(given), overrides, schema))
-    return document.on_mesh(values, name, folder) if "mesh" in given else check(document.of_boxes(values, name))
+    return document.on_mesh(values, name, folder) if "mesh" in given else check(document.of_boxes(values, name, folder))
 
 
 def overridden(scene: AnyScene, overrides: Sequence[str]) -> AnyScene:
     """A scene with "KEY=VALUE" overrides put over it as `load` puts them over a file's, checked; raises SceneError."""
-    return from_dict(as_dict(scene), scene.name, getattr(scene, "folder", ""), overrides)
+    folder = getattr(scene, "folder", "") or (scene.model.folder if scene.model else "")
+    return from_dict(as_dict(scene), scene.name, folder, overrides)
 
 
 def check(scene: Scene) -> Scene:
