@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from scenes.plan import Request, Step
 
@@ -103,3 +103,13 @@ class Clock:
 
     def all(self) -> dict[str, float]:
         return {**self._stages, "total": time.perf_counter() - self._start}
+
+
+@dataclass(frozen=True)
+class Run:
+    """What is solved, what is asked of it, who is told of the progress, and the clock of its stages."""
+
+    scene: Any
+    request: Request
+    say: Callable[[str], None] = lambda _: None
+    clock: Clock = field(default_factory=Clock)

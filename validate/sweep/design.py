@@ -97,10 +97,11 @@ class Base:
 
 def base(source: str | Path | Sink | AnyScene, settings: Sequence[str] = ()) -> Base:
     """What a scene, its name or its file stands for. Raises SceneError."""
-    if isinstance(source, Sink):
-        return Base("sink", source.name, as_dict(source), settings=tuple(settings))
     if not isinstance(source, str | Path):
-        return Base("free", source.name, free.as_dict(source), str(Path.cwd()), tuple(settings))
+        given: Any = source
+        own = getattr(getattr(given, "model", None), "folder", "") or getattr(given, "folder", "")
+        read = as_dict if given.kind == "sink" else free.as_dict
+        return Base(given.kind, given.name, read(given), str(Path(own).resolve()), tuple(settings))
     found, name, folder = document(source, known_names())
     of = type_of_file(found)
     if of is DEVICE:

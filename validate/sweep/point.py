@@ -138,8 +138,8 @@ def solve(work: Work, seconds: float | None = None) -> list[Row]:
         parts, status, because = None, "failed", ""
         try:
             with within(seconds):
-                scene = work.base.at(settings(work.keys, point))
-                if isinstance(scene, Sink):
+                scene: Any = work.base.at(settings(work.keys, point))
+                if work.base.kind == "sink":
                     values, parts, result = _sink(scene, work.scope, earlier)
                     earlier = earlier or result
                 else:
@@ -173,7 +173,7 @@ def _sink(
     """The columns of a sink, the parts of its difference, and its 3D result; solved again more accurately while a
     verdict is open."""
     from reduced1d.ladder.levels import Levels
-    from validate.run.pipeline import compared
+    from validate.run.kinds.sink import compared
 
     request = Request(transient=not scope.steady, figures=False, reduction=scope.reductions[0])
     # Which part is the largest the coarser models of the ladder tell; a reduction that stands on it needs both.
@@ -249,7 +249,7 @@ def blame(parts: dict[str, float] | None) -> dict[str, Any]:
 def _free(scene: AnyScene) -> dict[str, Any]:
     """The columns of a free scene: every probe, at the end where it is over time."""
     from fem3d.runs import scene as scene_run
-    from validate.run.pipeline import reported
+    from validate.run.kinds.free import reported
 
     scene = reported(scene, Request(figures=False))
     result = scene_run.solve(scene)

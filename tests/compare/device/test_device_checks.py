@@ -22,7 +22,7 @@ from scenes.loading import load
 from scenes.loop.result import Run, Runs, sampled_slowly
 from scenes.plan import Request
 from validate.report.checks import claimed, off_by
-from validate.run.pipeline import simulated
+from validate.run.kinds.device import simulated
 from validate.run.plan import needs
 
 SLOPE = 0.15 * 1e-3 * 100e-6 / 100e-6
