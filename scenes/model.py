@@ -8,9 +8,11 @@ corners; it is checked against the mesh itself only when that has been read (`me
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
+
+from scenes.parameters import Parameters
 
 Point = tuple[float, float, float]
 
@@ -133,6 +135,7 @@ class Scene:
     accuracy: float = 1e-3
     steady: bool = False
     output_times: tuple[float, ...] = ()
+    parameters: Parameters | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True)
@@ -196,6 +199,7 @@ class MeshScene:
     steady: bool = False
     output_times: tuple[float, ...] = ()
     folder: str = ""
+    parameters: Parameters | None = field(default=None, compare=False, repr=False)
 
     @property
     def path(self) -> Path:

@@ -18,13 +18,13 @@ def from_dict(
 ) -> AnyScene:
     """The scene of nested tables such as `as_dict` returns, with overrides put over it, checked; raises SceneError."""
     schema = schema_of(given)
-    values = schema.read(override(schema.flatten(given), overrides, schema))
-    return document.on_mesh(values, name, folder) if "mesh" in given else check(document.of_boxes(values, name))
+    return built(override(schema.flatten(given), overrides, schema), schema, name, folder)
 
 
-def overridden(scene: AnyScene, overrides: Sequence[str]) -> AnyScene:
-    """A scene with "KEY=VALUE" overrides put over it as `load` puts them over a file's, checked; raises SceneError."""
-    return from_dict(as_dict(scene), scene.name, getattr(scene, "folder", ""), overrides)
+def built(flat: Mapping[str, Any], schema: Schema, name: str, folder: str = "") -> AnyScene:
+    """The scene of a flat one, checked; raises SceneError."""
+    values = schema.read(flat)
+    return document.on_mesh(values, name, folder) if schema is ON_MESH else check(document.of_boxes(values, name))
 
 
 def check(scene: Scene) -> Scene:
@@ -32,6 +32,10 @@ def check(scene: Scene) -> Scene:
     from scenes.free import validity
 
     return validity.check(scene)
+
+
+def schema_of_scene(scene: AnyScene) -> Schema:
+    return BOXES if isinstance(scene, Scene) else ON_MESH
 
 
 def schema_of(given: Mapping[str, Any]) -> Schema:

@@ -21,7 +21,7 @@ from scenes.formats import percent
 from scenes.result import Estimate, Result
 from scenes.sink import Sink
 from scenes.uncertain import Uncertain
-from scenes.varied import varied
+from scenes.varied import neighbour, varied
 from validate.inputs.sensitivities import QUANTITIES, Sensitivities, of_sink
 
 STEP = 1e-4  # of a key: differences of formulas are off by its square
@@ -141,7 +141,7 @@ def judged(
             in_1d = models.reduced1d and moved(models.reduced1d, sink)
             # What only a row has, its islands' length, is nothing to one span.
             one = other(single, sink) if single is not None and key in alone.keys else single
-            there = Models(varied(sink, key, 1 + step), moved(models.fem3d, sink), in_1d, one)
+            there = Models(neighbour(sink, key, step), moved(models.fem3d, sink), in_1d, one)
             beside.append({check.id: definitions[check.id](there).difference for check in made})
         for name, own in slopes.items():
             own[n] = (beside[0][name] - beside[1][name]) / (2 * STEP)
