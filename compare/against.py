@@ -60,14 +60,21 @@ def largest_distance(predicted: Traces, measured: Traces, key: str) -> Largest:
 
 
 def _beyond(time: np.ndarray, off: np.ndarray, i: int) -> float:
-    """How far the parabola through the largest value and its two neighbours rises above it; 0 at either end."""
-    if not 0 < i < len(off) - 1:
-        return 0.0
-    left, right = time[i] - time[i - 1], time[i + 1] - time[i]
-    before, after = (off[i] - off[i - 1]) / left, (off[i + 1] - off[i]) / right
-    curvature = (after - before) / (left + right)
-    slope = (before * right + after * left) / (left + right)
-    return float(-(slope**2) / (4 * curvature)) if curvature < 0 else 0.0
+    """How far a curve through points may rise above the largest of them between it and its neighbours: as far as the
+    parabolas through the gap's two points and one beside them, between which the curve runs where its third derivative
+    keeps its sign."""
+    beyond = 0.0
+    for a in (i - 1, i):
+        for n in (a - 1, a + 2):
+            if not (0 <= a < len(off) - 1 and 0 <= n < len(off)):
+                continue
+            wide, slope = time[a + 1] - time[a], (off[a + 1] - off[a]) / (time[a + 1] - time[a])
+            rises = [(off[n] - off[m]) / (time[n] - time[m]) for m in (a, a + 1)]
+            curvature = (rises[1] - rises[0]) / wide
+            # The parabola's top, if it has one within the gap, measured from the gap's start.
+            top = 0.0 if curvature >= 0 else min(max((wide - slope / curvature) / 2, 0.0), wide)
+            beyond = max(beyond, float(off[a] + slope * top + curvature * top * (top - wide) - off[i]))
+    return beyond
 
 
 def over_time(
@@ -153,27 +160,26 @@ def evaluate(sink: Sink, data: Data, fem3d: Result) -> tuple[Check, ...]:
 def compare(sink: Sink, data: Data, fem3d: Result, key: str) -> Comparison:
     """The largest distance data - 3D from 10 us on, relative to the quantity's final rise, change or value.
 
-    It is sought at the times of both, within the time that both cover, each interpolated linearly in time. Its error
-    is that of the 3D trace, and that of interpolating the data: a third of the largest change when every other of
-    their rows is left out (for smooth curves the error falls with the square of the spacing).
+    It is sought at the file's own times, where the 3D trace is known to its error; nothing is read into the data
+    between them. By how much the distance may be larger between two rows is what the rows around them tell of it
+    (`_beyond`).
     """
     traces = fem3d.over_time
     unit = unit_of(key)
-    first = max(FIRST_TIME, float(data.time[0]), float(traces.time[0]))
-    last = min(float(data.time[-1]), float(traces.time[-1]))
-    if not first < last:
+    both = (data.time >= traces.time[0]) & (data.time <= traces.time[-1] * (1 + 1e-9))
+    time, theirs = data.time[both], data.values[key][both]
+    late = time >= FIRST_TIME
+    if not late.any():
         span = f"{quantity(float(data.time[0]), 's')} to {quantity(float(data.time[-1]), 's')}"
         raise SceneError(
             f"--against {quoted(data.name)} covers {span}, the run 10 us to {quantity(sink.end_time, 's')}: there is "
             "no time to compare at"
         )
-    both = np.union1d(data.time, traces.time)
-    time = np.unique(np.concatenate([[first], both[(both > first) & (both < last)], [last]]))
-    theirs, ours = np.interp(time, data.time, data.values[key]), np.interp(time, traces.time, traces.values[key])
+    ours = np.interp(time, traces.time, traces.values[key])
     off = theirs - ours
-    i = int(np.argmax(np.abs(off)))
+    i = int(np.argmax(np.where(late, np.abs(off), -1.0)))
     scale, of = _scale(fem3d, key)
-    error = (traces.errors[key] + interpolation_error(data, key, first, last)) / abs(scale)
+    error = (traces.errors[key] + _beyond(time, np.abs(off), i)) / abs(scale)
     p, m = float(theirs[i]), float(ours[i])
     if unit == "K":
         p, m = p - sink.room_temperature, m - sink.room_temperature
@@ -186,17 +192,6 @@ def compare(sink: Sink, data: Data, fem3d: Result, key: str) -> Comparison:
 
     title = f"{_NAMES[key]}, {cut(data.name, 16, '...')}"
     return Comparison(title, p, m, unit, float(off[i]) / abs(scale), error, because, float(time[i]))
-
-
-def interpolation_error(data: Data, key: str, first: float, last: float) -> float:
-    """What linear interpolation between the data's rows may be off by from ``first`` to ``last`` (s), in their unit."""
-    time, values = data.time, data.values[key]
-    inside = (time >= first) & (time <= last)
-    if inside.sum() < 5:
-        # Too few to tell: as far as they are apart.
-        return float(np.abs(np.diff(values)).max())
-    coarse = np.interp(time, time[::2], values[::2])
-    return float(np.abs(coarse - values)[inside].max() / 3)
 
 
 def _scale(fem3d: Result, key: str) -> tuple[float, str]:

@@ -219,7 +219,7 @@ class Varied:
 def varied(sink: Sink, reduction: str, single: Result, say: Callable[[str], None]) -> tuple[Varied, Varied]:
     """How the steady differences run with the number of spans, and with the length of an island: other rows, solved by
     both models. Raises RunawayError where a row has no steady state."""
-    from fem3d.run import solve as solve_3d
+    from fem3d.runs.sink import solve as solve_3d
     from reduced1d import ladder
 
     def differences(other: Sink) -> dict[str, float]:

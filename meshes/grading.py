@@ -27,7 +27,7 @@ LONG = 4.0  # times the narrowest extent, from which on an interval between two 
 LAYERS = 75.0
 AT_ONCE = 3  # layers that an interval is cut in at most: a coarse grid's error isn't its edges' alone, whatever it says
 # Degrees by which a layer at an edge may have fewer than the next larger one, over the exponent: both take away alike,
-# RATIO^(2 s) a layer, and rho^-2 a degree beside a singular end, as in fem3d.estimate.
+# RATIO^(2 s) a layer, and rho^-2 a degree beside a singular end, as in fem3d.adaptivity.estimate.
 FALL = -np.log(RATIO) / np.log((1 + np.sqrt(RATIO)) / (1 - np.sqrt(RATIO)))
 # Times its share that an interval may miss before it gets two degrees at once (`validate stress`: "constants").
 FAR = 300.0

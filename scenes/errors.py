@@ -72,3 +72,7 @@ def listed(names: Sequence[str]) -> str:
     if len(names) > _MOST:
         shown.append(f"{len(names) - _MOST} more")
     return " and ".join(filter(None, (", ".join(shown[:-1]), shown[-1])))
+
+
+class ConvergenceError(NumericsError):
+    """An iteration doesn't converge, which no property of the scene explains."""

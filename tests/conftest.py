@@ -75,7 +75,8 @@ def stand_in(
 
 
 class Cells:
-    """One quadratic cell the size of the beam, as ``fem3d.quadratic.Quadratic``; the steady rise is 7 K."""
+    """One quadratic cell the size of the beam, as ``fem3d.results.fields.quadratic.Quadratic``; the steady rise is 7
+    K."""
 
     hexes = np.arange(27)[None]
     material = np.array([0])
@@ -83,7 +84,7 @@ class Cells:
     error = 1e-3
 
     def __init__(self, sink: Sink, times: int) -> None:
-        from fem3d.quadratic import ORDER
+        from fem3d.results.fields.quadratic import ORDER
 
         self._room, self._rises = sink.room_temperature, np.linspace(7.0, 0.0, 1 + times)
         self.points = np.array(ORDER) / 2 * [sink.width, sink.length, sink.thickness]
@@ -131,7 +132,7 @@ def case() -> Case:
 @pytest.fixture
 def no_solver(monkeypatch: pytest.MonkeyPatch) -> None:
     """The stand-in in place of the 3D solver."""
-    import fem3d.run
+    import fem3d.runs.sink
 
-    monkeypatch.setattr(fem3d.run, "solve", stand_in)
-    monkeypatch.setattr(fem3d.run, "plan", plan_of_stand_in)
+    monkeypatch.setattr(fem3d.runs.sink, "solve", stand_in)
+    monkeypatch.setattr(fem3d.runs.sink, "plan", plan_of_stand_in)

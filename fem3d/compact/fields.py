@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.conductor import Conductor
-from fem3d.heat import HeatProblem
-from fem3d.reduced import orthonormal
-from fem3d.transient import Base
+from fem3d.problems.current import Conductor
+from fem3d.problems.heat import HeatProblem
+from fem3d.solution.reduced import orthonormal
+from fem3d.solution.transient import Base
 
 FIRST, MOST = 4, 16  # shifts to begin with, and at most
 SOONER = 3.0  # the first shift is that much below the earliest time

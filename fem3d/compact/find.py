@@ -8,20 +8,21 @@ from typing import Any
 
 import numpy as np
 
-from fem3d import solve_scene, start, transient
+from fem3d.adaptivity import transient_base
+from fem3d.adaptivity.goal_errors import goal_row
 from fem3d.compact import fields
 from fem3d.compact.channels import OWN, Channel, channels, driven, scenarios
 from fem3d.compact.judge import MOST_PLACES, Judge, Truth, first_time, rise_of
 from fem3d.compact.mesh import problem
 from fem3d.compact.tensors import Structure, tensors
-from fem3d.conductor import independent
-from fem3d.errors import NumericsError
-from fem3d.level import goal_row
-from fem3d.probes import reading
-from fem3d.reduced import Reduced
-from fem3d.transient import Base
+from fem3d.problems.current import independent
+from fem3d.results.probes import reading
+from fem3d.runs import scene as scene_run
+from fem3d.solution import transient
+from fem3d.solution.reduced import Reduced
+from fem3d.solution.transient import Base
 from scenes import physics
-from scenes.errors import SceneError, quoted
+from scenes.errors import NumericsError, SceneError, quoted
 from scenes.model import AnyScene, MeshScene, Schedule
 
 TRUTH, SPACE = 0.5, 0.02  # parts of the accuracy: of the runs it is held against, and of the fields
@@ -96,15 +97,15 @@ def _truth(scene: AnyScene, found: tuple[Channel, ...], accuracy: float, say: Ca
     there = replace(scene, accuracy=max(TRUTH * accuracy, 1e-6))
     inputs = {c.name: c.own for c in channels_of(there, found)}
     if scene.steady:
-        return Truth(inputs, None, solve_scene.solve(there))
+        return Truth(inputs, None, scene_run.solve(there))
     settled = replace(there, steady=True, output_times=())
     steady = None
     if not any(isinstance(v, Schedule) for v in inputs.values()):
         try:
-            steady = solve_scene.solve(settled)
+            steady = scene_run.solve(settled)
         except (NumericsError, SceneError):
             steady = None  # there may be none, and over time there is no need for one
-    return Truth(inputs, solve_scene.solve(there), steady)
+    return Truth(inputs, scene_run.solve(there), steady)
 
 
 def channels_of(scene: AnyScene, found: tuple[Channel, ...]) -> tuple[Channel, ...]:
@@ -126,7 +127,7 @@ def _rich(
     slow = fields.slowest(heat)
     end = LONG * slow if scene.steady else scene.end_time
     earliest = slow if scene.steady else first_time(scene)
-    base: Base = start.of(heat, conductor, transient.shift(min(slow, end), earliest), end, accuracy)
+    base: Base = transient_base.of(heat, conductor, transient.shift(min(slow, end), earliest), end, accuracy)
     steps = np.array([1.0, *(c.step for c in found)])
     loads, jumps = [*fields.loads_of(base, steps), *base.loads], fields.jumps_of(heat, steps)
     times = None if scene.steady else (earliest, min(slow, end))

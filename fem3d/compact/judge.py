@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from fem3d.adaptivity.goal_errors import goal_row
 from fem3d.compact.channels import OWN, UNITS, Channel, channels
 from fem3d.compact.tensors import Structure, Tensors, tensors
-from fem3d.level import goal_row
-from fem3d.probe_quantities import EARLY, LATE, OF_FLOW
-from fem3d.reduced import Reduced
+from fem3d.runs.probe_quantities import EARLY, LATE, OF_FLOW
+from fem3d.solution.reduced import Reduced
 from scenes import physics
 from scenes.compact.runtime import CompactModel
 from scenes.model import UNITS as PROBE_UNITS

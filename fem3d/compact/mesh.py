@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from fem3d import adapt, probe_quantities, solve_scene
+from fem3d.adaptivity import loop
+from fem3d.adaptivity.mesh_file import FileMesh
 from fem3d.compact.channels import Channel, apart, driven
-from fem3d.conductor import Conductor
-from fem3d.heat import HeatProblem
-from fem3d.mesh_file import FileMesh
-from fem3d.outputs import Outputs
+from fem3d.problems.current import Conductor
+from fem3d.problems.heat import HeatProblem
+from fem3d.results.outputs import Outputs
+from fem3d.runs import probe_quantities
+from fem3d.runs import scene as scene_run
 from meshes import symmetry
 from meshes.symmetry import Symmetry
 from scenes import physics
@@ -30,8 +32,8 @@ def problem(
     if isinstance(named, MeshScene):
         on_file = FileMesh.of(named)
         given = (on_file.raised() or on_file).problems()
-        return given.heat, given.conductor, solve_scene.part_of(named, True)
-    part = symmetry.reduce(solve_scene.clipped(named))
+        return given.heat, given.conductor, scene_run.part_of(named, True)
+    part = symmetry.reduce(scene_run.clipped(named))
     mixed = _mixed(scene, channels, rise)
     there = replace(driven(scene, mixed), accuracy=accuracy)
     part_there = replace(part, scene=replace(driven(part.scene, mixed), accuracy=accuracy))
@@ -40,7 +42,7 @@ def problem(
         return {name: max(scale, scales[name]) for name, scale in probe_quantities.scales(there, out).items()}
 
     study = replace(probe_quantities.study(there, part_there), field=None, steady_scales=largest, trace_scales=largest)
-    mesh: Any = adapt.solve(study, not scene.steady, with_steady=scene.steady).mesh
+    mesh: Any = loop.solve(study, not scene.steady, with_steady=scene.steady).mesh
     given = replace(mesh, scene=replace(part.scene, accuracy=accuracy)).problems()
     return given.heat, given.conductor, part
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from fem3d import estimate, reach
+from fem3d.adaptivity import estimate, reach
+from fem3d.adaptivity.estimate import Spread
+from fem3d.adaptivity.nested import Problems
 from fem3d.device.model import Projected
-from fem3d.estimate import Spread
-from fem3d.level import Problems
 from meshes import diffusion, grading
 from meshes.grading import Features
 from meshes.grid import Grid

@@ -12,10 +12,10 @@ from functools import cached_property
 
 import numpy as np
 
-from fem3d.conductor import Conductor, Pattern, law
-from fem3d.heat import HeatProblem
-from fem3d.reduced import Reduced
-from fem3d.transient import Base, Krylov
+from fem3d.problems.current import Conductor, Pattern, law
+from fem3d.problems.heat import HeatProblem
+from fem3d.solution.reduced import Reduced
+from fem3d.solution.transient import Base, Krylov
 from scenes.device import Device
 from scenes.loop.modal import Modal
 from scenes.model import Schedule

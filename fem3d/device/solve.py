@@ -8,14 +8,14 @@ from typing import Any, Literal
 
 import numpy as np
 
-from fem3d import estimate
+from fem3d.adaptivity import estimate
+from fem3d.adaptivity.nested import problems
 from fem3d.device import grid as grids
 from fem3d.device.model import Projected, Structure, projected
-from fem3d.domain import boxes
-from fem3d.errors import NumericsError
-from fem3d.level import problems
+from fem3d.spaces.domain import boxes
 from meshes import grading, symmetry
 from scenes.device import Device, External
+from scenes.errors import NumericsError
 from scenes.loop.march import March, Resolution, march
 from scenes.loop.modal import Modal
 from scenes.loop.result import QUANTITIES, TOP, DeviceResult, Steady, device_result

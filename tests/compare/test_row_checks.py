@@ -9,7 +9,7 @@ import pytest
 
 from compare.checks import evaluate
 from compare.verdict import Check
-from fem3d import run
+from fem3d.runs import sink as sink_run
 from scenes.checks import ISLAND_TOLERANCES
 from scenes.errors import SceneError
 from scenes.plan import Request
@@ -60,7 +60,7 @@ def test_one_sink_alone_is_compared_with_each_span(outcome: Outcome[Sink]) -> No
 def test_spans_are_apart_over_time_as_their_traces_are(outcome: Outcome[Sink]) -> None:
     """At the time that is said, against the traces themselves; the twin: the row's own peak for the single one's."""
     found = named(outcome.checks)["islands_equivalent_over_time"]
-    single = run.solve(replace(ROW, spans=1), Request(models=("fem3d",)))
+    single = sink_run.solve(replace(ROW, spans=1), Request(models=("fem3d",)))
     assert "one sink alone" in found.because
     assert found.time is not None
     assert found.measured is not None

@@ -16,8 +16,8 @@ import pytest
 import compare
 from compare.checks import evaluate
 from compare.verdict import Check
-from fem3d.errors import NumericsError
 from scenes.checks import DEFAULT_TOLERANCES
+from scenes.errors import NumericsError
 from scenes.loading import load
 from scenes.plan import Request
 from scenes.validity import cause
@@ -98,7 +98,7 @@ def test_where_3d_fails_the_key_is_named(
         raise NumericsError("it does not converge")
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("fem3d.run.solve", fails)
+    monkeypatch.setattr("fem3d.runs.sink.solve", fails)
     assert main(["sink", "--steady", "--no-figures", "--quiet", "--set", setting]) == 3
     key, _, value = setting.partition("=")
     said = f"validate: it does not converge; {key} = {value.replace('1', '1 ')} is "

@@ -9,14 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from fem3d import conductor as conductors
-from fem3d import outputs, sink_quantities, steady, transient
-from fem3d.assembly import assemble
-from fem3d.domain import boxes
-from fem3d.heat import HeatProblem
-from fem3d.steady import SteadyState
-from fem3d.study import Quantities
-from fem3d.transient import Base, Krylov, Transient
+from fem3d.problems import current as conductors
+from fem3d.problems.assembly import assemble
+from fem3d.problems.heat import HeatProblem
+from fem3d.results import outputs
+from fem3d.results.study import Quantities
+from fem3d.runs import sink_quantities
+from fem3d.solution import steady, transient
+from fem3d.solution.steady import SteadyState
+from fem3d.solution.transient import Base, Krylov, Transient
+from fem3d.spaces.domain import boxes
 from meshes import connected, symmetry
 from meshes.grid import Grid
 from meshes.symmetry import Flow, Symmetry

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fem3d import sink_quantities
+from fem3d.runs import sink_quantities
 from validate.verify import reference
 
 

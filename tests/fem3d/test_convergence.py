@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fem3d import outputs
+from fem3d.results import outputs
 from scenes.sink import Sink
 from tests.fem3d import BAR, bar_grid, off, steady_on, whole
 from tests.fem3d.test_exact import joule_bar

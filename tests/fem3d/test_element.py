@@ -7,9 +7,9 @@ import pytest
 from scipy.sparse.linalg import spsolve
 from skfem import Basis, ElementHexS2, MeshHex
 
-from fem3d import forms
-from fem3d.bricks import BrickSpace
-from fem3d.element import ElementHexTrunk, active, heights, line, local, modes
+from fem3d.spaces import forms
+from fem3d.spaces.bricks import BrickSpace
+from fem3d.spaces.element import ElementHexTrunk, active, heights, line, local, modes
 from meshes.grid import Grid
 from scenes.model import Box
 from scenes.sink import SILICON

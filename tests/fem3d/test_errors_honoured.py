@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem3d import run
+from fem3d.runs import sink as sink_run
 from scenes.plan import Request
 from scenes.result import Estimate
 from scenes.sink import Sink
@@ -31,7 +31,7 @@ def sink(request):
 
 @pytest.fixture(scope="module")
 def runs(sink):
-    return {a: run.solve(replace(sink, accuracy=a), Request()) for a in (1e-2, 1e-3, 1e-4)}
+    return {a: sink_run.solve(replace(sink, accuracy=a), Request()) for a in (1e-2, 1e-3, 1e-4)}
 
 
 def broken(found, truth):

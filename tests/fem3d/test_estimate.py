@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
-from fem3d import estimate, level, probe_quantities, reach
-from fem3d.conductor import combined, independent
-from fem3d.domain import boxes
-from fem3d.estimate import SLOWEST, Estimator, Parts
-from fem3d.reduced import project
-from fem3d.solve_scene import part_of
-from fem3d.steady import coupled
+from fem3d.adaptivity import estimate, goal_errors, nested, reach
+from fem3d.adaptivity.estimate import SLOWEST, Estimator, Parts
+from fem3d.problems.current import combined, independent
+from fem3d.runs import probe_quantities
+from fem3d.runs.scene import part_of
+from fem3d.solution.reduced import project
+from fem3d.solution.steady import coupled
+from fem3d.spaces.domain import boxes
 from meshes import grading
 from meshes.grading import Features
 from meshes.grid import Grid
@@ -144,11 +145,11 @@ def test_nested_problems_are_those_assembled_at_the_lower_degrees(name):
     scene = three_materials()
     breaks = [np.array(b) for b in _planes(scene)]
     degrees = [np.full(len(b) - 1, p) for b, p in zip(breaks, (4, 5, 3), strict=True)]
-    given = level.problems(boxes(scene, Grid(tuple(breaks), tuple(degrees), scene.boxes)), 1e-6)
+    given = nested.problems(boxes(scene, Grid(tuple(breaks), tuple(degrees), scene.boxes)), 1e-6)
     (probe,) = [p for p in scene.boxes if p.name == name]
     for k, less in ((0, 2), (1, 1)):
         lower = Grid(tuple(breaks), tuple(np.maximum(d - less, 1) for d in degrees), scene.boxes)
-        alone = level.problems(boxes(scene, lower), 1e-6)
+        alone = nested.problems(boxes(scene, lower), 1e-6)
         states = [coupled(p.heats[n], p.conductors[n], True, 1.0, 1e-12) for p, n in ((given, k), (alone, 2))]
         assert given.heats[k].size == alone.heat.size < given.heat.size
         assert len(given.conductors[k].free) == len(alone.conductor.free)
@@ -164,12 +165,14 @@ def test_what_a_goal_misses_of_the_joule_heat_is_seen_from_where_it_heats():
     what the power misses."""
     scene = draw(1349).scene
     study = probe_quantities.study(scene, part_of(scene, False))
-    given = level.problems(boxes(study.part.scene, reach.first_grid(scene, 1e-3, grading.features(scene))), 1e-6)
+    given = nested.problems(boxes(study.part.scene, reach.first_grid(scene, 1e-3, grading.features(scene))), 1e-6)
     potentials = [phi[0] for phi in given.cold_potentials]
     (name, *_), heat, own = study.goals, given.heat, given.conductor
-    duals = level.duals_of({name: name}, given, np.zeros(heat.size), None)
-    (found,) = level.joule_parts({name: name}, given, potentials, {name: 1.0}, duals).values()
-    z = heat.field(heat.solve_steady(level.goal_row(heat, given.domain.probes[name], np.zeros(heat.size))[: heat.free]))
+    duals = goal_errors.duals_of({name: name}, given, np.zeros(heat.size), None)
+    (found,) = goal_errors.joule_parts({name: name}, given, potentials, {name: 1.0}, duals).values()
+    z = heat.field(
+        heat.solve_steady(goal_errors.goal_row(heat, given.domain.probes[name], np.zeros(heat.size))[: heat.free])
+    )
     seen = [(own.on.weights * own.on.value(z) * (own.on.gradient(phi) ** 2).sum(axis=0) / own.cold).sum()
             for phi in potentials]  # fmt: skip
     change = abs(seen[2] - seen[1])
@@ -181,7 +184,7 @@ def test_a_current_field_that_heating_hardly_changes_makes_the_heat_better():
     """The difference of two fields of nearly one pattern is a field too, whatever the solves leave in it."""
     part = part_of(draw(257).scene, False)
     first = reach.first_grid(part.scene, 1e-2, grading.features(part.scene))
-    given = level.problems(boxes(part.scene, first), 1e-2)
+    given = nested.problems(boxes(part.scene, first), 1e-2)
     heat, own = given.heat, given.conductor
     g, n = heat.inputs.at(np.zeros(1))[0], heat.free
     cold = own.solve(np.zeros(heat.size), g @ own.voltages)
@@ -204,12 +207,14 @@ def middle(voltage, intervals, degree):
     study, marks = probe_quantities.study(scene, whole(scene)), grading.features(scene)
 
     def solved(intervals, degree):
-        given = level.problems(boxes(scene, bar_grid(scene, intervals, degree)), 1e-6)
-        return given, level.solution(study, given)
+        given = nested.problems(boxes(scene, bar_grid(scene, intervals, degree)), 1e-6)
+        return given, nested.solution(study, given)
 
     given, fine = solved(intervals, degree)
     best = solved(4, 8)[1].quantities["middle"]
-    return abs(float(fine.quantities["middle"] - best)), level.examined(study, given, fine, marks).errors["middle"]
+    return abs(float(fine.quantities["middle"] - best)), goal_errors.examined(study, given, fine, marks).errors[
+        "middle"
+    ]
 
 
 @pytest.mark.parametrize("voltage", [2.0, 9.0])

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from fem3d import trace_times
-from fem3d.errors import NumericsError
-from fem3d.exponential import Convolution, integrate
+from fem3d.results import trace_times
+from fem3d.solution.exponential import Convolution, integrate
+from scenes.errors import NumericsError
 
 RATES = np.array([3.0, 40.0, 900.0, 2e5])
 GAIN = np.array([1.0, 2.0, -1.0, 0.5])

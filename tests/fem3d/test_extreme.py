@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import spsolve
 
-from fem3d import extreme
-from fem3d.domain import boxes
-from fem3d.element import modes
-from fem3d.extreme import Extreme
+from fem3d.spaces import extreme
+from fem3d.spaces.domain import boxes
+from fem3d.spaces.element import modes
+from fem3d.spaces.extreme import Extreme
 from scenes.model import Box, Probe, Scene
 from scenes.sink import SILICON
 from tests.fem3d import grid_of

@@ -5,10 +5,10 @@ import pytest
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
-from fem3d import run
-from fem3d.errors import NumericsError
-from fem3d.factorization import Factors, Ordering
+from fem3d.problems.cholesky import Factors, Ordering
+from fem3d.runs import sink as sink_run
 from meshes import grading, symmetry
+from scenes.errors import NumericsError
 from scenes.plan import Request
 from scenes.sink import Sink
 from tests.fem3d import problem
@@ -23,7 +23,7 @@ def volumes(points, hexes):
 
 @pytest.fixture(scope="module")
 def result():
-    return run.solve(Sink(accuracy=1e-2, voltage=3.0), Request())
+    return sink_run.solve(Sink(accuracy=1e-2, voltage=3.0), Request())
 
 
 def test_all_hexahedra_are_the_right_way_out_and_fill_the_structure(result):
@@ -53,7 +53,7 @@ def test_temperatures_are_those_of_the_solution_and_symmetric(result):
 
 
 def test_a_steady_run_has_no_fields_over_time():
-    fields = run.solve(Sink(accuracy=1e-2), Request(transient=False)).details["fields"]
+    fields = sink_run.solve(Sink(accuracy=1e-2), Request(transient=False)).details["fields"]
     with pytest.raises(ValueError, match="no transient"):
         fields.at(np.array([0.0]))
 

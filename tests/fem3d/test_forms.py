@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from skfem import Basis, FacetBasis, LinearForm
 
-from fem3d import conductor as conductors
-from fem3d import forms
-from fem3d.bricks import BrickSpace
-from fem3d.element import ElementHexTrunk
+from fem3d.problems import current as conductors
+from fem3d.spaces import forms
+from fem3d.spaces.bricks import BrickSpace
+from fem3d.spaces.element import ElementHexTrunk
 from meshes.grid import Grid
 from scenes.model import Box, Material
 from scenes.sink import Sink

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from fem3d import probe_quantities, solve_scene
-from fem3d.heat import HeatProblem
+from fem3d.problems.heat import HeatProblem
+from fem3d.runs import probe_quantities
+from fem3d.runs import scene as scene_run
 from meshes import symmetry
 from scenes import physics
 from scenes.free import from_dict
@@ -57,8 +58,8 @@ def test_heat_is_solved_where_the_plan_says_so_and_nowhere_else(name, monkeypatc
     solved = []
     for way in ("solve_steady", "solve_shifted"):
         spy(monkeypatch, way, solved)
-    result = solve_scene.solve(scene)
-    planned = {step.step: step.state for step in solve_scene.plan(scene)}
+    result = scene_run.solve(scene)
+    planned = {step.step: step.state for step in scene_run.plan(scene)}
     assert (planned["heat"] == "done") == physics.heat(scene) == bool(solved) == thermal
     assert planned["transient"] == "done"
     if not thermal:
@@ -66,8 +67,8 @@ def test_heat_is_solved_where_the_plan_says_so_and_nowhere_else(name, monkeypatc
 
 
 def test_the_current_falls_as_it_heats_only_where_heat_is_solved():
-    cold = solve_scene.solve(from_dict(bar())).traces
-    warm = solve_scene.solve(from_dict(bar(material=FOLLOWS))).traces
+    cold = scene_run.solve(from_dict(bar())).traces
+    warm = scene_run.solve(from_dict(bar(material=FOLLOWS))).traces
     assert np.ptp(cold.values["current"]) == 0.0
     assert cold.values["current"][0] == pytest.approx(1 / 300, rel=1e-9)  # R = 6e-5 * 1e-3 / 2e-10 = 300 ohm
     # Adiabatic and uniform: C dT/dt = V^2 / (R (1 + a T)), so I = V / R / sqrt(1 + 2 a V^2 t / (R C)).
@@ -80,7 +81,7 @@ def test_the_current_falls_as_it_heats_only_where_heat_is_solved():
 
 def test_currents_superpose_over_time():
     left, gate = SCENES["a voltage that varies"][0], 5e-4
-    traces = solve_scene.solve(from_dict(left)).traces
+    traces = scene_run.solve(from_dict(left)).traces
     # From the left to the gate is half the bar, 150 ohm.
     exact = (1 - np.interp(traces.time, [0, gate * (1 - 1e-9), gate, 1e-3], [0, 1, -1, -1])) / 150
     assert traces.values["current"] == pytest.approx(exact, abs=traces.errors["current"] + 1e-8)
@@ -91,7 +92,7 @@ def test_an_extreme_potential_turns_over_with_the_voltage():
     document = bar(probe=[{"name": "top", "quantity": "potential", "reduce": "max", "lower": [5e-4, 0, 0],
                            "upper": [1e-3, 1e-4, 2e-6]}])  # fmt: skip
     document["boundary"][0]["voltage"] = {"times": [0, 1e-3], "values": [2, -2]}
-    traces = solve_scene.solve(from_dict(document)).traces
+    traces = scene_run.solve(from_dict(document)).traces
     assert np.interp([0, 2.5e-4, 1e-3], traces.time, traces.values["top"]) == pytest.approx([1, 0.5, 0], abs=1e-6)
 
 

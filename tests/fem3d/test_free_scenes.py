@@ -7,9 +7,9 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import ellipk
 
-from fem3d.errors import NumericsError
-from fem3d.solve_scene import clipped, plan, solve
+from fem3d.runs.scene import clipped, plan, solve
 from meshes import symmetry
+from scenes.errors import NumericsError
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
 
 UM = 1e-6

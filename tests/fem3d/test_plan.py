@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from fem3d import run
+from fem3d.runs import sink as sink_run
 from scenes.plan import Request
 from scenes.sink import Sink
 from tests.fem3d import silicon
 
 
 def lines(sink, request=None):
-    result = run.solve(replace(sink, accuracy=1e-2), request or Request(transient=False))
+    result = sink_run.solve(replace(sink, accuracy=1e-2), request or Request(transient=False))
     return {s.step: s for s in result.details["plan"]}, result
 
 

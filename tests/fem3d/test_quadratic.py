@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fem3d import run
+from fem3d.runs import sink as sink_run
 from scenes.plan import Request
 from scenes.sink import Sink
 
@@ -16,14 +16,14 @@ CELLS = 1e-3  # finer than the run, so that cells at the run's own hundredfold a
 
 @pytest.fixture(scope="module")
 def made():
-    result = run.solve(SINK, Request())
+    result = sink_run.solve(SINK, Request())
     cells = result.details["fields"].quadratic(TIMES, CELLS)
     return result, cells, result.details["answer"].fine.state.rise, cells.snapshot(0)
 
 
 def interpolated(cells, values, xi):
     """Values at the same place (-1..1)^3 of every cell, from its 27 in VTK's order."""
-    from fem3d.quadratic import ORDER
+    from fem3d.results.fields.quadratic import ORDER
 
     def shape(s):
         return np.array([s * (s - 1) / 2, 1 - s * s, s * (s + 1) / 2])

@@ -6,8 +6,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from fem3d import outputs
-from fem3d.reduced import orthonormal
+from fem3d.results import outputs
+from fem3d.solution.reduced import orthonormal
 from meshes import grading, symmetry
 from scenes.sink import SILICON, Sink
 from tests.fem3d import krylov, march, plain_grid, silicon, state_on, steady_on

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from fem3d.run import solve
+from fem3d.runs.sink import solve
 from scenes.plan import Request
 from scenes.sink import Sink
 

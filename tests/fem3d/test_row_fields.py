@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fem3d import run
-from fem3d.row_fields import RowFields, RowQuadratic
+from fem3d.results.fields.row_fields import RowFields, RowQuadratic
+from fem3d.runs import sink as sink_run
 from scenes.plan import Request
 from scenes.sink import Sink, start
 
@@ -16,7 +16,7 @@ NOT_YET = np.empty(0)
 
 @pytest.fixture(scope="module")
 def cells() -> RowQuadratic:
-    found = run.solve(SINK, Request(models=("fem3d",), transient=False))
+    found = sink_run.solve(SINK, Request(models=("fem3d",), transient=False))
     assert found.details["spans_solved"] == 5
     fields = found.details["fields"]
     assert isinstance(fields, RowFields)

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem3d import alike, run, sink_sensitivity
+from fem3d.runs import long_rows, sink_sensitivity
+from fem3d.runs import sink as sink_run
 from scenes.plan import Request
 from scenes.sink import Sink
 from scenes.varied import varied
@@ -18,13 +19,13 @@ KEYS = ("sink.length", "sink.island_length", "drive.voltage")
 
 
 def test_spans_that_stand_for_others_have_the_derivatives_of_those(monkeypatch: pytest.MonkeyPatch) -> None:
-    found = run.solve(LONG, STEADY)
+    found = sink_run.solve(LONG, STEADY)
     assert found.details["spans_solved"] == 5
     short = sink_sensitivity.of_sink(LONG, found, keys=KEYS)
     # Of the current's way 300 um of 7300 um are islands, whatever they do to the rise: of five spans 200 um of 5200 um.
     assert short.steady["sink.island_length"]["current_A"].value == pytest.approx(-300 / 7300, abs=1.5e-3)
-    monkeypatch.setattr(alike, "modelled", lambda sink: sink.spans)
-    whole = sink_sensitivity.of_sink(LONG, run.solve(LONG, STEADY), keys=KEYS)
+    monkeypatch.setattr(long_rows, "modelled", lambda sink: sink.spans)
+    whole = sink_sensitivity.of_sink(LONG, sink_run.solve(LONG, STEADY), keys=KEYS)
     for key, of in whole.steady.items():
         assert of.keys() == short.steady[key].keys()
         for name, exact in of.items():
@@ -38,10 +39,12 @@ def test_over_time() -> None:
     """Against differences of whole runs, the top of an outer span among them, which wanders."""
     sink, step = Sink(spans=3, accuracy=1e-2, length=400e-6), 0.05
     key = KEYS[0]
-    course = sink_sensitivity.of_sink(sink, run.solve(sink, Request()), keys=[key]).course
+    course = sink_sensitivity.of_sink(sink, sink_run.solve(sink, Request()), keys=[key]).course
     assert course is not None
     times = np.array([1e-4, 1e-3])
-    runs = [run.solve(replace(varied(sink, key, f), accuracy=3e-3), Request()).traces for f in (1 + step, 1 - step)]
+    runs = [
+        sink_run.solve(replace(varied(sink, key, f), accuracy=3e-3), Request()).traces for f in (1 + step, 1 - step)
+    ]
     for name, slope in course.values[key].items():
         start = sink.room_temperature if name.endswith("_K") else 0.0
         more, less = (np.interp(times, t.time, t.values[name]) - start for t in runs if t is not None)

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem3d import adapt, sink_quantities
+from fem3d.adaptivity import loop
+from fem3d.runs import sink_quantities
 from meshes import symmetry
 from scenes.errors import NumericsError, RunawayError
 from scenes.sink import Sink
@@ -15,7 +16,7 @@ from tests.fin import fin_runaway_voltage
 
 def solved(sink):
     sink = replace(sink, accuracy=1e-2)
-    return adapt.solve(sink_quantities.study(sink, symmetry.reduce(sink.scene())), False).fine.quantities
+    return loop.solve(sink_quantities.study(sink, symmetry.reduce(sink.scene())), False).fine.quantities
 
 
 def limit(sink):

@@ -10,10 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fem3d import level, probe_quantities, scene_sensitivity, solve_scene
-from fem3d.domain import boxes
-from fem3d.motion import speeds
-from fem3d.scene_sensitivity import Slopes
+from fem3d.adaptivity import nested
+from fem3d.runs import probe_quantities, scene_sensitivity
+from fem3d.runs import scene as scene_run
+from fem3d.runs.scene_sensitivity import Slopes
+from fem3d.sensitivity.motion import speeds
+from fem3d.spaces.domain import boxes
 from scenes.free import from_dict
 from scenes.loading import load_free as load
 from scenes.model import MeshScene, Scene
@@ -68,7 +70,7 @@ KEYS = (
 def layers() -> tuple[Scene, Result, Slopes]:
     scene = from_dict(deepcopy(LAYERS))
     assert isinstance(scene, Scene)
-    result = solve_scene.solve(scene, None, True)
+    result = scene_run.solve(scene, None, True)
     return scene, result, scene_sensitivity.of_scene(scene, result)
 
 
@@ -78,12 +80,12 @@ def on_moved_mesh(scene: Scene, result: Result, key: str) -> dict[str, float]:
     space = state.heat.domain.space
     for step in (DIFFERENCE, -DIFFERENCE):
         other = varied(scene, key, 1 + step)
-        part = solve_scene.part_of(other, True)
+        part = scene_run.part_of(other, True)
         by = speeds(state.heat.domain, state.heat.domain.scene, part.scene, step)
         breaks = tuple(b + step * v for b, v in zip(space.grid.breaks, by, strict=True))
         there = boxes(part.scene, replace(space.grid, breaks=breaks, boxes=part.scene.boxes))
         study = replace(probe_quantities.study(other, part), accuracy=1e-7)
-        found = level.solution(study, level.problems(there, 1e-7), 2, state.follows_pattern).quantities
+        found = nested.solution(study, nested.problems(there, 1e-7), 2, state.follows_pattern).quantities
         floor = scene_sensitivity._floor(scene, other)
         values.append({p.name: found[p.name] - floor * (p.quantity == "temperature") for p in scene.probes})
     more, less = values
@@ -121,7 +123,7 @@ def test_a_scene_that_is_its_own_mirror_image() -> None:
     """The faces of either side are followed apart: together they make the size."""
     scene = load("bridge")
     assert isinstance(scene, Scene)
-    table = scene_sensitivity.of_scene(scene, solve_scene.solve(scene, None, True)).table
+    table = scene_sensitivity.of_scene(scene, scene_run.solve(scene, None, True)).table
     assert table["box.beam.upper.x"]["current"].value == pytest.approx(1.0, abs=1e-6)
     assert table["box.beam.lower.x"]["current"].value == pytest.approx(-1.0, abs=1e-6)
     assert "boundary.right electrode.voltage" not in table
@@ -158,7 +160,7 @@ def test_over_time(monkeypatch: pytest.MonkeyPatch) -> None:
     )
     scene = from_dict(deepcopy(BAR))
     assert isinstance(scene, Scene)
-    result = solve_scene.solve(scene, None, True)
+    result = scene_run.solve(scene, None, True)
     found = scene_sensitivity.of_scene(scene, result)
     assert found.times is not None
     assert result.traces is not None
@@ -190,7 +192,7 @@ def test_inputs_that_jump(monkeypatch: pytest.MonkeyPatch) -> None:
     given["boundary"][0]["temperature"] = jumping | {"values": [300.0, 300.0, 330.0, 330.0]}
     scene = from_dict(given)
     assert isinstance(scene, Scene)
-    result = solve_scene.solve(scene, None, True)
+    result = scene_run.solve(scene, None, True)
     found, traces = scene_sensitivity.of_scene(scene, result), result.traces
     by = {key: of["top"] for key, of in found.course.items()}
     together = by["box.bar.heat_source"] + by["boundary.cold.temperature"] + by["scene.initial_temperature"]
@@ -228,11 +230,11 @@ def test_on_a_mesh() -> None:
     """Materials, conditions and sources are followed; coordinates are the mesh's own."""
     scene = from_dict(deepcopy(WIRE), folder=str(FILES))
     assert isinstance(scene, MeshScene)
-    result = solve_scene.solve(scene)
+    result = scene_run.solve(scene)
     found = scene_sensitivity.of_scene(scene, result)
     assert not any(key.endswith((".x", ".y", ".z")) for key in found.table)
     for key in ("material.metal.resistivity", "source.lower.heat_source"):
-        more, less = (solve_scene.solve(varied(scene, key, 1 + step)).steady for step in (DIFFERENCE, -DIFFERENCE))
+        more, less = (scene_run.solve(varied(scene, key, 1 + step)).steady for step in (DIFFERENCE, -DIFFERENCE))
         assert set(found.table[key]) == {p.name for p in scene.probes}
         for name, slope in found.table[key].items():
             expected = (more[name].value - less[name].value) / (2 * DIFFERENCE) / found.values[name].value

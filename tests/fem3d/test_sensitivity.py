@@ -8,11 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fem3d import level, outputs, run, sensitivity, sink_quantities, sink_sensitivity
-from fem3d.domain import boxes
-from fem3d.motion import STEP, Motion
-from fem3d.sensitivity import Tangent
-from fem3d.sink_sensitivity import Slopes
+from fem3d.adaptivity import nested
+from fem3d.results import outputs
+from fem3d.runs import sink as sink_run
+from fem3d.runs import sink_quantities, sink_sensitivity
+from fem3d.runs.sink_sensitivity import Slopes
+from fem3d.sensitivity import steady as steady_slopes
+from fem3d.sensitivity.motion import STEP, Motion
+from fem3d.sensitivity.steady import Tangent
+from fem3d.spaces.domain import boxes
 from meshes import symmetry
 from scenes.errors import SceneError
 from scenes.plan import Request
@@ -39,7 +43,7 @@ _KEPT: dict[tuple[str, str, bool], Any] = {}
 def solved(sink: Sink, transient: bool = False) -> Result:
     key = "solved", repr(sink), transient
     if key not in _KEPT:
-        _KEPT[key] = run.solve(sink, Request(transient=transient))
+        _KEPT[key] = sink_run.solve(sink, Request(transient=transient))
     found: Result = _KEPT[key]
     return found
 
@@ -57,7 +61,9 @@ def by_hand(sink: Sink, key: str) -> tuple[Tangent, Motion]:
     state = solved(sink).details["answer"].fine.state
     here = state.heat.domain
     other = varied(sink, key, 1 + STEP)
-    by, left_out = sensitivity.motions(study, here, {key: lambda: replace(study, part=symmetry.reduce(other.scene()))})
+    by, left_out = steady_slopes.motions(
+        study, here, {key: lambda: replace(study, part=symmetry.reduce(other.scene()))}
+    )
     assert not left_out
     return Tangent(study, state), by[key]
 
@@ -75,7 +81,7 @@ def on_moved_mesh(sink: Sink, key: str) -> dict[str, float]:
         study = sink_quantities.study(other, part)
         # The coupling is to be converged far below the difference.
         study = replace(study, accuracy=1e-7)
-        values.append(level.solution(study, level.problems(boxes(part.scene, there), 1e-7)).quantities)
+        values.append(nested.solution(study, nested.problems(boxes(part.scene, there), 1e-7)).quantities)
     more, less = values
     return {n: float((v - less[n]) / (v + less[n])) / DIFFERENCE for n, v in more.items()}
 
@@ -164,7 +170,7 @@ def test_faces_that_would_part_are_named() -> None:
 
 
 def test_a_schedule_has_no_single_derivative() -> None:
-    from fem3d.motion import _number
+    from fem3d.sensitivity.motion import _number
     from scenes.model import Schedule
 
     with pytest.raises(SceneError, match="varies in time"):

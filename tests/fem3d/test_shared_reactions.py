@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem3d import solve_scene
-from fem3d.assembly import reactions
+from fem3d.problems.assembly import reactions
+from fem3d.runs import scene as scene_run
 from scenes.free import from_dict
 from scenes.model import Boundary, Box, Material, Probe, Scene
 from tests.fem3d import grid_of, problem
@@ -41,7 +41,7 @@ def duct():
 @pytest.mark.parametrize("accuracy", [1e-2, 1e-3])
 def test_a_side_of_a_duct_has_a_quarter_of_its_heat(accuracy):
     """At its inner edges, re-entrant for the wall, the flux has no bound."""
-    found = solve_scene.solve(replace(duct(), accuracy=accuracy)).steady
+    found = scene_run.solve(replace(duct(), accuracy=accuracy)).steady
     for name, sign in (("il", 1.0), ("ol", -1.0)):
         each, true = found[name], sign * 10.0 * QUARTER
         assert abs(each.value - true) <= each.error <= accuracy * abs(true)

@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem3d import adapt, level, probe_quantities, reach
-from fem3d.domain import boxes as domain_of
-from fem3d.errors import NumericsError
-from fem3d.solve_scene import clipped, solve
+from fem3d.adaptivity import goal_errors, loop, nested, reach
+from fem3d.runs import probe_quantities
+from fem3d.runs.scene import clipped, solve
+from fem3d.spaces.domain import boxes as domain_of
 from meshes import grading, symmetry
+from scenes.errors import NumericsError
 from scenes.model import Boundary, Box, Material, Probe, Scene
 from validate.stress.random_scenes import draw
 
@@ -48,8 +49,8 @@ def test_the_estimate_is_near_the_true_error_at_any_exponent(contrast):
     first = grid = grading.first_grid(part.scene, scene.accuracy, marks)
 
     def solved(grid):
-        given = level.problems(domain_of(part.scene, grid), 1e-6)
-        return given, level.solution(study, given)
+        given = nested.problems(domain_of(part.scene, grid), 1e-6)
+        return given, nested.solution(study, given)
 
     for _ in range(2):
         grid = grading.raised(cut(grid, marks, 50.0))
@@ -57,10 +58,10 @@ def test_the_estimate_is_near_the_true_error_at_any_exponent(contrast):
     true = abs(float(solved(grid)[1].quantities["heated"] - fine.quantities["heated"]))
 
     def estimated(marks):
-        return level.examined(study, given, fine, marks).errors["heated"]
+        return goal_errors.examined(study, given, fine, marks).errors["heated"]
 
     assert 0.4 * estimated(marks) < true < 0.8 * estimated(marks)
-    assert level.examined(study, given, fine, marks).worst > scene.accuracy
+    assert goal_errors.examined(study, given, fine, marks).worst > scene.accuracy
     # One that knows nothing of the edges takes degrees for much better than they are.
     assert estimated(replace(marks, exponents=({}, {}, {}))) < 0.9 * true
 
@@ -69,7 +70,7 @@ def test_the_estimate_is_near_the_true_error_at_any_exponent(contrast):
 def test_errors_of_answers_hold_at_small_exponents(contrast, finer):
     def answer(accuracy):
         scene = replace(checkerboard(contrast), accuracy=accuracy)
-        found = adapt.solve(replace(probe_quantities.study(scene, symmetry.reduce(clipped(scene))), field=None), False)
+        found = loop.solve(replace(probe_quantities.study(scene, symmetry.reduce(clipped(scene))), field=None), False)
         return float(found.fine.quantities["heated"]), found.errors["heated"]
 
     (value, error), (best, left) = answer(3e-2), answer(finer)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem3d import outputs
+from fem3d.results import outputs
 from meshes import symmetry
 from scenes.sink import Sink
 from tests.fem3d import krylov, march, off, plain_grid, silicon, state_on, steady_on, whole

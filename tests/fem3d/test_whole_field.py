@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem3d import adapt, field_error, level, probe_quantities
-from fem3d.domain import boxes
-from fem3d.solve_scene import clipped, solve
+from fem3d.adaptivity import field_error, goal_errors, loop, nested
+from fem3d.runs import probe_quantities
+from fem3d.runs.scene import clipped, solve
+from fem3d.spaces.domain import boxes
 from meshes import grading, symmetry
 from scenes.model import Boundary, Box, Material, Probe, Scene
 
@@ -51,15 +52,15 @@ def distance(state, better):
 
 def test_a_field_that_swings_where_no_probe_sees_it_is_refined(plate):
     study = study_of(plate)
-    probes_alone = adapt.solve(replace(study, field=None), False).fine.state
-    found = adapt.solve(study, False)
+    probes_alone = loop.solve(replace(study, field=None), False).fine.state
+    found = loop.solve(study, False)
     assert found.field <= study.field
     state = found.fine.state
     # Against cells of a degree so high that their error doesn't count.
     grid = state.heat.domain.space.grid
     for _ in range(3):
         grid = grading.raised(grid)
-    best = level.solution(study, level.problems(boxes(study.part.scene, grid), 1e-6)).state
+    best = nested.solution(study, nested.problems(boxes(study.part.scene, grid), 1e-6)).state
     assert 0.01 * found.field < distance(state, best) <= found.field
     assert distance(probes_alone, best) > 3 * distance(state, best)
     assert swings(state) <= found.field
@@ -93,8 +94,8 @@ def test_intervals_are_cut_towards_the_steep_end(plate):
     study = study_of(plate)
     marks = grading.features(study.part.scene)
     grid = grading.first_grid(study.part.scene, 1e-2, marks)
-    given = level.problems(boxes(study.part.scene, grid), 1e-2)
-    here = level.examined(study, given, level.solution(study, given), marks)
+    given = nested.problems(boxes(study.part.scene, grid), 1e-2)
+    here = goal_errors.examined(study, given, nested.solution(study, given), marks)
     finer = field_error.refined(here)
     # The flux enters at x = 0.
     assert np.diff(finer.breaks[0])[0] <= 1.01 * grading.RATIO * np.diff(grid.breaks[0])[0]

@@ -5,7 +5,7 @@ from math import erfc
 import numpy as np
 import pytest
 
-from fem3d import solve_scene
+from fem3d.runs import scene as scene_run
 from meshes import diffusion, grading
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
 
@@ -47,7 +47,7 @@ def test_nothing_is_graded_where_nothing_jumps(scene):
 def test_a_layer_that_heat_has_hardly_entered():
     """Half a space: erfc, and the heat that has entered (Carslaw and Jaeger, 2nd ed., section 2.4). One interval of low
     degree stays along x and y, on which nothing depends."""
-    found = solve_scene.solve(slab())
+    found = scene_run.solve(slab())
     row = int(np.argmin(np.abs(found.traces.time - TIME)))
     near, mean = (found.traces.values[name][row] - 300.0 for name in ("near", "mean"))
     assert abs(near - 100 * erfc(2e-7 / np.sqrt(4 * DIFFUSIVITY * TIME))) <= found.traces.errors["near"] <= 0.1

@@ -22,10 +22,14 @@ _WORDS = {
     "mean_K": ("mean", "average", "avg", "ave", "aveop", "equivalent"),
 }
 _RISE = {"rise", "delta", "deltat", "dt"}
+_OF_TEMPERATURE = {"t", "temp", "temperature", *_RISE}
 _DIFFERENCE = re.compile(r"\bT\)?\s*-\s*[\dT]")
 _POINT = re.compile(r"\(\s*([^()\[\],]+)\s*,\s*([^()\[\],]+)\s*,\s*([^()\[\],]+)\s*\)")
-_AMPERE = parse_unit("A")
+_AMPERE, _KELVIN = parse_unit("A"), parse_unit("K")
 _LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6}
+NOTICED, STARTS = 0.005, 0.05
+"""How far from room temperature a trace may start, of its own change: what is said, and what the checks' own tolerance
+would be spent on."""
 _NEAR = 1e-3
 """Of the beam's length: how near a point must be to the place of a quantity."""
 
@@ -51,14 +55,16 @@ class Match:
     note: str = ""
 
 
-def match(column: Column, meaning: Meaning | None, sink: Sink, spice: bool) -> Match | str:
-    """The quantity that a column is, or why it is none; SceneError where it can't be what it is said to be."""
+def match(column: Column, meaning: Meaning | None, sink: Sink, spice: bool, start: float | None) -> Match | str:
+    """The quantity that a column is, or why it is none; SceneError where it can't be what it is said to be. ``start``
+    is its first value where the file has the run's start, which tells what a temperature without a unit is in."""
     unit = unit_of((meaning.unit if meaning else "") or column.unit)
     words = set(re.findall(r"[a-z]+", column.name.lower()))
     if meaning is None and "reduced1d" in column.name.lower():
         return "is of a 1D model"
     if unit is None:
-        return _refused(meaning, column, "has no unit that is known")
+        bare = _bare(column, meaning, sink, start)
+        return bare or _refused(meaning, column, "has no unit that is known")
     # SPICE calls volts what it knows no unit of.
     volts = spice and unit.powers == VOLTAGE.powers
     if volts and meaning is not None and meaning.what in ("current_A", "power_W"):
@@ -66,7 +72,7 @@ def match(column: Column, meaning: Meaning | None, sink: Sink, spice: bool) -> M
     values = in_si(column.values, unit)
     if unit.powers == _AMPERE.powers:
         found = Match("current_A", column.name, values)
-        if float(np.median(values)) * sink.voltage < 0:
+        if float(np.nanmedian(values)) * sink.voltage < 0:
             # A source's own current counts as negative where it delivers.
             found = replace(found, values=-values, note="sign turned to that of the voltage")
     elif unit.powers == POWER.powers:
@@ -119,10 +125,28 @@ def _temperature(key: str, column: Column, values: np.ndarray, rise: bool, note:
     notes = [note] if note else []
     if rise:
         notes.append("a rise")
-    elif values[0] < sink.room_temperature / 2:
+    elif (first := values[np.isfinite(values)][:1]) < sink.room_temperature / 2:
         rise = True
-        notes.append(f"a rise, for it starts at {values[0]:.4g} K")
+        notes.append(f"a rise, for it starts at {first[0]:.4g} K")
     return Match(key, column.name, values + sink.room_temperature * rise, ", ".join(notes))
+
+
+def _bare(column: Column, meaning: Meaning | None, sink: Sink, start: float | None) -> Match | None:
+    """A temperature without a unit, whose name has no other words than its place: in kelvin where it starts at room
+    temperature, at 0 a rise; ``None`` where it is neither."""
+    words = set(re.findall(r"[^\W\d_]+", column.name.lower()))
+    places = {word for known in _WORDS.values() for word in known}
+    plain = words <= _OF_TEMPERATURE | places | {f"t{word}" for word in places}
+    key = meaning.what if meaning else (_place(column.name, sink)[0] if plain else "")
+    if column.unit or not key.endswith("_K") or start is None:
+        return None
+    change = float(np.nanmax(np.abs(column.values - start)))
+    rise = abs(start) <= NOTICED * change
+    at_room = abs(start - sink.room_temperature) <= STARTS * change
+    if rise == at_room or (at_room and ((meaning is not None and meaning.rise) or words & _RISE)):
+        return None
+    note = f"it has no unit, and starts at {start:.4g}: {'a rise in K' if rise else 'in K'}"
+    return Match(key, column.name, column.values + sink.room_temperature * rise, note)
 
 
 def _place(name: str, sink: Sink) -> tuple[str, str]:

@@ -30,8 +30,10 @@ def read(path: Path, data: bytes) -> Table:
         header = data[start : head.start()].decode("latin-1")
         variables = [line.split() for line in head.group(1).decode("latin-1").splitlines()[1:] if line.strip()]
         count, said = len(variables), _field(header, "No. Points")
-        if not said.isdigit():
+        if not (said.isascii() and said.isdigit()):
             raise SceneError(f"--against {quoted(path)}: no number of points in its header (No. Points)")
+        if not count or not int(said):
+            raise SceneError(f"--against {quoted(path)} has no {'points' if count else 'variables'} in one of its runs")
         cells = count * int(said) * (2 if "complex" in _field(header, "Flags") else 1)
         if head.group(2) == b"Binary":
             start = head.end() + 8 * cells

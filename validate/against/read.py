@@ -16,9 +16,8 @@ from scenes.sink import Sink
 from validate.against import quantities, raw, runs, tables
 from validate.against.tables import Table, in_si, is_time, unit_of
 
-_NOTICED, _REFUSED = 0.005, 0.05
-"""How far from room temperature a trace may start, of its own change: what is said, and what the checks' own tolerance
-would be spent on."""
+_AT_THE_START = FIRST_TIME / 10
+"""Up to when (s) a first row is the run's start."""
 
 
 def read(path: Path, sink: Sink, columns: Sequence[str] = ()) -> Data:
@@ -29,9 +28,15 @@ def read(path: Path, sink: Sink, columns: Sequence[str] = ()) -> Data:
     picked = runs.pick(table, given, sink, shown)
     kept: dict[str, quantities.Match] = {}
     left = dict(picked.left_out)
+    empty = {c.name: c.empty if c.empty.size else np.zeros(len(picked.time), dtype=bool) for c in picked.columns}
     for column in picked.columns:
         meaning = given.get(column.name)
-        found = quantities.match(column, meaning, sink, table.spice)
+        filled = column.values[~empty[column.name]]
+        if not filled.size:
+            left[column.name] = "is empty"
+            continue
+        start = float(filled[0]) if picked.time[0] <= _AT_THE_START else None
+        found = quantities.match(column, meaning, sink, table.spice, start)
         if isinstance(found, str):
             left[column.name] = found + ("" if table.spice else runs.constant(column))
         elif meaning is None and found.key in (other.what for other in given.values()):
@@ -46,21 +51,24 @@ def read(path: Path, sink: Sink, columns: Sequence[str] = ()) -> Data:
             kept[found.key] = found
     if not kept:
         raise SceneError(f"--against {shown}: {quantities.refusal(table, left)}")
+    gaps, notes = _gaps({match.header: empty[match.header] for match in kept.values()}, shown)
+    kept = {key: replace(match, values=match.values[~gaps]) for key, match in kept.items()}
+    time = picked.time[~gaps]
     for match in kept.values():
         if not np.isfinite(match.values).all():
             raise SceneError(f"--against {shown}: {quoted(match.header)} has values that are not finite numbers")
-    _check_times(picked.time, sink, shown)
-    warnings = (*_spans(picked.time, sink), *_starts(picked.time, kept, sink, shown))
+    _check_times(time, sink, shown)
+    warnings = (*_spans(time, sink), *_starts(time, kept, sink, shown))
     values = {key: m.values for key, m in kept.items()}
     headers = {"time_s": picked.clock, **{key: m.header for key, m in kept.items()}}
-    how = {key: m.note for key, m in kept.items() if m.note}
+    how = {key: note for key, note in (("time_s", picked.how), *((key, m.note) for key, m in kept.items())) if note}
     # Columns that are no quantities, in SI units; of temperatures differences.
     others = {
-        c.name: in_si(c.values, unit) - (273.15 if unit.celsius else 0.0)
+        c.name: in_si(c.values[~gaps], unit) - (273.15 if unit.celsius else 0.0)
         for c in picked.columns if c.name not in headers.values() and (unit := unit_of(c.unit)) is not None
     }  # fmt: skip
     return Data(
-        path.name, table.kind, picked.time, values, headers, how, table.notes, left, picked.run, warnings, others
+        path.name, table.kind, time, values, headers, how, (*table.notes, *notes), left, picked.run, warnings, others
     )
 
 
@@ -75,6 +83,19 @@ def _table(path: Path) -> Table:
         n = seen[column.name, column.at] = seen.get((column.name, column.at), 0) + 1
         made.append(replace(column, name=f"{column.name} #{n}") if n > 1 and not is_time(column) else column)
     return replace(table, columns=tuple(made))
+
+
+def _gaps(empty: Mapping[str, np.ndarray], shown: str) -> tuple[np.ndarray, tuple[str, ...]]:
+    """The rows in which some column is empty, and what to say of them; SceneError where that is every row."""
+    gaps: np.ndarray = np.any(list(empty.values()), axis=0)
+    names = [name for name, where in empty.items() if where.any()]
+    if gaps.all():
+        raise SceneError(
+            f"--against {shown}: every row is empty in one of {', '.join(map(quoted, names))}: leave one of them out, "
+            f'--column "ignore={printable(names[0])}"'
+        )
+    said = f"{gaps.sum()} of {len(gaps)} rows are left out, for {', '.join(map(quoted, names))} is empty there"
+    return gaps, (said,) if names else ()
 
 
 def _check_times(time: np.ndarray, sink: Sink, shown: str) -> None:
@@ -102,7 +123,7 @@ def _spans(time: np.ndarray, sink: Sink) -> tuple[str, ...]:
 
 def _starts(time: np.ndarray, kept: Mapping[str, quantities.Match], sink: Sink, shown: str) -> tuple[str, ...]:
     """What to say of traces that don't start at the scene's room temperature, as far as the file has its start."""
-    if time[0] > FIRST_TIME / 10:
+    if time[0] > _AT_THE_START:
         return ()
     said = []
     for key, match in kept.items():
@@ -110,12 +131,12 @@ def _starts(time: np.ndarray, kept: Mapping[str, quantities.Match], sink: Sink, 
             continue
         off = float(match.values[0]) - sink.room_temperature
         change = float(np.abs(match.values - match.values[0]).max())
-        if abs(off) <= _NOTICED * change:
+        if abs(off) <= quantities.NOTICED * change:
             continue
         where = f"starts {abs(off):.4g} K {'above' if off > 0 else 'below'} the scene's room temperature"
         name = next(name for name, known in QUANTITIES.items() if known == key)
         room = f"--set room_temperature={sink.room_temperature + off:.6g}"
-        if abs(off) > _REFUSED * change:
+        if abs(off) > quantities.STARTS * change:
             raise SceneError(
                 f"--against {shown}: {quoted(match.header)} {where}, {sink.room_temperature:g} K: give {room}, "
                 f'or where it is a rise --column "{name} rise={printable(match.header)}"'

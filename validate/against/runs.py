@@ -200,11 +200,12 @@ def _column(table: Table, wanted: str, text: str) -> str:
 
 @dataclass(frozen=True)
 class Picked:
-    """The run that is compared: ``time`` in s and the name of its column, the columns that may be quantities, why
-    others are none, and in words which run it is."""
+    """The run that is compared: ``time`` in s, the name of its column and how it was read where that is not plain; the
+    columns that may be quantities, why others are none, and in words which run it is."""
 
     time: np.ndarray
     clock: str
+    how: str
     columns: tuple[Column, ...]
     left_out: Mapping[str, str]
     run: str
@@ -213,16 +214,27 @@ class Picked:
 def pick(table: Table, given: Mapping[str, Meaning], sink: Sink, shown: str) -> Picked:
     """The run of the scene; SceneError where there is none, or several that the scene does not tell apart."""
     columns, beside = _beside(table.columns, given, sink, shown)
-    time, clock, rest = _time(columns, table, given, shown)
-    if not np.isfinite(time).all():
-        raise SceneError(f"--against {shown}: its times are not all finite numbers")
+    clock, how, rest = _time(columns, table, given, shown)
+    if clock.empty.any():
+        rest = [c.of_rows(~clock.empty) for c in rest]
+        how = "; ".join(filter(None, (how, f"{clock.empty.sum()} rows without one are left out")))
+        clock = clock.of_rows(~clock.empty)
+    time = clock.values
+    if not len(time):
+        raise SceneError(f"--against {shown}: {quoted(clock.name)}, the time, is empty")
+    unknown = np.flatnonzero(~np.isfinite(time))
+    if len(unknown):
+        raise SceneError(
+            f"--against {shown}: {quoted(clock.name)} is {time[unknown[0]]} at number {unknown[0] + 1} of {len(time)} "
+            "times: give finite ones, or leave such rows out"
+        )
     below, others, left = _below(rest, given, time, shown)
     fits, said = choose(shown, below, sink, len(time))
-    time, others = time[fits], [replace(c, values=c.values[fits]) for c in others]
+    time, others = time[fits], [c.of_rows(fits) for c in others]
     again = np.flatnonzero(np.diff(time) <= 0)
     if len(again):
         raise SceneError(_several(shown, time, int(again[0]), others, said))
-    return Picked(time, clock, tuple(others), left, "; ".join(filter(None, (beside, said))))
+    return Picked(time, clock.name, how, tuple(others), left, "; ".join(filter(None, (beside, said))))
 
 
 def constant(column: Column) -> str:
@@ -268,13 +280,15 @@ def _beside(
 
 def _time(
     columns: Sequence[Column], table: Table, given: Mapping[str, Meaning], shown: str
-) -> tuple[np.ndarray, str, list[Column]]:  # fmt: skip
-    """The times in s, the name of their column, and the others. A time that is repeated before every vector is one."""
+) -> tuple[Column, str, list[Column]]:  # fmt: skip
+    """The column of times in s, how it was read where that is not plain, and the other columns. A time that is repeated
+    before every vector is one."""
     said = [c for c in columns if (m := given.get(c.name)) is not None and m.what == "time"]
     free = [c for c in columns if has_time(c) and c.name not in given]
+    bare = [replace(c, unit="s") for c in columns if c.name.lower() == "time" and not c.unit and c.name not in given]
     # Whatever it is called, the only column in a unit of time is the time.
-    times = said or [c for c in free if is_time(c)] or free
-    same = [c for c in times if c.unit == times[0].unit and np.array_equal(c.values, times[0].values)]
+    times = said or [c for c in free if is_time(c)] or free or bare
+    same = [c for c in times if c.unit == times[0].unit and np.array_equal(c.values, times[0].values, equal_nan=True)]
     if not times or len(same) != len(times):
         if table.unnamed and not times:
             raise SceneError(f"--against {shown}: {quantities.refusal(table, {})}")
@@ -286,7 +300,10 @@ def _time(
     unit = unit_of((given[said[0].name].unit if said else "") or times[0].unit)
     if unit is None or unit.powers != TIME.powers:
         raise SceneError(f'--column: {quoted(times[0].name)} has no unit of time: say it, --column "time (s)=NAME"')
-    return in_si(times[0].values, unit), times[0].name, [c for c in columns if all(c is not t for t in times)]
+    clock = replace(times[0], values=in_si(times[0].values, unit))
+    how = "it has no unit and is taken in s" if times is bare else ""
+    names_of_time = {c.name for c in times}
+    return clock, how, [c for c in columns if c.name not in names_of_time]
 
 
 def _below(

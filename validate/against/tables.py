@@ -17,13 +17,14 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from scenes.errors import SceneError, printable, quoted, reason
 from scenes.units import Unit, UnitError, parse_unit
+from validate.against.cells import are_numbers, cells_of, fitted, is_blank, numbers, separator_of
 
 _LARGEST = 200_000_000
 _MOST_POINTS = 200
@@ -52,13 +53,19 @@ _VECTOR = re.compile(r"[vi]\(|.*#branch$|@", re.IGNORECASE)
 
 @dataclass(frozen=True)
 class Column:
-    """One column: its header less what follows an " @ ", its unit ("" where it has none), its values, and the
-    parameters behind the "@" by name, as they are written: {"V0": "0.5"}."""
+    """One column: its header less what follows an " @ ", its unit ("" where it has none), its values, the parameters
+    behind the "@" by name, as they are written: {"V0": "0.5"}; and which of its rows are empty, nowhere if nothing is
+    said. An empty cell is not a number among the values."""
 
     name: str
     unit: str
     values: np.ndarray
     at: tuple[tuple[str, str], ...] = ()
+    empty: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=bool))
+
+    def of_rows(self, rows: np.ndarray) -> Column:
+        """The same of some of its rows, which are true."""
+        return replace(self, values=self.values[rows], empty=self.empty[rows] if self.empty.size else self.empty)
 
 
 @dataclass(frozen=True)
@@ -78,9 +85,12 @@ class Table:
 def read(path: Path, data: bytes) -> Table:
     """The columns of a file that holds text; SceneError where they can't be told, saying why."""
     text = _text(path, data)
-    if text.lstrip().lstrip('"').startswith("%"):
-        return _comsol(path, text)
-    return _printed(path, text) if _PRINTED.search(text[:20000]) else _plain(path, text)
+    try:
+        if text.lstrip().lstrip('"').startswith("%"):
+            return _comsol(path, text)
+        return _printed(path, text) if _PRINTED.search(text[:20000]) else _plain(path, text)
+    except csv.Error as error:
+        raise SceneError(f"--against {quoted(path)} is no table of numbers: {reason(error)}") from None
 
 
 def is_time(column: Column) -> bool:
@@ -145,43 +155,27 @@ def _text(path: Path, data: bytes) -> str:
         return data.decode("latin-1")
 
 
-def _column(header: str, values: np.ndarray) -> Column:
+def _column(header: str, values: np.ndarray, *empty: np.ndarray) -> Column:
     """A column from its header: "Temperature (degC), Point 1", "peak [K]", "T (K) @ V0=0.5"."""
-    name, _, at = " ".join(header.split()).partition(" @ ")
-    pairs = (part.partition("=") for part in re.sub(r"^\d+:\s*", "", at).split(","))
-    return Column(name, split(name)[1], values, tuple((k.strip(), v.strip()) for k, equals, v in pairs if equals))
+    name, _, behind = " ".join(header.split()).partition(" @ ")
+    pairs = (part.partition("=") for part in re.sub(r"^\d+:\s*", "", behind).split(","))
+    at = tuple((k.strip(), v.strip()) for k, equals, v in pairs if equals)
+    return Column(name, split(name)[1], values, at, *empty)
 
 
 def _names(line: str, count: int, separator: str | None) -> list[str] | None:
     """The names in a header row above rows whose cells are apart by ``separator`` (``None`` is any blank space);
     ``None`` where no way of reading it gives ``count`` of them."""
-    bare = line.strip()
+    bare = line.strip() if separator is None else line.strip("\r\n ")
     if separator is None:
         ways = [[name.strip('"') for name in re.split(pattern, bare)] for pattern in _SPACED]
     else:
-        ways = [_cells(bare, separator)]
+        ways = [cells_of(bare, separator)]
         if separator == ",":
             # Inside a name without quotes a comma is followed by a space.
             ways.append([name.strip('"') for name in re.split(r",(?! )", bare)])
-    return next((found for found in ways if len(found) == count), None)
-
-
-def _numbers(path: Path, rows: Sequence[Sequence[str]], lines: Sequence[int]) -> np.ndarray:
-    """(rows, columns) from texts; SceneError with the line of the first that is no number, or has another length."""
-    if not rows:
-        raise SceneError(f"--against {quoted(path)} has no rows of numbers")
-    width = len(rows[0])
-    found = np.empty((len(rows), width))
-    for i, cells in enumerate(rows):
-        where = f"--against {quoted(path)}, row {lines[i]}"
-        if len(cells) != width:
-            raise SceneError(f"{where}: {len(cells)} columns where the first row has {width}")
-        for j, cell in enumerate(cells):
-            try:
-                found[i, j] = float(cell)
-            except ValueError:
-                raise SceneError(f"{where}: {quoted(printable(cell))} is not a number") from None
-    return found
+    # A separator may stand behind the last name, too.
+    return next((found[:count] for found in ways if len(found) >= count and not any(found[count:])), None)
 
 
 def _comsol(path: Path, text: str) -> Table:
@@ -193,7 +187,7 @@ def _comsol(path: Path, text: str) -> Table:
             body.append([cell.strip().strip('"') for cell in (line.split(",") if "," in line else line.split())])
             lines.append(number)
             commas = "," in line
-    found = _numbers(path, body, lines)
+    found, _ = numbers(f"--against {quoted(path)}", body, lines, ",")
     # The percent sign may stand inside the first name's quotes or before them.
     last = ('"' if head[-1].startswith('"') else "") + head[-1].lstrip('"').removeprefix("%").strip()
     named = _names(last, found.shape[1], "," if commas else None)
@@ -262,7 +256,8 @@ def _printed(path: Path, text: str) -> Table:
         elif names and len(cells) == len(names) + 1 and cells[0].isdigit():
             rows.append(cells[1:])
             lines.append(number)
-    return Table("ngspice print", _vectors(names, _numbers(path, rows, lines)), spice=True, notes=notes)
+    found, _ = numbers(f"--against {quoted(path)}", rows, lines, None)
+    return Table("ngspice print", _vectors(names, found), spice=True, notes=notes)
 
 
 def _vectors(names: Sequence[str], found: np.ndarray) -> tuple[Column, ...]:
@@ -283,32 +278,28 @@ def _plain(path: Path, text: str) -> Table:
     for number, line in enumerate(text.splitlines(), 1):
         if line.lstrip().startswith("#"):
             remarks.append(line.lstrip().lstrip("#"))
-        elif line.strip():
+        elif not is_blank(line):
             kept.append((number, line))
     if not kept:
         raise SceneError(f"--against {quoted(path)} has no rows: give a row of names with units, then numbers")
-    if all(line.rstrip().endswith((",", ";")) for _, line in kept):
-        kept = [(number, line.rstrip()[:-1]) for number, line in kept]
     last, head = kept[-1][1], kept[0][1]
-    separator = _separator(last)
-    headed = not _are_numbers(_cells(head, separator), separator)
+    separator = separator_of(last)
+    names = cells_of(head, separator)
+    headed = not are_numbers(names, separator)
     # Runs that are appended to a file bring their names with them.
     body = [(number, line) for number, line in kept[headed:] if line.strip() != head.strip() or not headed]
-    rows = [_cells(line, separator) for _, line in body]
-    if separator != ",":
-        # Where the comma separates no columns it may be the decimal one.
-        rows = [[cell.replace(",", ".") for cell in row] for row in rows]
-    found = _numbers(path, rows, [number for number, _ in body])
+    rows = fitted([cells_of(line, separator) for _, line in body], len(names) if headed else 0)
+    found, empty = numbers(f"--against {quoted(path)}", rows, [number for number, _ in body], separator)
     count = found.shape[1]
     named = _names(head, count, separator) if headed else None
     if headed and named is None:
-        raise SceneError(f"--against {quoted(path)}: {len(_cells(head, separator))} names for {count} columns")
+        raise SceneError(f"--against {quoted(path)}: {len(names)} names for {count} columns")
     if not headed and remarks:
         named = _names(remarks[-1], count, None) or _names(remarks[-1], count, separator or ",")
     wrdata = bool(_WRDATA.fullmatch(last))
     if named is None:
-        return _unnamed(found, wrdata)
-    columns = tuple(_column(name, values) for name, values in zip(named, found.T, strict=True))
+        return _unnamed(found, empty, wrdata)
+    columns = tuple(_column(*column) for column in zip(named, found.T, empty.T, strict=True))
     if named[0].lower() == "time" and not any(c.unit for c in columns):
         plain = [name.lower() for name in named]
         if wrdata or plain.count("time") > 1 or any(_VECTOR.match(name) for name in named):
@@ -316,7 +307,7 @@ def _plain(path: Path, text: str) -> Table:
     return Table("table" if separator is None else "CSV", columns)
 
 
-def _unnamed(found: np.ndarray, wrdata: bool) -> Table:
+def _unnamed(found: np.ndarray, empty: np.ndarray, wrdata: bool) -> Table:
     """Columns by their number; of `wrdata` the first is the time, and so may be every other one."""
     count = found.shape[1]
     units = [""] * count
@@ -324,28 +315,6 @@ def _unnamed(found: np.ndarray, wrdata: bool) -> Table:
         units = ["s"] + ["V"] * (count - 1)
         if count % 2 == 0 and (found[:, ::2] == found[:, :1]).all():
             units[::2] = ["s"] * (count // 2)
-    columns = (Column("time" if unit == "s" else f"column {i + 1}", unit, found[:, i]) for i, unit in enumerate(units))
+    names = ("time" if unit == "s" else f"column {i + 1}" for i, unit in enumerate(units))
+    columns = (Column(*column) for column in zip(names, units, found.T, ((),) * count, empty.T, strict=True))
     return Table("ngspice wrdata" if wrdata else "table", tuple(columns), spice=wrdata, unnamed=True)
-
-
-def _separator(line: str) -> str | None:
-    """What stands between the numbers of a row; ``None`` is blank space."""
-    for mark in ("\t", ";", ",", None):
-        cells = _cells(line, mark)
-        if len(cells) > 1 and _are_numbers(cells, mark):
-            return mark
-    return max(",;\t", key=line.count)
-
-
-def _cells(line: str, separator: str | None) -> list[str]:
-    if separator is None:
-        return line.split()
-    return [cell.strip() for cell in next(csv.reader([line], delimiter=separator, skipinitialspace=True))]
-
-
-def _are_numbers(cells: Sequence[str], separator: str | None) -> bool:
-    try:
-        [float(cell if separator == "," else cell.replace(",", ".")) for cell in cells]
-    except ValueError:
-        return False
-    return True

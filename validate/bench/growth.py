@@ -99,8 +99,8 @@ def _assembly(path: str, scene: Scene, grid: Grid, degree: int) -> Callable[[], 
 
         full = skfem_sink.assembly(scene, grid, degree)
         return lambda: reference.Inner(full())
-    from fem3d.assembly import assemble
-    from fem3d.domain import boxes
+    from fem3d.problems.assembly import assemble
+    from fem3d.spaces.domain import boxes
 
     def own() -> SimpleNamespace:
         heat = assemble(boxes(scene, grid))

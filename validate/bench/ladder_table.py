@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fem3d.run import solve as solve_3d
+from fem3d.runs.sink import solve as solve_3d
 from reduced1d import ladder
 from reduced1d.ladder.few_states import over_time
 from reduced1d.ladder.levels import Levels

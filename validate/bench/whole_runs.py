@@ -99,8 +99,9 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], Any], Callable[[Any],
         return lambda: _command(options["arguments"]), lambda seconds: {"seconds": [seconds]}
     if "skip" not in options:
         return _from_cold(options["accuracy"]), dict
-    from fem3d import adapt, sink_quantities
-    from fem3d.run import solve
+    from fem3d.adaptivity import loop
+    from fem3d.runs import sink_quantities
+    from fem3d.runs.sink import solve
     from meshes import symmetry
     from scenes.loading import load
     from scenes.plan import Request
@@ -114,7 +115,7 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], Any], Callable[[Any],
         return lambda: solve(twice, Request(), earlier=earlier), lambda _: {}
     scene = sink.scene()
     part = symmetry.uncut(scene, [box.name for box in scene.boxes]) if off else symmetry.reduce(scene)
-    return lambda: adapt.solve(sink_quantities.study(sink, part), True), lambda _: {}
+    return lambda: loop.solve(sink_quantities.study(sink, part), True), lambda _: {}
 
 
 def _from_cold(accuracy: float) -> Callable[[], dict[str, float]]:
@@ -126,7 +127,7 @@ def _from_cold(accuracy: float) -> Callable[[], dict[str, float]]:
     times.append(time.perf_counter())
     import scipy.sparse.linalg  # noqa: F401 - not part of the solve
 
-    from fem3d import run as of_3d
+    from fem3d.runs import sink as of_3d
     from scenes.loading import load
     from scenes.plan import Request
 

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from compare.verdict import Check, Comparison, judged, relative, spread
-from fem3d.run import solve as solve_3d
+from fem3d.runs.sink import solve as solve_3d
 from reduced1d import ladder
 from scenes.formats import percent, quantity
 from scenes.plan import Request

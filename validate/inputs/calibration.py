@@ -174,9 +174,10 @@ def _bounds(sink: Sink, key: str) -> tuple[float, float]:
 
 def in_3d(sink: Sink, keys: Sequence[str], times: np.ndarray) -> Modelled:
     """The traces of a sink in 3D and their derivatives."""
-    from fem3d import run, sink_sensitivity
+    from fem3d.runs import sink as sink_run
+    from fem3d.runs import sink_sensitivity
 
-    result = run.solve(sink, Request(models=("fem3d",)))
+    result = sink_run.solve(sink, Request(models=("fem3d",)))
     slopes = sink_sensitivity.of_sink(sink, result, keys=keys)
     assert slopes.course is not None
     left_out = next((key for key in keys if key in slopes.left_out), None)

@@ -112,7 +112,7 @@ def of_sink(sink: Sink, fem3d: Result | None, reduced1d: Result | None, with_pro
     """The sensitivities of what a run has solved; ``with_profile`` also that of fig5.
 
     Those of reductions that stand on the plate are of the steady state alone: each costs a plate. Raises what
-    `fem3d.sink_sensitivity.of_sink` and `reduced1d.slopes.of_sink` raise.
+    `fem3d.runs.sink_sensitivity.of_sink` and `reduced1d.slopes.of_sink` raise.
     """
     keys = numbers(sink)
     steady: dict[str, dict[str, Slope]] = {key: {} for key in keys}
@@ -121,7 +121,7 @@ def of_sink(sink: Sink, fem3d: Result | None, reduced1d: Result | None, with_pro
     errors: dict[str, dict[str, float]] = {}
     left_out, misfit = dict[str, str](), dict[str, float]()
     if fem3d is not None:
-        from fem3d import sink_sensitivity
+        from fem3d.runs import sink_sensitivity
 
         weights = misfit_weights(sink, fem3d) if with_profile and sink.spans == 1 else None
         found = sink_sensitivity.of_sink(sink, fem3d, weights=weights)
@@ -161,7 +161,7 @@ def misfit_weights(sink: Sink, fem3d: Result) -> np.ndarray:
 
 def of_free(scene: AnyScene, result: Result) -> Sensitivities:
     """The sensitivities of the probes of a free scene that was solved whole. Raises ConvergenceError."""
-    from fem3d import scene_sensitivity
+    from fem3d.runs import scene_sensitivity
 
     found = scene_sensitivity.of_scene(scene, result)
     steady = {key: {n: Slope(estimate, None) for n, estimate in of.items()} for key, of in found.table.items()}
@@ -175,9 +175,9 @@ def of_device(device: Device, in_3d: Model | None) -> Sensitivities:
 
     found, left_out, three = slopes.of_device(device), dict[str, str](), dict[str, dict[str, Estimate]]()
     if in_3d is not None:
-        from fem3d import device_sensitivity
+        from fem3d.device import sensitivity
 
-        three, left_out = device_sensitivity.of_device(device, in_3d)
+        three, left_out = sensitivity.of_device(device, in_3d)
     steady = {
         key: {name: Slope(three.get(key, {}).get(name), value) for name, value in of.items()}
         for key, of in found.items()

@@ -143,8 +143,9 @@ def _quantities(run: Run, model: str) -> Section:
             f"From cold, from step: how long until within {percent(BAND, 1)} of the change for good; 0 where it never "
             "left that band. "
         )
-    error = max(run.result.errors[name] for name in ("sink_K", "sensor_K"))
-    said += f"Estimated error of the temperatures at most {error:.1e} K."
+    errors = run.result.errors
+    error, flow = max(errors[name] for name in ("sink_K", "sensor_K")), quantity(errors["polymer_flux_W"], "W", 2)
+    said += f"Estimated error of the temperatures at most {error:.1e} K, of the heat into the polymer {flow}."
     heads = (model, "before", "after", "peak", "at", "from cold", "from step")
     return Section(f"Over the run, {model}", [Table(heads, rows), said], headed=False)
 

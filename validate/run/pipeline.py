@@ -40,15 +40,15 @@ def plan(scene: Any, request: Request, data: Data | None = None) -> tuple[Step, 
     if isinstance(scene, Device):
         return plans.of_device(scene, request)
     if not isinstance(scene, Sink):
-        from fem3d import solve_scene
+        from fem3d.runs import scene as scene_run
 
-        return plans.of_free(scene, request, solve_scene.plan(scene, whole=_followed(request)))
+        return plans.of_free(scene, request, scene_run.plan(scene, whole=_followed(request)))
     from reduced1d.ladder import refuse
 
     refuse(scene, request.reduction)
     steps: tuple[Step, ...] = (plans.ONLY_1D,)
     if "fem3d" in request.models:
-        from fem3d.run import plan as plan_3d
+        from fem3d.runs.sink import plan as plan_3d
 
         steps = plan_3d(scene, request)
     return plans.of_sink(scene, request, steps, data)
@@ -194,7 +194,7 @@ def _compared(
     fem3d = reduced1d = single = None
     if "fem3d" in request.models:
         with clock.stage("imports"):
-            from fem3d.run import solve as solve_3d
+            from fem3d.runs.sink import solve as solve_3d
             from scenes.errors import NumericsError, RunawayError
             from scenes.validity import cause
         say("solving in 3D")
@@ -310,10 +310,10 @@ def _free(run: _Run) -> Outcome[AnyScene]:
 
     scene, request, clock = run.scene, run.request, run.clock
     with clock.stage("imports"):
-        from fem3d import solve_scene
+        from fem3d.runs import scene as scene_run
     run.say("solving in 3D")
     with clock.stage("fem3d"):
-        result: Result = solve_scene.solve(scene, run.say, whole=_followed(request))
+        result: Result = scene_run.solve(scene, run.say, whole=_followed(request))
     shown, warnings = None, tuple(result.details.get("warnings", ()))
     with clock.stage("checks"):
         if physics.heat(scene):

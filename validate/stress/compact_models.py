@@ -19,8 +19,7 @@ LIMIT = 60  # s of computing, after which a scene is left
 def rows(quick: bool, first: int = 0) -> Iterator[Row]:
     """The worst of some models, made of scenes from a seed on, those left out for which no model of that accuracy is
     found in time; and how many ended with an error."""
-    from fem3d.errors import NumericsError
-    from scenes.errors import SceneError
+    from scenes.errors import NumericsError, SceneError
 
     wanted = QUICK if quick else COUNT
     found: dict[int, float] = {}
@@ -49,7 +48,7 @@ def off(seed: int) -> float:
     SceneError and NumericsError where there is no model."""
     from fem3d.compact.find import compact
     from fem3d.compact.judge import instants
-    from fem3d.solve_scene import solve
+    from fem3d.runs.scene import solve
     from scenes.compact.runtime import CompactModel
     from validate.stress.random_scenes import draw
 

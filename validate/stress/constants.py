@@ -1,5 +1,6 @@
 """What constants of the 3D engine are good for: how much the element leaves of an edge, against what its estimator says
-is left (`fem3d.estimate.lag`), and how many unknowns random scenes take with other values of those that place cells."""
+is left (`fem3d.adaptivity.estimate.lag`), and how many unknowns random scenes take with other values of those that
+place cells."""
 
 from __future__ import annotations
 
@@ -83,9 +84,9 @@ def off(edge: Edge, degrees: tuple[int, int], lengths: tuple[float, float]) -> f
     the exact flux."""
     from scipy.sparse.linalg import spsolve
 
-    from fem3d import estimate
-    from fem3d.bricks import BrickSpace
-    from fem3d.estimate import Estimator, Parts, Spread
+    from fem3d.adaptivity import estimate
+    from fem3d.adaptivity.estimate import Estimator, Parts, Spread
+    from fem3d.spaces.bricks import BrickSpace
     from meshes.grading import Features
     from meshes.grid import Grid
     from scenes.model import Box
@@ -147,9 +148,9 @@ def off(edge: Edge, degrees: tuple[int, int], lengths: tuple[float, float]) -> f
 def work(seeds: range, name: str = "", value: float = 0.0) -> dict[int, int]:
     """For each steady scene that is solved the unknowns of all levels, perhaps with another value of a constant of
     `meshes.grading`."""
-    from fem3d.errors import NumericsError
-    from fem3d.solve_scene import solve
+    from fem3d.runs.scene import solve
     from meshes import grading
+    from scenes.errors import NumericsError
     from validate.stress.random_scenes import draw
 
     before, found = vars(grading).get(name), {}

@@ -9,8 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from fem3d.run import solve
-from fem3d.solve_scene import solve as solve_scene
+from fem3d.runs.scene import solve as solve_scene
+from fem3d.runs.sink import solve
 from scenes.errors import RunawayError
 from scenes.model import Scene, Schedule, Value
 from scenes.plan import Request

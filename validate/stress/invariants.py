@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.solve_scene import solve
+from fem3d.runs.scene import solve
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene, Value
 from scenes.result import Result
 from validate.stress.random_scenes import ROOM, Drawn

@@ -11,10 +11,10 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.sparse import diags_array, eye_array
 
-from fem3d.assembly import assemble
-from fem3d.domain import boxes
-from fem3d.exponential import integrate
-from fem3d.heat import HeatProblem
+from fem3d.problems.assembly import assemble
+from fem3d.problems.heat import HeatProblem
+from fem3d.solution.exponential import integrate
+from fem3d.spaces.domain import boxes
 from meshes import grading, symmetry
 from reduced1d.device.lumped import Lumped, Slab, lump
 from reduced1d.device.paper import PaperScheme, layer_step, stability_limit

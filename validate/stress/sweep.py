@@ -31,7 +31,7 @@ def examine(seed: int, limit: int = LIMIT) -> Outcome:
     """Solves the scene of a seed and holds it to all invariants that need no second solve and to one that does."""
     import time
 
-    from fem3d.errors import ConvergenceError, NumericsError
+    from scenes.errors import ConvergenceError, NumericsError
     from validate.stress import invariants
     from validate.stress.random_scenes import draw
 

@@ -269,7 +269,7 @@ def main() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     tasks: queue.Queue[Any] = queue.Queue()
     Thread(target=_read, args=(tasks,), daemon=True).start()
-    import fem3d.run  # noqa: F401
+    import fem3d.runs.sink  # noqa: F401
     from validate.sweep.point import solve as solve_points
 
     with suppress(queue.Empty):

@@ -231,11 +231,11 @@ def blame(parts: dict[str, float] | None) -> dict[str, Any]:
 
 def _free(scene: AnyScene) -> dict[str, Any]:
     """The columns of a free scene: every probe, at the end where it is over time."""
-    from fem3d import solve_scene
+    from fem3d.runs import scene as scene_run
     from validate.run.pipeline import reported
 
     scene = reported(scene, Request(figures=False))
-    result = solve_scene.solve(scene)
+    result = scene_run.solve(scene)
     values: dict[str, Any] = {}
     for probe in scene.probes:
         if scene.steady or result.traces is None:

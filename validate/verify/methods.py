@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.errors import NumericsError
 from reduced1d.equations import room_resistivity
+from scenes.errors import NumericsError
 from scenes.sink import Sink
 
 _HALF = 1 - 0.5**0.5

@@ -11,7 +11,7 @@ import ngsolve as ng
 import numpy as np
 from ngsolve import dx, grad
 
-from fem3d.run import solve
+from fem3d.runs.sink import solve
 from meshes import grading, symmetry
 from meshes.grid import Grid
 from scenes.plan import Request

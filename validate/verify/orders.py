@@ -19,14 +19,14 @@ from scipy.linalg import eigh
 from scipy.sparse.linalg import spsolve
 from skfem import Basis, FacetBasis
 
-from fem3d import conductor as conductors
-from fem3d import steady, transient
-from fem3d.assembly import assemble
-from fem3d.conductor import Conductor
-from fem3d.domain import boxes
-from fem3d.exponential import integrate
-from fem3d.heat import HeatProblem
-from fem3d.transient import Base, Krylov
+from fem3d.problems import current as conductors
+from fem3d.problems.assembly import assemble
+from fem3d.problems.current import Conductor
+from fem3d.problems.heat import HeatProblem
+from fem3d.solution import steady, transient
+from fem3d.solution.exponential import integrate
+from fem3d.solution.transient import Base, Krylov
+from fem3d.spaces.domain import boxes
 from meshes.grid import Grid
 from reduced1d.device.lumped import Slab
 from reduced1d.device.paper import crank_nicolson, mesh_ratio

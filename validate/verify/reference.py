@@ -3,9 +3,8 @@
 On a grid of degree 1 or 2 everywhere the element of this package spans the space of scikit-fem's own ElementHex1 or
 ElementHexS2, and one Gauss point more than the degree along each axis makes its quadrature of order 3 or 5.
 So both must agree to the tolerance of their solvers. Here are no numbering, ordering, acceleration, reduced fields or
-exact exponentials: the forms of `fem3d.forms`, scipy's splu with an ordering for symmetric matrices, and `methods`. For
-verification: slow.
-"""
+exact exponentials: the forms of `fem3d.spaces.forms`, scipy's splu with an ordering for symmetric matrices, and
+`methods`. For verification: slow."""
 
 from __future__ import annotations
 
@@ -20,7 +19,7 @@ from scipy.sparse.linalg import splu
 from skfem import Basis, ElementH1, ElementHex1, ElementHexS2, FacetBasis, LinearForm, MeshHex, condense
 from skfem import solve as solve_linear
 
-from fem3d import forms
+from fem3d.spaces import forms
 from meshes.grid import Grid
 from scenes.model import Boundary, Probe, Scene, Schedule, Value
 from validate.verify import methods

@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from fem3d import solve_scene
+from fem3d.runs import scene as scene_run
 from scenes.model import Scene
 from validate.report.table import Row as Line
 from validate.report.table import Table
@@ -167,7 +167,7 @@ class Expected:
 
 def rows(family: str, case: str, scene: Scene, expected: Sequence[Expected], note: str = "") -> Iterator[Row]:
     """Solves the scene and compares; of a trace the row shows the instant that is furthest off."""
-    result = solve_scene.solve(scene)
+    result = scene_run.solve(scene)
     for each in expected:
         values = np.atleast_1d(np.asarray(each.value, dtype=float))
         if result.traces is None:

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fem3d import solve_scene
 from fem3d.compact.channels import driven
 from fem3d.compact.find import check, compact
 from fem3d.compact.judge import needed
+from fem3d.runs import scene as scene_run
 from scenes.compact import fmu
 from scenes.compact.files import write
 from scenes.compact.runtime import CompactModel
@@ -104,12 +104,12 @@ def document(bar: Any) -> dict[str, Any]:
 @pytest.fixture(scope="module")
 def truth(bar: Any) -> Result:
     """What `validate solve` has of the bar, at a tenth of its accuracy."""
-    return solve_scene.solve(replace(bar, accuracy=ACCURACY / 10))
+    return scene_run.solve(replace(bar, accuracy=ACCURACY / 10))
 
 
 @pytest.fixture(scope="module")
 def steady_truth(bar: Any) -> Result:
-    return solve_scene.solve(replace(bar, accuracy=ACCURACY / 10, steady=True))
+    return scene_run.solve(replace(bar, accuracy=ACCURACY / 10, steady=True))
 
 
 def wrong(document: dict[str, Any]) -> dict[str, Any]:
@@ -221,7 +221,7 @@ def test_inputs_that_it_was_not_made_with(bar: Any, document: dict[str, Any]) ->
     ramp = Schedule((0.0, 1e-3), (293.0, 313.0))
     jump = Schedule((1e-3, 1e-3), (1.0, 3.0))
     given = {"held.temperature": ramp, "out.voltage": jump, "in.voltage": 4.0, "air.ambient": 300.0}
-    truth = solve_scene.solve(replace(driven(bar, given), accuracy=ACCURACY / 10))
+    truth = scene_run.solve(replace(driven(bar, given), accuracy=ACCURACY / 10))
     late = truth.traces.time >= document["range"]["from_s"]
     tables = {n: (v.times, v.values) if isinstance(v, Schedule) else v for n, v in given.items()}
     with pytest.warns(UserWarning, match="held.temperature"):
@@ -236,7 +236,7 @@ def test_a_steady_state_with_currents() -> None:
     found = CompactModel(compact(bridge, 3, 1e-2))
     assert found.states == 3
     other = {"substrate.temperature": 293.5, "left electrode.voltage": -0.7, "right electrode.voltage": 0.2}
-    truth = solve_scene.solve(replace(driven(bridge, other), accuracy=1e-3)).steady
+    truth = scene_run.solve(replace(driven(bridge, other), accuracy=1e-3)).steady
     ours = found.steady(other)
     for name, is_ in truth.items():
         # The inputs are parts of those steps for which errors are stated, and the errors of linear parts add up.
@@ -258,7 +258,7 @@ def test_currents_alone(bar: Any) -> None:
     )
     found = CompactModel(compact(scene, None, ACCURACY))
     assert (found.states, len(found.inputs)) == (0, 3)
-    truth = solve_scene.solve(replace(scene, accuracy=ACCURACY / 10)).traces
+    truth = scene_run.solve(replace(scene, accuracy=ACCURACY / 10)).traces
     ours = found.steady({"in.voltage": -2.0})
     for name, values in truth.values.items():
         stated = sum(run["steady"][name]["error"] for run in found.document["error"].values())
@@ -273,7 +273,7 @@ def test_a_mesh_file(tmp_path: Path) -> None:
     wire = load(str(tmp_path / "wire.toml"), [])
     found = CompactModel(compact(wire, None, 3e-2))
     other = {"cold.temperature": 293.4, "plus.voltage": -0.005, "minus.voltage": 0.002, "source-1.heat_source": 5e11}
-    ours, truth = found.steady(other), solve_scene.solve(driven(wire, other)).steady
+    ours, truth = found.steady(other), scene_run.solve(driven(wire, other)).steady
     for name, is_ in truth.items():
         stated = sum(run["steady"][name]["error"] for run in found.document["error"].values())
         assert abs(ours[name] - is_.value) <= stated, name

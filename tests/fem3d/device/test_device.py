@@ -77,3 +77,13 @@ def test_errors_hold_where_the_mesh_is_coarser(states):
     fine, found, error = states.steady(Device()), rough.steady(Device()), rough.steady_errors(Device())
     apart = abs(fine.sink_power_W - found.sink_power_W)
     assert 0 < apart < error["sink_power_W"] < 1e-2 * fine.sink_power_W
+
+
+def test_the_error_of_the_flow_holds_right_after_an_outer_step(states):
+    """Within 0.5 ms a step at the polymer's top gets some 7 um into its 100 um: the heat that enters it below is what
+    it was, and what the trace swings by is error."""
+    step = replace(Device().external, step_time=0.001)
+    run, _ = states.solve(replace(Device(), external=step, end_time=0.0015), start="settled")
+    after = run.time_s > 0.001
+    off = np.abs(run.polymer_flux_W[after] - run.before.polymer_flux_W).max()
+    assert run.errors["polymer_flux_W"] / 30 < off < run.errors["polymer_flux_W"]

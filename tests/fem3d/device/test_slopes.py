@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
+from fem3d.device.sensitivity import FOLLOWED
 from fem3d.device.solve import model
-from fem3d.device_sensitivity import FOLLOWED
 from scenes.device import Device
 from scenes.varied import numbers, varied
 from validate.cli import main

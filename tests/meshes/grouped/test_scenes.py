@@ -11,10 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fem3d import level, probe_quantities, solve_scene
-from fem3d.heat import HeatProblem
-from fem3d.mesh_file import FileMesh
-from fem3d.solve_scene import solve
+from fem3d.adaptivity import nested
+from fem3d.adaptivity.mesh_file import FileMesh
+from fem3d.problems.heat import HeatProblem
+from fem3d.runs import probe_quantities
+from fem3d.runs import scene as scene_run
+from fem3d.runs.scene import solve
 from scenes.errors import RunawayError
 from scenes.free import from_dict
 from scenes.model import MeshScene, Scene
@@ -45,7 +47,7 @@ def on_mesh(
 def on_bricks(transient: bool) -> Result:
     scene = from_dict(bridge(**TRANSIENT) if transient else bridge(steady=True, accuracy=1e-4))
     assert isinstance(scene, Scene)
-    return solve_scene.solve(scene)
+    return scene_run.solve(scene)
 
 
 TRANSIENT: dict[str, Any] = {"end_time": 2e-5, "output_times": [2e-6, 2e-5], "accuracy": 1e-2}
@@ -145,11 +147,11 @@ def test_between_the_runaways_of_a_mesh_and_of_the_refined_one_there_is_an_answe
         return found
 
     scene, limits = meshed(3.0), []
-    study, mesh = probe_quantities.study(scene, solve_scene.part_of(scene, whole=True)), FileMesh.of(scene)
+    study, mesh = probe_quantities.study(scene, scene_run.part_of(scene, whole=True)), FileMesh.of(scene)
     for each in (mesh, mesh.raised()):
         assert each is not None
         with pytest.raises(RunawayError) as runaway:
-            level.solution(study, each.problems())
+            nested.solution(study, each.problems())
         limits.append(runaway.value.limit)
     coarse, fine = limits
     assert coarse < fine

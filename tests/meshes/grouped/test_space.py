@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import skfem
 
-from fem3d import forms
-from fem3d.mapped import MappedSpace
+from fem3d.spaces import forms
+from fem3d.spaces.mapped import MappedSpace
 from meshes.grouped.model import GroupedMesh
 from meshes.grouped.read import read
 from scenes.free import from_dict

@@ -205,6 +205,12 @@ def test_a_workbook_and_utf_16(tmp_path: Path) -> None:
         "Elapsed time (ms);Tmax [degC];\n0;19,85;\n1;29,85;\n5;37,85;\n20;39,85;\n",
         "Zeit [ms]\tTmax [K]\r\n0\t293\r\n1\t303\r\n5\t311\r\n20\t313\r\n",
         '"t (ms)","Tmax (K)"\n"0","293"\n"1","303"\n"5","311"\n"20","313"\n',
+        "t (ms);Tmax [K]\n0;293;\n1;303;\n5;311;\n20;313;\n",
+        "t (ms);Tmax [K];\n0;293\n1;303\n5;311\n20;313\n",
+        "t (ms);Tmax [K];remark;\n0;293;;\n1;303;;\n;;;\n5;311;;\n20;313;;\n;;;\n\n",
+        "t (us);Tmax [mK]\n0,0;293.000,0\n1.000;303.000,0\n5.000,0;311.000,0\n20.000,0;313.000,00\n",
+        't (ms),Tmax [mK]\n0,"293,000.0"\n1,"303,000"\n5,"311,000.0"\n20,"313,000.0"\n',
+        "\tt (ms)\tTmax [K]\n0\t0\t293\n1\t1\t303\n2\t5\t311\n3\t20\t313\n",
     ],
 )
 def test_what_spreadsheets_write(text: str, tmp_path: Path) -> None:
@@ -212,3 +218,48 @@ def test_what_spreadsheets_write(text: str, tmp_path: Path) -> None:
     data = found(tmp_path, text)
     assert data.time == pytest.approx(1e-3 * TIMES)
     assert data.values["peak_K"] == pytest.approx(293 + RISES)
+
+
+def test_rows_with_an_empty_cell_are_left_out_and_counted(tmp_path: Path) -> None:
+    """Of the columns that are compared; one that is left out by name, or that nobody knows, costs no row."""
+    text = "t (ms);Tmax [K];Tend [K];remark\n0;293;293;\n1;;294;1\n5;311;;2\n;312;296;3\n17;313;297;\n18;314;298;4\n"
+    data = found(tmp_path, text)
+    assert data.time == pytest.approx([0.0, 0.017, 0.018])
+    assert data.values["end_K"] == pytest.approx([293.0, 297.0, 298.0])
+    assert '2 of 5 rows are left out, for "Tmax [K]", "Tend [K]" is empty there' in data.said()
+    assert "1 rows without one are left out" in data.said()
+    data = found(tmp_path, text, "ignore=Tend [K]")
+    assert data.time == pytest.approx([0.0, 5e-3, 0.017, 0.018])
+    assert data.values["peak_K"] == pytest.approx([293.0, 311.0, 313.0, 314.0])
+    with pytest.raises(SceneError, match="not finite"):
+        found(tmp_path, text.replace("1;;294", "1;nan;294"))
+
+
+@pytest.mark.parametrize("name", ["peak", "Tmax", "T_end", "mean temperature"])
+def test_a_bare_temperature_is_told_by_its_start(name: str, tmp_path: Path) -> None:
+    """In kelvin, or a rise, and it is said so; a bare time is in seconds, and that is said."""
+    for values, how in ((293 + RISES, "starts at 293: in K"), (RISES, "starts at 0: a rise in K")):
+        data = found(tmp_path, table(("time", 1e-3 * TIMES), (name, values)))
+        assert data.time == pytest.approx(1e-3 * TIMES)
+        (said,) = data.values.values()
+        assert said == pytest.approx(293 + RISES)
+        assert f"it has no unit, and {how}" in data.said()
+        assert 'time is "time" (it has no unit and is taken in s)' in data.said()
+    data = found(tmp_path, table(MILLISECONDS, ("sensor", RISES)), "peak=sensor")
+    assert data.values["peak_K"] == pytest.approx(293 + RISES)
+
+
+@pytest.mark.parametrize(
+    "columns",
+    [
+        (MILLISECONDS, ("peak", 19.85 + RISES)),  # degrees, or kelvins above something
+        (MILLISECONDS, ("max stress", RISES)),  # another quantity at the same place
+        (MILLISECONDS, ("peak rise", 293 + RISES)),
+        (MILLISECONDS, ("peak (mV)", RISES)),  # a unit, of another quantity
+        (("Time (ms)", TIMES[1:]), ("peak", 293 + RISES[1:])),  # without the start nothing tells
+        (MILLISECONDS, ("peak", 100 * RISES + 20)),  # degrees that change much
+    ],
+)
+def test_a_bare_temperature_is_not_guessed(columns: tuple[tuple[str, np.ndarray], ...], tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match="none of its columns is a quantity"):
+        found(tmp_path, table(*columns))

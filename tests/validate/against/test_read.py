@@ -111,7 +111,13 @@ REFUSED = {
     "": "no rows",
     "time (s),peak (K)\n": "no rows",
     "1,2\n3,4\n5,6\n": "names with units",
-    "time,peak (K)\n0,1\n1,2\n2,3\n": "the time",
+    "time,peak (K)\n0,1\n1,2\n2,3\n": "covers 0 s to 2.00 s",
+    "Time,peak (K)\n0,1\n1,2\n2,3\n".replace("Time", "Clock"): "no column is the time",
+    "time (s),peak (K)\n0,1\nnan,2\n2,3\n": r'"time \(s\)" is nan at number 2 of 3 times',
+    "time (s),peak (K)\n,1\n,2\n,3\n": "the time, is empty",
+    "time (s);peak (K);end (K)\n0;;1\n1;2;\n2;3;\n": 'every row is empty in one of "peak .K.", "end .K."',
+    "time (s);peak (K)\n0;1.00,5\n1;1.000,0\n": 'row 2: "1.00,5" is not a number',
+    "time (s),peak (K)\n0," + "1" * 140_000 + "\n": "is no table of numbers: field larger",
     "time (s),p (K)\n0,1\n1,2\n2,3\n": "names no place",
     "time (s),peak\n0,1\n1,2\n2,3\n": "has no unit",
     "time (s),peak (V)\n0,1\n1,2\n2,3\n": "no temperature",
@@ -130,6 +136,20 @@ def test_refusals_say_what_was_found(text: str, tmp_path: Path) -> None:
         found(tmp_path, text)
     assert "\n" not in str(caught.value)
     assert "a.csv" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "said"),
+    [
+        ("No. Points: 3", "No. Points: \N{SUPERSCRIPT TWO}", "no number of points"),
+        ("No. Points: 3", "No. Points: 0", "has no points"),
+        ("\t0\ttime\ttime\n\t1\tv(peak)\tvoltage\n\t2\tv(end)\tvoltage\n\t3\ti(vdrive)\tcurrent\n", "", "no variables"),
+    ],
+)  # fmt: skip
+def test_a_raw_file_of_nothing(before: str, after: str, said: str, tmp_path: Path) -> None:
+    changed = raw("ascii").decode().replace(before, after)
+    with pytest.raises(SceneError, match=said):
+        found(tmp_path, changed.encode("latin-1"))
 
 
 def test_binary_that_is_no_raw_file(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from compare.blame import budget
-from fem3d.run import solve as solve_3d
+from fem3d.runs.sink import solve as solve_3d
 from reduced1d import ladder
 from reduced1d.ladder.few_states import FewStates, result
 from reduced1d.ladder.levels import Levels

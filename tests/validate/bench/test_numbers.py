@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from fem3d import element
+from fem3d.spaces import element
 from meshes import connected
 from scenes.sink import Sink
 from validate.bench import growth, measure, page, problem, work

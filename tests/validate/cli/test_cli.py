@@ -118,7 +118,7 @@ def test_interrupted(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixt
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("fem3d.run.solve", interrupt)
+    monkeypatch.setattr("fem3d.runs.sink.solve", interrupt)
     assert sink() == 130
     assert "interrupted" in capsys.readouterr().err
     assert Path("results/sink-1V/summary.json").read_bytes() == before

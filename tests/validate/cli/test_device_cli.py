@@ -245,7 +245,7 @@ def _boxes(figure: Figure) -> list[tuple[str, Any]]:
     return [(text.get_text(), text.get_window_extent()) for text in texts]
 
 
-def test_in_3d_beside_1d(tmp_path):
+def test_in_3d_beside_1d(tmp_path, capsys):
     code = main(["device", "--3d", "--figure", "9", "--no-figures", "--set", "run.end_time=0.3", "--accuracy", "1e-2",
                  "--out", str(tmp_path / "run")])  # fmt: skip
     assert code == 0
@@ -258,6 +258,9 @@ def test_in_3d_beside_1d(tmp_path):
     assert [s["quantity"] for s in three["settling"]] == [s["quantity"] for s in one["settling"]]
     header = (tmp_path / "run" / "traces.csv").read_text().splitlines()[0].split(",")
     assert {f"fem3d_{name}" for name in three["peaks"]} | {"fem3d_polymer_top_W"} <= set(header)
+    # What the flow's error is stands where its values do.
+    flow = f"{1e6 * three['errors']['polymer_flux_W']:.2g} uW"
+    assert f"of the heat into the polymer {flow}" in " ".join(capsys.readouterr().out.split())
     checks = {check["id"]: check["verdict"] for check in summary["checks"]}
     assert checks["dev3d_claim_steady"] == "agrees"
     assert checks["dev3d_sink_power"] == "differs"

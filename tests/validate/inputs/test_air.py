@@ -10,7 +10,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from fem3d.run import solve
+from fem3d.runs.sink import solve
 from scenes.plan import Request
 from scenes.result import Result
 from scenes.sink import Sink

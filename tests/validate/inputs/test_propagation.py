@@ -13,7 +13,7 @@ import compare
 from compare.sink_checks import fig5
 from compare.testing import assert_reduction_agrees
 from compare.verdict import Models
-from fem3d import run
+from fem3d.runs import sink as sink_run
 from reduced1d.sink import solve
 from scenes.plan import Request
 from scenes.result import Estimate, Result
@@ -154,10 +154,10 @@ def test_refused(given: list[str], capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_from_python_and_in_a_test() -> None:
-    run = compare.run("sink", steady=True, accuracy=1e-2, uncertain={"oxide_thickness": "5%", "pad_width": "5%"})
-    assert run.uncertain is not None
-    assert 0 < run.uncertain.difference["end_rise_K"] < 0.05
-    assert sensitivities.PREFIX not in "".join(run.checks)
+    sink_run = compare.run("sink", steady=True, accuracy=1e-2, uncertain={"oxide_thickness": "5%", "pad_width": "5%"})
+    assert sink_run.uncertain is not None
+    assert 0 < sink_run.uncertain.difference["end_rise_K"] < 0.05
+    assert sensitivities.PREFIX not in "".join(sink_run.checks)
     assert_reduction_agrees(accuracy=1e-2, end=0.31)
     with pytest.raises(AssertionError, match="2 u_input"):
         assert_reduction_agrees(accuracy=1e-2, end=0.31, uncertain={"oxide_thickness": "5%", "pad_width": "5%"})
@@ -170,9 +170,9 @@ def test_the_profile_is_followed(key: str) -> None:
     request = Request(transient=False)
 
     def at(other: Sink) -> float:
-        return fig5(Models(other, run.solve(other, request), None)).difference
+        return fig5(Models(other, sink_run.solve(other, request), None)).difference
 
-    found = sensitivities.of_sink(sink, run.solve(sink, request), None, True).misfit[key]
+    found = sensitivities.of_sink(sink, sink_run.solve(sink, request), None, True).misfit[key]
     expected = (at(varied(sink, key, 1 + step)) - at(varied(sink, key, 1 - step))) / (2 * step)
     # Runs known to 1e-4, over the difference of their keys; central differences are off by the square of that.
     assert found == pytest.approx(expected, rel=2e-2)

@@ -11,7 +11,7 @@ import pytest
 from compare.blame import Budget, Part, Split
 from compare.sink_checks import profile
 from compare.verdict import Models
-from fem3d.run import solve
+from fem3d.runs.sink import solve
 from scenes.loading import load, load_free
 from scenes.model import Scene
 from scenes.plan import Request

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fem3d import estimate
+from fem3d.adaptivity import estimate
 from reduced1d.device.lumped import lump
 from reduced1d.device.paper import stability_limit
 from scenes.device import Device

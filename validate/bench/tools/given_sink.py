@@ -14,12 +14,16 @@ from typing import Any
 
 import numpy as np
 
-from fem3d import conductor, level, outputs, sink_quantities, steady, transient
-from fem3d.assembly import assemble
-from fem3d.domain import boxes
-from fem3d.heat import HeatProblem
-from fem3d.probes import reading
-from fem3d.study import Quantities
+from fem3d.adaptivity import nested
+from fem3d.problems import current
+from fem3d.problems.assembly import assemble
+from fem3d.problems.heat import HeatProblem
+from fem3d.results import outputs
+from fem3d.results.probes import reading
+from fem3d.results.study import Quantities
+from fem3d.runs import sink_quantities
+from fem3d.solution import steady, transient
+from fem3d.spaces.domain import boxes
 from meshes import symmetry
 from scenes.loading import load
 from scenes.sink import Sink
@@ -42,7 +46,7 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], Answer], Callable[[An
         heat = assemble(boxes(part.scene, grid))
         if options["electric"] == UNIFORM:
             return heat.free, 0, _uniform(sink, heat, accuracy)
-        state = steady.coupled(heat, conductor.find(heat, level.SOLVED * accuracy), True, study.voltage, accuracy)
+        state = steady.coupled(heat, current.find(heat, nested.SOLVED * accuracy), True, study.voltage, accuracy)
         if not options["transient"]:
             return heat.free, 0, study.steady(outputs.of_steady(state, part))
         base = transient.Base.of_steady(state)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from fem3d import run
+from fem3d.runs import sink as sink_run
 from scenes.loading import load
 from scenes.plan import Request
 from scenes.result import Result
@@ -17,4 +17,4 @@ def prepare(options: dict[str, Any]) -> tuple[Callable[[], Result], Callable[[Re
     sink = load("sink", [f"accuracy={options['accuracy']}"])
     request = Request(transient=options["transient"], figures=False)
     kept = ("unknowns", "steps")
-    return lambda: run.solve(sink, request), lambda found: read(found, sink) | {n: found.details[n] for n in kept}
+    return lambda: sink_run.solve(sink, request), lambda found: read(found, sink) | {n: found.details[n] for n in kept}

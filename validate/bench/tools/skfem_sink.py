@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from skfem import ElementHex1, ElementHex2
 
-from fem3d import forms
+from fem3d.spaces import forms
 from meshes.grid import Grid
 from scenes.loading import load
 from scenes.model import Scene

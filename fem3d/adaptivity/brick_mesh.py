@@ -1,0 +1,95 @@
+"""A grid of bricks as the search for an accuracy sees it (`fem3d.adaptivity.loop.Mesh`)."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from fem3d.adaptivity import estimate, goal_errors, nested, reach, trace_errors
+from fem3d.adaptivity.estimate import Spread
+from fem3d.adaptivity.goal_errors import Level
+from fem3d.adaptivity.nested import Problems, Solution
+from fem3d.adaptivity.reach import not_reached
+from fem3d.adaptivity.trace_errors import Response
+from fem3d.problems.heat import HeatProblem
+from fem3d.results.fields.fields import Fields
+from fem3d.results.study import Study
+from fem3d.solution.steady import SteadyState
+from fem3d.solution.transient import Base, Transient
+from fem3d.spaces.domain import boxes
+from meshes import diffusion, grading
+from meshes import grid as grids
+from meshes.grading import Features
+from meshes.grid import Grid
+from meshes.symmetry import Symmetry
+from scenes.model import Scene
+
+# Of what is enough, at which a refinement aims: what it takes away is foreseen to a factor of two or so, and one more
+# level costs more than some cells too many (`validate stress --scenes 160`: seconds of the slowest).
+AIM = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Bricks:
+    """A grid of bricks for an accuracy, the features of its scene, and what is known of its singular edges: errors from
+    the last two degrees, refined where these say that something is missing."""
+
+    scene: Scene
+    grid: Grid
+    accuracy: float
+    marks: Features
+    edges: reach.Edges
+
+    @staticmethod
+    def of(study: Study, over_time: bool = False) -> Bricks:
+        """The grid to start with, for what happens ``over_time`` with layers at faces whose temperature jumps."""
+        scene, accuracy = study.part.scene, study.accuracy
+        marks = grading.features(scene)
+        grid = reach.first_grid(scene, accuracy, marks)
+        grid = diffusion.graded(grid, scene, study.earliest) if over_time else grid
+        return Bricks(scene, grid, accuracy, marks, reach.Edges(accuracy, marks))
+
+    def problems(self) -> Problems:
+        given = nested.problems(boxes(self.scene, self.grid), self.accuracy)
+        reach.check_size(given, self.accuracy, self.marks)
+        self.edges.check_power(given)
+        return given
+
+    def examined(self, study: Study, given: Problems, fine: Solution) -> Level | None:
+        return goal_errors.examined(study, given, fine, self.marks)
+
+    def responded(
+        self, study: Study, given: Problems, bases: Sequence[Base], shift: float, steady: Level | None, generations: int
+    ) -> Response:
+        out = None if steady is None else steady.fine.out
+        relative = {} if steady is None else {n: e / steady.scales[n] for n, e in steady.errors.items()}
+        if steady is not None:
+            given.let_go()
+        return trace_errors.respond(study, given, bases, shift, self.marks, out, relative, generations)
+
+    def refined(self, goals: Collection[Spread], worst: float, enough: float) -> Bricks:
+        self.edges.check(self.grid, goals, enough)
+        missing = estimate.worst(goals)
+        known = max(estimate.total(missing), 1e-300)
+        missing = [m * max(worst / known, 1.0) for m in missing]
+        return self._finer(grading.refined(self.grid, missing, AIM * enough, self.marks))
+
+    def raised(self) -> Bricks:
+        return self._finer(grading.raised(self.grid))
+
+    def fields(
+        self, heat: HeatProblem, part: Symmetry, state: SteadyState | None, transient: Transient | None
+    ) -> Fields:
+        return Fields(heat, state, part, transient)
+
+    def statistics(self, heat: HeatProblem) -> dict[str, Any]:
+        return grids.statistics(self.grid)
+
+    def warnings(self, study: Study, relative: dict[str, float]) -> list[str]:
+        return []
+
+    def _finer(self, finer: Grid) -> Bricks:
+        if finer.same(self.grid):
+            raise not_reached(self.accuracy, reach.because(self.marks))
+        return replace(self, grid=finer)

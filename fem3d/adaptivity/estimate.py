@@ -1,0 +1,172 @@
+"""Errors of readings from three nested degrees, p, p - 1 and p - 2: where they come from, and what is left.
+
+With the dual solution z of a reading and the residual r of the solution of degree p - 1, the difference of the two
+readings is the sum of z_i r_i over the functions that p - 1 lacks (Becker and Rannacher, Acta Numerica 10, 2001). Each
+function stands on known intervals of the axes, so that the same sum says where the difference comes from; what p - 1
+takes away from p - 2 is known alike. An error that falls like q^-a with the degree q loses (p - 1)^-a - p^-a of itself
+at degree p: the ratio of an interval's last two parts gives a, and what all further degrees would add is the last part
+times 1 / ((p / (p - 1))^a - 1). Theory caps a: next to an edge of exponent s it is 4 s (Gui and Babuska, Numer. Math.
+49, 1986), and at a distance from one the parts fall no faster than rho^-2 a degree, rho being the sum of the half axes,
+over the half length, of the ellipse around the interval that the edge lies on (Bernstein). As odd and even degrees take
+turns, the part of degree p - 1 gives a second value, and the larger counts.
+
+A solution that is even over an interval has no part of an odd degree: with p odd the ratio of the last two parts is
+nothing, however slowly the even ones fall. So every second degree is looked at too: what is left of those that p - 1 is
+one of, the part of p - 1 gives, with a rate from the sizes of the functions of p - 1 and of two degrees lower in the
+solution and the dual one (`sizes`), and this counts where it is the largest of the three.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from scipy.sparse import csc_array
+
+from fem3d.spaces.bricks import BrickSpace
+from meshes.grading import Features
+from meshes.grid import Grid
+
+SLOWEST = 1.0  # of the rates a, next to an edge, unless theory has a slower one
+# Degrees, and those over the exponent, by which what the element leaves of an edge lags behind its asymptotic decay: of
+# distances to powers s from 0.13 to 0.67 about an edge, in one layer of cells up to four times longer than wide, it
+# leaves no more than (p + lag)^-4s has it (`validate stress`: "constants").
+LAG, LAG_OVER_EXPONENT = 3.0, 0.6
+REGULAR = 2.0  # elsewhere: as slow as next to an edge of exponent 1/2
+FASTEST = 40.0
+
+Spread = list[np.ndarray]
+"""Per axis (intervals,): what is missing there."""
+
+
+class Parts(NamedTuple):
+    """What degree p - 1 took away of an error ``before``, p as the ``last``, and how the size of the part of p - 1
+    compares to that of two degrees lower (``every_second``)."""
+
+    before: Spread
+    last: Spread
+    every_second: Spread
+
+
+def left(p: np.ndarray, a: np.ndarray) -> np.ndarray:
+    """What is left after degree p over what it took away, of an error that falls like p^-a."""
+    found: np.ndarray = 1 / ((p / (p - 1.0)) ** a - 1)
+    return found
+
+
+def lag(s: np.ndarray) -> np.ndarray:
+    """How many degrees the element lags behind at an edge of exponent s."""
+    found: np.ndarray = LAG + LAG_OVER_EXPONENT / s
+    return found
+
+
+def at_edge(p: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """The rate a next to an edge of exponent s that leaves what (p + lag)^-4s does."""
+    shifted = p + lag(s)
+    found: np.ndarray = 4 * s * np.log(shifted / (shifted - 1)) / np.log(p / (p - 1))
+    return found
+
+
+def rate(p: np.ndarray, ratio: np.ndarray) -> np.ndarray:
+    """a of parts of degrees p and p - 1 that have this ratio; the slowest where p - 1 can have none."""
+    found = np.full(len(p), SLOWEST)
+    for q in np.unique(p[p > 2]):
+        falling, a = _ratios(int(q))
+        found[p == q] = np.interp(-ratio[p == q], -falling, a)
+    return found
+
+
+@lru_cache
+def _ratios(p: int) -> tuple[np.ndarray, np.ndarray]:
+    a = np.geomspace(SLOWEST, FASTEST, 400)
+    return ((p - 1.0) ** -a - float(p) ** -a) / ((p - 2.0) ** -a - (p - 1.0) ** -a), a
+
+
+class Estimator:
+    """What a grid and its features say of how errors fall with the degree, on each interval."""
+
+    def __init__(self, grid: Grid, marks: Features) -> None:
+        self._degrees = [np.maximum(p, 2) for p in grid.degrees]
+        self._cap, self._least, self._fall = [], [], []
+        for p, b, near, planes in zip(self._degrees, grid.breaks, marks.near(grid), marks.exponents, strict=True):
+            s, half, middle = np.minimum(near[:-1], near[1:]), np.diff(b) / 2, (b[1:] + b[:-1]) / 2
+            edge = at_edge(p, s)
+            away = np.abs(np.array([*planes, np.inf]) - middle[:, None]) / half[:, None]
+            away = np.where(away > 1 + 1e-9, away, np.inf).min(axis=1)
+            fall = np.zeros(len(p))
+            seen = np.isfinite(away)
+            fall[seen] = (away[seen] + np.sqrt(away[seen] ** 2 - 1)) ** -2.0
+            self._fall.append(fall)
+            self._least.append(np.where(np.isfinite(s), np.minimum(edge, SLOWEST), REGULAR))
+            self._cap.append(np.where(np.isfinite(s), edge, rate(p, fall)).clip(max=FASTEST))
+
+    @property
+    def most(self) -> float:
+        """What is left after the last degree over what it took away, at most."""
+        return max(float(left(p, a).max()) for p, a in zip(self._degrees, self._least, strict=True))
+
+    def remains(self, parts: Parts) -> Spread:
+        """What is left of an error of which the last degrees took away some parts."""
+        found, own = [], (*parts[:2], self._others(parts.every_second))
+        for p, cap, least, x, y, others in zip(self._degrees, self._cap, self._least, *own, strict=True):
+            a = np.minimum(rate(p, y / np.maximum(x, 1e-300)), cap).clip(least)
+            earlier = np.where(p > 2, x * left(np.maximum(p - 1, 2), a) * ((p - 1.0) / p) ** a, 0.0)
+            found.append(np.maximum(np.maximum(y * left(p, a), earlier), x * others))
+        return found
+
+    def _others(self, every_second: Spread) -> Spread:
+        """What the degrees p + 1, p + 3 ... will take away over the part of p - 1: parts of what is analytic fall
+        geometrically, at least as slowly as the ellipse says, and no slower than at the least rate. Beside an edge both
+        parities are there, and the cap is enough."""
+        found = []
+        for p, fall, least, ratio in zip(self._degrees, self._fall, self._least, every_second, strict=True):
+            q = np.minimum(np.maximum(ratio, fall**2), _part(p + 1) / _part(np.maximum(p - 1, 2)))
+            found.append(np.where((p > 2) & (least == REGULAR), q / (1 - q), 0.0))
+        return found
+
+
+def _part(p: np.ndarray) -> np.ndarray:
+    """What degree p takes away at the least rate away from edges."""
+    return (p - 1.0) ** -REGULAR - p**-REGULAR
+
+
+def spread(space: BrickSpace, functions: np.ndarray, parts: np.ndarray) -> Spread:
+    """What functions (n,) of a brick space miss on the intervals that they stand on, in equal parts along the axes of
+    their degree. Absolute values are added: a sum of parts that cancel would be small for a while by chance, and
+    refining until it is small would look for just that."""
+    axes, index = (each[functions] for each in space.along)
+    share = np.abs(parts) / np.maximum(axes.sum(axis=1), 1)
+    each = enumerate(space.grid.degrees)
+    return [np.bincount(index[axes[:, d], d], share[axes[:, d]], len(degrees)) for d, degrees in each]
+
+
+def weights(matrix: csc_array, u: np.ndarray, depth: np.ndarray) -> np.ndarray:
+    """(functions,): the product of a matrix with those functions of a solution that have the depth of each, for the
+    depths that `every_second` looks at."""
+    found = np.zeros(len(u))
+    for d in (1, 2, 3):
+        own = depth == d
+        found[own] = (matrix @ np.where(own, u, 0.0))[own]
+    return found
+
+
+def every_second(space: BrickSpace, functions: np.ndarray, sizes: np.ndarray) -> Spread:
+    """`Parts.every_second` of functions (n,): of the dual solution times the `weights` of the solution."""
+    depth = space.depth[functions]
+    own, near, far = (spread(space, functions[depth == d], sizes[depth == d]) for d in (1, 2, 3))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # Below degree 5 there is none two degrees lower: what one degree takes is taken twice.
+        ratios = [np.where(z > 0, x / z, (x / y) ** 2) for x, y, z in zip(own, near, far, strict=True)]
+    return [np.nan_to_num(ratio, nan=np.inf, posinf=np.inf) for ratio in ratios]
+
+
+def total(parts: Spread) -> float:
+    """The sum over all intervals."""
+    return float(sum(p.sum() for p in parts))
+
+
+def worst(goals: Iterable[Spread]) -> Spread:
+    """What is missing on each interval for the goal that misses most there."""
+    return [np.max(each, axis=0) for each in zip(*goals, strict=True)]

@@ -1,0 +1,62 @@
+"""How well a whole steady field is known, where nothing is read off it, and a grid that suits it better.
+
+Probes' errors converge twice as fast as the field's, and a grid that suits them may leave a field that swings beside a
+steep decay. The field's error is judged by what the space of degrees lower by one differs by from the fine one,
+relative to the largest rise, at points of every cell.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fem3d.adaptivity.goal_errors import Level
+from meshes import grading
+from meshes.grading import RATIO
+from meshes.grid import Grid
+
+# The error over the difference of the two degrees, at most, once it is small: `validate stress` divides by it in its
+# row "field away from the probes".
+CAUTION = 1.5
+CAUSES = RATIO ** (2 / 3)  # of the largest difference, what a layer leaves of it at a re-entrant edge: what is refined
+POINTS = 6  # of an interval, at which fields are compared
+MOST_LEVELS = 6  # more than the probes need
+MOST_GROWTH, FREELY, MOST = 2.0, 3_000, 30_000
+
+
+def most(size: int) -> float:
+    """How many nodes a level for the field may have: some times those that the probes need (``size``), more of few."""
+    return max(min(MOST_GROWTH * size, MOST), FREELY)
+
+
+def of(here: Level) -> float:
+    """The error of the fine steady field where it is worst, over its largest rise."""
+    gaps, field = _sampled(here)
+    largest = float(max(field.max(), 0.0) - min(field.min(), 0.0)) or 1.0
+    return CAUTION * float(gaps.max()) / largest
+
+
+def refined(here: Level) -> Grid:
+    """The grid with the intervals refined that cause most of its field's error: towards singular planes they are cut,
+    elsewhere they gain a degree, and are halved at the highest."""
+    grid, (gaps, _) = here.problems.domain.space.grid, _sampled(here)
+    marks = grading.features(here.problems.domain.scene)
+    missing = []
+    for d in range(3):
+        others = tuple(e for e in range(3) if e != d)
+        worst = gaps.max(axis=others).reshape(len(grid.degrees[d]), POINTS).max(axis=1)
+        missing.append(np.where(worst >= CAUSES * gaps.max(), 1.0, 0.0))
+    # Twice its share: one step, wherever.
+    return grading.refined(grid, missing, 0.5 * sum(float(m.sum()) for m in missing), marks)
+
+
+def _sampled(here: Level) -> tuple[np.ndarray, np.ndarray]:
+    """(x, y, z) twice: how far the two degrees are apart at points of the solid, zero outside, and the fine field."""
+    given, space = here.problems, here.problems.domain.space
+    # Inside of cells, so that each point is of one cell alone.
+    inner = (np.arange(POINTS) + 0.5) / POINTS
+    inner = 0.5 - 0.499 * np.cos(np.pi * inner)
+    at = [(b[:-1, None] + np.diff(b)[:, None] * inner).ravel() for b in space.grid.breaks]
+    fields = given.heat.field(np.array([here.fine.state.rise, given.lifted(here.low.state.rise, 1)]))
+    fine, low = space.sample(fields, *at)
+    solid = space.grid.solid.repeat(POINTS, 0).repeat(POINTS, 1).repeat(POINTS, 2)
+    return np.where(solid, np.abs(fine - low), 0.0), np.where(solid, fine, 0.0)

@@ -1,0 +1,301 @@
+"""A level of the search for an accuracy: the solutions on one mesh in three nested spaces, and the errors they tell.
+
+The space of each interval's own degree holds those of degrees lower by one and by two, whose matrices are leading parts
+of its own. `fem3d.adaptivity.estimate` makes errors of what each takes away from the next lower one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from skfem.refdom import RefHex
+
+from fem3d.adaptivity import estimate
+from fem3d.adaptivity.estimate import Estimator, Parts, Spread
+from fem3d.adaptivity.nested import Problems, Solution, free_functions, parts_of, solution
+from fem3d.problems.heat import HeatProblem
+from fem3d.results.probes import extreme, reading
+from fem3d.results.study import Study
+from fem3d.solution.steady import SteadyState
+from meshes.grading import Features
+from meshes.symmetry import Symmetry
+from scenes import physics
+from scenes.errors import NumericsError
+
+OF_WORST = 0.5  # of the worst relative error of any temperature: none is taken to be known better (docs/stress.md)
+ROUNDING = 1e-10  # of the scale: nothing is known better than the solves
+
+Duals = dict[str, list[np.ndarray]]
+"""For each thermal goal the dual solutions (functions,) in the two upper spaces, zero at fixed nodes."""
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """What is known of a mesh: its problems, the fine and the low solution, the quantities' scales and errors, and what
+    each interval misses for the power, and for each goal with it, relative to the scales."""
+
+    problems: Problems
+    fine: Solution
+    low: Solution
+    scales: dict[str, float]
+    errors: dict[str, float]
+    goals: dict[str, Spread]
+
+    @property
+    def worst(self) -> float:
+        """The largest relative error."""
+        return max((e / self.scales[q] for q, e in self.errors.items()), default=0.0)
+
+
+def examined(study: Study, given: Problems, fine: Solution, marks: Features) -> Level | None:
+    """The level of a fine solution; None where a lower space has no steady state although the fine one has."""
+    # Low degrees follow a current's pattern badly: only where the fine solution does is there an error in that.
+    try:
+        low = solution(study, given, 1, fine.state.follows_pattern)
+    except NumericsError:
+        return None
+    judge = Estimator(given.domain.space.grid, marks)
+    scales = study.steady_scales(fine.out)
+    own = of_part(study.part, study.goals, scales)
+    duals = duals_of(study.goals, given, fine.state.rise, None)
+    parts = steady_parts(study, given, fine, low, own, duals)
+    goals = {name: judge.remains(each) for name, each in parts.items()}
+    rest = tail(goals, parts, judge.most)
+    add_torn(goals, study.goals, given, fine.state.rise, own, None, duals, marks)
+    power = judge.remains(given.electric_parts)
+    joule = joule_parts(study.goals, given, _warmed(given, fine.state), own, duals)
+    goals = with_current(goals, {name: judge.remains(each) for name, each in joule.items()}, power)
+    unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
+    errors = _errors(study, fine, low, scales, goals, estimate.total(power), unsettled, rest)
+    return Level(given, fine, low, scales, errors, {"power": power} | goals)
+
+
+def of_part(part: Symmetry, goals: Mapping[str, str], scales: Mapping[str, float]) -> dict[str, float]:
+    """What an error of each goal in the part that is solved is relative to: half the scale of a flow of which that is
+    half."""
+    return {name: scales[name] / max(abs(part.probes[probe][0]), 1e-300) for name, probe in goals.items()}
+
+
+def with_current(goals: Mapping[str, Spread], joule: Mapping[str, Spread], power: Spread) -> dict[str, Spread]:
+    """What goals miss, with what they miss of the Joule heat, or else of the power."""
+    return {n: [a + b for a, b in zip(own, joule.get(n, power), strict=True)] for n, own in goals.items()}
+
+
+def tail(goals: Mapping[str, Spread], parts: Mapping[str, Parts], most: float) -> float:
+    """What is left over what the last degree took away, from 1 to ``most``, of all goals together."""
+    took = sum(estimate.total(own.last) for own in parts.values())
+    remains = sum(estimate.total(goals[n]) for n in parts)
+    return max(1.0, min(remains / took, most)) if took > 0 else 1.0
+
+
+def _errors(
+    study: Study,
+    fine: Solution,
+    low: Solution,
+    scales: dict[str, float],
+    goals: dict[str, Spread],
+    electric: float,
+    unsettled: float,
+    rest: float,
+) -> dict[str, float]:
+    """Estimated error of each quantity of the fine solution, in its unit."""
+    errors = {}
+    for name, value in fine.quantities.items():
+        difference = abs(float(value - low.quantities[name]))
+        if name in goals:
+            errors[name] = max(difference, estimate.total(goals[name]) * scales[name])
+        else:
+            errors[name] = rest * difference + electric * scales[name]
+        errors[name] += unsettled * scales[name]
+        errors[name] += float(fine.out.get(f"doubt:{study.goals.get(name)}", 0.0))
+    worst = max((errors[name] / scales[name] for name in study.rises), default=0.0)
+    for name in study.rises:
+        errors[name] = max(errors[name], OF_WORST * worst * scales[name])
+    for name, goal in study.ratios.items():
+        share = errors[goal] / abs(float(fine.quantities[goal]))
+        errors[name] = max(errors[name], share * abs(float(fine.quantities[name])))
+    return errors
+
+
+def steady_parts(
+    study: Study, given: Problems, fine: Solution, low: Solution, scales: dict[str, float], duals: Duals
+) -> dict[str, Parts]:
+    """For each goal what the degrees p - 1 and p take away, relative to its scale; ``duals`` are of the fine rise."""
+    heat, state = given.heat, low.state
+    if not physics.heat(given.domain.scene):
+        return _potentials(study, given, scales)
+    source = heat.loads[0].copy()
+    if state.conductor is not None:
+        source += heat.take(state.conductor.on.load(state.conductor.heating(state.density, state.density, state.rise)))
+    # Two degrees lower only the rate is asked for, which the heat of the low solution gives.
+    lowest = given.heats[0]
+    to_lowest = lowest.take(heat.field(source))
+    rise = lowest.lifts[0] + lowest.whole(lowest.solve_steady(to_lowest[: lowest.free]))
+    fields = given.lifted(rise, 0), given.lifted(state.rise, 1)
+    residuals = tuple(source - heat.stiffness @ u for u in fields)
+    found = thermal_parts(given, fine.state.rise, residuals, scales, None, duals)
+    return found | _potentials(study, given, scales)
+
+
+def thermal_parts(
+    given: Problems,
+    rise: np.ndarray,
+    residuals: tuple[np.ndarray, ...],
+    scales: Mapping[str, float],
+    time: float | None,
+    duals: Duals,
+) -> dict[str, Parts]:
+    """For each thermal goal the parts that residuals (all nodes) of the two lower spaces tell, over its scale;
+    ``rise``, ``time`` and ``duals`` as of `duals_of`."""
+    heat, domain, found = given.heat, given.domain, {}
+    depth, left = domain.space.depth[heat.order], heat.field(np.array(residuals))
+    sizes = estimate.weights(heat.stiffness, rise, depth)
+    if time is not None:
+        sizes += estimate.weights(heat.mass, rise, depth) / time
+    free = [h.order[: h.free] for h in given.heats]
+    for name, dual in duals.items():
+        found[name] = parts_of(domain.space, free, np.array(dual) * left / scales[name], dual[-1] * heat.field(sizes))
+    return found
+
+
+def duals_of(goals: Mapping[str, str], given: Problems, rise: np.ndarray, time: float | None) -> Duals:
+    """The dual solutions of the steady problem, or of a step of ``time`` (s) from rest; ``rise`` is the fine solution,
+    where extremes are looked for."""
+    rows = {name: goal_row(given.heat, given.domain.probes[probe], rise) for name, probe in goals.items()}
+    thermal = {name: row * (time or 1.0) for name, row in rows.items() if row is not None}
+    if not thermal:
+        return {}
+    loads, fields = np.array(list(thermal.values())), []
+    for heat in given.heats[1:]:
+        solve = heat.solve_steady if time is None else heat.solve_shifted(time)
+        fields.append(heat.field(solve(loads[:, : heat.free])))
+    return {name: [of[i] for of in fields] for i, name in enumerate(thermal)}
+
+
+def joule_parts(
+    goals: Mapping[str, str],
+    given: Problems,
+    potentials: Sequence[np.ndarray],
+    scales: Mapping[str, float],
+    duals: Duals,
+) -> dict[str, Parts]:
+    """For each thermal goal what the degrees p - 1 and p take away of it because they change the Joule heat of some
+    ``potentials`` (functions,), one in each space, of the cold conductor, over its scale.
+
+    With the dual solution z of the goal, the goal sees the integral of z sigma |grad phi|^2. From phi to psi, that of
+    the next higher space, it changes by that of z sigma grad(phi + psi) . grad(psi - phi), which is the residual of phi
+    tested with w, where the integral of sigma grad w . grad v is that of z sigma grad(phi + psi) . grad v for all v of
+    the higher space. The power, z = 1, changes by the square of what the potential does, as `electric_parts` has it;
+    where the heat is seen away from what the potential lacks, by the whole of what the current does.
+    """
+    own = given.conductor
+    if own is None or not duals or not any(phi.any() for phi in potentials):
+        return {}
+    heat, space = given.heat, given.domain.space
+    densities = [own.on.gradient(a + b) / (own.cold * own.stands_for) for a, b in pairwise(potentials)]
+    residuals = [-(own.matrix @ phi) for phi in potentials[:-1]]
+    weights = estimate.weights(own.matrix, potentials[-1], space.depth)
+    stills = []
+    for name in duals:
+        held = reading(heat, given.domain.probes[goals[name]]).boundaries
+        stills.append(sum((heat.field(heat.held_fields[b]) for b in held), np.zeros(space.size)))
+    seen = []
+    for k, (upper, density) in enumerate(zip(given.conductors[1:], densities, strict=True)):
+        assert upper is not None
+        pairs = zip(duals.values(), stills, strict=True)
+        flows = np.array([own.on.flow(own.on.value(dual[k] - still) * density)[upper.free] for dual, still in pairs])
+        w = np.zeros((len(flows), space.size))
+        w[:, upper.free] = upper.solve_cold(flows)
+        seen.append(w)
+    found = {}
+    for i, name in enumerate(duals):
+        products = [w[i] * residual / scales[name] for w, residual in zip(seen, residuals, strict=True)]
+        found[name] = parts_of(space, free_functions(given), products, seen[-1][i] * weights)
+    return found
+
+
+def _warmed(given: Problems, state: SteadyState) -> list[np.ndarray]:
+    """(functions,) in each space: the potential of the cold conductor, at so many volts that the power is the state's;
+    nothing where no heat is asked for."""
+    own = given.conductor
+    if own is None or not physics.heat(given.domain.scene):
+        return []
+    potentials = [phi[0] for phi in given.cold_potentials]
+    power = float(potentials[-1] @ (own.matrix @ potentials[-1]))
+    hot = float((own.on.weights * own.resistivity(state.rise) * (state.density**2).sum(axis=0)).sum())
+    return [phi * np.sqrt(hot / max(power, 1e-300)) for phi in potentials]
+
+
+def add_torn(
+    spreads: Mapping[str, Spread],
+    goals: Mapping[str, str],
+    given: Problems,
+    rise: np.ndarray,
+    scales: Mapping[str, float],
+    time: float | None,
+    duals: Duals,
+    marks: Features,
+) -> None:
+    """Adds to what each thermal goal misses, over its scale, what edges take where given temperatures contradict each
+    other; ``rise``, ``time`` and ``duals`` as of `duals_of`.
+
+    On a grid the jump is spread over the first interval beside the edge, and no degree changes that. What is wrong
+    there enters with the heat of the dual solution, of which the functions of the edge have that of both sides.
+    """
+    heat, space = given.heat, given.domain.space
+    nodes = np.flatnonzero(heat.torn)
+    if not len(nodes):
+        return
+    near = marks.near(space.grid)
+    corner, cell = np.nonzero(np.isin(space.dofs[:8], heat.order[nodes]))
+    at = [space.ijk[d, cell] for d in range(3)]
+    beside = np.array([np.isfinite(near[d][at[d] + RefHex.p[d].astype(int)[corner]]) for d in range(3)])
+    for name, own in duals.items():
+        row = goal_row(heat, given.domain.probes[goals[name]], rise)
+        assert row is not None
+        dual, parts, into = heat.take(own[-1]), np.zeros(space.size), spreads[name]
+        left = row - heat.stiffness @ dual - (0.0 if time is None else heat.mass @ dual / time)
+        parts[heat.order[nodes]] = np.abs(heat.torn * left)[nodes] / scales[name]
+        shares = np.bincount(space.dofs[corner, cell], beside.sum(axis=0), space.size)
+        part = (parts / np.maximum(shares, 1.0))[space.dofs[corner, cell]]
+        for d in range(3):
+            np.add.at(into[d], at[d][beside[d]], part[beside[d]])
+
+
+def goal_row(heat: HeatProblem, probe: Any, rise: np.ndarray) -> np.ndarray | None:
+    """(all nodes,): how a thermal probe follows the rise, at the point of an extreme; None for an electric one."""
+    if probe.quantity not in ("temperature", "heat_flow"):
+        return None
+    how = reading(heat, probe)
+    if how.extreme is None:
+        # Tested with the dual solution minus its values at fixed nodes, whose heat is the reaction itself.
+        return how.whole_row(heat)
+    return heat.take(how.extreme.where(heat.field(rise)).row(heat.domain.space))
+
+
+def _potentials(study: Study, given: Problems, scales: Mapping[str, float]) -> dict[str, Parts]:
+    """For each potential that is read inside the conductor the parts of its error, at the initial temperature."""
+    domain, own, space = given.domain, given.conductor, given.domain.space
+    names = [n for n, p in study.goals.items() if domain.probes[p].quantity == "potential"]
+    if own is None or not names:
+        return {}
+    *lower, fine = given.cold_potentials
+    sizes, found = estimate.weights(own.matrix, fine.sum(axis=0), space.depth), {}
+    for name in names:
+        probe = domain.probes[study.goals[name]]
+        if probe.reduce == "mean":
+            row = domain.mean(probe, domain.live)
+        else:
+            row = extreme(domain, probe, domain.live).where(fine.sum(axis=0)).row(space)
+        products = []
+        for phi, upper in zip(lower, given.conductors[1:], strict=True):
+            assert upper is not None
+            dual = np.zeros(space.size)
+            dual[upper.free] = upper.solve_cold(row[upper.free])
+            products.append((dual * (own.matrix @ phi.T).T).sum(axis=0) / scales[name])
+        found[name] = parts_of(space, free_functions(given), products, dual * sizes)
+    return found

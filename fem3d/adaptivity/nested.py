@@ -1,0 +1,119 @@
+"""The problems of a domain in its nested spaces, and their steady solutions.
+
+The space of each interval's own degree p holds those of degrees p - 1 and p - 2, whose matrices are leading parts of
+its own; on a mesh file the one of degree 2 holds that of degree 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from fem3d.adaptivity import estimate
+from fem3d.adaptivity.estimate import Parts
+from fem3d.problems import current as conductors
+from fem3d.problems.assembly import assemble
+from fem3d.problems.current import Conductor
+from fem3d.problems.heat import HeatProblem
+from fem3d.results.outputs import Outputs, of_steady
+from fem3d.results.study import Quantities, Study
+from fem3d.solution import steady
+from fem3d.solution.steady import SteadyState
+from fem3d.spaces.domain import Domain
+from scenes import physics
+
+SOLVED = 1e-3  # part of the accuracy: the error of potentials in the energy norm, of which powers see the square
+
+
+@dataclass(frozen=True, eq=False)
+class Problems:
+    """The heat problem and the conductor of a domain in its nested spaces, the lowest first."""
+
+    domain: Any
+    heats: tuple[HeatProblem, ...]
+    conductors: tuple[Conductor | None, ...]
+
+    @property
+    def heat(self) -> HeatProblem:
+        """The heat problem in the highest space."""
+        return self.heats[-1]
+
+    @property
+    def conductor(self) -> Conductor | None:
+        """The conductor in the highest space."""
+        return self.conductors[-1]
+
+    def lifted(self, rise: np.ndarray, level: int) -> np.ndarray:
+        """(..., all nodes of the highest space): fields of a lower one."""
+        return self.heat.take(self.heats[level].field(rise))
+
+    def let_go(self) -> None:
+        """Lets go of the factors of the lower spaces, of which a response with a known steady state needs none."""
+        for heat, conductor in zip(self.heats[:-1], self.conductors[:-1], strict=True):
+            heat.let_go(steady=True)
+            if conductor is not None:
+                vars(conductor).pop("solve_cold", None)
+                vars(conductor).pop("preconditioner", None)
+
+    @property
+    def cold_potentials(self) -> list[np.ndarray]:
+        """(channels, functions) in each space: the potentials at the initial temperature, per unit of each channel."""
+        return [own.cold_potentials for own in self.conductors if own is not None]
+
+    @cached_property
+    def electric_parts(self) -> Parts:
+        """What the degrees p - 1 and p take away of the power of the cold conductor, relative to it."""
+        space, own = self.domain.space, self.conductor
+        if own is None:
+            none = [np.zeros(len(d)) for d in space.grid.degrees]
+            return Parts(none, none, none)
+        potentials, products = self.cold_potentials, []
+        for lower, phi in pairwise(potentials):
+            power = max(float(np.einsum("cn,cn->", phi, (own.matrix @ phi.T).T)), 1e-300)
+            products.append((phi * (own.matrix @ lower.T).T).sum(axis=0) / power)
+        sizes = sum((v * estimate.weights(own.matrix, v, space.depth) for v in potentials[-1]), np.zeros(space.size))
+        return parts_of(space, free_functions(self), products, sizes)
+
+
+def problems(domain: Domain, accuracy: float) -> Problems:
+    """The problems of a domain, to be solved for an accuracy."""
+    heat = assemble(domain)
+    own = conductors.find(heat, SOLVED * accuracy)
+    lower = [heat.lower(k) for k in range(len(domain.space.nested) - 1)]
+    return Problems(domain, (*lower, heat), (*(own and own.lower(k, h) for k, h in enumerate(lower)), own))
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """A steady state, what is read off it, and its quantities."""
+
+    state: SteadyState
+    out: Outputs
+    quantities: Quantities
+
+
+def solution(study: Study, given: Problems, level: int = -1, follow: bool | None = None) -> Solution:
+    """The steady state in one of the nested spaces, by default the highest; ``follow`` as of `steady.coupled`."""
+    heat, conductor = given.heats[level], given.conductors[level]
+    thermal = physics.heat(given.domain.scene)
+    state = steady.coupled(heat, conductor, thermal, study.voltage, study.accuracy, follow)
+    out = of_steady(state, study.part)
+    return Solution(state, out, study.steady(out))
+
+
+def free_functions(given: Problems) -> list[np.ndarray]:
+    """In each space the functions that the potential is sought of."""
+    return [own.free for own in given.conductors if own is not None]
+
+
+def parts_of(space: Any, free: Sequence[np.ndarray], products: Sequence[np.ndarray], sizes: np.ndarray) -> Parts:
+    """The parts of one goal, from the free functions of each space, the lowest first, for the two upper ones the dual
+    solutions (functions,) times the residuals of the space below, and the fine one times the `estimate.weights`."""
+    new = [np.setdiff1d(upper, lower) for lower, upper in pairwise(free)]
+    before, last = (estimate.spread(space, at, own[at]) for at, own in zip(new, products, strict=True))
+    return Parts(before, last, estimate.every_second(space, free[-1], sizes[free[-1]]))

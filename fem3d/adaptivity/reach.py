@@ -1,0 +1,136 @@
+"""Whether an accuracy is within reach: of the memory, and of the layers that singular edges take."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from fem3d.adaptivity.estimate import Estimator, Spread
+from fem3d.adaptivity.nested import Problems
+from meshes import grading
+from meshes.grading import Features
+from meshes.grid import Grid
+from scenes.errors import NumericsError
+from scenes.model import Scene
+
+MOST_ENTRIES = 40_000_000  # of the stiffness matrix: some 10 GB with its factors
+# Cells, some 13,000 unknowns, beyond which a first grid is that of a larger accuracy, with half of the cells: it takes
+# a quarter of the time, all of which is saved where most features are seen by no quantity. Of 700 random scenes none
+# has as many, an actuator of ten boxes over films of 0.1 um has 5,000.
+MANY = 1_000
+COARSEST = 1e-2  # accuracy, from which on a first grid has the fewest layers
+HARDLY = 0.25  # exponent of an edge below which its layers take more than there is
+LAYER = 0.1  # of the narrowest length of a scene: layers shorter than that see the edge alone
+# Of what is enough, which the shortest layers may leave. `validate stress --scenes 160` counts what is refused for it;
+# of its scenes that are solved none keeps more, and with only a tenth left for all the rest cells grow without end.
+KEPT = 0.75
+
+
+def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
+    """The grid to start with. Where an edge is so singular that the accuracy would take layers close to rounding, or
+    the scene has so many features that their layers alone make it large, it is that of a larger accuracy: not every
+    quantity sees each of them, and what does so is refined for."""
+    if marks.sharpest <= HARDLY:
+        # The accuracy of a first layer that long.
+        accuracy = max(accuracy, LAYER ** (2 * marks.sharpest) / grading.LAYERS)
+    grid = grading.first_grid(scene, accuracy, marks)
+    while accuracy < COARSEST and grid.solid.sum() > MANY:
+        accuracy *= 10
+        grid = grading.first_grid(scene, accuracy, marks)
+    return grid
+
+
+def check_size(given: Problems, accuracy: float, marks: Features) -> None:
+    """Raises NumericsError for a grid that takes too much memory."""
+    if given.heat.stiffness.nnz > MOST_ENTRIES:
+        raise NumericsError(
+            f"an accuracy of {accuracy:g} takes more memory in this scene than is sensible" + because(marks)
+        )
+
+
+class Edges:
+    """Whether singular edges leave an accuracy within reach: told level by level."""
+
+    def __init__(self, accuracy: float, marks: Features) -> None:
+        self._accuracy, self._marks = accuracy, marks
+        self._before = np.inf
+
+    def check_power(self, given: Problems) -> None:
+        """Raises NumericsError where no current will be known well enough, which the potential of the cold conductor
+        tells before anything else is solved."""
+        if any(p.quantity == "current" for p in given.domain.scene.probes):
+            grid = given.domain.space.grid
+            missing = Estimator(grid, self._marks).remains(given.electric_parts)
+            if self._kept(grid, missing)[0] > self._accuracy:
+                raise self._out_of_reach()
+
+    def check(self, grid: Grid, goals: Iterable[Spread], enough: float) -> None:
+        """Raises NumericsError where the shortest layers would leave more than `KEPT` of ``enough`` of what edges cause
+        in one of some goals, which miss so much on the intervals of a grid: an edge's error falls with the length of
+        its layer to the power of twice its exponent, whatever else is refined.
+
+        That holds of layers far shorter than everything else. What longer ones miss need not be their edge's: it may
+        fall from level to level, until they are cut to layers as short as that, as it fell since the level before.
+        """
+        of_short, of_all = np.array([self._kept(grid, missing) for missing in goals]).max(axis=0, initial=0.0).tolist()
+        falls = min(of_all / self._before, 1.0)
+        if max(of_short, of_all * falls ** self._levels(grid)) > KEPT * enough:
+            raise self._out_of_reach()
+        self._before = max(of_all, 1e-300)
+
+    def _kept(self, grid: Grid, missing: Spread) -> tuple[float, float]:
+        """What the shortest layers at the edges would leave of what is missing: of short layers, and of all."""
+        asymptotic, shortest, of_short, of_all = _asymptotic(grid, self._marks), grading.shortest_of(grid), 0.0, 0.0
+        for breaks, near, own in zip(grid.breaks, self._marks.near(grid), missing, strict=True):
+            s, lengths = np.minimum(near[:-1], near[1:]), np.diff(breaks)
+            at = np.isfinite(s)
+            left = own[at] * np.minimum(shortest / lengths[at], 1.0) ** (2 * s[at])
+            of_short += float(left[lengths[at] < asymptotic].sum())
+            of_all += float(left.sum())
+        return of_short, of_all
+
+    def _levels(self, grid: Grid) -> int:
+        """How many levels it takes until all layers at edges are short: those of low degree are raised first."""
+        asymptotic, most = _asymptotic(grid, self._marks), 0
+        for breaks, near, degrees in zip(grid.breaks, self._marks.near(grid), grid.degrees, strict=True):
+            lengths = np.diff(breaks)
+            long = np.isfinite(np.minimum(near[:-1], near[1:])) & (lengths >= asymptotic)
+            layers = np.log(lengths[long] / asymptotic) / -np.log(grading.RATIO)
+            raised = np.maximum(grading.LEAST_AT_EDGE - degrees[long], 0)
+            most = max(most, int((raised + np.floor(layers / grading.AT_ONCE) + 1).max(initial=0)))
+        return most
+
+    def _out_of_reach(self) -> NumericsError:
+        return NumericsError(f"an accuracy of {self._accuracy:g} isn't reached in this scene" + because(self._marks))
+
+
+def _asymptotic(grid: Grid, marks: Features) -> float:
+    """The length (m) below which a layer sees its edge alone."""
+    return LAYER * _narrowest(grid, marks)
+
+
+def _narrowest(grid: Grid, marks: Features) -> float:
+    """The least distance (m) of two planes of the scene along any axis, without slivers."""
+    found = []
+    for breaks, inner in zip(grid.breaks, marks.planes, strict=True):
+        gaps = np.diff(sorted({*inner, float(breaks[0]), float(breaks[-1])}))
+        found.append(float(gaps[gaps > grading.SLIVER * (breaks[-1] - breaks[0])].min()))
+    return min(found)
+
+
+def not_reached(accuracy: float, because: str = "") -> NumericsError:
+    """What is raised where no level is good enough."""
+    return NumericsError(f"an accuracy of {accuracy:g} isn't reached in this scene{because}")
+
+
+def because(marks: Features) -> str:
+    """Where the solution is so singular that no grid resolves it, in words; nothing where it isn't."""
+    planes = [(s, "xyz"[d], at) for d in range(3) for at, s in marks.exponents[d].items()]
+    sharpest, axis, at = min(planes, default=(1.0, "", 0.0))
+    if sharpest > HARDLY:
+        return ""
+    return (
+        f": at {axis} = {at:.4g} m a given value ends, or good conductors meet along an edge only, and the solution "
+        f"behaves as a distance to the power {sharpest:.2f} there; ask for a larger accuracy, or let them end elsewhere"
+    )

@@ -1,0 +1,315 @@
+"""Traces over time with their errors: of space, of the reduced space, of time stepping and of the rows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fem3d.adaptivity import estimate, goal_errors
+from fem3d.adaptivity.estimate import Estimator, Spread
+from fem3d.adaptivity.nested import Problems
+from fem3d.problems.heat import HeatProblem
+from fem3d.results import outputs, probes, trace_times
+from fem3d.results.outputs import Outputs
+from fem3d.results.study import Quantities, Study
+from fem3d.solution import transient
+from fem3d.solution.reduced import Reduced
+from fem3d.solution.transient import Base, Krylov, Transient
+from fem3d.spaces.domain import Domain
+from meshes.grading import Features
+
+ROW_SHARE = 0.25  # part of the accuracy left to linear interpolation between rows
+TIME_SHARE = 0.01  # part of the accuracy for time stepping
+SPACE_SHARE = 0.1  # part of the accuracy for the reduced space
+ROUNDING = 1e-10  # of the scale: nothing is known better
+NOTHING = 1e-10  # of what would warm all from 0 K: less heat is none
+FIELDS, DROPPED, MOST_FIELDS = 6, 2, 60  # generations of Krylov fields: the first trial, how many fewer, the most
+KNOTS = 12  # bends and jumps of the inputs after which errors are looked at closely
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """Traces and their errors (in their units), the heat balance, and what refinement needs if they are too large: what
+    the intervals miss for the power and for each of the ``goals`` with it, and the ``worst`` relative error."""
+
+    times: np.ndarray
+    traces: Quantities
+    errors: dict[str, float]
+    accepted: bool  # whether the errors are within the accuracy
+    imbalance: float  # stored + lost - supplied heat over what passed, the largest over time
+    transient: Transient
+    reduced: Reduced
+    generations: int  # of fields
+    goals: list[Spread] = field(default_factory=list)
+    worst: float = 0.0
+    relative: dict[str, float] = field(default_factory=dict)  # errors without the rows' own, over their scales
+    scales: dict[str, float] = field(default_factory=dict)  # what they are relative to
+
+    @property
+    def slowest(self) -> float:
+        """The time constant (s) of the slowest mode."""
+        return float(1 / max(self.transient.trajectory.rates.min(), 1e-300))
+
+
+@dataclass(frozen=True, eq=False)
+class Marched:
+    """A response in as many fields as the accuracy takes: the values of its traces at ``checked`` times (s), their
+    scales, and what the reduced space and the steps lose of each."""
+
+    answer: Transient
+    reduced: Reduced
+    generations: int
+    checked: np.ndarray
+    out: Outputs
+    there: Quantities
+    scales: dict[str, float]
+    lost: dict[str, float]
+
+
+def marched(study: Study, base: Base, shift: float, steady_out: Outputs | None, generations: int = 0) -> Marched:
+    """The response of a base; arguments as of `respond`."""
+    accuracy, end = study.accuracy, study.end
+    checked = instants(study, base.heat)
+    space = Krylov(base, shift)
+    count = max(generations, FIELDS + int(max(0.0, -np.log10(accuracy) - 3) * 2))
+    states = 0
+    while True:
+        reduced = base.project(space.fields(count))
+        answer = transient.march(base, reduced, end, TIME_SHARE * accuracy)
+        out = outputs.of_transient(answer, study.part, checked)
+        there, scales = study.traces(out), study.trace_scales(steady_out or out)
+        # One comparison for two errors: fewer fields and a looser step.
+        dropped = space.dropped(count, DROPPED)
+        if dropped >= reduced.states:
+            # In so short a time hardly anything diffuses: all generations are one, and dropping some tells nothing.
+            dropped = 0
+        fewer = transient.march(base, reduced, end, 10 * TIME_SHARE * accuracy, dropped)
+        lost = distance(there, study.traces(outputs.of_transient(fewer, study.part, checked)))
+        enough = max(lost[name] / scales[name] for name in lost) <= SPACE_SHARE * accuracy
+        # More generations that add no states are all but sums of those before.
+        if enough or count >= MOST_FIELDS or not dropped or reduced.states <= states:
+            return Marched(answer, reduced, count, checked, out, there, scales, lost)
+        count, states = count + 4, reduced.states
+
+
+def beside(study: Study, base: Base, shift: float, generations: int) -> Transient:
+    """The response of a lower space in as many generations of fields as that of the fine one."""
+    own = base.project(Krylov(base, shift).fields(generations))
+    base.heat.let_go()
+    return transient.march(base, own, study.end, TIME_SHARE * study.accuracy)
+
+
+def respond(
+    study: Study,
+    given: Problems,
+    bases: Sequence[Base],
+    shift: float,
+    marks: Features,
+    steady_out: Outputs | None,
+    steady_errors: Mapping[str, float],
+    generations: int = 0,
+) -> Response:
+    """The response of the first of ``bases``, with its error from those of the lower spaces: of degrees lower by one
+    where the relative ``steady_errors`` are known, and by two where they aren't. ``steady_out`` are the outputs that
+    scales are taken from, or else those of the response itself; ``generations`` of fields is where to start."""
+    accuracy, end, fine = study.accuracy, study.end, bases[0]
+    found = marched(study, fine, shift, steady_out, generations)
+    # One space's factors at a time: these have made all their fields.
+    fine.heat.let_go()
+    answer, checked = found.answer, found.checked
+    out, there, scales, lost = found.out, found.there, found.scales, found.lost
+    lesser = [beside(study, base, shift, found.generations) for base in bases[1:]]
+    low = study.traces(outputs.of_transient(lesser[0], study.part, checked))
+    apart = distance(there, low)
+    # Where rises are known worst, and whatever is known worst of all: the heat that enters after a jump, it may be.
+    worst_known = max(apart, key=lambda n: apart[n] / scales[n])
+    at = [int(np.abs(there[n] - low[n]).argmax()) for n in {*study.trace_rises, worst_known}]
+    goals: dict[str, Spread] = {}
+    if lesser[1:] or max((apart[n] / scales[n] for n in apart), default=0.0) > (1 - ROW_SHARE) * accuracy:
+        looked_at = checked[sorted({len(checked) - 1, *at})]
+        goals = _remains(study, given, marks, (answer, *lesser), scales, looked_at)
+    judge = Estimator(given.domain.space.grid, marks)
+    of_power, joule = judge.remains(given.electric_parts), dict[str, Spread]()
+    if not steady_errors and given.conductor is not None:
+        # As if the largest voltages drove it from rest all the time.
+        driven = [given.heat.inputs.largest(end) @ phi for phi in given.cold_potentials]
+        (last,) = answer.rises(np.array([end]))
+        own_scales = goal_errors.of_part(study.part, study.trace_goals, scales)
+        duals = goal_errors.duals_of(study.trace_goals, given, last, end)
+        parts = goal_errors.joule_parts(study.trace_goals, given, driven, own_scales, duals)
+        joule = {name: judge.remains(own) for name, own in parts.items()}
+    errors = {}
+    for name in scales:
+        known = max(
+            (e for q, e in steady_errors.items() if study.goals.get(q, q) == study.trace_goals.get(name, name)),
+            default=max(steady_errors.values(), default=0.0),
+        )
+        space_error = max(apart[name], known * scales[name], estimate.total(goals.get(name, [])) * scales[name])
+        doubt = float(np.max(out.get(f"doubt:{study.trace_goals.get(name)}", 0.0)))
+        # Steady errors have what the current is off by in them.
+        electric = 0.0 if steady_errors else estimate.total(joule.get(name, of_power))
+        errors[name] = space_error + electric * scales[name] + lost[name] + doubt
+    return concluded(study, found, errors, [of_power, *goal_errors.with_current(goals, joule, of_power).values()])
+
+
+def concluded(
+    study: Study, found: Marched, errors: dict[str, float], goals: list[Spread], as_it_is: bool = False
+) -> Response:
+    """The response with its errors: at its rows, where the accuracy is reached or it is to be taken ``as_it_is``, else
+    with what its ``goals`` miss."""
+    answer, reduced, scales, count = found.answer, found.reduced, found.scales, found.generations
+    worst = max(errors[name] / scales[name] for name in errors)
+    if worst > (1 - ROW_SHARE) * study.accuracy and not as_it_is:
+        return Response(found.checked, found.there, errors, False, np.nan, answer, reduced, count, goals, worst)
+    return with_rows(study, answer, reduced, errors, scales, count)
+
+
+def _remains(
+    study: Study,
+    given: Problems,
+    marks: Features,
+    transients: Sequence[Transient],
+    scales: Mapping[str, float],
+    times: np.ndarray,
+) -> dict[str, Spread]:
+    """For each thermal trace the worst of what is left at some times (s), each seen as that long after the last bend or
+    jump of the inputs; ``transients`` are those of the spaces, the highest first."""
+    heat, judge, goals = given.heat, Estimator(given.domain.space.grid, marks), study.trace_goals
+    own_scales = goal_errors.of_part(study.part, goals, scales)
+    rises = [given.lifted(t.rises(times), -1 - k) for k, t in enumerate(transients)]
+    found: dict[str, Spread] = {}
+    knots = np.append(0.0, heat.inputs.knots(study.end))
+    for i, time in enumerate(t - knots[knots < t].max() for t in times.tolist()):
+        fine, low = rises[0][i], rises[1][i]
+        # Without the lowest space, as if each degree took away as much as the last.
+        lowest = rises[2][i] if len(rises) > 2 else 2 * low - fine
+        apart = [heat.stiffness @ u + heat.mass @ u / time for u in (low - lowest, fine - low)]
+        duals = goal_errors.duals_of(goals, given, fine, time)
+        parts = goal_errors.thermal_parts(given, fine, tuple(apart), own_scales, time, duals)
+        left = {name: judge.remains(own) for name, own in parts.items()}
+        goal_errors.add_torn(left, goals, given, fine, own_scales, time, duals, marks)
+        for name, remains in left.items():
+            if name not in found or estimate.total(remains) > estimate.total(found[name]):
+                found[name] = remains
+    return found
+
+
+def instants(study: Study, heat: HeatProblem) -> np.ndarray:
+    """Times (s) at which meshes and spaces are compared: early and late, and after bends and jumps of the inputs; after
+    a jump from the earliest time of interest on, as after the start."""
+    end, first = study.end, min(study.earliest, study.end)
+    knots = heat.inputs.knots(end)
+    found = [np.geomspace(first, end, 40), np.linspace(0, end, 21)[1:]]
+    found.append(np.array([t for t in study.instants if first <= t <= end]))
+    few = knots if len(knots) <= KNOTS else knots[np.unique(np.linspace(0, len(knots) - 1, KNOTS).astype(int))]
+    for knot in few:
+        following = knots[knots > knot]
+        gap = (following[0] if len(following) else end) - knot
+        found.append(knot + np.geomspace(min(first, gap / 2), gap * (1 - 1e-9), 6))
+    times = np.unique(np.concatenate(found))
+    jumps = np.array([t for t in knots if heat.inputs.jump(float(t)).any()])
+    for jump, gap in zip(jumps, np.diff(np.append(jumps, end)), strict=True):
+        times = times[(times < jump) | (times >= jump + min(first, gap / 2) * (1 - 1e-9))]
+    return times
+
+
+def repeat(study: Study, fine: Base, reduced: Reduced, steady_out: Outputs, before: Response) -> Response:
+    """The response at another voltage, in the reduced problem of an earlier one, which has the same relative errors."""
+    scales = study.trace_scales(steady_out)
+    answer = transient.march(fine, reduced, study.end, TIME_SHARE * study.accuracy)
+    errors = {name: before.relative[name] * scale for name, scale in scales.items()}
+    return with_rows(study, answer, reduced, errors, scales, before.generations)
+
+
+def distance(a: Quantities, b: Quantities) -> dict[str, float]:
+    """The largest difference of each quantity."""
+    return {name: float(np.abs(a[name] - b[name]).max()) for name in a}
+
+
+def with_rows(
+    study: Study,
+    answer: Transient,
+    reduced: Reduced,
+    errors: dict[str, float],
+    scales: dict[str, float],
+    generations: int,
+) -> Response:
+    """The response at as many rows as the accuracy takes; ``errors`` are those at any time without the rows' own."""
+
+    def traces(times: np.ndarray) -> Quantities:
+        return study.traces(outputs.of_transient(answer, study.part, times))
+
+    allowed = {name: ROW_SHARE * study.accuracy * scale for name, scale in scales.items()}
+    drive = answer.base.heat.inputs
+    jumps = [float(t) for t in drive.knots(study.end) if drive.jump(float(t)).any()]
+    times, found, between = trace_times.choose(answer.trajectory.steps, traces, allowed, jumps, study.instants)
+    if answer.base.heat.lifts.any():
+        _start(answer.base.heat.domain, found)
+    relative = {name: errors[name] / scales[name] for name in errors}
+    errors = {name: errors[name] + between[name] + ROUNDING * scales[name] for name in errors}
+    imbalance = _imbalance(study, answer)
+    return Response(
+        times, found, errors, True, imbalance, answer, reduced, generations, relative=relative, scales=scales
+    )
+
+
+def _start(domain: Domain, traces: Quantities) -> None:
+    """Sets the first row of the mean temperatures that a jump of a given one at t = 0 leaves as they were.
+
+    No mesh resolves the layer at that instant, and the fields of the transient hold it from later on only.
+    """
+    scene = domain.scene
+    for probe in scene.probes:
+        mean = probe.quantity == "temperature" and probe.reduce == "mean"
+        if mean and probe.name in traces and probes.starts_free(domain, probe):
+            traces[probe.name][0] = scene.initial_temperature
+
+
+def _imbalance(study: Study, answer: Transient) -> float:
+    """Largest |stored + lost - supplied| over the heat that came or went until then, whichever is more, from the
+    earliest time of interest on.
+
+    The integrals over time run over the steps by Gauss's rule, apart from how the steps were made; what is lost comes
+    from the reactions of the full equations, so the figure sees the error of the reduced space too. Where a given
+    temperature jumps, what its nodes store at that instant has entered there.
+    Less heat than the rounding of the temperatures themselves counts as none.
+    """
+    points, weights = np.polynomial.legendre.leggauss(12)
+    steps = answer.trajectory.steps
+    # After a jump the loss starts like a power of t below any step: such a step is graded towards its start.
+    starts = np.array([s.start for s in steps])
+    early = np.array([s.length for s in steps])[_jumps(answer, starts)]
+    graded = starts[_jumps(answer, starts), None] + early[:, None] * 0.25 ** np.arange(8, 0, -1)
+    edges = np.union1d(np.append(starts, steps[-1].start + steps[-1].length), graded)
+    times = (edges[:-1, None] + np.diff(edges)[:, None] * (points + 1) / 2).ravel()
+    out = outputs.of_transient(answer, study.part, times)
+    flows = [v for name, v in out.items() if name.startswith("flow:")]
+    entered = out["power"] + out["generated"] + sum(flows, np.zeros(len(times)))
+    entering, leaving = outputs.passing(out)
+    per_step = np.diff(edges) / 2
+
+    def until(rate: np.ndarray) -> np.ndarray:
+        return np.cumsum(per_step * (rate.reshape(-1, len(points)) @ weights))
+
+    passed = np.maximum(until(entering), until(leaving))
+    just_before = np.maximum(edges[1:] * (1 - 1e-12), edges[:-1])
+    stored, there = np.split(outputs.stored_heat(answer, study.part, np.append(just_before, edges[:-1])), 2)
+    jumped = there - np.concatenate([[0.0], stored[:-1]])
+    gap = np.abs(stored - until(entered) - np.cumsum(jumped * _jumps(answer, edges[:-1])))
+    late = edges[1:] >= min(study.earliest, edges[-1])
+    heat = answer.base.heat
+    none = (
+        NOTHING
+        * study.part.copies
+        * float(heat.unit @ (heat.mass @ heat.unit))
+        * max(heat.domain.scene.initial_temperature, 1.0)
+    )
+    return float((gap / np.maximum(passed + np.cumsum(np.abs(jumped)), none))[late].max())
+
+
+def _jumps(answer: Transient, edges: np.ndarray) -> np.ndarray:
+    """Which edges an input jumps at, the start among them."""
+    drive = answer.base.heat.inputs
+    return np.array([i == 0 or bool(drive.jump(float(t)).any()) for i, t in enumerate(edges)])

@@ -1,0 +1,126 @@
+"""The base of a transient whose steady state isn't known, or doesn't exist: what its space must hold.
+
+It starts from the currents at the initial temperature and from every load of the scene. Where the resistivity depends
+on the temperature, a rough response shows how far heating moves the currents; those at its hottest instants join, and
+so do their Joule loads.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from fem3d.adaptivity.nested import Problems
+from fem3d.problems.current import Conductor, Potential, combined, independent
+from fem3d.problems.heat import HeatProblem
+from fem3d.solution import transient
+from fem3d.solution.transient import Base, Krylov
+
+ROUGH, GENERATIONS = 1e-3, 6  # accuracy and generations of fields of a response that only shows where to look
+ROUNDS = 5
+SAME = 5e-2  # part of the accuracy below which what heating does to the currents is left out
+
+
+class Hot(NamedTuple):
+    """A state at which heating moves the currents most: the rise (all nodes), what drives the scene then (channels,),
+    and whether its currents join those known, or only their Joule load does."""
+
+    rise: np.ndarray
+    drive: np.ndarray
+    joins: bool
+
+
+def of(heat: HeatProblem, conductor: Conductor | None, shift: float, end: float, accuracy: float) -> Base:
+    """The base of the response of a heat problem and its conductor up to ``end`` (s)."""
+    return _searched(heat, conductor, shift, end, accuracy)[0]
+
+
+def nested(given: Problems, shift: float, end: float, accuracy: float) -> list[Base]:
+    """The base in each of some nested spaces, the highest first: where heating moves the currents is looked for in the
+    lowest alone."""
+    lowest, hot = _searched(given.heats[0], given.conductors[0], shift, end, accuracy)
+    found = [lowest]
+    for heat, conductor in zip(given.heats[1:], given.conductors[1:], strict=True):
+        base, potentials = _cold(heat, conductor)
+        for state in hot:
+            assert conductor is not None
+            here = state._replace(rise=heat.take(lowest.heat.field(state.rise)))
+            base, potentials = _joined(base, potentials, here, *_heated(conductor, here, potentials))
+        found.append(base)
+    return found[::-1]
+
+
+def _cold(heat: HeatProblem, conductor: Conductor | None) -> tuple[Base, list[Potential]]:
+    """The base at the initial temperature, and its potentials."""
+    loads, still = transient.heat_loads(heat), transient.stills(heat)
+    if conductor is None:
+        return Base(heat, None, [], still, loads), []
+    lift = heat.inputs.at(np.zeros(1))[0] @ heat.lifts
+    potentials = [conductor.solve(lift, v) for v in conductor.voltages if v.any()]
+    patterns = independent(conductor, potentials)
+    pairs = [(a, b) for i, a in enumerate(patterns) for b in patterns[: i + 1]]
+    loads += [conductor.joule_load(a.density, lift, b.density) for a, b in pairs]
+    return Base(heat, conductor, patterns, still, loads), potentials
+
+
+def _heated(conductor: Conductor, state: Hot, cold: list[Potential]) -> tuple[list[Potential], np.ndarray]:
+    """The potentials of each driven channel in a hot state, from the cold ones, which come first, and the Joule load
+    (all nodes) of its currents."""
+    driven = [c for c, v in enumerate(conductor.voltages) if v.any()]
+    hot = [conductor.solve(state.rise, conductor.voltages[c], cold[k].potential) for k, c in enumerate(driven)]
+    return hot, conductor.joule_load(combined(hot, state.drive[driven]), state.rise)
+
+
+def _joined(
+    base: Base, potentials: list[Potential], state: Hot, hot: list[Potential], load: np.ndarray
+) -> tuple[Base, list[Potential]]:
+    """The base and its potentials with those of a hot state."""
+    assert base.conductor is not None
+    together = [*potentials, *hot]
+    patterns = independent(base.conductor, together) if state.joins else base.patterns
+    return replace(base, patterns=patterns, loads=[*base.loads, load]), together
+
+
+def _searched(
+    heat: HeatProblem, conductor: Conductor | None, shift: float, end: float, accuracy: float
+) -> tuple[Base, list[Hot]]:
+    """The base with the currents and loads that heating brings, and the states that these are of."""
+    base, potentials = _cold(heat, conductor)
+    joined: list[Hot] = []
+    if conductor is None or not conductor.warms or not potentials:
+        return base, joined
+    drive = heat.inputs
+    times, size = _instants(drive.knots(end), end), 1e-300
+    for turn in range(ROUNDS):
+        reduced = base.project(Krylov(base, shift).fields(GENERATIONS))
+        answer = transient.march(base, reduced, end, ROUGH)
+        states, g = answer.trajectory(times)[0], drive.at(times)
+        rises, c = answer.rises(times), answer.reduced.currents(states, g)
+        found, changes = None, np.zeros(len(times))
+        for i, rise in enumerate(rises):
+            if not (g[i] @ conductor.voltages).any():
+                continue
+            state = Hot(rise, g[i], False)
+            hot, load = _heated(conductor, state, potentials)
+            reached = conductor.joule_load(combined(base.patterns, c[i]), rise)
+            size = max(size, float(np.abs(load).sum()))
+            changes[i] = np.abs(load - reached).sum()
+            if changes[i] == changes.max():
+                found = state, hot, load
+        matter = changes >= SAME * accuracy * size
+        if found is None or (turn > 0 and not matter.any()):
+            break
+        state, hot, load = found
+        joined.append(state._replace(joins=bool(matter.any())))
+        base, potentials = _joined(base, potentials, joined[-1], hot, load)
+        # Currents that are known well enough stay so. One instant is always looked at again, its load having joined.
+        times = times[matter | (changes == changes.max())]
+    return base, joined
+
+
+def _instants(knots: np.ndarray, end: float) -> np.ndarray:
+    """A few times (s) spread over a run, among them those just before the inputs change."""
+    few = knots[np.unique(np.linspace(0, len(knots) - 1, 4).astype(int))] if len(knots) else knots
+    return np.unique(np.concatenate([np.geomspace(end / 100, end, 4), few * (1 - 1e-9)]))

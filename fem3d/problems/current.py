@@ -1,0 +1,282 @@
+"""The electric problem: div(sigma(T) grad phi) = 0 in the conductors that carry current, between electrodes.
+
+Potentials are functions of the whole space, zero where no current flows. Voltages come as channels
+(`fem3d.spaces.channels`)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import csc_array
+from scipy.sparse.linalg import LinearOperator, cg
+
+from fem3d.problems.assembly import reactions
+from fem3d.problems.cholesky import Factors, Ordering, part
+from fem3d.problems.heat import HeatProblem
+from fem3d.spaces.integrals import Cells, Faces
+from scenes.model import Material
+
+SAME = 1e-9  # relative size below which a current field is taken for a sum of others
+SOLVED = 1e-12  # the error of a potential over that of its first guess, in the energy norm, if nothing looser is asked
+Section = list[tuple[Faces, float, np.ndarray, np.ndarray]]
+"""Faces inside a conductor, half the sign of their normal, and the law of the resistivity (facets, 1) there."""
+
+
+@dataclass(frozen=True, eq=False)
+class Potential:
+    """The potential (V) at the nodes of the conductor, the current density (A/m2), and the current (A) that enters at
+    each node (zero at free ones); ``through``: that through sections, where it isn't read off the density."""
+
+    potential: np.ndarray
+    density: np.ndarray
+    reaction: np.ndarray
+    through: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Pattern:
+    """A current field: its density, the power (channels,) that the electrodes supply to it at their voltages, and the
+    current (A) that enters at each electrode or passes a probe. All three are linear in the field."""
+
+    density: np.ndarray
+    supply: np.ndarray
+    currents: dict[str, float]
+
+    def plus(self, factor: float, other: Pattern, scale: float) -> Pattern:
+        """(self + factor * other) * scale."""
+        return Pattern(
+            (self.density + factor * other.density) * scale,
+            (self.supply + factor * other.supply) * scale,
+            {name: (i + factor * other.currents[name]) * scale for name, i in self.currents.items()},
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Conductor:
+    """The cells that carry current; ``free`` (n,) are the functions that the potential is sought of, ``cold`` and
+    ``warm`` (cells, 1) the resistivity at the initial temperature (ohm m) and its change per kelvin, ``voltages``
+    (channels, functions) the given ones.
+
+    ``matrix`` is that of the initial temperature. ``electrodes``: for each its part (functions,) of the currents that
+    enter. ``sections``: the current probes inside. ``stands_for`` (cells, 1): how many such cells in series each one
+    is, all of which the resistivity counts and the heat does not. Current densities are (3, cells, points).
+    """
+
+    heat: HeatProblem
+    cells: np.ndarray
+    on: Cells
+    free: np.ndarray
+    cold: np.ndarray
+    warm: np.ndarray
+    voltages: np.ndarray
+    electrodes: dict[str, np.ndarray]
+    sections: dict[str, Section]
+    matrix: csc_array
+    stands_for: np.ndarray
+    ordering: Ordering
+    solved: float = SOLVED
+
+    def lower(self, level: int, heat: HeatProblem) -> Conductor:
+        """The problem in a lower space, for the heat problem there."""
+        return replace(self, heat=heat, free=self.free[heat.domain.space.nested[level][self.free]])
+
+    def resistivity(self, rise: np.ndarray) -> np.ndarray:
+        """(cells, points) in ohm m at a rise (all nodes of the heat problem)."""
+        if not self.warms:
+            return np.broadcast_to(self.cold, self.on.weights.shape)
+        return self.cold + self.warm * self.on.value(self.heat.field(rise))
+
+    @property
+    def warms(self) -> bool:
+        """Whether any resistivity depends on the temperature."""
+        return bool(self.warm.any())
+
+    def conducts(self, rise: np.ndarray) -> bool:
+        """Whether the resistivity is positive everywhere."""
+        return bool((self.resistivity(rise) > 0).all())
+
+    @cached_property
+    def solve_cold(self) -> Callable[[np.ndarray], np.ndarray]:
+        """What gives the potential (free,) of the cold conductor for charges (free,) between earthed electrodes."""
+        groups = self.heat.domain.space.entity[self.free]
+        return Factors(part(self.matrix, self.free), groups, self.ordering).solve
+
+    @cached_property
+    def cold_potentials(self) -> np.ndarray:
+        """(channels, functions): the potentials at the initial temperature, per unit of each channel."""
+        found = self.voltages.copy()
+        for phi in found:
+            if phi.any():
+                phi[self.free] = -self.solve_cold((self.matrix @ phi)[self.free])
+        return found
+
+    @cached_property
+    def preconditioner(self) -> Callable[[np.ndarray], np.ndarray]:
+        """What is next to `solve_cold`, and cheap."""
+        return self.solve_cold
+
+    def influence(self, row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """What a row (functions,) reads off the potential of any current density J, without solving for it.
+
+        With w the solution for the row as a source, in the cold conductor between earthed electrodes, and D its current
+        density sigma grad w (reciprocity): row @ phi = shares @ g - integral rho J . D. Returns shares (channels,), D.
+        """
+        w = np.zeros(len(row))
+        w[self.free] = self.solve_cold(row[self.free])
+        density = self.on.gradient(w) / self.cold
+        left = row - self.on.flow(density)
+        left[self.free] = 0.0
+        shares: np.ndarray = self.voltages @ left
+        return shares, density
+
+    @cached_property
+    def influences(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """`influence` of each probe of a mean potential that lies in the conductor."""
+        domain, found = self.heat.domain, {}
+        mine = domain.space.of(self.cells)
+        for probe in domain.scene.probes:
+            if probe.quantity == "potential" and probe.reduce == "mean":
+                row = domain.mean(probe, domain.live)
+                if abs(row @ domain.space.unit - 1.0) < 1e-9 and not row[~mine].any():
+                    found[probe.name] = self.influence(row)
+        return found
+
+    def solve(self, rise: np.ndarray, voltage: np.ndarray, guess: np.ndarray | None = None) -> Potential:
+        """The potential at a rise and given voltages (functions,), perhaps from that of a similar state, by conjugate
+        gradients preconditioned with the cold conductor.
+
+        The spectrum lies between the extremes of the cold over the hot resistivity, which bounds the error after any
+        number of steps (Saad, Iterative Methods for Sparse Linear Systems, 2003, section 6.11); so many are taken.
+        """
+        free, start = self.free, voltage.copy()
+        resistivity = self.resistivity(rise)
+
+        def charge(phi: np.ndarray) -> np.ndarray:
+            return self.on.flow(self.on.gradient(phi) / resistivity)
+
+        def inner(v: np.ndarray) -> np.ndarray:
+            whole = np.zeros(len(start))
+            whole[free] = v
+            return charge(whole)[free]
+
+        start[free] = -self.solve_cold((self.matrix @ voltage)[free]) if guess is None else guess[free]
+        steps = self._steps(resistivity / self.cold)
+        if steps:
+            size = (len(free), len(free))
+            operator, inverse = (LinearOperator(size, f, dtype=float) for f in (inner, self.preconditioner))
+            start[free] += cg(operator, -charge(start)[free], rtol=0.0, atol=0.0, maxiter=steps, M=inverse)[0]
+        density = -self.on.gradient(start) / resistivity
+        through = {name: self._through(section, start, rise) for name, section in self.sections.items()}
+        return Potential(start, density, -self.on.flow(density), through)
+
+    def _steps(self, ratio: np.ndarray) -> int:
+        """How many steps of conjugate gradients the spread of a resistivity over the cold one asks for."""
+        root = float(np.sqrt(ratio.max() / ratio.min()))
+        shrinks = (root - 1) / (root + 1)
+        return int(np.ceil(np.log(self.solved / 2) / np.log(shrinks))) if shrinks > 1e-15 else 0
+
+    def _through(self, section: Section, phi: np.ndarray, rise: np.ndarray) -> float:
+        """The current along the normals (A), the mean of what both sides say."""
+        at = self.heat.field(rise)
+        return sum(
+            sign * float(faces.flux(1 / (cold + warm * faces.value(at))) @ phi) for faces, sign, cold, warm in section
+        )
+
+    def pattern(self, potential: Potential) -> Pattern:
+        """The current field of a potential.
+
+        What little enters inside the conductor, where a potential isn't solved for to the last digit, is supplied to at
+        the cold potential. It counts in fields that are small differences of others: of the power that these take, the
+        electrodes alone would give a part that is wrong by as much as the solve over the difference.
+        """
+        supply = self.cold_potentials @ potential.reaction
+        reaction = potential.reaction.copy()
+        reaction[self.free] = 0.0
+        currents = {name: float(own @ reaction) for name, own in self.electrodes.items()}
+        currents |= {f"through:{name}": current for name, current in potential.through.items()}
+        return Pattern(potential.density, supply, currents)
+
+    def product(self, a: np.ndarray, b: np.ndarray) -> float:
+        """The integral of rho Ja . Jb at the initial temperature (W)."""
+        return float((self.on.weights * self.cold * (a * b).sum(axis=0)).sum())
+
+    def heating(self, a: np.ndarray, b: np.ndarray, rise: np.ndarray) -> np.ndarray:
+        """(cells, points): rho Ja . Jb (W/m3)."""
+        return self.resistivity(rise) / self.stands_for * (a * b).sum(axis=0)
+
+    def joule_load(self, a: np.ndarray, rise: np.ndarray, b: np.ndarray | None = None) -> np.ndarray:
+        """(all nodes of the heat problem,): integral of rho Ja . Jb v, or of rho |Ja|^2 v, in W."""
+        return self.heat.take(self.on.load(self.heating(a, a if b is None else b, rise)))
+
+    def joule(self, density: np.ndarray, rise: np.ndarray) -> dict[str, float]:
+        """The Joule heat of each conducting body by its name (W)."""
+        per_cell = (self.on.weights * self.heating(density, density, rise)).sum(axis=1)
+        names = np.array(self.heat.domain.names)[self.heat.domain.body[self.cells]]
+        return {name: float(per_cell[names == name].sum()) for name in dict.fromkeys(names.tolist())}
+
+
+def independent(conductor: Conductor, potentials: Sequence[Potential]) -> list[Pattern]:
+    """The current fields of some potentials, each without what earlier ones hold of it, orthogonal in the cold
+    resistance and of the size of the first; those that add nothing are left out."""
+    found: list[Pattern] = []
+    product = conductor.product
+    for potential in potentials:
+        new = conductor.pattern(potential)
+        whole = product(new.density, new.density)
+        for pattern in found:
+            share = product(pattern.density, new.density) / product(pattern.density, pattern.density)
+            new = new.plus(-share, pattern, 1.0)
+        left = product(new.density, new.density)
+        if left > SAME**2 * whole:
+            size = product(found[0].density, found[0].density) if found else left
+            found.append(new.plus(0.0, new, np.sqrt(size / left)))
+    return found
+
+
+def combined(parts: Sequence[Pattern | Potential], c: np.ndarray) -> np.ndarray:
+    """The current density with coefficients c."""
+    return np.sum([f * p.density for f, p in zip(c, parts, strict=True)], axis=0)
+
+
+def law(material: Material, initial: float) -> tuple[float, float]:
+    """The resistivity at the initial temperature (ohm m) and its change per kelvin (ohm m/K), eq 7; ValueError for a
+    material that doesn't conduct."""
+    if material.resistivity is None:
+        raise ValueError(f"{material.name} doesn't conduct")
+    a = material.temperature_coefficient
+    return material.resistivity * (1 + a * (initial - material.reference_temperature)), material.resistivity * a
+
+
+def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
+    """The conductors of a domain that carry current; ``None`` where no part touches two voltages. ``solved`` is how
+    small the residual of a potential must be."""
+    domain, space = heat.domain, heat.domain.space
+    scene, cells = domain.scene, np.flatnonzero(domain.live)
+    if not len(cells):
+        return None
+    laws = np.array([law(m, scene.initial_temperature) if m.resistivity else (np.inf, 0.0) for m in domain.materials])
+    each = domain.stands_for[domain.body][:, None]
+    laws = laws[domain.body] * each
+    electrodes = [b for b in scene.boundaries if b.kind == "voltage" and len(domain.on(b))]
+    faces = [domain.faces(b) for b in electrodes]
+    fixed, voltages = np.zeros(space.size, bool), np.zeros((domain.inputs.count, space.size))
+    for b, face in zip(electrodes, faces, strict=True):
+        own = face.functions
+        voltages[:, own] = np.outer(domain.inputs.split(b.value), space.unit[own])
+        fixed |= own
+    mine = space.of(cells)
+    parts, _ = reactions([b.name for b in electrodes], [b.value for b in electrodes], faces, space.unit)
+    sections: dict[str, Section] = {}
+    for probe in scene.probes:
+        if probe.quantity == "current":
+            sections[probe.name] = [
+                (own, sign, laws[at, :1], laws[at, 1:]) for own, sign, at in domain.sides(probe, domain.live)
+            ]
+    cold, warm = laws[cells, :1], laws[cells, 1:]
+    return Conductor(
+        heat, cells, space.on(cells), np.flatnonzero(mine & ~fixed & space.nested[-1]), cold, warm, voltages, parts,
+        sections, space.stiffness(1 / cold[:, 0], cells), each[cells], Ordering(space.places), solved,
+    )  # fmt: skip

@@ -1,0 +1,251 @@
+"""The discrete heat problem of any mesh: M d(rise)/dt + K rise = source, with the fixed nodes kept for their reactions.
+
+The unknown is the rise above the scene's initial temperature, as coefficients of functions, here called nodes. They are
+numbered with the free ones first and the fixed ones (a given temperature) last, so that the reactions, the heat that
+enters at the fixed nodes, are the last rows of the same equations. A field that vanishes at the fixed nodes is a vector
+of the free ones, any other one of all. Sources and given rises come as channels (`fem3d.spaces.channels`).
+`fem3d.problems.assembly` makes it of a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csc_array
+
+from fem3d.problems.cholesky import Factors, Ordering, part
+from fem3d.spaces.channels import Inputs
+from fem3d.spaces.domain import Domain
+from scenes.model import Value
+
+BALANCED = 2e-11  # of the heat: an imbalance above it is worth a residual in extended precision
+# Of the product of two boundaries' parts t and 1 - t of what enters at an edge that they share. With a flux like
+# r^(s - 1) on both, either's true part is t^s / (t^s + (1 - t)^s): off by 0.79 t (1 - t) at most for s = 2/3, of a
+# re-entrant edge, between intervals whose lengths differ by a layer (meshes.grading.RATIO).
+DISPUTED = 0.8
+
+
+@dataclass(frozen=True, eq=False)
+class Film:
+    """A boundary of given flux or convection: the heat that enters at no rise (W, per channel), and per kelvin (W/K,
+    all nodes)."""
+
+    entering: np.ndarray
+    per_kelvin: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class HeatProblem:
+    """Matrices (all nodes) in W/K and J/K; ``free`` is the count of free nodes, ``end_time`` that of the run (s).
+
+    Per channel: ``loads`` (channels, all nodes) in W, ``given`` (channels, fixed nodes), the given rises, and
+    ``generated``, the heat of the sources in W. ``held``: for each boundary of given temperature its part (fixed
+    nodes,) of the reaction of each; ``edges`` (fixed nodes, fixed nodes): at each node where boundaries meet at an
+    angle, what of the reactions belongs to its edge alone; ``anchored``: whether every part has an exit for heat, so
+    that K is regular. ``unit`` (all nodes,) are the coefficients of the constant 1,
+    ``groups`` (all nodes,) numbers the vertex, edge, facet or cell that each belongs to, ``ordering`` says when these
+    are eliminated. ``order`` (all nodes,) is the function of the domain's space that each is of, ``torn`` (all nodes,)
+    by how much temperatures given there contradict each other (K).
+    """
+
+    inputs: Inputs
+    free: int
+    stiffness: csc_array
+    mass: csc_array
+    loads: np.ndarray
+    given: np.ndarray
+    generated: np.ndarray
+    held: dict[str, np.ndarray]
+    edges: csc_array
+    films: dict[str, Film]
+    anchored: bool
+    end_time: float
+    unit: np.ndarray
+    groups: np.ndarray
+    ordering: Ordering
+    domain: Domain
+    order: np.ndarray
+    torn: np.ndarray
+
+    def field(self, u: np.ndarray) -> np.ndarray:
+        """(..., functions): a field (free or all nodes) as coefficients of the space's functions."""
+        whole = self.whole(u)
+        found = np.zeros((*whole.shape[:-1], self.domain.space.size))
+        found[..., self.order] = whole
+        return found
+
+    def take(self, row: np.ndarray) -> np.ndarray:
+        """(..., all nodes): what belongs to the unknowns of (..., functions)."""
+        return row[..., self.order]
+
+    def lower(self, level: int) -> HeatProblem:
+        """The problem in a lower space that this one's holds (`Space.nested`): leading parts of the same matrices."""
+        there = self.domain.space.nested[level][self.order]
+        kept = np.flatnonzero(there)
+        free = int(there[: self.free].sum())
+        fixed = kept[free:] - self.free
+        return replace(
+            self, free=free, stiffness=part(self.stiffness, kept), mass=part(self.mass, kept),
+            loads=self.loads[:, kept], given=self.given[:, fixed],
+            held={name: own[fixed] for name, own in self.held.items()}, edges=part(self.edges, fixed),
+            films={name: replace(f, per_kelvin=f.per_kelvin[kept]) for name, f in self.films.items()},
+            unit=self.unit[kept], groups=self.groups[kept], order=self.order[kept],
+            torn=self.torn[kept],
+        )  # fmt: skip
+
+    @property
+    def size(self) -> int:
+        """Free and fixed nodes together."""
+        return int(self.stiffness.shape[0])
+
+    @cached_property
+    def memo(self) -> dict[str, Any]:
+        """What probes have been worked out to, by name."""
+        return {}
+
+    @cached_property
+    def inner_stiffness(self) -> csc_array:
+        """The stiffness matrix of the free nodes."""
+        return self.stiffness[: self.free, : self.free]
+
+    @cached_property
+    def inner_mass(self) -> csc_array:
+        """The mass matrix of the free nodes."""
+        return self.mass[: self.free, : self.free]
+
+    def factors(self, matrix: csc_array) -> Factors:
+        """The factors of a matrix of the free nodes."""
+        return Factors(matrix, self.groups[: self.free], self.ordering)
+
+    @cached_property
+    def solve_steady(self) -> Callable[[np.ndarray], np.ndarray]:
+        """What gives the rise at the free nodes with K rise = load (free nodes), by one factorization; without an exit
+        for heat, the mean over the run's time with the capacity of the whole run in its place."""
+        return self.factors(self.steady_matrix).solve
+
+    @property
+    def steady_matrix(self) -> csc_array:
+        """What `solve_steady` solves with."""
+        own = self.inner_stiffness
+        return own if self.anchored else _combined(own, 1.0 / self.end_time, self.inner_mass)
+
+    def solve_shifted(self, shift: float) -> Callable[[np.ndarray], np.ndarray]:
+        """What solves (M + shift K) u = b on the free nodes; the factors of the last shift are kept."""
+        if shift not in self._shifted:
+            self._shifted.clear()
+            self._shifted[shift] = self.factors(_combined(self.inner_mass, shift, self.inner_stiffness)).solve
+        return self._shifted[shift]
+
+    def let_go(self, steady: bool = False) -> None:
+        """Lets go of the factors of the last shift, and of the ``steady`` ones too; what asks for them again makes them
+        anew."""
+        self._shifted.clear()
+        if steady:
+            vars(self).pop("solve_steady", None)
+
+    @cached_property
+    def _shifted(self) -> dict[float, Callable[[np.ndarray], np.ndarray]]:
+        return {}
+
+    @cached_property
+    def lifts(self) -> np.ndarray:
+        """(channels, all nodes): for each channel the rise that its given temperatures alone keep up."""
+        n = self.free
+        found = np.zeros((self.inputs.count, self.size))
+        found[:, n:] = self.given
+        for lift in found:
+            if lift.any():
+                lift[:n] = self.solve_steady(-(self.stiffness @ lift)[:n])
+                if self.anchored:
+                    lift[:] = self.improve(lift, np.zeros(self.size))
+        return found
+
+    def improve(self, rise: np.ndarray, source: np.ndarray) -> np.ndarray:
+        """(all nodes,): a rise (all nodes) after iterative refinement for a source (W, all nodes), which brings the
+        residual, and so the heat balance, to rounding.
+
+        Steps with the residual in extended precision follow where needles of cells have left an imbalance.
+        """
+        k, n = self.inner_stiffness, self.free
+        held = self.stiffness @ np.concatenate([np.zeros(n), rise[n:]])
+        load = source[:n] - held[:n]
+        inner = rise[:n] + self.solve_steady(load - k @ rise[:n])
+        for _ in range(3):
+            left = abs(float(self.unit[:n] @ load - self._outflow @ inner))
+            if left <= BALANCED * float(self.unit[:n] @ np.abs(load)):
+                break
+            # The matrix is symmetric: its columns serve as rows.
+            products = k.data.astype(np.longdouble) * inner[k.indices]
+            residual = load - np.add.reduceat(products, k.indptr[:-1])
+            inner = inner + self.solve_steady(residual.astype(float))
+        return np.concatenate([inner, rise[n:]])
+
+    @cached_property
+    def _outflow(self) -> np.ndarray:
+        """(free nodes,): heat that leaves at the fixed nodes and to the air, per rise."""
+        fixed = self.unit.copy()
+        fixed[: self.free] = 0.0
+        leaving = -(self.stiffness @ fixed)[: self.free]
+        for film in self.films.values():
+            leaving -= film.per_kelvin[: self.free]
+        return leaving
+
+    def norm(self, u: np.ndarray) -> float:
+        """Root of the integral of rho c u^2 of a field at the free nodes."""
+        return float(np.sqrt(u @ (self.inner_mass @ u)))
+
+    def whole(self, field: np.ndarray) -> np.ndarray:
+        """(..., all nodes): fields at the free nodes with zeros at the fixed ones."""
+        width = self.size - field.shape[-1]
+        return np.concatenate([field, np.zeros((*field.shape[:-1], width))], axis=-1) if width else field
+
+    def reaction(self, rise: np.ndarray, rate: np.ndarray, source: np.ndarray) -> np.ndarray:
+        """(fixed nodes,): heat that enters at each fixed node (W), from rise, its rate and the source."""
+        flow = self.stiffness @ self.whole(rise) + self.mass @ self.whole(rate)
+        return flow[self.free :] - source[self.free :]
+
+    def jumps(self, end: float) -> np.ndarray:
+        """Instants (s) inside (0, end) at which a given temperature jumps."""
+        held = self.lifts.any(axis=1)
+        return np.array([t for t in self.inputs.knots(end) if (self.inputs.jump(float(t)) * held).any()])
+
+    @cached_property
+    def held_fields(self) -> dict[str, np.ndarray]:
+        """``held`` as fields (all nodes,) that vanish at the free nodes: tested with one of them, the equations give
+        the heat that enters at its boundary."""
+        none = np.zeros(self.free)
+        return {name: np.concatenate([none, part]) for name, part in self.held.items()}
+
+    def disputed(self, names: Sequence[str]) -> np.ndarray:
+        """(k, all nodes): fields like ``held_fields``. The heat that enters at some boundaries together may be off by
+        the sum of the sizes of theirs, because boundaries share edges with others at an angle: there each one's part is
+        but that of a leading term.
+        """
+        together: np.ndarray = sum((self.held[name] for name in names), np.zeros(self.edges.shape[0]))
+        weights = DISPUTED * together * (1 - together) * (self.edges.diagonal() > 0)
+        at = np.flatnonzero(weights > 1e-12)
+        found = np.zeros((len(at), self.size))
+        found[:, self.free :] = weights[at, None] * self.edges[at].toarray()
+        return found
+
+    @cached_property
+    def held_rows(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """For each boundary of given temperature the rows (all nodes,) of its heat flow per rise and per rate."""
+        return {name: (self.stiffness @ v, self.mass @ v) for name, v in self.held_fields.items()}
+
+
+def _combined(a: csc_array, factor: float, b: csc_array) -> csc_array:
+    """a + factor * b."""
+    if a.indices is b.indices or (a.nnz == b.nnz and (a.indices == b.indices).all()):
+        return csc_array((a.data + factor * b.data, a.indices, a.indptr), shape=a.shape)
+    return csc_array(a + factor * b)
+
+
+def above(channels: Inputs, temperature: Value, initial: float) -> np.ndarray:
+    """(channels,): a temperature (K) as a rise."""
+    found = channels.split(temperature)
+    found[0] -= initial
+    return found

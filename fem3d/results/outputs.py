@@ -1,0 +1,173 @@
+"""What is read off a solution: probes, heat flows, currents and Joule heats of the whole structure.
+
+The same names come out of a steady state and of a transient, as numbers or as arrays over time:
+``probe:<probe>`` (rise in K, potential in V, heat flow in W, current in A), ``flow:<boundary>`` (W, into the solid),
+``doubt:<probe>`` (by what a heat flow may be off because its boundary shares nodes with another at an angle, or what
+the search for an extreme may have left),
+``current:<electrode>`` (A, into the solid), ``joule:<box>`` (W), ``power`` (W, what the electrodes supply to what is
+solved),
+``generated`` (W, the heat sources'), ``dissipated`` (W, the Joule heat of all boxes, of those too that symmetry leaves
+out).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fem3d.spaces import channels
+from fem3d.results import voltmeter
+from fem3d.problems.heat import HeatProblem
+from fem3d.solution.joule_tensors import Split
+from fem3d.results.probes import Reading, reading
+from fem3d.solution.reduced import Reduced
+from fem3d.solution.steady import SteadyState
+from fem3d.solution.transient import Base, Transient
+from fem3d.results.voltmeter import Voltmeter
+from meshes.symmetry import Symmetry
+from scenes.model import Value
+
+Outputs = dict[str, np.ndarray]  # of shape () or (times,)
+
+
+class _Part(NamedTuple):
+    """What is known of the part that is solved, as numbers or over time: heat flows, currents and Joule heats by name,
+    the electric power and that of the sources (W), and how the rest is read: a `Reading` without its boundaries, an
+    extreme with its doubt, the potential of a probe, and the heat that enters at fields (k, all nodes)."""
+
+    flows: Outputs
+    currents: Outputs
+    joule: Outputs
+    power: np.ndarray
+    generated: np.ndarray
+    row: Callable[[Reading], np.ndarray]
+    extreme: Callable[[Any], tuple[np.ndarray, np.ndarray]]
+    potential: Callable[[Any], np.ndarray]
+    entering: Callable[[np.ndarray], np.ndarray]
+
+
+def of_steady(state: SteadyState, symmetry: Symmetry) -> Outputs:
+    """The outputs of a steady state."""
+    heat, field = state.heat, state.heat.field(state.rise)[None]
+    reaction = heat.reaction(state.rise, np.zeros(heat.size), state.source)
+    flows = {name: part @ reaction for name, part in heat.held.items()}
+    flows |= {name: film.entering[0] + film.per_kelvin @ state.rise for name, film in heat.films.items()}
+
+    def top(extreme: Any) -> tuple[np.ndarray, np.ndarray]:
+        value, doubt = extreme(field, np.ones((1, 1)))
+        return value[0], doubt[0]
+
+    def potential(probe: Any) -> np.ndarray:
+        phi = None if state.conductor is None else state.hot_potential
+        return np.array(Voltmeter(heat.domain, probe).read(phi, 0.0))
+
+    return _whole(symmetry, heat, np.zeros(()), _Part(
+        flows, {name: np.array(value) for name, value in state.currents.items()},
+        {name: np.array(value) for name, value in state.joule.items()}, np.array(state.power), heat.generated[0],
+        lambda how: how.row @ state.rise + how.entering[0], top, potential,
+        lambda fields: fields[:, heat.free :] @ reaction,
+    ))  # fmt: skip
+
+
+def of_transient(transient: Transient, symmetry: Symmetry, times: np.ndarray) -> Outputs:
+    """The outputs at some times (s)."""
+    return of_states(transient.base, transient.reduced, symmetry, times, *transient.states(times))
+
+
+def of_states(
+    base: Base, reduced: Reduced, symmetry: Symmetry, times: np.ndarray, a: np.ndarray, rates: np.ndarray
+) -> Outputs:
+    """The outputs of a reduced problem at some times (s), for its states (times, r) and their rates (1/s)."""
+    heat, basis, drive, lifts = base.heat, reduced.basis, base.heat.inputs, base.heat.lifts
+    g, changing = drive.at(times), drive.rates(times)
+
+    def along(row: np.ndarray, states: np.ndarray, inputs_now: np.ndarray) -> np.ndarray:
+        return states @ (row[: heat.free] @ basis) + inputs_now @ (lifts @ row)
+
+    def entering(field: np.ndarray, per_rise: np.ndarray, per_rate: np.ndarray) -> np.ndarray:
+        return along(per_rise, a, g) + along(per_rate, rates, changing) - g @ (heat.loads @ field)
+
+    def potential(probe: Any) -> np.ndarray:
+        if probe.name not in reduced.potentials:
+            return voltmeter.over_time(base, lambda: heat.whole(a @ basis.T) + g @ lifts, probe, times)
+        shares, cold, warm = reduced.potentials[probe.name]
+        return g @ shares - np.einsum("ti,ti->t", c, g @ cold + a @ warm.T)
+
+    c = reduced.currents(a, g) if base.patterns else np.zeros((len(times), 0))
+    flows = {name: entering(heat.held_fields[name], *rows) for name, rows in heat.held_rows.items()}
+    for name, tested in reduced.at_held.items():
+        flows[name] = flows[name] - joule(tested, c, a, g)
+    for name, film in heat.films.items():
+        flows[name] = g @ film.entering + along(film.per_kelvin, a, g)
+    names = base.patterns[0].currents if base.patterns else {}
+    currents = {name: c @ np.array([p.currents[name] for p in base.patterns]) for name in names}
+    heats = {name: joule(tested, c, a, g) for name, tested in reduced.in_box.items()}
+    power = sum(heats.values(), np.zeros(len(times)))
+    whole = cache(lambda: heat.field(np.concatenate([heat.whole(basis.T), lifts])))
+    return _whole(symmetry, heat, times, _Part(
+        flows, currents, heats, power, g @ heat.generated, lambda how: along(how.row, a, g) + g @ how.entering,
+        lambda extreme: extreme(whole(), np.concatenate([a, g], axis=1)), potential,
+        # Joule heat at an edge itself is left out: it is the load of an edge, not of a face.
+        lambda fields: np.array([entering(f, heat.stiffness @ f, heat.mass @ f) for f in fields]),
+    ))  # fmt: skip
+
+
+def joule(tested: Split, c: np.ndarray, a: np.ndarray, g: np.ndarray) -> np.ndarray:
+    """(times,): the Joule heat (W) of a box, or at held nodes, at states a and inputs g for current coefficients c."""
+    cold, warm = tested
+    pairs = c[:, :, None] * c[:, None, :]
+    resistance = np.tensordot(g, cold, (-1, 0)) + np.tensordot(a, warm, (-1, -1))
+    return np.einsum("tij,tij->t", pairs, resistance)
+
+
+def stored_heat(transient: Transient, symmetry: Symmetry, times: np.ndarray) -> np.ndarray:
+    """(times,): heat stored above the initial temperature (J), in the whole structure."""
+    heat = transient.base.heat
+    capacity = heat.mass @ heat.unit
+    stored = transient.trajectory(times)[0] @ (capacity[: heat.free] @ transient.reduced.basis)
+    return symmetry.copies * (stored + heat.inputs.at(times) @ (heat.lifts @ capacity))
+
+
+def passing(out: Outputs) -> tuple[np.ndarray, np.ndarray]:
+    """The heat (W) that enters or is made, and that leaves or is taken, each without the other."""
+    parts = [out["power"], out["generated"], *(v for name, v in out.items() if name.startswith("flow:"))]
+    none = np.zeros_like(out["power"])
+    return sum((np.maximum(v, 0.0) for v in parts), none), sum((np.maximum(-v, 0.0) for v in parts), none)
+
+
+def _whole(symmetry: Symmetry, heat: HeatProblem, times: np.ndarray, part: _Part) -> Outputs:
+    """From the part that was solved to the whole."""
+    found, zero, copies = {}, np.zeros(times.shape), symmetry.copies
+    for probe in heat.domain.scene.probes:
+        if probe.quantity == "potential":
+            value = part.potential(probe)
+        elif (how := reading(heat, probe)).extreme is not None:
+            value, found[f"doubt:{probe.name}"] = part.extreme(how.extreme)
+        elif probe.quantity == "current":
+            names = how.boundaries or (f"through:{probe.name}",)
+            value = how.sign * sum((part.currents.get(name, zero) for name in names), zero)
+        else:
+            value = sum((part.flows[name] for name in how.boundaries), part.row(how))
+        factor, added = symmetry.probes[probe.name]
+        found[f"probe:{probe.name}"] = factor * value + _added(added, times)
+        if probe.quantity == "heat_flow" and len(fields := heat.disputed(how.boundaries)):
+            found[f"doubt:{probe.name}"] = copies * np.abs(part.entering(fields)).sum(axis=0)
+    for name, flow in symmetry.flows.items():
+        if flow.boundary in part.flows:
+            found[f"flow:{name}"] = flow.heat * part.flows[flow.boundary]
+        if flow.boundary in part.currents:
+            found[f"current:{name}"] = flow.current * part.currents[flow.boundary]
+    found |= {f"joule:{name}": symmetry.box_copies[name] * value for name, value in part.joule.items()}
+    dissipated = sum(part.joule.values(), zero)
+    return found | {
+        "power": copies * part.power, "generated": copies * part.generated, "dissipated": copies * dissipated
+    }  # fmt: skip
+
+
+def _added(values: tuple[Value, ...], times: np.ndarray) -> np.ndarray:
+    """The sum of some values at times of any shape."""
+    at = times.reshape(-1)
+    return sum((channels.value(v, at) for v in values), np.zeros(at.shape)).reshape(times.shape)

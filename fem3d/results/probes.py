@@ -1,0 +1,128 @@
+"""How each probe is read off a solution: means and heat flows are rows, extremes are searched for.
+
+The flow of a whole boundary of given temperature is its reaction, which converges twice as fast as the gradient that is
+integrated elsewhere.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fem3d.spaces.domain import Domain
+from fem3d.spaces.extreme import Extreme
+from fem3d.problems.heat import HeatProblem
+from scenes.model import Schedule
+
+
+@dataclass(frozen=True, eq=False)
+class Reading:
+    """value = row @ rise + entering @ g + the flows or currents of ``boundaries``, that of electrodes times ``sign``;
+    or its ``extreme``. Rows are over all nodes. ``gradient``: whether the row is one of the gradient."""
+
+    row: np.ndarray
+    entering: np.ndarray
+    boundaries: tuple[str, ...] = ()
+    sign: float = 1.0
+    extreme: Extreme | None = None
+    gradient: bool = False
+
+    def whole_row(self, heat: HeatProblem) -> np.ndarray:
+        """(all nodes,): how the value follows the rise, reactions among it."""
+        return sum((heat.held_rows[name][0] for name in self.boundaries), self.row)
+
+
+def reading(heat: HeatProblem, probe: Any) -> Reading:
+    """How a probe of a temperature, a heat flow or a current is read; worked out once."""
+    if probe.name not in heat.memo:
+        heat.memo[probe.name] = _reading(heat, probe)
+    return heat.memo[probe.name]
+
+
+def _reading(heat: HeatProblem, probe: Any) -> Reading:
+    domain, still = heat.domain, np.zeros(heat.inputs.count)
+    nothing = np.zeros(heat.size)
+    if probe.quantity == "temperature":
+        if probe.reduce == "mean":
+            return Reading(heat.take(domain.mean(probe)), still)
+        return Reading(nothing, still, extreme=extreme(domain, probe))
+    if probe.quantity == "current":
+        names, sign = _electrodes(domain, probe)
+        return Reading(nothing, still, names, sign)
+    facets = domain.facets(probe)
+    within = [
+        (b, on, shared)
+        for b in domain.scene.boundaries
+        if b.kind != "voltage" and len(shared := np.intersect1d(on := domain.on(b), facets))
+    ]
+    cut = any(b.kind == "temperature" and len(shared) < len(on) for b, on, shared in within)
+    conditions = domain.conditions_first and within
+    if not conditions and (cut or not domain.exposed(facets).any()):
+        row = gradient(domain, probe, domain.per_cell("thermal_conductivity"))
+        return Reading(heat.take(row), still, gradient=True)
+    row, entering = nothing, still
+    for b, on, shared in within:
+        if b.kind != "temperature":
+            area = domain.seen(shared).load()
+            entering = (
+                entering + float(area @ domain.space.unit / domain.seen(on).areas.sum()) * heat.films[b.name].entering
+            )
+            if b.kind == "convection" and not isinstance(b.value, Schedule):
+                row = row - b.value * heat.take(area)
+    return Reading(row, entering, tuple(b.name for b, _, _ in within if b.kind == "temperature"))
+
+
+def extreme(domain: Domain, probe: Any, inside: np.ndarray | None = None) -> Extreme:
+    """The largest or smallest value over a probe, in some cells."""
+    return Extreme(domain.space, domain.patches(probe, inside), 1.0 if probe.reduce == "max" else -1.0)
+
+
+def gradient(domain: Domain, probe: Any, conductivity: np.ndarray) -> np.ndarray:
+    """(functions,): the heat (W) that passes a flat probe, per rise, for a conductivity (cells,): on the surface into
+    the solid, inside the mean of what both sides say."""
+    conductivity = conductivity[:, None]
+    facets = domain.facets(probe)
+    outer = facets[domain.exposed(facets)]
+    found = np.zeros(domain.space.size)
+    if len(outer):
+        found -= domain.seen(outer).flux(conductivity[domain.space.mesh.f2t[0, outer]])
+    for faces, sign, cells in domain.sides(probe, np.ones(len(domain.body), bool)):
+        found += sign * faces.flux(conductivity[cells])
+    return found
+
+
+def _electrodes(domain: Domain, probe: Any) -> tuple[tuple[str, ...], float]:
+    """The electrodes that a flat probe covers, and the sign by which what enters there counts; none where current only
+    passes it."""
+    facets = domain.facets(probe)
+    names = [
+        b.name
+        for b in domain.scene.boundaries
+        if b.kind == "voltage" and len(on := domain.on(b)) and np.isin(on, facets).all()
+    ]
+    if names and domain.conditions_first:
+        return tuple(names), 1.0
+    pairs = domain.space.mesh.f2t[:, facets]
+    alive = (pairs >= 0) & domain.live[pairs]
+    if not names or alive.all(axis=0).any():
+        return (), 1.0
+    there = alive.any(axis=0)
+    facets, alive = facets[there], alive[:, there]
+    if domain.exposed(facets).all():
+        return tuple(names), 1.0
+    # Inside the solid: along the direction that counts, out of the electrode into the cell that conducts.
+    out_of_first = domain.directions(probe)[there]
+    into = np.where(alive[0], -out_of_first, out_of_first)
+    return (tuple(names), float(into[0])) if (into == into[0]).all() else ((), 1.0)
+
+
+def starts_free(domain: Domain, probe: Any) -> bool:
+    """Whether a mean temperature is that of the start at t = 0: no part of the probe, of the same dimension, lies on a
+    boundary of given temperature."""
+    held = [b for b in domain.scene.boundaries if b.kind == "temperature"]
+    if domain.is_flat(probe):
+        return not any(len(np.intersect1d(domain.on(b), domain.facets(probe))) for b in held)
+    fixed = np.any([np.zeros(domain.space.size, bool), *(domain.faces(b).functions for b in held)], axis=0)
+    return not fixed[np.flatnonzero(domain.mean(probe))].all()

@@ -1,0 +1,71 @@
+"""At which times traces are written: as few as linear interpolation between them allows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from fem3d.solution.exponential import Step
+
+MOST_ROWS, FEWEST = 50_000, 40
+
+
+def choose(
+    steps: list[Step],
+    evaluate: Callable[[np.ndarray], dict[str, np.ndarray]],
+    allowed: dict[str, float],
+    jumps: Sequence[float] = (),
+    instants: Sequence[float] = (),
+) -> tuple[np.ndarray, dict[str, np.ndarray], dict[str, float]]:
+    """Times (s) from 0 on between which linear interpolation errs by at most ``allowed`` in each trace;
+    the traces there, and those errors.
+
+    The error of a straight line over h is h^2 |y''| / 8, so the rows take equal shares of the integral of
+    sqrt(|y''| / 8 / allowed) (de Boor's equidistribution), with a margin checked against the traces themselves.
+    Traces may jump at ``jumps``: there are rows just before and at each. ``instants`` are rows too.
+    """
+    inner = (1 - np.cos(np.linspace(0, np.pi, 25)[:-1])) / 2
+    end = steps[-1].start + steps[-1].length
+    cuts = [0.0, *jumps, end]
+    pieces = []
+    for start, stop in pairwise(cuts):
+        within = [s for s in steps if start <= s.start < stop]
+        last = stop if stop == end else stop - 1e-9 * (stop - start)
+        fine = np.concatenate([s.start + s.length * inner for s in within] + [[last]])
+        pieces.append(_piece(fine, evaluate, allowed, MOST_ROWS // len(cuts), FEWEST if len(cuts) == 2 else 4))
+    times = np.unique(np.concatenate([*(p[0] for p in pieces), [t for t in instants if 0.0 <= t <= end]]))
+    # A stretch alone has been evaluated at its rows.
+    traces = pieces[0][2] if len(pieces) == 1 and len(times) == len(pieces[0][0]) else evaluate(times)
+    return times, traces, {name: max(p[1][name] for p in pieces) for name in allowed}
+
+
+def _piece(
+    fine: np.ndarray,
+    evaluate: Callable[[np.ndarray], dict[str, np.ndarray]],
+    allowed: dict[str, float],
+    most: int,
+    fewest: int,
+) -> tuple[np.ndarray, dict[str, float], dict[str, np.ndarray]]:
+    """The rows of a stretch without jumps, sampled at ``fine``, the errors between them, and the traces there."""
+    traces = evaluate(fine)
+    h = np.diff(fine)
+    density = np.zeros(len(fine))
+    for name, y in traces.items():
+        slope = np.diff(y) / h
+        bend = np.abs(np.diff(slope)) / ((h[1:] + h[:-1]) / 2)
+        bend = np.concatenate([bend[:1], bend, bend[-1:]])
+        density = np.maximum(density, np.sqrt(bend / 8 / allowed[name]))
+    share = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * h)])
+    share += 1e-9 * np.arange(len(fine))
+    count = min(max(int(np.ceil(1.3 * share[-1])), fewest), most)
+    while True:
+        times = np.interp(np.linspace(0, share[-1], count + 1), share, fine)
+        times[0], times[-1] = fine[0], fine[-1]
+        at_rows = evaluate(times)
+        found = {name: float(np.abs(np.interp(fine, times, at_rows[name]) - y).max()) for name, y in traces.items()}
+        worst = max(found[name] / allowed[name] for name in found)
+        if worst <= 1.0 or count == most:
+            return times, found, at_rows
+        count = min(int(count * 1.05 * max(np.sqrt(worst), 1.05)) + 1, most)

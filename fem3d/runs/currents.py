@@ -1,0 +1,112 @@
+"""Currents over time where nothing thermal is asked for: they follow the voltages at once, and superpose.
+
+One steady state for each voltage that varies in time, and one for all that don't, are the whole transient; no heat is
+solved, and no density or specific heat is needed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from fem3d.spaces.channels import Inputs
+from scenes.errors import SceneError, quoted
+from scenes.model import AnyScene, Schedule, Value
+from scenes.plan import Step
+from scenes.result import Result, Traces
+
+_OTHER = {"max": "min", "min": "max"}
+
+
+def over_time(scene: AnyScene, solve: Callable[[Any], Result], plan: tuple[Step, ...]) -> Result:
+    """The probes of a transient of currents and potentials alone; ``solve`` answers a steady scene, ``plan`` is what
+    the result says of itself. Errors hold at every time.
+
+    Raises SceneError for the largest or smallest potential under several voltages that vary apart, which isn't the sum
+    of theirs, and what ``solve`` raises.
+    """
+    inputs, driven = _inputs(scene), _driven(scene)
+    extremes = [p.name for p in scene.probes if p.quantity == "potential" and p.reduce != "mean"]
+    if extremes and len(driven) > 1:
+        raise SceneError(
+            f"probe {quoted(extremes[0])}.reduce asks for an extreme potential under {len(driven)} voltages that vary "
+            'apart, of which it is not the sum: give reduce = "mean", or a point'
+        )
+    found = [solve(_alone(scene, channel, value, extremes, scene.accuracy / len(driven))) for channel, value in driven]
+    times = _rows(inputs, scene, bool(extremes))
+    g = np.stack([inputs.at(times)[:, channel] / value for channel, value in driven])
+    values: dict[str, np.ndarray] = {}
+    for probe in scene.probes:
+        each = [part * r.steady[probe.name].value for r, part in zip(found, g, strict=True)]
+        if probe.name in extremes:
+            # A voltage of the other sign turns the potential upside down.
+            each = [np.where(g[0] < 0, g[0] * found[0].steady[_turned(probe.name)].value, each[0])]
+        values[probe.name] = np.sum(each, axis=0)
+    errors = {p.name: sum(r.steady[p.name].error for r in found) for p in scene.probes}
+    worst = {key: max(r.details[key] for r in found) for key in ("unknowns", "electric_unknowns", "energy_imbalance")}
+    details = {**found[0].details, **worst, "plan": plan, "accurate_from_s": 0.0}
+    details["transient_imbalance"] = details["energy_imbalance"]
+    details["warnings"] = list(dict.fromkeys(text for r in found for text in r.details["warnings"]))
+    return Result("fem3d", {}, Traces(times, values, errors), details)
+
+
+def plan(scene: AnyScene) -> tuple[Step, Step]:
+    """The lines of the steady state and the transient."""
+    count = len(_driven(scene))
+    states = "one" if count == 1 else f"{count}, of each voltage that varies apart"
+    return (
+        Step("steady state", "done", f"{states}, refined until every estimated error is below {scene.accuracy:g}"),
+        Step("transient", "done", f"to {scene.end_time:g} s: currents follow the voltages at once, and add up"),
+    )
+
+
+def _inputs(scene: AnyScene) -> Inputs:
+    given = [b.value for b in scene.boundaries if b.kind == "voltage"]
+    return Inputs(tuple(dict.fromkeys(v for v in given if isinstance(v, Schedule))))
+
+
+def _driven(scene: AnyScene) -> list[tuple[int, float]]:
+    """The channels that put a voltage anywhere, each with its largest magnitude."""
+    inputs = _inputs(scene)
+    largest = inputs.largest(scene.end_time)
+    constant = any(b.kind == "voltage" and not isinstance(b.value, Schedule) and b.value for b in scene.boundaries)
+    found = [(channel, float(v)) for channel, v in enumerate(largest) if v and (channel or constant)]
+    return found or [(0, 1.0)]
+
+
+def _alone(scene: AnyScene, channel: int, value: float, extremes: list[str], accuracy: float) -> AnyScene:
+    """The steady scene of one channel at a value, with the opposite of each extreme as a probe of its own."""
+    schedules = _inputs(scene).schedules
+
+    def given(voltage: Value) -> float:
+        if isinstance(voltage, Schedule):
+            return value if channel and voltage == schedules[channel - 1] else 0.0
+        return voltage if channel == 0 else 0.0
+
+    found: Any = scene
+    turned = (replace(p, name=_turned(p.name), reduce=_OTHER[p.reduce]) for p in found.probes if p.name in extremes)
+    alone: AnyScene = replace(
+        found, boundaries=tuple(replace(b, value=given(b.value)) for b in found.boundaries),
+        probes=(*found.probes, *turned), steady=True, output_times=(), accuracy=max(accuracy, 1e-6),
+    )  # fmt: skip
+    return alone
+
+
+def _turned(name: str) -> str:
+    return f"{name}, turned"
+
+
+def _rows(inputs: Inputs, scene: AnyScene, extremes: bool) -> np.ndarray:
+    """Times (s) between which all is linear: where voltages bend, just before and at their jumps and, where
+    ``extremes`` of potentials are asked for, where voltages change sign."""
+    end = scene.end_time
+    knots = inputs.knots(end)
+    before = [t - 1e-9 * (t - max([0.0, *(k for k in knots if k < t)])) for t in knots if inputs.jump(float(t)).any()]
+    times = np.unique(np.concatenate([[0.0, end], knots, before, scene.output_times]))
+    g = inputs.at(times)[:, 1:].T if extremes else np.empty((0, len(times)))
+    crossings = [times[i] + (times[i + 1] - times[i]) * v[i] / (v[i] - v[i + 1])
+                 for v in g for i in np.flatnonzero(v[:-1] * v[1:] < 0)]  # fmt: skip
+    return np.unique(np.concatenate([times, crossings]))

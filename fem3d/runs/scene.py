@@ -1,0 +1,161 @@
+"""The 3D model of a free scene, of boxes or on a mesh file, with any conditions and probes, steady or over time; the
+plan and the result."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from fem3d.adaptivity import loop
+from fem3d.adaptivity.loop import Answer
+from fem3d.results import outputs
+from fem3d.results.study import Study
+from fem3d.runs import currents, probe_quantities
+from meshes import connected, symmetry
+from meshes.symmetry import Symmetry
+from scenes import physics
+from scenes.model import AnyScene, MeshScene, Point, Scene
+from scenes.plan import Step
+from scenes.result import Estimate, Result, Traces
+
+
+def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole: bool = False) -> Result:
+    """The probes of a scene in 3D, steady or over time, every number with its estimated error; ``whole`` leaves no part
+    out that is a mirror image of another.
+
+    Steady keys and trace names are the probes' names; temperatures in K, potentials in V, flows in W, currents in A.
+    Where errors on a mesh file exceed the accuracy of the scene, a warning says so. Raises SceneError where mesh and
+    scene do not fit, scenes.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
+    """
+    if not scene.steady and not physics.heat(scene):
+        return currents.over_time(scene, lambda alone: solve(alone, progress), plan(scene))
+    mesh = on_file(scene) if isinstance(scene, MeshScene) else None
+    study = probe_quantities.study(scene, part_of(scene, whole))
+    answer = loop.solve(study, not scene.steady, progress or (lambda _: None), mesh, scene.steady)
+    response, on = answer.response, answer.mesh
+    details, errors = described(study, answer), answer.errors if response is None else response.errors
+    details["plan"] = plan(scene, not study.part.planes, on)
+    if response is None:
+        details |= {"scales": study.steady_scales(answer.fine.out), "study": study, "solution": answer.fine}
+        if study.field is not None:
+            details["field_error"] = answer.field
+            details["warnings"] += _of_field(answer.field, study.field)
+    else:
+        details |= {
+            "scales": response.scales, "accurate_from_s": study.earliest, "transient": response.transient,
+            "jumps": len(answer.heat.jumps(study.end)),
+        }  # fmt: skip
+    details["warnings"] += on.warnings(study, {n: e / details["scales"][n] for n, e in errors.items()})
+    if response is not None:
+        return Result("fem3d", {}, Traces(response.times, response.traces, response.errors), details)
+    values = answer.fine.quantities
+    return Result("fem3d", {n: Estimate(float(v), errors[n]) for n, v in values.items()}, None, details)
+
+
+def on_file(scene: MeshScene) -> Any:
+    """The `fem3d.adaptivity.mesh_file.FileMesh` of a scene, which boxes do not wait for."""
+    from fem3d.adaptivity.mesh_file import FileMesh
+
+    return FileMesh.of(scene)
+
+
+def part_of(scene: AnyScene, whole: bool) -> Symmetry:
+    """The part of a scene that is solved; one on a mesh is solved whole."""
+    if isinstance(scene, MeshScene):
+        return symmetry.uncut(scene, [b.material.name for b in scene.bodies])
+    inside = clipped(scene)
+    return symmetry.uncut(inside, [b.name for b in inside.boxes]) if whole else symmetry.reduce(inside)
+
+
+def clipped(scene: Scene) -> Scene:
+    """The scene with conditions and probes cut to the extent of its boxes."""
+    low = [min(b.lower[d] for b in scene.boxes) for d in range(3)]
+    high = [max(b.upper[d] for b in scene.boxes) for d in range(3)]
+
+    def inside(point: Point) -> Point:
+        x, y, z = (min(max(c, low[d]), high[d]) for d, c in enumerate(point))
+        return x, y, z
+
+    boundaries = tuple(replace(b, lower=inside(b.lower), upper=inside(b.upper)) for b in scene.boundaries)
+    probes = tuple(replace(p, lower=inside(p.lower), upper=inside(p.upper)) for p in scene.probes)
+    return replace(scene, boundaries=boundaries, probes=probes)
+
+
+def _of_field(off: float, enough: float) -> list[str]:
+    if off <= enough:
+        return []
+    return [
+        f"the field away from the probes may be off by {off:.0%} of its largest rise where it is worst; the probes "
+        "are as accurate as asked for; a smaller accuracy refines the field too"
+    ]
+
+
+def described(study: Study, answer: Answer) -> dict[str, Any]:
+    """What a result says of its last level."""
+    heat, conductor, mesh, response = answer.heat, answer.conductor, answer.mesh, answer.response
+    state = None if answer.steady is None else answer.steady.state
+    transient = None if response is None else response.transient
+    electric = 0 if conductor is None else len(conductor.free)
+    over_time = None if response is None else response.imbalance
+    return {
+        "unknowns": heat.free if physics.heat(heat.domain.scene) else electric, "electric_unknowns": electric,
+        "levels": answer.levels, "symmetry": study.part.part, "warnings": [],
+        "fields": mesh.fields(heat, study.part, state, transient), "mesh": mesh.statistics(heat),
+        "steps": 0 if transient is None else len(transient.trajectory.steps),
+        "energy_imbalance": over_time if answer.steady is None else imbalance(answer.steady.out),
+        "transient_imbalance": over_time,
+    }  # fmt: skip
+
+
+def imbalance(out: outputs.Outputs) -> float:
+    """|what enters| over what passes: heat by the boundaries' flows, sources and currents, or, where nothing thermal is
+    asked for, power by what the electrodes supply; of a steady state."""
+    flows = [float(v) for name, v in out.items() if name.startswith("flow:")]
+    power, generated = float(out["power"]), float(out["generated"])
+    if not flows:
+        return abs(power - float(out["dissipated"])) / power if power else 0.0
+    passing = (sum(abs(f) for f in flows) + power + abs(generated)) / 2
+    return abs(sum(flows) + power + generated) / passing if passing else 0.0
+
+
+def plan(scene: AnyScene, whole: bool = False, mesh: Any = None) -> tuple[Step, ...]:
+    """What `solve` will do, before it does it; of a mesh file also, with the last ``mesh``, as it turned out."""
+    if isinstance(scene, MeshScene):
+        given = mesh.given if mesh else on_file(scene)
+        lines, reached = given.steps(mesh), f"errors estimated, and compared with {scene.accuracy:g}"
+        electric = Step("electric problem", "skipped", "there is no electrode")
+        if physics.electric(scene) and any(b.kind == "voltage" for b in scene.boundaries):
+            electric = Step("electric problem", "done", "in the cells that conduct")
+        return *lines, heat_step(scene), electric, *states(scene, reached)
+    part = symmetry.reduce(clipped(scene))
+    warm = any(b.material.resistivity and b.material.temperature_coefficient for b in part.scene.boxes)
+    if connected.live(part.scene).any():
+        follows = ", whose resistance follows the temperature" if warm and physics.heat(scene) else ""
+        electric = Step("electric problem", "done", f"in the parts that touch electrodes of two voltages{follows}")
+    else:
+        electric = Step("electric problem", "skipped", "no part touches electrodes of two voltages")
+    reached = f"refined until every estimated error is below {scene.accuracy:g}"
+    line = part.step
+    if whole and part.planes:
+        line = Step("symmetry", "skipped", "the whole is solved, for a number of one side changes that side alone")
+    return line, heat_step(scene), electric, *states(scene, reached)
+
+
+def heat_step(scene: AnyScene) -> Step:
+    """The line of the heat problem."""
+    if physics.heat(scene):
+        return Step("heat", "done", "one factorization per mesh: the conductivity doesn't depend on temperature")
+    return Step("heat", "skipped", "nothing thermal is asked for: the currents at the initial temperature")
+
+
+def states(scene: AnyScene, reached: str) -> tuple[Step, Step]:
+    """The lines of the steady state, with what is ``reached`` there, and of the transient."""
+    if scene.steady:
+        only = "only the steady state was asked for"
+        return Step("steady state", "done", reached), Step("transient", "skipped", only)
+    if not physics.heat(scene):
+        return currents.plan(scene)
+    how = f"to {scene.end_time:g} s, projected on Krylov fields, errors held against {scene.accuracy:g}"
+    only = "only the transient was asked for"
+    return Step("steady state", "skipped", only), Step("transient", "done", how)

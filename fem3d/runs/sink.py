@@ -1,0 +1,142 @@
+"""The 3D model of a sink: the plan of a run, and its result."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from fem3d.adaptivity import loop
+from fem3d.adaptivity.loop import Answer
+from fem3d.results.fields.row_fields import RowFields
+from fem3d.results.study import Study
+from fem3d.runs import long_rows, rescaled, sink_quantities, span_quantities
+from fem3d.runs import scene as scene_run
+from fem3d.solution.steady import SteadyState
+from meshes import connected, symmetry
+from meshes.symmetry import Symmetry
+from scenes.plan import Request, Step, noted, step
+from scenes.result import Result
+from scenes.sink import Sink, different
+
+
+def solve(
+    sink: Sink, request: Request, progress: Callable[[str], None] | None = None, earlier: Result | None = None
+) -> Result:
+    """Steady state and, if asked for, transient of a sink in 3D, every number with its estimated error.
+
+    ``earlier`` is a result of the same sink, perhaps at another voltage: its meshes, factors and fields serve again.
+    Raises scenes.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
+    """
+    count = long_rows.modelled(sink)
+    while True:
+        part = symmetry.reduce(sink.scene(count))
+        answer = _answer(sink, count, part, request, progress or (lambda _: None), earlier)
+        off = long_rows.apart(sink, count, answer)
+        if off.within(sink.accuracy):
+            break
+        count = long_rows.allowed(sink, count + 2)
+    steady, traces = long_rows.of_all(sink, count, answer, off)
+    details = scene_run.described(study(sink, count, part), answer)
+    details |= {
+        "plan": noted(_plan(sink, part, request), _found(sink, answer)),
+        "warnings": _warnings(sink, float(answer.fine.quantities["peak_rise_K"])),
+        "profile": _profile(sink, count, answer.fine.state, part),
+        "sink": sink,
+        "spans_solved": count,
+        "alike_error": off.spans,
+        "answer": answer,
+    }
+    if count < sink.spans:
+        details["fields"] = RowFields(details["fields"], sink, count)
+    return Result("fem3d", steady, traces, details)
+
+
+def _answer(
+    sink: Sink, count: int, part: Symmetry, request: Request, progress: Callable[[str], None], earlier: Result | None
+) -> Answer:
+    """The answer of ``count`` spans, where that can be from that of an earlier voltage."""
+    of = study(sink, count, part)
+    answer = None
+    if earlier is not None and earlier.details["spans_solved"] == count:
+        first, before = earlier.details["sink"], earlier.details["answer"]
+        if replace(first, voltage=sink.voltage) == sink and request.transient == (before.response is not None):
+            answer = rescaled.solve(of, before, sink.voltage / first.voltage)
+    return answer or loop.solve(of, request.transient, progress)
+
+
+def study(sink: Sink, count: int, part: Symmetry) -> Study:
+    """What is to be found of a sink of which ``count`` spans are solved."""
+    return sink_quantities.study(sink, part) if sink.spans == 1 else span_quantities.study(sink, count, part)
+
+
+def plan(sink: Sink, request: Request) -> tuple[Step, ...]:
+    """What `solve` will do for a scene and a request, before it does it."""
+    return _plan(sink, symmetry.reduce(sink.scene(long_rows.modelled(sink))), request)
+
+
+def _plan(sink: Sink, part: Symmetry, request: Request) -> tuple[Step, ...]:
+    grid, boxes = connected.coarsest(part.scene), part.scene.boxes
+    live = {boxes[n].name for n in np.unique(grid.owner[connected.live(part.scene)])}
+    dead = sorted(b.name for b in boxes if b.name not in live)
+    steps = [
+        part.step,
+        Step("steady state", "done", f"refined until every estimated error is below {sink.accuracy:g}"),
+        Step("thermal factorization", "done", "one per mesh: the conductivity doesn't depend on temperature"),
+        Step("electric problem", "done", f"in {', '.join(sorted(live))}, factorized once per mesh"),
+    ]
+    count = sum(name.startswith("span-") for name in live)
+    if sink.spans > 2 * count > 0:
+        reason = f"the {count} outermost of each half are solved; the innermost of them stands for the others"
+        steps.insert(1, Step(f"{sink.spans} spans", "done", reason))
+    if dead:
+        steps.append(Step(f"electric unknowns in {', '.join(dead)}", "skipped", "no current flows there"))
+    if sink.silicon.temperature_coefficient:
+        steps.append(Step("electric iteration", "done", "the resistance follows the temperature"))
+        checked = "checked once at the hot state; followed only if that matters at this accuracy"
+        steps.append(Step("current pattern when hot", "done", checked))
+    lasts = f"{_lasts(sink)}a few Krylov fields"
+    return *steps, step("transient", lasts, "" if request.transient else "only the steady state was asked for")
+
+
+def _found(sink: Sink, answer: Answer) -> list[Step]:
+    """What the plan could not know: how many steps and fields it took, and whether the current moved."""
+    state = answer.fine.state
+    moved = f"heating moves it by {state.pattern_change:.0e} in terms of the rise"
+    steps = [
+        Step("electric iteration", "done", f"{state.steps} coupled steps to the steady state"),
+        Step("current pattern when hot", "done" if state.follows_pattern else "skipped", moved),
+    ]
+    if answer.response is not None:
+        states = answer.response.transient.reduced.states
+        steps.append(Step("transient", "done", f"{_lasts(sink)}{states} fields"))
+    return steps
+
+
+def _lasts(sink: Sink) -> str:
+    return f"to {sink.end_time * 1e3:g} ms, projected on "
+
+
+def _warnings(sink: Sink, peak: float) -> list[str]:
+    hottest = sink.room_temperature + peak - sink.silicon.reference_temperature
+    change = sink.silicon.temperature_coefficient * hottest
+    if abs(change) <= 0.1:
+        return []
+    return [
+        f"the linear resistivity law is used {hottest:.0f} K from its reference, where it changes the resistivity by "
+        f"{change:+.0%}; constant conductivity and linear resistivity are rarely true that far"
+    ]
+
+
+def _profile(sink: Sink, count: int, state: SteadyState, part: Symmetry) -> dict[str, np.ndarray]:
+    """The steady rise along the axis of the whole row: that of a span that is not solved is the innermost's."""
+    y = np.linspace(0.0, sink.row_length, 401 if sink.spans == 1 else 100 * sink.spans + 1)
+    outward, period = np.minimum(y, sink.row_length - y), sink.length + sink.island
+    before = np.minimum(outward // period, different(count) - 1)
+    solved = np.where(outward // period > before, before * period + outward % period, outward)
+    points = part.mirrored(np.column_stack([np.zeros_like(y), solved, np.full_like(y, sink.thickness / 2)]))
+    space: Any = state.heat.domain.space
+    rise = space.sample(state.heat.field(state.rise), points[:1, 0], points[:, 1], points[:1, 2])
+    return {"y_m": y, "rise_K": rise[0, :, 0], "points_m": points}

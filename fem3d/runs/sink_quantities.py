@@ -1,0 +1,59 @@
+"""The sink's quantities from the outputs of a solution."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fem3d.results.outputs import Outputs
+from fem3d.results.study import Quantities, Study
+from meshes.symmetry import Symmetry
+from scenes.sink import Sink
+
+EARLIEST = 1e-5  # s: from here on the traces hold their accuracy
+RISES = {"peak_rise_K": "peak", "end_rise_K": "end", "mean_rise_K": "mean"}
+TRACES = {"peak_K": "peak", "end_K": "end", "mean_K": "mean"}
+NOT_TRACED = ("heat_out_W", "anchor_resistance_K_per_W", "end_flow_W")
+
+
+def study(sink: Sink, part: Symmetry) -> Study:
+    """What is to be found of a sink."""
+    return Study(
+        part, sink.accuracy, sink.voltage, sink.end_time, EARLIEST, (), RISES, TRACES, tuple(RISES),
+        tuple(TRACES), {"anchor_resistance_K_per_W": "end_rise_K"},
+        steady=lambda out: steady(sink, out), traces=lambda out: traces(sink, out),
+        steady_scales=lambda out: sizes(steady(sink, out)), trace_scales=lambda out: trace_sizes(steady(sink, out)),
+    )  # fmt: skip
+
+
+def steady(sink: Sink, out: Outputs) -> Quantities:
+    """Steady quantities of summary.json, and ``end_flow_W``, the heat through one end of the beam.
+
+    The anchor resistance is the end's rise over that heat, which is the beam's own heat less what the air takes from
+    the beam, half to each end; it holds for heated or cooled pads too.
+    """
+    end_flow = (out["joule:beam"] + out.get("flow:air-beam", np.float64(0.0))) / 2
+    return {name: out[f"probe:{probe}"] for name, probe in RISES.items()} | {
+        "current_A": out["current:electrode-0"],
+        "power_W": out["power"],
+        "heat_out_W": -(out["flow:substrate-0"] + out["flow:substrate-1"]),
+        "anchor_resistance_K_per_W": out["probe:end"] / end_flow,
+        "end_flow_W": end_flow,
+    }
+
+
+def traces(sink: Sink, out: Outputs) -> Quantities:
+    """Traces of traces.csv, without the model's name; temperatures in kelvin."""
+    return {name: sink.room_temperature + out[f"probe:{probe}"] for name, probe in TRACES.items()} | {
+        "current_A": out["current:electrode-0"],
+        "power_W": out["power"],
+    }
+
+
+def sizes(values: Quantities) -> dict[str, float]:
+    """What an error of each steady quantity is relative to: itself."""
+    return {name: abs(float(v)) for name, v in values.items()}
+
+
+def trace_sizes(values: Quantities) -> dict[str, float]:
+    """What an error of a trace is relative to: the final rise, or for current, power and heat their final value."""
+    return {name.replace("_rise_K", "_K"): v for name, v in sizes(values).items() if name not in NOT_TRACED}

@@ -1,0 +1,96 @@
+"""The quantities of a sink of several spans, from the outputs of the spans that are solved.
+
+They are those of one span (`fem3d.runs.sink_quantities`), the mean taken over all spans and the peak being the largest,
+and beside them for each span, and each island, of half the row, counted from its outer end: ``span<k>_peak_rise_K``,
+``span<k>_middle_rise_K``, ``span<k>_mean_rise_K``, ``island<k>_heat_W``, and ``anchor_heat_W`` of one anchor. The
+innermost that are solved stand for all that are not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from fem3d.results.outputs import Outputs
+from fem3d.results.study import Quantities, Study
+from fem3d.runs import sink_quantities
+from meshes.symmetry import Symmetry
+from scenes.sink import Sink, different
+
+OF_SPAN = ("peak", "middle", "mean")
+
+
+def study(sink: Sink, count: int, part: Symmetry) -> Study:
+    """What is to be found of a sink of which ``count`` spans are solved."""
+    names = [f"span{k}_{what}" for k in range(1, different(count) + 1) for what in OF_SPAN]
+    middles = {f"{n}_rise_K": f"{n.replace('middle', 'peak')}_rise_K" for n in names if n.endswith("middle")}
+    # The middle is next to the peak and shares its error: half of the duals are saved.
+    goals = ["end", *(n for n in names if not n.endswith("middle"))]
+    inner = f"span{different(count)}"
+
+    def read(out: Outputs) -> Quantities:
+        return steady(sink, count, out)
+
+    return replace(
+        sink_quantities.study(sink, part),
+        goals={f"{n}_rise_K": n for n in goals}, trace_goals={f"{n}_K": n for n in goals},
+        rises=tuple(f"{n}_rise_K" for n in ("peak", "mean", "end", *names)),
+        trace_rises=("end_K", "span1_peak_K", "span1_mean_K", f"{inner}_peak_K", f"{inner}_mean_K"),
+        ratios={
+            "anchor_resistance_K_per_W": "end_rise_K", "peak_rise_K": f"{inner}_peak_rise_K",
+            "mean_rise_K": "span1_mean_rise_K", **middles,
+        },
+        steady=read, traces=lambda out: traces(sink, count, out),
+        steady_scales=lambda out: sink_quantities.sizes(read(out)),
+        trace_scales=lambda out: sink_quantities.trace_sizes(read(out)),
+    )  # fmt: skip
+
+
+def steady(sink: Sink, count: int, out: Outputs) -> Quantities:
+    """Steady quantities of summary.json, and ``end_flow_W``, the heat through one end of the row.
+
+    That is what leaves at the anchor, less what the pad makes, with what the air takes from it.
+    """
+    none = np.float64(0.0)
+    found = _both(sink, count, out)
+    end_flow = found["anchor_heat_W"] - out.get("flow:air-pad-0", none) - out.get("joule:pad-0", none)
+    rises = {f"{n.removesuffix('_K')}_rise_K" if n.endswith("_K") else n: v for n, v in found.items()}
+    return rises | {
+        "heat_out_W": 2 * found["anchor_heat_W"] + _over_islands(sink, count, found),
+        "anchor_resistance_K_per_W": found["end_K"] / end_flow,
+        "end_flow_W": end_flow,
+    }
+
+
+def traces(sink: Sink, count: int, out: Outputs) -> Quantities:
+    """Traces of traces.csv, without the model's name; temperatures in kelvin."""
+    found = _both(sink, count, out)
+    return {n: v + sink.room_temperature if n.endswith("_K") else v for n, v in found.items()}
+
+
+def _both(sink: Sink, count: int, out: Outputs) -> Quantities:
+    """What is read in the steady state and over time, with rises in place of temperatures."""
+    kinds = different(count)
+    spans = {f"span{k}_{what}_K": out[f"probe:span{k}_{what}"] for k in range(1, kinds + 1) for what in OF_SPAN}
+    means = [spans[f"span{k}_mean_K"] for k in range(1, kinds + 1)]
+    inner = sink.spans - 2 * (kinds - 1)
+    current = out["current:electrode-0"]
+    return {
+        "peak_K": np.max([spans[f"span{k}_peak_K"] for k in range(1, kinds + 1)], axis=0),
+        "end_K": out["probe:end"],
+        "mean_K": (2 * sum(means[:-1]) + inner * means[-1]) / sink.spans,
+        "current_A": current,
+        "power_W": sink.spans * sink.voltage * current,
+        **spans,
+        "anchor_heat_W": -out["flow:substrate-0"],
+        **{f"island{k}_heat_W": -out[f"flow:substrate-island-{k}"] for k in range(1, count // 2 + 1)},
+    }
+
+
+def _over_islands(sink: Sink, count: int, found: Mapping[str, np.ndarray]) -> np.ndarray:
+    """The heat (W) through all islands."""
+    kinds = count // 2
+    heats = [found[f"island{k}_heat_W"] for k in range(1, kinds + 1)]
+    return 2 * sum(heats[:-1]) + (sink.spans - 1 - 2 * (kinds - 1)) * heats[-1]

@@ -1,0 +1,1 @@
+"""Derivatives of steady quantities and traces by the numbers of a scene."""

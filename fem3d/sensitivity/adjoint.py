@@ -1,0 +1,170 @@
+"""Dual solutions of the coupled steady state: how an output follows the residuals of heat and of current.
+
+With rise u, potential phi and resistivity rho(u), the state solves, for all tests z, w that vanish at given values,
+
+    R_T(z) = int k grad u . grad z + films - int q z - int |grad phi|^2 / (n rho(u)) z = 0
+    R_E(w) = int grad phi . grad w / rho(u) = 0
+
+and an output is J = row @ u + charges @ phi + R_T(e) + R_E(d) + int_boxes |grad phi|^2 / (n rho(u)) + films: heat
+flows and currents are residuals of tests e, d that live at given nodes; of cells that stand for n in series rho counts
+all, the heat one. The dual solutions z and w make J - R_T(z) - R_E(w) stationary in u and phi, so that its change with
+anything else is that of J (Becker and Rannacher, Acta Numerica 10, 2001; Giles and Pierce, Flow, Turbulence and
+Combustion 65, 2000).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse.linalg import LinearOperator, gmres
+
+from fem3d.problems.current import Conductor
+from fem3d.sensitivity.motion import Motion
+from fem3d.solution.steady import SteadyState
+from scenes import physics
+from scenes.errors import ConvergenceError
+
+SOLVED = 1e-8  # relative residual of dual solutions; derivatives are asked for to some 1e-4
+MOST = 200  # steps; as many as a state next to runaway takes
+
+
+Own = Callable[[Motion], float]
+"""How a reading changes with a motion while rise and potential stay."""
+
+
+@dataclass(frozen=True, eq=False)
+class Goal:
+    """An output J as above: ``row`` (functions,) and ``charges`` (functions,), the tests ``heat`` (e) and ``charge``
+    (d) (functions,), the weight of each live cell's Joule heat ``boxes`` (live cells, 1), and of the flow through each
+    facet of a film ``films`` (facets,), by boundary; ``own``: how the rows themselves follow a motion, with weights."""
+
+    row: np.ndarray
+    charges: np.ndarray
+    heat: np.ndarray
+    charge: np.ndarray
+    boxes: np.ndarray
+    films: dict[str, np.ndarray] = field(default_factory=dict)
+    own: tuple[tuple[float, Own], ...] = ()
+
+    def plus(self, weight: float, other: Goal) -> Goal:
+        """self + weight * other."""
+        films = {**self.films, **{name: weight * v for name, v in other.films.items()}}
+        films |= {name: v + films[name] for name, v in self.films.items() if name in other.films}
+        return Goal(
+            self.row + weight * other.row, self.charges + weight * other.charges, self.heat + weight * other.heat,
+            self.charge + weight * other.charge, self.boxes + weight * other.boxes, films,
+            (*self.own, *((weight * w, own) for w, own in other.own)),
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Linearized:
+    """The problem linearized at a steady state."""
+
+    state: SteadyState
+
+    @cached_property
+    def rise(self) -> np.ndarray:
+        """(functions,)."""
+        return self.state.heat.field(self.state.rise)
+
+    @cached_property
+    def slope(self) -> np.ndarray:
+        """(3, live cells, points): the gradient of the potential at the state."""
+        found: np.ndarray = self._conductor.on.gradient(self.state.hot_potential)
+        return found
+
+    @cached_property
+    def rho(self) -> np.ndarray:
+        """(live cells, points)."""
+        return self._conductor.resistivity(self.state.rise)
+
+    @property
+    def _conductor(self) -> Conductor:
+        assert self.state.conductor is not None
+        return self.state.conductor
+
+    def nothing(self) -> Goal:
+        """The goal that is always zero."""
+        size, conductor = self.state.heat.domain.space.size, self.state.conductor
+        live = 0 if conductor is None else len(conductor.cells)
+        return Goal(np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros((live, 1)))
+
+    def tested(self, z: np.ndarray, boxes: np.ndarray | float) -> np.ndarray:
+        """(live cells, points): (z + boxes) / n, what |grad phi|^2 / rho is multiplied by."""
+        found: np.ndarray = (self._conductor.on.value(z) + boxes) / self._conductor.stands_for
+        return found
+
+    def pressed(self, z: np.ndarray, w: np.ndarray, boxes: np.ndarray | float) -> np.ndarray:
+        """(live cells, points): |grad phi|^2 s - grad phi . grad w with s = `tested`, what 1/rho is multiplied by."""
+        on = self._conductor.on
+        found: np.ndarray = (self.slope * (self.slope * self.tested(z, boxes) - on.gradient(w))).sum(axis=0)
+        return found
+
+    def gradient(self, goal: Goal, z: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(all nodes,), (functions,): how J - R_T(z) - R_E(w) follows the rise and the potential; zero at free ones of
+        the dual solutions. z and w (functions,) have the goal's tests in them, with a minus."""
+        heat = self.state.heat
+        found = heat.take(goal.row) - heat.stiffness @ heat.take(z)
+        for boundary in heat.domain.scene.boundaries:
+            if boundary.kind == "convection" and boundary.name in goal.films:
+                per_kelvin = boundary.value * goal.films[boundary.name][:, None]
+                found -= heat.take(heat.domain.faces(boundary).load(per_kelvin))
+        if self.state.conductor is None:
+            return found, goal.charges.copy()
+        of_phi = goal.charges + self._charge(z, w, goal.boxes)
+        if self._conductor.warms:
+            found -= heat.take(
+                self._conductor.on.load(self._conductor.warm / self.rho**2 * self.pressed(z, w, goal.boxes))
+            )
+        return found, of_phi
+
+    def _charge(self, z: np.ndarray, w: np.ndarray, boxes: np.ndarray | float) -> np.ndarray:
+        on = self._conductor.on
+        found: np.ndarray = on.flow((2 * self.slope * self.tested(z, boxes) - on.gradient(w)) / self.rho)
+        return found
+
+    def solve(self, goal: Goal) -> tuple[np.ndarray, np.ndarray]:
+        """(functions,) twice: z and w with the goal's tests in them, with a minus. Raises ConvergenceError."""
+        heat, conductor = self.state.heat, self.state.conductor
+        # Where nothing thermal is asked for there is no equation of heat.
+        n = heat.free if physics.heat(heat.domain.scene) else 0
+        charges = np.empty(0, int) if conductor is None else conductor.free
+        z, w = -goal.heat, -goal.charge
+
+        def unknowns(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            found = np.zeros(len(w))
+            found[charges] = x[n:]
+            return heat.field(x[:n]), found
+
+        def residual(goal: Goal, z: np.ndarray, w: np.ndarray) -> np.ndarray:
+            of_rise, of_phi = self.gradient(goal, z, w)
+            return np.concatenate([of_rise[:n], of_phi[charges]])
+
+        none = self.nothing()
+
+        def applied(x: np.ndarray) -> np.ndarray:
+            return -residual(none, *unknowns(x))
+
+        def preconditioned(b: np.ndarray) -> np.ndarray:
+            # Lower triangular: the heat as without a current, then the current that goes with it in the cold conductor.
+            at_rise = heat.solve_steady(b[:n]) if n else b[:0]
+            if conductor is None:
+                return at_rise
+            still = np.zeros(len(w))
+            left = b[n:] + self._charge(heat.field(at_rise), still, 0.0)[charges]
+            return np.concatenate([at_rise, conductor.solve_cold(left)])
+
+        b = residual(goal, z, w)
+        size = n + len(charges)
+        # In the norm of the preconditioned equations, whose parts of heat and of current are of like size.
+        start = preconditioned(b)
+        operator = LinearOperator((size, size), lambda x: preconditioned(applied(x)), dtype=float)
+        x, failed = gmres(operator, start, rtol=SOLVED, atol=0.0, restart=MOST, maxiter=1)
+        if failed:
+            raise ConvergenceError("the dual solution of a derivative does not converge")
+        more_z, more_w = unknowns(x)
+        return z + more_z, w + more_w

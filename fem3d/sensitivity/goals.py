@@ -1,0 +1,193 @@
+"""The goals of a steady state: each of its outputs (`fem3d.results.outputs`) as what `fem3d.sensitivity.adjoint` has
+dual solutions of, with how its rows themselves follow a motion of the mesh and of probes."""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from fem3d.results import probes
+from fem3d.results.probes import reading
+from fem3d.results.voltmeter import Voltmeter
+from fem3d.sensitivity.adjoint import Goal, Linearized
+from fem3d.sensitivity.motion import Motion
+from fem3d.spaces.extreme import Place
+from meshes.symmetry import Symmetry
+from scenes.errors import SceneError
+
+MOVED = 1e-4  # of a key where a row is not affine in the coordinates: central differences are off by its square
+
+
+class Goals:
+    """The goals of one steady state of a symmetric part."""
+
+    def __init__(self, linearized: Linearized, part: Symmetry) -> None:
+        self._linearized, self._state, self._part = linearized, linearized.state, part
+        self._domain = self._state.heat.domain
+        self._probes = {p.name: p for p in self._domain.scene.probes}
+        self._none = linearized.nothing()
+
+    def of(self, output: str) -> Goal:
+        """The goal of an output of the whole scene, without what symmetry adds to it; SceneError where there is
+        none."""
+        part, conductor, none = self._part, self._state.conductor, self._none
+        kind, _, name = output.partition(":")
+        if kind == "probe":
+            return none.plus(part.probes[name][0], self._probe(name))
+        if kind == "flow":
+            flow = part.flows[name]
+            return none.plus(flow.heat, self._flow(flow.boundary))
+        if kind == "current" and conductor is not None:
+            flow = part.flows[name]
+            return none.plus(flow.current, replace(none, charge=conductor.electrodes[flow.boundary]))
+        if kind == "joule" and conductor is not None:
+            bodies = np.array(self._domain.names)[self._domain.body[conductor.cells]]
+            return none.plus(part.box_copies[name], replace(none, boxes=(bodies == name)[:, None].astype(float)))
+        if output in ("power", "dissipated"):
+            return replace(none, boxes=np.full(none.boxes.shape, float(part.copies)))
+        raise SceneError(f"there is no derivative of {output}")
+
+    def _flow(self, boundary: str, facets: np.ndarray | None = None) -> Goal:
+        """The heat through a boundary, of a film perhaps through some of its ``facets`` (facets of it,)."""
+        heat = self._state.heat
+        if boundary in heat.held_fields:
+            return replace(self._none, heat=heat.field(heat.held_fields[boundary]))
+        if facets is None:
+            own = next(b for b in self._domain.scene.boundaries if b.name == boundary)
+            facets = np.ones(len(self._domain.on(own)))
+        return replace(self._none, films={boundary: facets})
+
+    def _probe(self, name: str) -> Goal:
+        probe = self._probes[name]
+        if probe.quantity == "potential":
+            return self._potential(probe)
+        if probe.quantity == "temperature":
+            return self._temperature(probe)
+        return self._current(probe) if probe.quantity == "current" else self._heat(probe)
+
+    def _temperature(self, probe: Any) -> Goal:
+        domain, rise = self._domain, self._linearized.rise
+        if probe.reduce == "mean":
+            own = domain.mean(probe)
+            return replace(self._none, row=own, own=((1.0, lambda by: float(moved_mean(domain, probe, by, rise))),))
+        place = reading(self._state.heat, probe).extreme.where(rise)  # type: ignore[union-attr]
+        return replace(
+            self._none,
+            row=place.row(domain.space),
+            own=((1.0, lambda by: _moved_place(domain, probe, place, by, rise)),),
+        )
+
+    def _potential(self, probe: Any) -> Goal:
+        domain, conductor = self._domain, self._state.conductor
+        meter, place = Voltmeter(domain, probe), None
+        phi = meter.field(None if conductor is None else self._state.hot_potential, 0.0)
+        if probe.reduce == "mean":
+            row = domain.mean(probe, meter.inside)
+        else:
+            place = probes.extreme(domain, probe, meter.inside).where(phi)
+            row = place.row(domain.space)
+
+        def own(by: Motion) -> float:
+            if place is None:
+                moved = float(moved_mean(domain, probe, by, phi, meter.inside))
+            else:
+                moved = _moved_place(domain, probe, place, by, phi)
+            return moved + sum(float(row @ unit) * by.of_voltage(voltage) for unit, voltage in meter.still)
+
+        still = np.zeros(len(row), bool)
+        for unit, _ in meter.still:
+            still |= unit > 0
+        return replace(self._none, charges=np.where(still, 0.0, row), own=((1.0, own),))
+
+    def _heat(self, probe: Any) -> Goal:
+        domain, how = self._domain, reading(self._state.heat, probe)
+        if how.gradient:
+            conductivity, rise = domain.per_cell("thermal_conductivity"), self._linearized.rise
+
+            def own(by: Motion) -> float:
+                changed = conductivity * _shrinks(domain, probe, by) + by.conductivity
+                return float(probes.gradient(domain, probe, changed) @ rise)
+
+            return replace(self._none, row=probes.gradient(domain, probe, conductivity), own=((1.0, own),))
+        found, facets = self._none, domain.facets(probe)
+        for boundary in domain.scene.boundaries:
+            if boundary.kind != "voltage":
+                covered = np.isin(domain.on(boundary), facets)
+                if covered.any():
+                    found = found.plus(1.0, self._flow(boundary.name, covered.astype(float)))
+        return found
+
+    def _current(self, probe: Any) -> Goal:
+        conductor, how, none = self._state.conductor, reading(self._state.heat, probe), self._none
+        if conductor is None:
+            return none
+        if how.boundaries:
+            charge: np.ndarray = sum((conductor.electrodes[b] for b in how.boundaries), np.zeros(len(none.charge)))
+            return replace(none, charge=how.sign * charge)
+        domain, rise, phi = self._domain, self._linearized.rise, self._state.hot_potential
+        row, charges, sides = np.zeros(len(phi)), np.zeros(len(phi)), []
+        section, beside = conductor.sections[probe.name], domain.sides(probe, domain.live)
+        for (faces, sign, cold, warm), (_, _, cells) in zip(section, beside, strict=True):
+            at = faces.value(rise)
+            rho = cold + warm * at
+            charges += sign * faces.flux(1 / rho)
+            row += sign * faces.load(warm / rho**2 * faces.slope(phi))
+            sides.append((faces, sign, cells, at, rho))
+
+        def own(by: Motion) -> float:
+            total, shrinks = 0.0, _shrinks(domain, probe, by)
+            for faces, sign, cells, at, rho in sides:
+                grown = shrinks[cells]
+                resisted = by.cold[cells][:, None] + by.warm[cells][:, None] * at
+                total += sign * float(faces.flux(grown[:, None] / rho - resisted / rho**2) @ phi)
+            return total
+
+        return replace(none, row=row, charges=charges, own=((1.0, own),))
+
+
+def _shrinks(domain: Any, probe: Any, by: Motion) -> np.ndarray:
+    """(cells,): how the logarithm of a facet's area over the depth of its cell changes, for facets along a flat
+    probe."""
+    if not by.moves:
+        return np.zeros(by.stretch.shape[1])
+    found: np.ndarray = by.volume - 2 * by.stretch[domain.across(probe)]
+    return found
+
+
+def moved_mean(domain: Any, probe: Any, by: Motion, fields: np.ndarray, inside: np.ndarray | None = None) -> np.ndarray:
+    """(...,): what the motion of the mesh and of a probe does to the mean of fields (..., functions) over it; of the
+    cells ``inside`` alone."""
+    lower, upper = by.probes.get(probe.name, (np.zeros(3), np.zeros(3)))
+    if not by.moves and not lower.any() and not upper.any():
+        return np.zeros(fields.shape[:-1])
+    rows, space = [], domain.space
+    for step in (MOVED, -MOVED):
+        moved = copy.copy(space)
+        breaks = [b + step * v for b, v in zip(space.grid.breaks, by.breaks, strict=True)]
+        moved.grid = space.grid.with_axes(breaks, space.grid.degrees)
+        rows.append(moved.mean(tuple(probe.lower + step * lower), tuple(probe.upper + step * upper)))
+    row = (rows[0] - rows[1]) / (2 * MOVED)
+    if inside is not None:
+        row = np.where(space.of(inside), row, 0.0)
+    found: np.ndarray = fields @ row
+    return found
+
+
+def _moved_place(domain: Any, probe: Any, place: Place, by: Motion, field: np.ndarray) -> float:
+    """What the motion does to the extreme of a field (functions,) over a probe: along its extent the extreme stays one,
+    or lies in a plane of the mesh, which goes along."""
+    if not by.moves:
+        return 0.0
+    space, found = domain.space, 0.0
+    own = field[space.dofs[:, place.cell]]
+    for d in range(3):
+        if probe.lower[d] < probe.upper[d]:
+            continue
+        i, x, ahead = space.ijk[d, place.cell], place.point[d], MOVED * np.eye(3)[d]
+        speed = by.probes[probe.name][0][d] - (1 - x) * by.breaks[d][i] - x * by.breaks[d][i + 1]
+        above, below = (space.at((place.point + step)[:, None])[0] @ own for step in (ahead, -ahead))
+        found += float(speed * (above - below) / (2 * MOVED * space.h[d, place.cell]))
+    return found

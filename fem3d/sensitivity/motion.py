@@ -1,0 +1,206 @@
+"""What a change of one key does to a discrete problem that keeps its cells: to coordinates and coefficients.
+
+Every number of a scene (a coordinate, a property, a given value) is affine in each of its keys, so that the difference
+of two scenes over that of their keys is its derivative. Planes of the mesh go with the faces that lie in them, all
+between two planes in proportion: bricks stay bricks, and an integral over one changes as its sides do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from fem3d.problems.current import law
+from fem3d.spaces.domain import Domain, boxes
+from fem3d.spaces.file_domain import groups
+from meshes.grouped.place import Placed
+from meshes.symmetry import Symmetry
+from scenes import physics
+from scenes.errors import SceneError
+from scenes.model import AnyScene, Material, MeshScene, Scene, Schedule, Value
+
+STEP = 2.0**-14  # of a key, between scenes; rounding shows over it
+APART = 1e-9  # of a scene's extent: faces nearer to each other are in one plane
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Derivatives by the logarithm of a key. ``breaks``: of the grid's breakpoints (m), per axis; ``stretch`` (3,
+    cells): of the logarithms of the cells' sides; ``conductivity``, ``cold`` and ``warm`` (cells,): of the
+    properties, the latter the two parts of the resistivity; ``rises`` and ``voltages`` (functions,):
+    of what is given; ``sources``: of the heat sources, as the domain has them; ``films``: of flux, coefficient and the
+    air's rise, by boundary; ``probes``: of corners; ``electrodes``: their voltages, with how they change."""
+
+    breaks: tuple[np.ndarray, ...]
+    stretch: np.ndarray
+    conductivity: np.ndarray
+    cold: np.ndarray
+    warm: np.ndarray
+    rises: np.ndarray
+    voltages: np.ndarray
+    sources: tuple[float, ...]
+    films: dict[str, tuple[float, float, float]]
+    probes: dict[str, tuple[np.ndarray, np.ndarray]]
+    electrodes: tuple[tuple[float, float], ...]
+
+    @property
+    def moves(self) -> bool:
+        """Whether any plane does."""
+        return any(v.any() for v in self.breaks)
+
+    def of_voltage(self, voltage: Value) -> float:
+        """Of the voltage of electrodes that have this one."""
+        found = [change for value, change in self.electrodes if value == voltage]
+        return sum(found) / max(len(found), 1)
+
+    @property
+    def volume(self) -> np.ndarray:
+        """(cells,): of the logarithms of the cells' volumes."""
+        found: np.ndarray = self.stretch.sum(axis=0)
+        return found
+
+
+def motion(domain: Any, part: Symmetry, other: Symmetry, step: float) -> Motion:
+    """The motion of a domain between the part of a scene that is solved and that of another, whose key is larger by a
+    relative ``step``. On a mesh file nothing moves. Raises SceneError where the one can't move into the other."""
+    here, there = part.scene, other.scene
+    _check_alike(part, other)
+    space = domain.space
+    start = here.initial_temperature, there.initial_temperature
+    rises, voltages = np.zeros(space.size), np.zeros(space.size)
+    films, electrodes = {}, []
+    for a, b in zip(here.boundaries, there.boundaries, strict=True):
+        if a.kind == "temperature":
+            own = domain.fixed[a.name]
+            rises[own] = space.unit[own] * (_number(b.value) - start[1] - _number(a.value) + start[0]) / step
+        elif a.kind == "voltage":
+            own, more = domain.fixed[a.name], (_number(b.value) - _number(a.value)) / step
+            voltages[own] = space.unit[own] * more
+            electrodes.append((_number(a.value), more))
+        else:
+            films[a.name] = _difference(_film(a, start[0]), _film(b, start[1]), step)
+    owner = list(zip(physics.materials(here), physics.materials(there), strict=True))
+    own = domain.body
+
+    conductivity = [(q.thermal_conductivity - p.thermal_conductivity) / step for p, q in owner]
+    laws = np.array([_difference(_law(p, start[0]), _law(q, start[1]), step) for p, q in owner])
+    laws = (laws * domain.stands_for[:, None])[own]
+    breaks: tuple[np.ndarray, ...] = ()
+    stretch, probes = np.zeros((3, len(own))), dict[str, tuple[np.ndarray, np.ndarray]]()
+    if isinstance(here, Scene) and isinstance(there, Scene):
+        breaks = speeds(domain, here, there, step)
+        sides = (np.diff(v)[i] / h for v, i, h in zip(breaks, space.ijk, space.h, strict=True))
+        stretch = np.array(list(sides))
+        probes = {
+            p.name: (np.subtract(q.lower, p.lower) / step, np.subtract(q.upper, p.upper) / step)
+            for p, q in zip(here.probes, there.probes, strict=True)
+        }
+    return Motion(
+        breaks, stretch, np.array(conductivity)[own], laws[:, 0], laws[:, 1], rises,
+        voltages, _sources(here, there, step), films, probes, tuple(electrodes),
+    )  # fmt: skip
+
+
+def moved(domain: Any, part: Symmetry, other: Symmetry, step: float) -> Domain:
+    """The domain of the part of another scene, as of `motion`, on the cells of this one's, moved. Raises as that
+    does."""
+    _check_alike(part, other)
+    if isinstance(other.scene, MeshScene):
+        return groups(Placed(other.scene, domain.placed.mesh))
+    grid, by = domain.space.grid, speeds(domain, part.scene, other.scene, step)
+    breaks = tuple(b + step * v for b, v in zip(grid.breaks, by, strict=True))
+    there = replace(grid, breaks=breaks, boxes=other.scene.boxes)
+    if _voltages(part.scene) != _voltages(other.scene):
+        return boxes(other.scene, there)  # which cells carry current may change
+    owned = (b.heat_source for b in other.scene.boxes if b.heat_source)
+    return replace(
+        domain, scene=other.scene, space=domain.space.moved(there),
+        materials=tuple(b.material for b in other.scene.boxes),
+        sources=tuple((value, cells) for value, (_, cells) in zip(owned, domain.sources, strict=True)),
+    )  # fmt: skip
+
+
+def _voltages(scene: AnyScene) -> list[Value]:
+    return [b.value for b in scene.boundaries if b.kind == "voltage"]
+
+
+def _check_alike(part: Symmetry, other: Symmetry) -> None:
+    alike = [p[::2] for p in part.planes] == [p[::2] for p in other.planes]
+    if not alike or _names(part.scene) != _names(other.scene):
+        raise SceneError("the scene loses a mirror plane or a part when it changes")
+
+
+def speeds(domain: Any, here: Scene, there: Scene, step: float) -> tuple[np.ndarray, ...]:
+    """(breakpoints,) per axis: how the planes of the mesh move from a scene to another, over the ``step`` between.
+    Raises SceneError where planes of one place move apart."""
+    return tuple(np.interp(at, *_planes(here, there, d, step)) for d, at in enumerate(domain.space.grid.breaks))
+
+
+def _sources(here: AnyScene, there: AnyScene, step: float) -> tuple[float, ...]:
+    """How the sources change that a domain has."""
+    pairs = zip(physics.heat_sources(here), physics.heat_sources(there), strict=True)
+    every = isinstance(here, MeshScene)
+    return tuple((_number(q) - _number(p)) / step for (_, p), (_, q) in pairs if every or p)
+
+
+def _planes(here: Scene, there: Scene, axis: int, step: float) -> tuple[list[float], list[float]]:
+    """Coordinates (m) of the planes of a scene across an axis, ascending, and how they move."""
+    found = sorted(_moving(here, there, axis, step))
+    low, high = found[0][0], found[-1][0]
+    at, by = [found[0][0]], [found[0][1]]
+    for coordinate, speed in found[1:]:
+        if coordinate - at[-1] > APART * (high - low):
+            at.append(coordinate)
+            by.append(speed)
+        elif abs(speed - by[-1]) > 1e-6 * (high - low):
+            raise SceneError(
+                f"faces at {'xyz'[axis]} = {coordinate:.6g} m lie in one plane and move apart, which no motion of "
+                "this mesh does"
+            )
+    return at, by
+
+
+def _moving(here: Scene, there: Scene, axis: int, step: float) -> Iterator[tuple[float, float]]:
+    """Every coordinate along an axis that is a plane of the mesh, and how it moves."""
+    extent = [c for box in here.boxes for c in (box.lower[axis], box.upper[axis])]
+    low, high = min(extent), max(extent)
+    extended = [(p, q) for p, q in zip(here.probes, there.probes, strict=True) if p.lower != p.upper]
+    both: list[tuple[Any, Any]] = [
+        *zip(here.boxes, there.boxes, strict=True), *zip(here.boundaries, there.boundaries, strict=True), *extended,
+    ]  # fmt: skip
+    small = APART * (high - low)
+    for a, b in both:
+        for p, q in ((a.lower[axis], b.lower[axis]), (a.upper[axis], b.upper[axis])):
+            if low - small <= p <= high + small:
+                yield p, (q - p) / step
+
+
+def _names(scene: AnyScene) -> list[str]:
+    parts: tuple[Any, ...] = scene.boxes if isinstance(scene, Scene) else ()
+    return [x.name for items in (parts, scene.boundaries, scene.probes) for x in items]
+
+
+def _number(value: float | Schedule) -> float:
+    if isinstance(value, Schedule):
+        raise SceneError("a value that varies in time has no single derivative")
+    return value
+
+
+def _film(boundary: Any, start: float) -> tuple[float, float, float]:
+    """Flux (W/m2), coefficient (W/(m2 K)) and the air's rise (K)."""
+    value = _number(boundary.value)
+    if boundary.kind == "heat_flux":
+        return value, 0.0, 0.0
+    return 0.0, value, _number(boundary.ambient) - start
+
+
+def _law(material: Material, start: float) -> tuple[float, float]:
+    return law(material, start) if material.resistivity else (0.0, 0.0)
+
+
+def _difference(a: tuple[float, ...], b: tuple[float, ...], step: float) -> tuple[float, float, float]:
+    x, y, *z = ((q - p) / step for p, q in zip(a, b, strict=True))
+    return x, y, z[0] if z else 0.0

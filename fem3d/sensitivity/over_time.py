@@ -1,0 +1,256 @@
+"""Derivatives of the traces of any response by the keys of its scene, in its reduced space widened by dual fields.
+
+The states a of the reduced problem solve M da/dt = r(a, da/dt, t), and their derivative b by a key
+
+    M db/dt = dr/da b + (explicit derivative of the residual by the key),
+
+projected on the Krylov fields of the response and on those of its readings, which is as good as solving backwards for
+each reading (Grimme, Krylov projection methods for model reduction, 1997, section 3). For each key the problem on the
+mesh that is there, moved, is assembled anew, currents and all: what its residual is at the states of the response is
+the explicit derivative, over a step, and what its readings are at a + step b are those of the traces. b is stepped for
+all keys at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from fem3d.adaptivity import goal_errors
+from fem3d.problems.current import Conductor, Pattern, independent
+from fem3d.problems.heat import HeatProblem
+from fem3d.results import outputs
+from fem3d.results.study import Study
+from fem3d.sensitivity.motion import STEP, moved
+from fem3d.sensitivity.neighbour import Beside, Projected
+from fem3d.solution import transient
+from fem3d.solution.reduced import orthonormal
+from fem3d.solution.transient import Base, Krylov, Transient
+from fem3d.spaces.channels import Inputs
+from fem3d.spaces.domain import Domain
+from scenes.errors import SceneError
+
+ONE_SIDED = 1.5 * STEP  # of a derivative: what goes like key^s has one off by |s - 1| / 2 steps, s being -2 to 2
+GENERATIONS, FEWER = 6, 4  # of dual Krylov fields, and how many the error is told from
+PER_DECADE, FIRST = 20, 1e-3  # rows of a course, and how long after an input jumps they start, of the earliest time
+BENDS = 1e-2  # of the time between two bends of an input: when rows start after one
+SMALL = 1e-4  # of a decay over a step
+JUST = 1e-12  # of a time: before a jump there
+
+Traces = dict[str, np.ndarray]
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """Traces ``own`` (times,) at ``times`` (s), of temperatures above the start, with d trace / d ln key (times,) by
+    key and name in ``values``, and how far off they are by ``less`` fields and steps, and a difference to one side."""
+
+    times: np.ndarray
+    own: Traces
+    values: dict[str, Traces]
+    less: dict[str, Traces]
+
+
+@dataclass(frozen=True, eq=False)
+class _Problem:
+    """The reduced problem of a scene."""
+
+    study: Study
+    found: Projected
+
+    @property
+    def _inputs(self) -> Inputs:
+        return self.found.heat.inputs
+
+    def residual(self, times: np.ndarray, a: np.ndarray, rate: np.ndarray) -> np.ndarray:
+        """(times, r): what states (times, r) of some rate (1/s) leave of the equation of heat."""
+        g, own = self._inputs.at(times), self.found.reduced
+        left = g @ own.source - self._inputs.rates(times) @ own.inertia - a @ own.stiffness.T - rate @ self.found.mass.T
+        return left + own.joule(a, own.currents(a, g), g) if own.supply.shape[1] else left
+
+    def feedback(self, times: np.ndarray, a: np.ndarray) -> np.ndarray:
+        """(times, r, r): how the Joule heat follows the states."""
+        own = self.found.reduced
+        if not own.supply.shape[1]:
+            return np.zeros((len(times), own.states, own.states))
+        g = self._inputs.at(times)
+        c = own.currents(a, g)
+        found = np.einsum("ti,tj,ijlk->tlk", c, c, own.warm_load, optimize=True)
+        turned = -np.linalg.solve(own.dissipation(a, g), np.einsum("ijk,tj->tik", own.warm, c))
+        per_current = np.tensordot(g, own.cold_load, 1) + np.einsum("ijlk,tk->tijl", own.warm_load, a, optimize=True)
+        return found + 2 * np.einsum("tj,tijl,tik->tlk", c, per_current, turned, optimize=True)
+
+    def jump(self, time: float, a: np.ndarray) -> np.ndarray:
+        """(r,): what a jump of the inputs, at 0 from nothing, leaves of that of the states (r,), of heat stored."""
+        g = self._inputs.jump(time) if time else self._inputs.at(np.zeros(1))[0]
+        found: np.ndarray = -g @ self.found.reduced.inertia - self.found.mass @ a
+        return found
+
+    def traces(self, times: np.ndarray, a: np.ndarray, rate: np.ndarray) -> Traces:
+        """The traces (times,) at states (times, r) of some rate, of temperatures above the start."""
+        own, part = self.found, self.study.part
+        base = Base(own.heat, own.conductor, list(own.patterns), own.reduced.basis, [])
+        found = self.study.traces(outputs.of_states(base, own.reduced, part, times, a, rate))
+        start = self.study.traces(_Rest())
+        return {n: v - start[n] for n, v in found.items()}
+
+
+class _Rest(dict[str, np.ndarray]):
+    """The outputs of a scene at its start."""
+
+    def __missing__(self, name: str) -> np.ndarray:
+        return np.zeros(())
+
+
+class _Widened:
+    """The fields of a response and dual ones, in which it is solved beside other scenes on its mesh."""
+
+    def __init__(self, study: Study, answer: Transient) -> None:
+        self._study, self._answer, self._base = study, answer, answer.base
+        heat, conductor = self._base.heat, self._base.conductor
+        self.domain: Domain = heat.domain
+        self._hottest = self._as_hot_as_it_gets()
+        probes = {p.name: p for p in self.domain.scene.probes}
+        rows = [
+            goal_errors.goal_row(heat, probes[name], self._hottest)
+            for name in dict.fromkeys(study.trace_goals.values())
+        ]
+        loads = [row for row in rows if row is not None and row[: heat.free].any()]
+        if conductor is not None and conductor.warms:
+            heating = (self._base.patterns[0].density ** 2).sum(axis=0)
+            loads.append(heat.take(conductor.on.load(heating * conductor.warm)))
+        slowest = min(float(1 / max(answer.trajectory.rates.min(), 1e-300)), answer.end)
+        own = answer.reduced.basis
+        krylov = Krylov(Base(heat, None, [], own, loads), transient.shift(slowest, study.earliest))
+        basis = orthonormal(heat, krylov.fields(GENERATIONS))
+        self._held, self._states = own.shape[1], basis.shape[1]
+        self.fewer = self._held + (self._states - self._held) * FEWER // GENERATIONS
+        self.beside = Beside(heat, conductor, basis, self._patterns)
+
+    def _as_hot_as_it_gets(self) -> np.ndarray:
+        """(all nodes,): where what heating does to the pattern of the current shows most."""
+        times = np.geomspace(self._study.earliest, self._answer.end, 40)
+        rises = self._answer.rises(times)
+        hottest: np.ndarray = rises[int(np.abs(rises).max(axis=1).argmax())]
+        return hottest
+
+    def _patterns(self, heat: HeatProblem, conductor: Conductor) -> list[Pattern]:
+        """The current fields that the response has, too."""
+        if not self._base.patterns:
+            return []
+        lift = heat.inputs.at(np.zeros(1))[0] @ heat.lifts
+        driven = [v for v in conductor.voltages if v.any()]
+        potentials = [conductor.solve(lift, v) for v in driven]
+        if len(self._base.patterns) > len(driven):
+            potentials += [conductor.solve(self._hottest, v) for v in driven]
+        return independent(conductor, potentials)
+
+    def states(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(times, r) twice: the states of the response and their rates."""
+        a, rate = self._answer.states(times)
+        more = ((0, 0), (0, self._states - self._held))
+        return np.pad(a, more), np.pad(rate, more)
+
+
+def over_time(
+    study: Study, answer: Transient, others: Mapping[str, Callable[[], Study]], instants: Sequence[float] = ()
+) -> tuple[Course, dict[str, str]]:
+    """The derivatives of the traces of a response by keys, of each of which the scene is solved that is larger by a
+    part of `STEP` in it, and why there is none by others; at rows of its own, ``instants`` (s) among them."""
+    wide = _Widened(study, answer)
+    here, found, left_out = _Problem(study, wide.beside.own), dict[str, _Problem](), dict[str, str]()
+    # Of both only the product is in the equations.
+    alike = {key: key.replace(".specific_heat", ".density") for key in others}
+    alike = {key: twin for key, twin in alike.items() if twin != key and twin in others}
+    for key, other in others.items():
+        if key in alike:
+            continue
+        try:
+            beside = other()
+            domain = moved(wide.domain, study.part, beside.part, STEP)
+            found[key] = _Problem(beside, wide.beside.projected(domain))
+        except SceneError as error:
+            left_out[key] = str(error)
+    rows, starts = _rows(study, here.found.heat.inputs, instants)
+    times = np.sort(np.concatenate([rows, (rows[1:] + rows[:-1]) / 2]))
+    a, rate = wide.states(times)
+    still = here.residual(times, a, rate)
+    forces = np.array([there.residual(times, a, rate) - still for there in found.values()]).transpose(1, 0, 2) / STEP
+    jumps = {}
+    for start in starts:
+        after, before = wide.states(np.array([start, start * (1 - JUST)]))[0]
+        jump = after - before if start else after
+        jumps[start] = np.array([there.jump(start, jump) - here.jump(start, jump) for there in found.values()]) / STEP
+    feedback = here.feedback(times, a) - here.found.reduced.stiffness
+    both = []
+    for fields, every in ((len(feedback[0]), 1), (wide.fewer, 2)):
+        kept = slice(None), slice(None, fields)
+        cut = {time: jump[kept] for time, jump in jumps.items()}
+        b = _march(times[::every], forces[::every, :, :fields], feedback[::every, :fields, :fields], cut)
+        b = b[:: 2 // every]
+        change = np.einsum("tlk,tnk->tnl", feedback[::2, :fields, :fields], b) + forces[::2, :, :fields]
+        more = ((0, 0), (0, 0), (0, len(feedback[0]) - fields))
+        both.append((np.pad(b, more), np.pad(change, more)))
+    late = rows >= study.earliest * (1 - 1e-9)
+    times, a, rate = times[::2][late], a[::2][late], rate[::2][late]
+    own = here.traces(times, a, rate)
+    values, less = dict[str, Traces](), dict[str, Traces]()
+    for n, (key, there) in enumerate(found.items()):
+        for into, (b, change) in zip((values, less), both, strict=True):
+            by_key = there.traces(times, a + STEP * b[late, n], rate + STEP * change[late, n])
+            into[key] = {name: (v - own[name]) / STEP for name, v in by_key.items()}
+        sided = {name: ONE_SIDED * np.abs(v) for name, v in values[key].items()}
+        less[key] = {name: np.abs(v - values[key][name]) + sided[name] for name, v in less[key].items()}
+    for key, twin in alike.items():
+        if twin in values:
+            values[key], less[key] = values[twin], less[twin]
+    return Course(times, own, values, less), left_out
+
+
+def _rows(study: Study, inputs: Inputs, instants: Sequence[float]) -> tuple[np.ndarray, list[float]]:
+    """Times (s) that follow each bend and jump of the inputs ever less closely, and the starts, 0 and the jumps, of
+    which each has a row just before it."""
+    end = study.end
+    knots = [0.0, *inputs.knots(end).tolist(), end]
+    starts = [0.0, *(t for t in knots[1:-1] if inputs.jump(t).any())]
+    found = [np.array([t for t in (*instants, study.earliest, end) if 0 < t <= end])]
+    for start, following in pairwise(knots):
+        gap = following - start
+        first = min(FIRST * study.earliest, BENDS * gap)
+        if start not in starts:
+            first = max(first, BENDS * gap)
+        found.append(start + np.geomspace(first, gap, int(PER_DECADE * np.log10(gap / first)) + 2))
+        if start:
+            found.append(np.array([start * (1 - JUST), start]))
+    return np.unique(np.concatenate(found)), starts
+
+
+def _march(
+    times: np.ndarray, forces: np.ndarray, feedback: np.ndarray, jumps: Mapping[float, np.ndarray]
+) -> np.ndarray:
+    """(times, keys, r): db/dt = force + feedback b from rest before 0, with jumps (keys, r) at times of these and at 0;
+    the decay at first is exact, and all else is taken to go linearly between the times (exponential trapezoidal rule;
+    Hochbruck and Ostermann, Acta Numerica 19, 2010), the first force held from 0 on."""
+    rates, modes = np.linalg.eigh(-(feedback[0] + feedback[0].T) / 2)
+    inner = modes.T @ feedback @ modes + np.diag(rates)
+    forces = forces @ modes
+    b, since = jumps[0.0] @ modes, 0.0
+    before = forces[0] + b @ inner[0].T
+    found, eye = np.empty(forces.shape), np.eye(len(rates))
+    for i, time in enumerate(times):
+        h = time - since
+        x = rates * h
+        safe = np.where(np.abs(x) < SMALL, SMALL, x)
+        # (1 - e^-x) / x and (e^-x - 1 + x) / x^2, by their series where x is small.
+        one = np.where(np.abs(x) < SMALL, 1 - x / 2, -np.expm1(-safe) / safe)
+        two = np.where(np.abs(x) < SMALL, 0.5 - x / 6, (1 - one) / safe)
+        ahead = np.exp(-x) * b + h * ((one - two) * before + two * forces[i])
+        b = np.linalg.solve(eye - h * two[:, None] * inner[i], ahead.T).T
+        if time and time in jumps:
+            b = b + jumps[float(time)] @ modes
+        before, since = forces[i] + b @ inner[i].T, time
+        found[i] = b
+    return found @ modes.T

@@ -1,0 +1,224 @@
+"""Logarithmic derivatives of the steady quantities by the keys of a scene, from one dual solution for each quantity.
+
+The derivative of a quantity is the explicit one of J - R_T(z) - R_E(w) (`fem3d.sensitivity.adjoint`) while the
+coefficients of all fields stay: every integral over a brick is a product of its sides and coefficients
+(`fem3d.sensitivity.motion`), so that per cell a few integrals of the fields tell the derivative by every key at once.
+Their errors come from the same in the space of degrees lower by one, as those of the quantities do.
+
+Problems beside this one, as `fem3d.sensitivity.over_time` solves them, would tell the steady derivatives too, but one
+is made for each key: without their errors they take twice to three times as long in scenes of a few probes, and flows
+and tops are off by up to some percent, for their dual solutions with the current are not among the fields.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from fem3d.adaptivity.estimate import left
+from fem3d.results.outputs import of_steady
+from fem3d.results.study import Study
+from fem3d.sensitivity.adjoint import Goal, Linearized
+from fem3d.sensitivity.goals import Goals
+from fem3d.sensitivity.motion import STEP, Motion, motion
+from fem3d.solution import steady
+from fem3d.solution.steady import SteadyState
+from fem3d.spaces.domain import Domain
+from meshes import grading
+from scenes import physics
+from scenes.errors import SceneError
+from scenes.model import Scene
+from scenes.result import Estimate
+
+COMPLEX = 1e-30
+ROUNDING = 1e-8  # that of dual solutions
+
+Table = dict[str, dict[str, Estimate]]
+"""By key, by quantity: d ln quantity / d ln key."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Parts:
+    """For one goal, integrals over cells and facets that all keys share."""
+
+    conduction: np.ndarray  # (3, cells)
+    heating: np.ndarray  # (3, live cells)
+    resisted: np.ndarray  # (2, live cells): by the cold and by the warm part of the resistivity
+    sources: list[np.ndarray]  # (cells of each,)
+    films: dict[str, tuple[np.ndarray, np.ndarray]]  # (facets,): of the test, of the test times the rise
+    of_rise: np.ndarray  # (functions,)
+    of_potential: np.ndarray
+
+
+class Tangent:
+    """The derivatives at one steady state."""
+
+    def __init__(self, study: Study, state: SteadyState, rows: Mapping[str, np.ndarray] | None = None) -> None:
+        self.study, self.state, self.rows = study, state, rows or {}
+        self.domain = state.heat.domain
+        self.linearized = Linearized(state)
+        self.out = of_steady(state, study.part)
+        self.without: dict[str, str] = {}
+
+    def goals(self, names: Iterable[str]) -> dict[str, Goal]:
+        """The goals of quantities: sums of those of outputs, weighted by how each follows them. Those without one are
+        in ``without``, with the reason."""
+        of, found = Goals(self.linearized, self.study.part), {name: self.linearized.nothing() for name in names}
+        for output in self.out:
+            beside = self.out | {output: self.out[output] + COMPLEX * 1j}
+            weights = {n: float(np.imag(v)) / COMPLEX for n, v in self.study.steady(beside).items()}
+            used = {n: w for n, w in weights.items() if w and n in found}
+            if used:
+                try:
+                    one = of.of(output)
+                except SceneError as error:
+                    self.without |= dict.fromkeys(used, str(error))
+                    continue
+                for name, weight in used.items():
+                    found[name] = found[name].plus(weight, one)
+        found |= {name: replace(self.linearized.nothing(), row=row) for name, row in self.rows.items()}
+        return {name: goal for name, goal in found.items() if name not in self.without}
+
+    def parts(self, goal: Goal) -> _Parts:
+        """The integrals of a goal."""
+        heat, conductor, domain, lin = self.state.heat, self.state.conductor, self.domain, self.linearized
+        z, w = lin.solve(goal)
+        of_rise, of_potential = lin.gradient(goal, z, w)
+        whole = np.zeros(domain.space.size)
+        whole[heat.order] = of_rise
+        k = domain.per_cell("thermal_conductivity")
+        conduction = k * (self._everywhere.weights * self._slopes * self._everywhere.gradient(z)).sum(axis=-1)
+        heating, resisted = np.zeros((3, 0)), np.zeros((2, 0))
+        if conductor is not None:
+            on, rho = conductor.on, lin.rho
+            each = lin.slope * (lin.slope * lin.tested(z, goal.boxes) - on.gradient(w)) * on.weights / rho
+            per_rho = each.sum(axis=0) / rho
+            heating = each.sum(axis=-1)
+            resisted = np.array([per_rho.sum(axis=-1), (per_rho * on.value(lin.rise)).sum(axis=-1)])
+        sources = []
+        for _, cells in domain.sources:
+            on_source = domain.space.on(cells)
+            sources.append((on_source.value(z) * on_source.weights).sum(axis=-1))
+        films = {}
+        for boundary in domain.scene.boundaries:
+            if boundary.kind in ("convection", "heat_flux"):
+                faces = self._films[boundary.name]
+                tested = (faces.value(z) + _each(goal.films.get(boundary.name))) * faces.areas
+                films[boundary.name] = tested.sum(axis=-1), (tested * faces.value(lin.rise)).sum(axis=-1)
+        return _Parts(conduction, heating, resisted, sources, films, whole, of_potential)
+
+    @cached_property
+    def _films(self) -> dict[str, Any]:
+        """The facets of each film."""
+        kinds = ("convection", "heat_flux")
+        return {b.name: self.domain.faces(b) for b in self.domain.scene.boundaries if b.kind in kinds}
+
+    @cached_property
+    def _everywhere(self) -> Any:
+        return self.domain.space.on(np.arange(len(self.domain.body)))
+
+    @cached_property
+    def _slopes(self) -> np.ndarray:
+        found: np.ndarray = self._everywhere.gradient(self.linearized.rise)
+        return found
+
+    def table(self, names: Iterable[str], motions: Mapping[str, Motion]) -> dict[str, dict[str, float]]:
+        """d quantity / d ln key, by key and quantity."""
+        found: dict[str, dict[str, float]] = {key: {} for key in motions}
+        for name, goal in self.goals(names).items():
+            parts = self.parts(goal)
+            for key, by in motions.items():
+                found[key][name] = self.derivative(goal, parts, by)
+        return found
+
+    def derivative(self, goal: Goal, parts: _Parts, by: Motion) -> float:
+        """dJ / d ln key."""
+        domain, conductor = self.domain, self.state.conductor
+        grown = by.volume - 2 * by.stretch
+        k = domain.per_cell("thermal_conductivity")
+        found = -float((parts.conduction * (grown + by.conductivity / k)).sum())
+        found += float(parts.of_rise @ by.rises + parts.of_potential @ by.voltages)
+        if conductor is not None:
+            live = conductor.cells
+            found += float((parts.heating * grown[:, live]).sum())
+            found -= float(parts.resisted[0] @ by.cold[live] + parts.resisted[1] @ by.warm[live])
+        for (q, cells), change, tested in zip(domain.sources, by.sources, parts.sources, strict=True):
+            found += float(tested @ (change + q * by.volume[cells]))
+        for boundary in domain.scene.boundaries:
+            if boundary.name in parts.films:
+                found += self._film(boundary, *parts.films[boundary.name], by)
+        return found + sum(weight * own(by) for weight, own in goal.own)
+
+    def _film(self, boundary: Any, tested: np.ndarray, warmed: np.ndarray, by: Motion) -> float:
+        flux, h, air = by.films[boundary.name]
+        grown = self._films[boundary.name].along(by.stretch) if by.moves else 0.0
+        if boundary.kind == "heat_flux":
+            return float((tested * (flux + boundary.value * grown)).sum())
+        lost = warmed - (boundary.ambient - self.domain.scene.initial_temperature) * tested
+        return float(boundary.value * air * tested.sum() - (lost * (h + boundary.value * grown)).sum())
+
+
+def _each(weights: np.ndarray | None) -> np.ndarray | float:
+    """Weights of facets (facets,) at their points."""
+    return 0.0 if weights is None else weights[:, None]
+
+
+def motions(
+    study: Study, domain: Domain, others: Mapping[str, Callable[[], Study]]
+) -> tuple[dict[str, Motion], dict[str, str]]:
+    """The motions of a domain by key to scenes whose key is larger by `STEP`, and why there is none by others."""
+    found, left_out = {}, {}
+    for key, other in others.items():
+        try:
+            found[key] = motion(domain, study.part, other().part, STEP)
+        except SceneError as error:
+            left_out[key] = str(error)
+    return found, left_out
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """What sensitivities are told of quantities: their values with errors, by name, and how these values move with a
+    key beside what is read (the zero that a rise is above), by key and name; ``rows`` (functions,) of some that are
+    sums of rises at places that go along with the mesh."""
+
+    values: Mapping[str, Estimate]
+    zero: Mapping[str, Mapping[str, float]]
+    rows: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+
+def steady_table(
+    study: Study, state: SteadyState, known: Known, by: Mapping[str, Motion]
+) -> tuple[Table, dict[str, str]]:
+    """d ln quantity / d ln key of the ``known`` quantities at the state of the last level, and why there is none of
+    others.
+
+    Their errors: what the last degree changed, times what all further ones would at the sharpest edge (`estimate.left`;
+    the integrals converge like the energy); and as much as the quantity's own relative error, where that difference is
+    small by chance. Raises ConvergenceError where a dual solution is not found.
+    """
+    tangent = Tangent(study, state, known.rows)
+    fine = tangent.table(known.values, by)
+    scene, level = study.part.scene, len(state.heat.domain.space.nested) - 2
+    heat = state.heat.lower(level)
+    conductor = state.conductor and state.conductor.lower(level, heat)
+    thermal = physics.heat(scene)
+    below = steady.coupled(heat, conductor, thermal, study.voltage, study.accuracy, state.follows_pattern)
+    low = Tangent(study, below, known.rows).table(known.values, by)
+    rest = 1.0
+    if isinstance(scene, Scene):
+        sharpest = grading.features(scene).sharpest
+        rest = max(1.0, float(left(np.array([grading.LEAST_AT_EDGE]), np.array([4 * sharpest]))[0]))
+    found: Table = {}
+    for key, of in fine.items():
+        found[key] = {}
+        for name, change in of.items():
+            value, off = known.values[name], rest * abs(change - low[key][name])
+            slope = (change - known.zero.get(key, {}).get(name, 0.0)) / value.value
+            least = value.error / abs(value.value) + ROUNDING
+            found[key][name] = Estimate(slope, off / abs(value.value) + least)
+    return found, tangent.without

@@ -1,0 +1,1 @@
+"""The coupled steady state and the transient, in full and in reduced spaces."""

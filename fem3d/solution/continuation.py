@@ -1,0 +1,113 @@
+"""The steady state of the reduced problem (of one channel), found along the current.
+
+There runaway is an ordinary maximum.
+
+At a given current the heat equation is linear, and each state on the way from cold to the asked voltage is reached.
+The voltage that a current needs rises from zero; with a falling resistance it has a maximum, beyond which no steady
+state exists (the fold of thermal runaway).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fem3d.solution.reduced import Reduced
+
+GROWTH = 1.05  # of the current between trials
+
+
+class OperatingPoint(NamedTuple):
+    """States a (r,), current coefficients c (m,), the voltage over the asked one, and whether that is the largest."""
+
+    a: np.ndarray
+    c: np.ndarray
+    fraction: float
+    folded: bool = False
+
+
+def find(reduced: Reduced) -> OperatingPoint:
+    """The operating point that a slowly rising voltage reaches: at the asked voltage, or the fold below it."""
+    if not reduced.warm.any():
+        c = reduced.currents(np.zeros(reduced.states))
+        a = np.linalg.solve(reduced.stiffness, reduced.source[0] + reduced.joule(np.zeros(reduced.states), c))
+        return OperatingPoint(a, c, 1.0)
+    low, high = at_current(reduced, 0.0), at_current(reduced, 1.0)
+    beta_low, beta_high = 0.0, 1.0
+    beta_before = 0.0
+    while high.fraction < 1.0:
+        beta_next = beta_high * GROWTH
+        ahead = at_current(reduced, beta_next)
+        if ahead.fraction <= high.fraction:
+            top, beta_top = _fold(reduced, beta_before, beta_next)
+            if top.fraction < 1.0:
+                return top._replace(folded=True)
+            ahead, beta_next = top, beta_top
+        beta_before = beta_high
+        low, high, beta_low, beta_high = high, ahead, beta_high, beta_next
+    return _root(reduced, beta_low, beta_high, low, high)
+
+
+def at_current(reduced: Reduced, beta: float, near: OperatingPoint | None = None) -> OperatingPoint:
+    """The state at beta times the current that the cold conductor would carry; fraction inf where there is none."""
+    supply = reduced.supply[0]
+    cold_power = float(supply @ np.linalg.solve(reduced.cold[0], supply))
+    a = np.zeros(reduced.states) if near is None else near.a
+
+    def carried(a: np.ndarray) -> tuple[np.ndarray, float]:
+        shape = np.linalg.solve(reduced.dissipation(a), supply)
+        fraction = beta * cold_power / float(supply @ shape)
+        return fraction * shape, fraction
+
+    c, fraction = carried(a)
+    for _ in range(100):
+        load, feedback = reduced.linear_joule(c)
+        matrix = reduced.stiffness - feedback
+        try:
+            np.linalg.cholesky(matrix)
+        except np.linalg.LinAlgError:
+            return OperatingPoint(np.zeros(reduced.states), c, np.inf)
+        a = np.linalg.solve(matrix, reduced.source[0] + load)
+        old = c
+        c, fraction = carried(a)
+        if np.abs(c - old).max() <= 1e-13 * np.abs(c).max():
+            break
+    return OperatingPoint(a, c, fraction if fraction >= 0 else np.inf)
+
+
+def _root(
+    reduced: Reduced, beta_low: float, beta_high: float, low: OperatingPoint, high: OperatingPoint
+) -> OperatingPoint:
+    """Fraction one between two currents, by bisection until it is finite and then by the Illinois method."""
+    f_low, f_high = low.fraction - 1.0, high.fraction - 1.0
+    point, side = high, 0
+    for _ in range(200):
+        if np.isinf(f_high) or not np.isfinite(f_high):
+            beta = (beta_low + beta_high) / 2
+        else:
+            beta = (beta_low * f_high - beta_high * f_low) / (f_high - f_low)
+        point = at_current(reduced, beta, low if np.isinf(high.fraction) else high)
+        f = point.fraction - 1.0
+        if abs(f) < 1e-13 or beta_high - beta_low < 1e-15 * beta_high:
+            break
+        if f > 0:
+            beta_high, f_high = beta, f
+            f_low = f_low / 2 if side == 1 else f_low
+            side = 1
+        else:
+            beta_low, f_low = beta, f
+            f_high = f_high / 2 if side == -1 else f_high
+            side = -1
+    return point
+
+
+def _fold(reduced: Reduced, beta_low: float, beta_high: float) -> tuple[OperatingPoint, float]:
+    """The largest voltage between two currents."""
+    from scipy.optimize import minimize_scalar  # where there is a fold only: it is slow to load
+
+    found = minimize_scalar(
+        lambda beta: -at_current(reduced, beta).fraction, bounds=(beta_low, beta_high), method="bounded",
+        options={"xatol": 1e-7 * beta_high},
+    )  # fmt: skip
+    return at_current(reduced, float(found.x)), float(found.x)

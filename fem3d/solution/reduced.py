@@ -1,0 +1,149 @@
+"""The coupled problem projected on a few temperature fields and a few current fields.
+
+Temperature: rise = sum_k a_k T_k + sum_c g_c L_c, the L_c being the rises that the given temperatures keep up. Current
+density: J = sum_i c_i J_i, each J_i the exact (discrete) current field of some temperature. With the resistivity linear
+in T everything is polynomial in (a, c) and linear in the inputs g:
+
+    current:  sum_j A_ij(a, g) c_j = s_i(g),    A_ij = integral rho J_i . J_j,   s_i the power that the electrodes would
+                                                supply to J_i at their voltages
+    heat:     M da/dt + K a = f(g) - M_L dg/dt + sum_ij c_i c_j integral rho J_i . J_j T_l
+
+The first line is the principle of least dissipation (Thomson's) among the J_i; it is exact at every temperature whose
+current field is among them, and second-order accurate between them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from fem3d.problems.current import Conductor, Pattern
+from fem3d.problems.heat import HeatProblem
+from fem3d.solution import joule_tensors
+from fem3d.solution.joule_tensors import JouleHeat
+
+DEPENDENT = 1e-6  # fields are dropped whose part independent of earlier ones is smaller than this
+
+
+@dataclass(frozen=True, eq=False)
+class Reduced(JouleHeat):
+    """Reduced matrices, and the Joule heat of the current fields, of which A is made; ``basis`` (free nodes, r) is
+    orthonormal in the mass matrix, so M is the identity.
+
+    The inputs' channels come first: ``source`` (channels, r), ``supply`` (channels, m). ``inertia`` (channels, r): M of
+    the lifts, tested with each field.
+    """
+
+    basis: np.ndarray
+    stiffness: np.ndarray
+    source: np.ndarray
+    inertia: np.ndarray
+    supply: np.ndarray
+
+    @property
+    def states(self) -> int:
+        """How many temperature fields."""
+        return self.basis.shape[1]
+
+    def changed(self, to: np.ndarray) -> Reduced:
+        """The same problem, or part of it, in other temperature fields, orthonormal sums of these: ``to`` (r, new)."""
+        return replace(
+            self, basis=self.basis @ to, stiffness=to.T @ self.stiffness @ to, source=self.source @ to,
+            inertia=self.inertia @ to, warm=self.warm @ to, cold_load=self.cold_load @ to,
+            warm_load=np.einsum("ijlk,la,kb->ijab", self.warm_load, to, to, optimize=True),
+            in_box={name: (cold, warm @ to) for name, (cold, warm) in self.in_box.items()},
+            at_held={name: (cold, warm @ to) for name, (cold, warm) in self.at_held.items()},
+            potentials={name: (shares, cold, warm @ to) for name, (shares, cold, warm) in self.potentials.items()},
+        )  # fmt: skip
+
+    def dissipation(self, a: np.ndarray, g: np.ndarray | None = None) -> np.ndarray:
+        """(..., m, m): the matrix A of the resistances at states a (..., r) and inputs g (..., channels)."""
+        m = self.supply.shape[1]
+        return _at(self.cold, g) + (a @ self.warm.reshape(m * m, -1).T).reshape(*a.shape[:-1], m, m)
+
+    def currents(self, a: np.ndarray, g: np.ndarray | None = None) -> np.ndarray:
+        """(..., m): the coefficients c of the current fields at states a (..., r) and inputs g."""
+        matrix, supply = self.dissipation(a, g), _at(self.supply, g)
+        if matrix.shape[-1] == 1:
+            return supply / matrix[..., 0]
+        return np.linalg.solve(matrix, np.broadcast_to(supply, matrix.shape[:-1])[..., None])[..., 0]
+
+    def joule(self, a: np.ndarray, c: np.ndarray, g: np.ndarray | None = None) -> np.ndarray:
+        """(..., r): the Joule heat tested with each temperature field."""
+        m2, r = self.supply.shape[1] ** 2, self.states
+        pairs = (c[..., :, None] * c[..., None, :]).reshape(*c.shape[:-1], m2)
+        warm = (a @ self.warm_load.reshape(m2 * r, r).T).reshape(*a.shape[:-1], m2, r)
+        cold = _at(self.cold_load, g).reshape(*(() if g is None else g.shape[:-1]), m2, r)
+        return (pairs[..., None, :] @ (cold + warm))[..., 0, :]
+
+    def linear_joule(self, c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """At given currents the Joule heat is affine in a: constant (r,) and matrix (r, r); for one channel."""
+        m2, r = len(c) ** 2, self.states
+        pairs = np.outer(c, c).ravel()
+        return pairs @ self.cold_load[0].reshape(m2, r), (pairs @ self.warm_load.reshape(m2, r * r)).reshape(r, r)
+
+
+def _at(channels: np.ndarray, g: np.ndarray | None) -> np.ndarray:
+    """(..., *rest): what comes per channel (channels, *rest), at inputs g (..., channels); that of the only channel
+    where they are left out."""
+    if g is None:
+        return channels[0]
+    flat = channels.reshape(len(channels), -1)  # faster than tensordot, and a transient asks thousands of times
+    return (g @ flat).reshape(*g.shape[:-1], *channels.shape[1:])
+
+
+def project(
+    heat: HeatProblem, conductor: Conductor | None, fields: np.ndarray, patterns: Sequence[Pattern] = ()
+) -> Reduced:
+    """The reduced problem on temperature fields (free nodes, r) and current fields."""
+    return on_basis(heat, conductor, orthonormal(heat, fields), patterns)
+
+
+def on_basis(
+    heat: HeatProblem,
+    conductor: Conductor | None,
+    basis: np.ndarray,
+    patterns: Sequence[Pattern] = (),
+    tested: JouleHeat | None = None,
+    stiffness: np.ndarray | None = None,
+) -> Reduced:
+    """The same on fields as they are, orthonormal or not; with the Joule heat and the stiffness (r, r) where these are
+    known."""
+    n, channels, lifts = heat.free, heat.inputs.count, heat.lifts
+    source, inertia = heat.loads[:, :n] @ basis, np.zeros((channels, basis.shape[1]))
+    for c, lift in enumerate(lifts):
+        if lift.any():
+            inertia[c] = (heat.mass @ lift)[:n] @ basis
+            if not heat.anchored:
+                source[c] -= (heat.stiffness @ lift)[:n] @ basis
+    if tested is None:
+        nothing = joule_tensors.nothing(channels, 0, basis.shape[1])
+        tested = nothing if conductor is None else joule_tensors.of_pairs(conductor, basis, patterns)
+    parts = {each.name: getattr(tested, each.name) for each in fields(JouleHeat)}
+    if stiffness is None:
+        stiffness = basis.T @ (heat.inner_stiffness @ basis)
+    supply = np.array([p.supply for p in patterns]).reshape(-1, channels).T
+    return Reduced(**parts, basis=basis, stiffness=stiffness, source=source, inertia=inertia, supply=supply)
+
+
+def orthonormal(heat: HeatProblem, fields: np.ndarray) -> np.ndarray:
+    """The fields (free nodes, r) made orthonormal in the mass matrix, those dropped that depend on earlier ones.
+
+    Gram-Schmidt, twice for each field (Giraud et al., Numer. Math. 101, 2005), and a last pass by Cholesky.
+    """
+    kept, weighted = (np.empty(fields.shape, order="F") for _ in range(2))
+    r = 0
+    for u, v in zip(fields.T, (heat.inner_mass @ fields).T, strict=True):
+        size = float(u @ v)
+        u = u - kept[:, :r] @ (weighted[:, :r].T @ u)
+        u = u - kept[:, :r] @ (weighted[:, :r].T @ u)
+        v = heat.inner_mass @ u
+        left = float(u @ v)
+        if left > DEPENDENT**2 * size:
+            kept[:, r], weighted[:, r] = u / np.sqrt(left), v / np.sqrt(left)
+            r += 1
+    basis = kept[:, :r]
+    again = np.linalg.cholesky(basis.T @ weighted[:, :r])
+    return np.linalg.solve(again, basis.T).T

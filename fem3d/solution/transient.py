@@ -1,0 +1,199 @@
+"""The transient, in a space of shift-invert Krylov fields.
+
+The fields (M + g K)^-1 F, ((M + g K)^-1 M)^j (M + g K)^-1 F ... for every load F hold the whole response from some g/10
+on to a few digits per handful of fields; the reduced problem is diagonal and is stepped with its linear part exact.
+Where times of interest are far apart, several shifts g take turns.
+Source: Saad, SIAM J. Numer. Anal. 29, 1992; Druskin and Knizhnerman, J. Comput. Phys. 1989; for several shifts Ruhe,
+Linear Algebra Appl. 58, 1984.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fem3d.problems.current import Conductor, Pattern
+from fem3d.problems.heat import HeatProblem
+from fem3d.solution.exponential import Source, Trajectory, integrate
+from fem3d.solution.reduced import Reduced, project
+from fem3d.solution.steady import SteadyState
+
+State = tuple[np.ndarray, np.ndarray]
+"""The rise (all nodes, K) of a state, and the values (channels,) of what drives the scene then."""
+
+
+@dataclass(frozen=True, eq=False)
+class Base:
+    """What a transient starts from on one mesh: current patterns, temperature fields (free nodes, any number) that the
+    space shall hold, and the loads (W, each all nodes) whose responses it shall hold.
+
+    ``size`` is the norm of the state that errors are relative to, where it is known.
+    """
+
+    heat: HeatProblem
+    conductor: Conductor | None
+    patterns: list[Pattern]
+    fields: np.ndarray
+    loads: list[np.ndarray]
+    size: float | None = None
+
+    @staticmethod
+    def of_steady(state: SteadyState) -> Base:
+        """The base of a response to a constant drive, whose steady state is known."""
+        heat = state.heat
+        load = heat.loads[0].copy()
+        if state.conductor is not None:
+            load += state.conductor.joule_load(state.patterns[0].density, heat.lifts[0])
+        own = (state.rise - heat.lifts[0])[: heat.free]
+        return Base(heat, state.conductor, state.patterns, state.fields, _with_inertia(heat, [load]), heat.norm(own))
+
+    def project(self, fields: np.ndarray) -> Reduced:
+        """The reduced problem on the current patterns and some temperature fields."""
+        return project(self.heat, self.conductor, fields, self.patterns)
+
+
+def _with_inertia(heat: HeatProblem, loads: list[np.ndarray]) -> list[np.ndarray]:
+    """The loads, and those with which given temperatures act when they change."""
+    return loads + [heat.mass @ lift for lift in heat.lifts if lift.any()]
+
+
+def stills(heat: HeatProblem) -> np.ndarray:
+    """(free nodes, any number): the lifts of given temperatures that jump. At that instant the free nodes stay as they
+    were, which the space holds only if it has what it takes to cancel the lift; what it lacks is heat from nowhere."""
+    inputs = heat.inputs
+    jumps = [inputs.at(np.zeros(1))[0], *(inputs.jump(float(t)) for t in inputs.knots(heat.end_time))]
+    jumping = np.any(jumps, axis=0) & heat.lifts.any(axis=1)
+    return heat.lifts[jumping, : heat.free].T
+
+
+def heat_loads(heat: HeatProblem) -> list[np.ndarray]:
+    """The loads of a scene without any current: per channel its sources, and its given temperatures."""
+    held = [] if heat.anchored else [heat.stiffness @ lift for lift in heat.lifts if lift.any()]
+    return _with_inertia(heat, [*(load for load in heat.loads if load.any()), *held])
+
+
+@dataclass(frozen=True, eq=False)
+class Transient:
+    """A trajectory of the diagonalised reduced problem of one mesh."""
+
+    base: Base
+    reduced: Reduced
+    trajectory: Trajectory
+
+    @property
+    def end(self) -> float:
+        """The end of the last step (s)."""
+        last = self.trajectory.steps[-1]
+        return last.start + last.length
+
+    def states(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(times, r) twice: the reduced states, and their rates (1/s)."""
+        a, sources = self.trajectory(times)
+        return a, sources - a * self.trajectory.rates
+
+    def rises(self, times: np.ndarray) -> np.ndarray:
+        """(times, all nodes): the temperature rise (K)."""
+        heat = self.base.heat
+        own: np.ndarray = heat.whole(self.trajectory(times)[0] @ self.reduced.basis.T)
+        return own + heat.inputs.at(times) @ heat.lifts if heat.lifts.any() else own
+
+
+class Krylov:
+    """The growing space of one mesh; each field costs one solve with a factorization made once for each shift;
+    ``solves`` are these, of the free nodes."""
+
+    def __init__(self, base: Base, *shifts: float) -> None:
+        self._base = base
+        n = base.heat.free
+        self._mass = base.heat.inner_mass
+        self.solves: list[Any] = [base.heat.solve_shifted(shift) for shift in shifts]
+        self._next = self._solved(0, [load[:n] for load in base.loads])
+        self._made, self._weighted = np.empty((n, 0)), np.empty((n, 0))
+        self._ends = [0]  # after each generation, how many fields there are
+
+    def _solved(self, shift: int, loads: list[np.ndarray]) -> list[np.ndarray]:
+        """The solutions of one of the shifts for loads (free nodes,)."""
+        return list(self.solves[shift](np.array(loads).reshape(len(loads), self._base.heat.free)))
+
+    def fields(self, generations: int) -> np.ndarray:
+        """(free nodes, fields): the base's own first, then some generations of one field for every load."""
+        while len(self._ends) <= generations:
+            following = []
+            for new in self._next:
+                # Orthogonal well enough for the recurrence; the projection makes it exact.
+                v = new - self._made @ (new @ self._weighted)
+                weighted = self._mass @ v
+                size = np.sqrt(max(v @ weighted, 0.0))
+                if not size > GONE * np.sqrt(max(new @ (self._mass @ new), 0.0)):
+                    continue
+                self._made = np.column_stack([self._made, v / size])
+                self._weighted = np.column_stack([self._weighted, weighted / size])
+                following.append(weighted / size)
+            self._next = self._solved(len(self._ends) % len(self.solves), following)
+            self._ends.append(self._made.shape[1])
+        return np.column_stack([self._base.fields, self._made[:, : self._ends[generations]]])
+
+    def dropped(self, generations: int, fewer: int) -> int:
+        """How many fields the last ``fewer`` of some generations are."""
+        return self._ends[generations] - self._ends[max(generations - fewer, 0)]
+
+
+GONE = 1e-9  # relative size below which a new field is taken for one that is there
+
+
+def time_constant(state: SteadyState) -> float:
+    """Stored heat over the power that keeps it (s): the scale of the slowest response."""
+    heat, n = state.heat, state.heat.free
+    stored = float((heat.mass @ heat.unit)[:n] @ state.rise[:n])
+    supplied = float(heat.unit @ np.abs(state.source))
+    return abs(stored) / supplied if supplied > 0 else 1.0
+
+
+def shift(slowest: float, earliest: float) -> float:
+    """The shift g (s): between the earliest time of interest and the slowest response."""
+    return float(np.sqrt(earliest * max(slowest, earliest)))
+
+
+def march(base: Base, reduced: Reduced, end: float, accuracy: float, drop: int = 0) -> Transient:
+    """The response of a reduced problem up to ``end`` (s), without its last ``drop`` fields."""
+    kept = reduced.states - drop
+    inner = reduced.stiffness[:kept, :kept]
+    rates, modes = np.linalg.eigh((inner + inner.T) / 2)
+    modal, rates = reduced.changed(np.eye(reduced.states, kept) @ modes), np.maximum(rates, 0.0)
+    inputs = base.heat.inputs
+    size = base.size or _size(modal, rates, inputs.largest(end), end)
+    start = -inputs.at(np.zeros(1))[0] @ modal.inertia
+    jumps = {float(t): -inputs.jump(float(t)) @ modal.inertia for t in inputs.knots(end)}
+    trajectory = integrate(
+        rates, lambda since: _source(base, modal, since), end, accuracy, size, start=start, jumps=jumps
+    )
+    return Transient(base, modal, trajectory)
+
+
+def _source(base: Base, modal: Reduced, since: float) -> Source:
+    """The source of the modal problem from an instant on."""
+    conducts = modal.supply.shape[1] > 0
+    first, slope = base.heat.inputs.piece(since)
+    rate = slope @ modal.inertia
+
+    def source(times: np.ndarray, states: np.ndarray) -> np.ndarray:
+        # What is constant needs no inputs, which cost time thousands of times.
+        g = first + np.outer(times - since, slope) if len(first) > 1 else None
+        own = modal.source[0] if g is None else g @ modal.source - rate
+        own = np.broadcast_to(own, states.shape)
+        return own + modal.joule(states, modal.currents(states, g), g) if conducts else own
+
+    return source
+
+
+def _size(modal: Reduced, rates: np.ndarray, largest: np.ndarray, end: float) -> float:
+    """A norm of the state: that to which the largest inputs would drive it in the time there is."""
+    none = np.zeros(modal.states)
+    load = largest @ np.abs(modal.source)
+    if modal.supply.shape[1]:
+        c = modal.currents(none, largest)
+        load = load + np.abs(modal.joule(none, c, largest))
+    reached = load * np.minimum(1 / np.maximum(rates, 1e-300), end)
+    return float(np.linalg.norm(reached) + np.linalg.norm(largest @ np.abs(modal.inertia))) or 1.0

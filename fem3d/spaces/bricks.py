@@ -1,0 +1,255 @@
+"""The trunk space on a grid of bricks: scikit-fem's mesh and degrees of freedom, matrices and integrals over bricks.
+
+Vectors run over all functions of the grid's highest degree; those that the degrees of their intervals leave out stay
+zero. All cells are axis-parallel, so every matrix is the reference one scaled by the sides
+(`fem3d.spaces.element.local`), and every function is a product of three functions of one coordinate each, which points
+and means are read off by."""
+
+from __future__ import annotations
+
+from copy import copy
+from functools import cached_property, lru_cache, partial
+
+import numpy as np
+from scipy.sparse import coo_array, csc_array
+from skfem import MeshHex
+from skfem.assembly.dofs import Dofs
+from skfem.refdom import RefHex
+
+from fem3d.spaces.element import Degrees, ElementHexTrunk, active, factors, gauss, heights, line, local, modes
+from fem3d.spaces.entities import entities
+from fem3d.spaces.integrals import Rule, Side, Space, halves, rule, side
+from meshes.grid import Grid
+from scenes.model import Point
+
+
+class BrickSpace(Space):
+    """The functions on the cells of a grid that a box owns.
+
+    ``ijk`` (3, cells) says where in the grid each cell is, ``h`` (3, cells) its sides (m), ``degrees`` (3, cells) its
+    degrees. The lower spaces are of degrees lower by two and by one.
+    """
+
+    def __init__(self, grid: Grid) -> None:
+        self.grid = grid
+        self.p = p = int(max(d.max() for d in grid.degrees))
+        self.ijk = np.argwhere(grid.solid).T
+        self.h = np.array([np.diff(b)[i] for b, i in zip(grid.breaks, self.ijk, strict=True)])
+        shape = tuple(n + 1 for n in grid.owner.shape)
+        corners = self.ijk[:, None] + RefHex.p.astype(int)[:, :, None]
+        vertices, t = np.unique(np.ravel_multi_index(tuple(corners), shape), return_inverse=True)
+        at = np.array(np.unravel_index(vertices, shape))
+        points = np.array([b[i] for b, i in zip(grid.breaks, at, strict=True)])
+        self.mesh = MeshHex(points, t.reshape(8, -1).astype(np.int32), validate=False)
+        numbering = Dofs(self.mesh, ElementHexTrunk(p))
+        self.dofs, self.size = numbering.element_dofs, int(numbering.N)
+        # Counted in cells, however thin: what they join matters, not how long they are.
+        self.entity, self.places = entities(self.mesh, numbering, at)
+        self.degrees = np.array([d[i] for d, i in zip(grid.degrees, self.ijk, strict=True)])
+        kinds, kind = np.unique(self.degrees, axis=1, return_inverse=True)
+        self._classes = [
+            ((int(x), int(y), int(z)), np.flatnonzero(kind.ravel() == k)) for k, (x, y, z) in enumerate(kinds.T)
+        ]
+
+    def moved(self, grid: Grid) -> BrickSpace:
+        """The same functions on a grid whose planes are elsewhere."""
+        found, mesh = copy(self), copy(self.mesh)
+        at = [np.searchsorted(b, x) for b, x in zip(self.grid.breaks, self.mesh.p, strict=True)]
+        vars(mesh).pop("_cached_mapping", None)
+        mesh.doflocs = np.array([b[i] for b, i in zip(grid.breaks, at, strict=True)])
+        found.grid, found.mesh = grid, mesh
+        found.h = np.array([np.diff(b)[i] for b, i in zip(grid.breaks, self.ijk, strict=True)])
+        return found
+
+    @cached_property
+    def depth(self) -> np.ndarray:
+        """(functions,): from how many degrees less on each is not there any more, less one; negative for those that
+        the degrees of their intervals leave out, and more than any degree for vertices."""
+        (axes, at), k = self.along, np.zeros((self.size, 3), int)
+        k[self.dofs] = modes(self.p)[:, None]
+        own = np.array([d[i] for d, i in zip(self.grid.degrees, at.T, strict=True)]).T
+        slack = np.where(axes, own - k, self.p + 1).min(axis=1)
+        together = np.where(axes, own, 0).max(axis=1) - np.where(axes, k, 0).sum(axis=1)
+        return np.where(axes.any(axis=1), np.minimum(slack, together), slack)
+
+    @cached_property
+    def nested(self) -> tuple[np.ndarray, ...]:
+        return self.depth >= 2, self.depth >= 1, self.depth >= 0
+
+    @cached_property
+    def unit(self) -> np.ndarray:
+        found = np.zeros(self.size)
+        found[self.dofs[:8]] = 1.0
+        return found
+
+    @cached_property
+    def along(self) -> tuple[np.ndarray, np.ndarray]:
+        """(functions, 3) twice: which axes a function's degree runs along, and its interval there."""
+        axes, at = np.zeros((self.size, 3), bool), np.zeros((self.size, 3), int)
+        axes[self.dofs] = (modes(self.p) > 1)[:, None]
+        at[self.dofs] = self.ijk.T[None]
+        return axes, at
+
+    def matrices(self, k: np.ndarray, c: np.ndarray) -> tuple[csc_array, csc_array]:
+        # Both have one pattern, so both travel through one conversion as a complex number.
+        return halves(self._matrix(np.arange(len(k)), k, c))
+
+    def stiffness(self, k: np.ndarray, cells: np.ndarray) -> csc_array:
+        everywhere = np.zeros(self.h.shape[1])
+        everywhere[cells] = k
+        return halves(self._matrix(cells, everywhere, np.zeros_like(everywhere)))[0]
+
+    def changes(
+        self, before: BrickSpace, k: tuple[np.ndarray, np.ndarray], c: tuple[np.ndarray, np.ndarray]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The entries of both `matrices`, in the order of ``before.pattern``, less those of the space ``before`` it
+        was moved; for k and c (cells,) before and now. Only cells that change are looked at."""
+        old, new = before._scale(k[0], c[0]), self._scale(k[1], c[1])
+        change = new - old
+        places, count = before.pattern[1], before.pattern[0].nnz
+        both = np.zeros(count), np.zeros(count)
+        for (degrees, of), place in zip(self._classes, places, strict=True):
+            entries = local(self.p, degrees).entries
+            for found, parts in zip(both, (slice(0, 3), slice(3, 4)), strict=True):
+                at = np.flatnonzero(change[parts][:, of].any(axis=0))
+                if len(at):
+                    own = entries[parts].T @ change[parts][:, of[at]]
+                    found += np.bincount(place[:, at].ravel(), own.ravel(), count)
+        return both
+
+    @cached_property
+    def pattern(self) -> tuple[csc_array, list[np.ndarray]]:
+        """The pattern of the matrices, its entries numbered; and which of these (entries of a cell, cells) those of
+        the cells add to, class by class."""
+        at = [
+            (self.dofs[:, of][local(self.p, d).rows], self.dofs[:, of][local(self.p, d).columns])
+            for d, of in self._classes
+        ]
+        keys = [columns.astype(np.int64) * self.size + rows for rows, columns in at]
+        every, places = np.unique(np.concatenate([key.ravel() for key in keys]), return_inverse=True)
+        starts = np.searchsorted(every, np.arange(self.size + 1, dtype=np.int64) * self.size)
+        ends = np.cumsum([key.size for key in keys])[:-1]
+        split = [p.reshape(key.shape) for p, key in zip(np.split(places.ravel(), ends), keys, strict=True)]
+        return csc_array((np.arange(len(every)), every % self.size, starts), (self.size,) * 2), split
+
+    def _scale(self, k: np.ndarray, c: np.ndarray) -> np.ndarray:
+        volume = self.h.prod(axis=0)
+        return np.concatenate([k * volume / self.h**2, [c * volume]])
+
+    def _matrix(self, cells: np.ndarray, k: np.ndarray, c: np.ndarray) -> csc_array:
+        chosen = np.zeros(self.h.shape[1], bool)
+        chosen[cells] = True
+        scale = self._scale(k, c)
+        rows, columns, data = [], [], []
+        for degrees, of in self._classes:
+            here = of[chosen[of]]
+            one, at = local(self.p, degrees), self.dofs[:, here]
+            both = np.empty((len(one.rows), len(here)), complex)
+            both.real, both.imag = one.entries[:3].T @ scale[:3, here], np.outer(one.entries[3], scale[3, here])
+            rows.append(at[one.rows].ravel())
+            columns.append(at[one.columns].ravel())
+            data.append(both.ravel())
+        joined = np.concatenate(data), (np.concatenate(rows), np.concatenate(columns))
+        return csc_array(coo_array(joined, shape=(self.size, self.size)))
+
+    def rule(self, cells: np.ndarray, more: int) -> Rule:
+        """Gauss's rule of as many points along each axis as the highest degree of the cells there plus one."""
+        x, y, z = self.degrees[:, cells].max(axis=1, initial=1).tolist()
+        return _rule(self.p, (x, y, z), more)
+
+    def side(self, number: int) -> Side:
+        return _side(self.p, number)
+
+    def jacobian(self, cells: np.ndarray, X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        h = self.h[:, cells, None]
+        return 1 / h, h.prod(axis=0)
+
+    def at(self, X: np.ndarray) -> np.ndarray:
+        return _values(self.p, X)
+
+    def sample(self, u: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray, *, slope: int = 3) -> np.ndarray:
+        """(..., x, y, z): fields (..., functions), or their derivative along an axis, on a grid of coordinates (m).
+        What is outside of the solid means nothing."""
+        tables = [self._table(d, at, d == slope) for d, at in enumerate((x, y, z))]
+        many = u.reshape(-1, self.size)
+        found = np.zeros((len(many), len(x), len(y), len(z)))
+        for v, into in zip(many, found, strict=True):
+            whole = np.zeros([t.shape[1] for t in tables])
+            whole[tuple(self._factors)] = v
+            into[...] = np.einsum("xi,yj,zk,ijk->xyz", *tables, whole, optimize=True)
+        return found.reshape(*u.shape[:-1], *found.shape[1:])
+
+    def ceiling(self, u: np.ndarray) -> float:
+        """What fields (..., functions) exceed nowhere: the corners' functions of a cell add up to one, and each other
+        one has a height of its own."""
+        high = heights(self.p)
+        tops = (v[self.dofs[:8]].max(axis=0) + high @ abs(v[self.dofs[8:]]) for v in u.reshape(-1, self.size))
+        return float(max(top.max() for top in tops))
+
+    def mean(self, lower: Point, upper: Point) -> np.ndarray:
+        """(functions,): what each adds to the mean over a point, a line, a flat box or a box inside the solid, the
+        last three with corners on breakpoints."""
+        found = np.ones(self.size)
+        for d in range(3):
+            breaks = self.grid.breaks[d]
+            i, j = self.grid.span(d, lower[d], upper[d])
+            if i == j:
+                row = self._table(d, np.array([lower[d]]), False)[0]
+            else:
+                row, h = np.zeros(self._count(d)), np.diff(breaks) / (upper[d] - lower[d])
+                one = factors(self.p).integral
+                for n in range(i, j):
+                    row[n : n + 2] += h[n] * one[:2]
+                    row[self._bubbles(d, n)] = h[n] * one[2:]
+            found *= row[self._factors[d]]
+        return found
+
+    def _count(self, d: int) -> int:
+        return len(self.grid.breaks[d]) + len(self.grid.degrees[d]) * (self.p - 1)
+
+    def _bubbles(self, d: int, interval: int) -> slice:
+        first = len(self.grid.breaks[d]) + interval * (self.p - 1)
+        return slice(first, first + self.p - 1)
+
+    @cached_property
+    def _factors(self) -> np.ndarray:
+        """(3, functions): which functions of one coordinate each is a product of: those of breakpoints come first."""
+        k, found = modes(self.p), np.empty((3, self.size), int)
+        for d in range(3):
+            at, own = self.ijk[d], k[:, d, None]
+            bubble = len(self.grid.breaks[d]) + at * (self.p - 1) + own - 2
+            found[d, self.dofs] = np.where(own < 2, at + own, bubble)
+        return found
+
+    def _table(self, d: int, at: np.ndarray, slope: bool) -> np.ndarray:
+        """(places, functions of the coordinate): their values, or slopes (1/m)."""
+        breaks = self.grid.breaks[d]
+        n = np.clip(np.searchsorted(breaks, at, side="right") - 1, 0, len(breaks) - 2)
+        h = np.diff(breaks)[n]
+        values = line(self.p, (at - breaks[n]) / h)[1 if slope else 0] / (h if slope else 1.0)
+        found = np.zeros((len(at), self._count(d)))
+        rows = np.arange(len(at))
+        found[rows, n], found[rows, n + 1] = values[0], values[1]
+        found[rows[:, None], (len(breaks) + n * (self.p - 1))[:, None] + np.arange(self.p - 1)] = values[2:].T
+        return found
+
+
+def _values(p: int, X: np.ndarray, along: int | None = None) -> np.ndarray:
+    """(points, functions): values at reference points (3, points), or slopes along an axis."""
+    lines = [line(p, x)[1 if d == along else 0][own] for d, (x, own) in enumerate(zip(X, modes(p).T, strict=True))]
+    return (lines[0] * lines[1] * lines[2]).T
+
+
+@lru_cache(maxsize=32)
+def _rule(p: int, degrees: Degrees, more: int) -> Rule:
+    (x, u), (y, v), (z, w) = (gauss(d + 1 + more) for d in degrees)
+    points = np.array(np.meshgrid(x, y, z, indexing="ij")).reshape(3, -1)
+    weights = np.einsum("i,j,k->ijk", u, v, w).ravel()
+    return rule(points, weights, partial(_values, p), np.flatnonzero(active(p, degrees)))
+
+
+@lru_cache(maxsize=64)
+def _side(p: int, number: int) -> Side:
+    x, w = gauss(p + 1)
+    plane = np.array(np.meshgrid(x, x, indexing="ij")).reshape(2, -1), np.outer(w, w).ravel()
+    return side(RefHex, number, plane, partial(_values, p))

@@ -1,0 +1,218 @@
+"""A scene laid on the cells of a mesh: which cells and facets its materials, sources, conditions and probes are on.
+
+Boxes (`Boxes`) and mesh files (`fem3d.spaces.mapped`) say it in their own ways; the problems are assembled from here.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numpy as np
+
+from fem3d.spaces.bricks import BrickSpace
+from fem3d.spaces.channels import Inputs
+from fem3d.spaces.integrals import Faces, Space
+from meshes import connected
+from meshes.grid import Grid
+from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule, Value
+
+Patch = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Cells (n,), and in the coordinates of their reference cell the corner (3,) and the sides (k, 3) of a part of each."""
+
+
+@dataclass(frozen=True, eq=False)
+class Domain(ABC):
+    """Cells and conditions of a scene, of whatever kind. ``body`` (cells,) is the number of each cell's body in
+    ``names`` and ``materials``; ``sources`` are heat sources (W/m3) with their cells; ``live`` (cells,) are the cells
+    that current passes, ``still`` those of conductors at one voltage, with that voltage; ``anchored``: whether every
+    part has an exit for heat.
+    """
+
+    scene: Any
+    space: Space
+    body: np.ndarray
+    names: tuple[str, ...]
+    materials: tuple[Material, ...]
+    sources: tuple[tuple[Value, np.ndarray], ...]
+    live: np.ndarray
+    still: tuple[tuple[np.ndarray, Value], ...]
+    anchored: bool
+
+    conditions_first: ClassVar[bool] = False
+    """Whether a flow is read off the conditions on a probe wherever there are any, inside the solid too."""
+
+    def per_cell(self, key: str) -> np.ndarray:
+        """(cells,): a property of the materials."""
+        return np.array([float(getattr(m, key)) for m in self.materials])[self.body]
+
+    @property
+    def stands_for(self) -> np.ndarray:
+        """(bodies,): how many such in series each body is to a current."""
+        return np.ones(len(self.names))
+
+    @cached_property
+    def probes(self) -> dict[str, Any]:
+        """The scene's, by name."""
+        return {p.name: p for p in self.scene.probes}
+
+    @cached_property
+    def inputs(self) -> Inputs:
+        """The channels of what varies in time."""
+        values = [v for b in self.scene.boundaries for v in (b.value, b.ambient)] + [v for v, _ in self.sources]
+        return Inputs(tuple(dict.fromkeys(v for v in values if isinstance(v, Schedule))))
+
+    def exposed(self, facets: np.ndarray) -> np.ndarray:
+        """(facets,): which are on the surface."""
+        return self.space.mesh.f2t[1, facets] < 0
+
+    def seen(self, facets: np.ndarray, inside: np.ndarray | None = None) -> Faces:
+        """Those of some facets that are of a cell (among those chosen, (cells,)), each seen from one."""
+        cells = self.space.mesh.f2t[:, facets]
+        fine = cells >= 0 if inside is None else (cells >= 0) & inside[cells]
+        side = fine.argmax(axis=0)
+        kept = fine.any(axis=0)
+        return self.space.faces(facets[kept], cells[side, np.arange(len(facets))][kept])
+
+    def sides(self, item: Any, inside: np.ndarray) -> Iterator[tuple[Faces, float, np.ndarray]]:
+        """The facets of a flat probe with a chosen cell on either side, as seen from both: (faces, half the sign of
+        their normal, cells)."""
+        facets = self.facets(item)
+        pairs = self.space.mesh.f2t[:, facets]
+        both = (pairs >= 0).all(axis=0)
+        both[both] = inside[pairs[:, both]].all(axis=0)
+        signs = self.directions(item)[both]
+        for side in (0, 1):
+            for sign in np.unique(signs):
+                at = np.flatnonzero(signs == sign)
+                cells = pairs[side, both][at]
+                yield self.space.faces(facets[both][at], cells), float(sign) * (0.5 - side), cells
+
+    def on(self, boundary: Any) -> np.ndarray:
+        """The facets on which a condition acts: those of conductors that carry current for a voltage, exposed ones for
+        a flux."""
+        facets = self.facets(boundary)
+        if boundary.kind == "voltage":
+            cells = self.space.mesh.f2t[:, facets]
+            return facets[((cells >= 0) & self.live[cells]).any(axis=0)]
+        return facets if boundary.kind == "temperature" else facets[self.exposed(facets)]
+
+    def faces(self, boundary: Any) -> Faces:
+        """Integrals over the facets on which a condition acts."""
+        return self.seen(self.on(boundary), self.live if boundary.kind == "voltage" else None)
+
+    @cached_property
+    def fixed(self) -> dict[str, np.ndarray]:
+        """For each condition that gives a temperature or a voltage the functions (functions,) that it fixes."""
+        kinds = ("temperature", "voltage")
+        return {b.name: self.faces(b).functions for b in self.scene.boundaries if b.kind in kinds}
+
+    @abstractmethod
+    def facets(self, item: Any) -> np.ndarray:
+        """The facets of a condition or of a flat probe."""
+
+    @abstractmethod
+    def directions(self, item: Any) -> np.ndarray:
+        """(facets,): 1 where the direction in which flows through a flat probe count points out of a facet's first
+        cell, else -1."""
+
+    @abstractmethod
+    def mean(self, probe: Any, inside: np.ndarray | None = None) -> np.ndarray:
+        """(functions,): what each adds to the mean over a probe; ``inside`` are the cells of those that matter."""
+
+    @abstractmethod
+    def patches(self, probe: Any, inside: np.ndarray | None = None) -> list[Patch]:
+        """The parts of cells that a probe lies in."""
+
+    @abstractmethod
+    def is_flat(self, probe: Any) -> bool:
+        """Whether a probe is a surface."""
+
+
+@dataclass(frozen=True, eq=False)
+class Boxes(Domain):
+    """A scene of boxes on a grid of bricks."""
+
+    scene: Scene
+    space: BrickSpace
+
+    @property
+    def stands_for(self) -> np.ndarray:
+        """(bodies,): what the boxes say."""
+        return np.array([b.stands_for for b in self.scene.boxes])
+
+    def facets(self, item: Boundary | Probe) -> np.ndarray:
+        """The facets on a flat box."""
+        grid, d = self.space.grid, self.space.grid.flat(item.lower, item.upper)
+        on = np.abs(self._middles[d] - grid.breaks[d][grid.at(d, item.lower[d])]) <= grid.small(d)
+        for e in range(3):
+            if e != d:
+                low, high = (grid.breaks[e][i] for i in grid.span(e, item.lower[e], item.upper[e]))
+                on &= (self._middles[e] > low) & (self._middles[e] < high)
+        return np.flatnonzero(on)
+
+    @cached_property
+    def _middles(self) -> np.ndarray:
+        mesh = self.space.mesh
+        return mesh.p[:, mesh.facets].mean(axis=1)
+
+    def directions(self, item: Boundary | Probe) -> np.ndarray:
+        """(facets,): 1 where the first cell is the lower one along the axis."""
+        facets = self.facets(item)
+        middles = self.space.mesh.p[:, self.space.mesh.t[:, self.space.mesh.f2t[0, facets]]].mean(axis=1)
+        return np.where((self._middles[:, facets] - middles).sum(axis=0) > 0, 1, -1)
+
+    def mean(self, probe: Probe, inside: np.ndarray | None = None) -> np.ndarray:
+        """(functions,): what a function adds to the mean over a probe."""
+        row = self.space.mean(probe.lower, probe.upper)
+        return row if inside is None else np.where(self.space.of(inside), row, 0.0)
+
+    def patches(self, probe: Probe, inside: np.ndarray | None = None) -> list[Patch]:
+        """The parts of the cells that a box of any dimension lies in."""
+        space, grid = self.space, self.space.grid
+        chosen = np.ones(space.ijk.shape[1], bool) if inside is None else inside.copy()
+        corner, sides = np.zeros((3, space.ijk.shape[1])), np.ones(3)
+        for d in range(3):
+            i, j = grid.span(d, probe.lower[d], probe.upper[d])
+            own = space.ijk[d]
+            if i < j:
+                chosen &= (own >= i) & (own < j)
+                continue
+            at = (probe.lower[d] - grid.breaks[d][own]) / space.h[d]
+            chosen &= (at > -1e-9) & (at < 1 + 1e-9)
+            corner[d], sides[d] = np.clip(at, 0.0, 1.0), 0.0
+        cells = np.flatnonzero(chosen)
+        kinds, kind = np.unique(corner[:, cells], axis=1, return_inverse=True)
+        extended = np.eye(3)[sides > 0]
+        return [(cells[kind.ravel() == k], kinds[:, k], extended) for k in range(kinds.shape[1])]
+
+    def across(self, probe: Probe) -> int:
+        """The axis across a flat box."""
+        return self.space.grid.flat(probe.lower, probe.upper)
+
+    def is_flat(self, probe: Probe) -> bool:
+        """Whether a probe is a flat box."""
+        return sum(a == b for a, b in zip(probe.lower, probe.upper, strict=True)) == 1
+
+
+def boxes(scene: Scene, grid: Grid) -> Boxes:
+    """The domain of a scene of boxes (or of its symmetric part) on a grid."""
+    space = BrickSpace(grid)
+    owner, at = grid.owner, tuple(space.ijk)
+    coarse = connected.coarsest(scene)
+
+    def cells(of: np.ndarray) -> np.ndarray:
+        return grid.refined(coarse, of)[at]
+
+    def source(number: int, box: Box) -> tuple[Value, np.ndarray]:
+        return box.heat_source, np.flatnonzero(owner[at] == number)
+
+    return Boxes(
+        scene, space, owner[at], tuple(b.name for b in scene.boxes), tuple(b.material for b in scene.boxes),
+        tuple(source(n, b) for n, b in enumerate(scene.boxes) if b.heat_source),
+        cells(connected.live(scene)), tuple((cells(own), value) for own, value in connected.still(scene)),
+        connected.anchored(scene),
+    )  # fmt: skip

@@ -1,0 +1,133 @@
+"""The trunk (serendipity) hexahedron of any degree for scikit-fem, with a hierarchical basis, and its 1D factors.
+
+A basis function is a product of three 1D functions: 0 and 1 are the linear ones, k >= 2 the integral of the Legendre
+polynomial k - 1. Edges carry k = 2 ... p, facets pairs with j + k <= p, the interior triples with i + j + k <= p (Szabo
+and Babuska, Finite Element Analysis, 1991, section 6). All bricks of a grid are oriented alike, so that odd functions
+match. Functions of lower degrees span the lower spaces: leaving some out makes spaces of mixed and of nested degrees.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import legendre
+from skfem.element import ElementH1
+from skfem.refdom import RefHex
+
+Degrees = tuple[int, int, int]
+
+
+class ElementHexTrunk(ElementH1):
+    """The trunk hexahedron of degree ``p`` (p = 2 spans the space of scikit-fem's ElementHexS2)."""
+
+    refdom = RefHex
+    nodal_dofs = 1
+
+    def __init__(self, p: int) -> None:
+        self.p = self.maxdeg = p
+        self.edge_dofs = p - 1
+        self.facet_dofs = (p - 2) * (p - 3) // 2 if p > 3 else 0
+        self.interior_dofs = (p - 3) * (p - 4) * (p - 5) // 6 if p > 5 else 0
+        self.dofnames = ["u"] * (1 + self.edge_dofs + self.facet_dofs + self.interior_dofs)
+        self.doflocs = np.where(modes(p) < 2, modes(p), 0.5)
+
+    def lbasis(self, X: np.ndarray, i: int) -> tuple[np.ndarray, np.ndarray]:
+        """Value and gradient of basis function ``i`` at reference points."""
+        (f, g, h), (a, b, c) = (line(self.p, x) for x in X), modes(self.p)[i]
+        slopes = [f[1][a] * g[0][b] * h[0][c], f[0][a] * g[1][b] * h[0][c], f[0][a] * g[0][b] * h[1][c]]
+        return f[0][a] * g[0][b] * h[0][c], np.array(slopes)
+
+
+def line(p: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(p + 1, *x) twice: the 1D functions on (0, 1) and their slopes."""
+    t = 2 * np.asarray(x, float) - 1
+    v = np.moveaxis(legendre.legvander(t, p), -1, 0)
+    f, d = np.empty((p + 1, *t.shape)), np.empty((p + 1, *t.shape))
+    f[0], f[1], d[0], d[1] = (1 - t) / 2, (1 + t) / 2, -1.0, 1.0
+    for k in range(2, p + 1):
+        f[k] = (v[k] - v[k - 2]) / np.sqrt(2 * (2 * k - 1))
+        d[k] = np.sqrt(2 * (2 * k - 1)) * v[k - 1]
+    return f, d
+
+
+@lru_cache
+def modes(p: int) -> np.ndarray:
+    """(functions, 3): the 1D functions of each, in scikit-fem's order of vertices, edges, facets, interior."""
+    corners = RefHex.p.T.astype(int)
+    found = [list(c) for c in corners]
+    for entity in (RefHex.edges, RefHex.facets):
+        for at in entity:
+            c = corners[list(at)]
+            free = np.flatnonzero((c != c[0]).any(axis=0))
+            for k in np.ndindex(*[p - 1] * len(free)):
+                if sum(k) + 2 * len(free) <= p:
+                    one = c[0].copy()
+                    one[free] = np.array(k) + 2
+                    found.append(list(one))
+    found += [[i, j, k] for i, j, k in np.ndindex(p + 1, p + 1, p + 1) if min(i, j, k) > 1 and i + j + k <= p]
+    return np.array(found)
+
+
+@lru_cache
+def heights(p: int) -> np.ndarray:
+    """(functions past the corners',): the largest size of each; 1D functions k >= 2 turn where Legendre's k - 1 is
+    zero."""
+    one = np.array([1.0, 1.0, *(abs(line(k, gauss(k - 1)[0])[0][k]).max() for k in range(2, p + 1))])
+    found: np.ndarray = one[modes(p)[8:]].prod(axis=1)
+    return found
+
+
+@lru_cache(maxsize=4096)
+def active(p: int, degrees: Degrees) -> np.ndarray:
+    """(functions,): which are there for degrees along x, y, z: a rule of each entity's own intervals alone."""
+    k, bubble, d = modes(p), modes(p) > 1, np.array(degrees)
+    found: np.ndarray = np.all((k <= d) | ~bubble, axis=1)
+    return found & ((k * bubble).sum(axis=1) <= (bubble * d).max(axis=1, initial=0))
+
+
+def gauss(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points and weights of Gauss's rule on (0, 1)."""
+    x, w = legendre.leggauss(n)
+    return (x + 1) / 2, w / 2
+
+
+class Factors(NamedTuple):
+    """Integrals on (0, 1): ``integral`` (functions,), ``mass`` and ``stiffness`` (functions, functions)."""
+
+    integral: np.ndarray
+    mass: np.ndarray
+    stiffness: np.ndarray
+
+
+@lru_cache
+def factors(p: int) -> Factors:
+    """The 1D integrals that every matrix of a brick is a product of."""
+    x, w = gauss(p + 1)
+    f, d = line(p, x)
+    found = Factors(f @ w, (f * w) @ f.T, (d * w) @ d.T)
+    for m in found:
+        m[abs(m) < 1e-14] = 0.0
+    return found
+
+
+class Local(NamedTuple):
+    """Entries of a brick's matrices that are not zero: ``rows``, ``columns`` (pairs,) among the functions, and (4,
+    pairs) the x, y, z stiffness and the mass of the unit cube."""
+
+    rows: np.ndarray
+    columns: np.ndarray
+    entries: np.ndarray
+
+
+@lru_cache(maxsize=512)
+def local(p: int, degrees: Degrees) -> Local:
+    """The reference matrices of the functions that are active for degrees along x, y, z: those of
+    `fem3d.spaces.forms.conduction` and `fem3d.spaces.forms.capacity`, made of their 1D factors."""
+    at = np.flatnonzero(active(p, degrees))
+    one = factors(p)
+    m, s = ([t[np.ix_(k, k)] for k in modes(p)[at].T] for t in (one.mass, one.stiffness))
+    full = np.array([s[0] * m[1] * m[2], m[0] * s[1] * m[2], m[0] * m[1] * s[2], m[0] * m[1] * m[2]])
+    r, c = np.nonzero((full != 0).any(axis=0))
+    return Local(at[r], at[c], full[:, r, c])
