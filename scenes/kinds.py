@@ -57,8 +57,17 @@ class Quantity(Kind):
         if not fault and not self.lower <= (abs(value) if self.signed else value) <= self.upper:
             fault = "is out of range"
         if fault:
-            raise SceneError(f"{path} = {quoted(given)} {fault}: give {self._allowed()}")
+            raise SceneError(f"{path} = {self._said(given, value)} {fault}: give {self._allowed()}")
         return value
+
+    def _said(self, given: object, value: float) -> str:
+        """What is given, and of an expression what it comes to."""
+        try:
+            if isinstance(given, str):
+                parse_quantity(given)
+        except UnitError:
+            return f"{quoted(given)} = {self.dimension.show(value)}" if value else quoted(given)
+        return quoted(given)
 
     def write(self, value: Any) -> Any:
         """A plain float, or the word for ``None``; what is no number stays as it is, for ``read`` to refuse."""

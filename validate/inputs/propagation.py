@@ -213,7 +213,7 @@ def of_values(
     found: dict[str, dict[str, np.ndarray]] = {}
     for key, of in by.items():
         # A temperature is the room's and a rise; where the room is the key, both move.
-        own = sink.room_temperature if key == "environment.room_temperature" else 0.0
+        own = (neighbour(sink, key, STEP).room_temperature - sink.room_temperature) / STEP
         found[key] = {
             n: (values[n] - sink.room_temperature) * s + own if n.endswith("_K") else values[n] * s
             for n, s in of.items()
