@@ -10,6 +10,7 @@ from scenes.formats import difference_text, percent
 
 if TYPE_CHECKING:
     from scenes.device import Device
+    from scenes.model import Declared
     from scenes.result import Estimate, Result, Traces
     from scenes.sink import Sink
 
@@ -161,14 +162,14 @@ def of_formula(
     )  # fmt: skip
 
 
-def expected(scene: Sink | Device, check: str) -> Verdict | None:
+def expected(scene: Sink | Device | Declared, check: str) -> Verdict | None:
     """The verdict that a scene declares. Its list of checks that differ is complete: those not in it agree."""
     if scene.expected_to_differ is None:
         return None
     return "differs" if check in scene.expected_to_differ else "agrees"
 
 
-def judged(name: str, found: Comparison, scene: Sink | Device, always: bool = False) -> Check:
+def judged(name: str, found: Comparison, scene: Sink | Device | Declared, always: bool = False) -> Check:
     """What was found, with its verdict; ``always`` gives the reason whatever the verdict is."""
     tolerance = scene.tolerance(name)
     verdict, because = judge(found.difference, tolerance, found.u_num), ""
@@ -185,7 +186,7 @@ def judged(name: str, found: Comparison, scene: Sink | Device, always: bool = Fa
     )  # fmt: skip
 
 
-def contradicts(check: Check, scene: Sink | Device, strict: bool) -> bool:
+def contradicts(check: Check, scene: Sink | Device | Declared, strict: bool) -> bool:
     """Whether a check came out other than the scene declares.
 
     Only what is declared can be contradicted: a verdict that is the opposite of the declared one, or a difference
@@ -201,5 +202,5 @@ def contradicts(check: Check, scene: Sink | Device, strict: bool) -> bool:
     return declared in scene.tolerances and check.verdict == "differs"
 
 
-def contrary(checks: Iterable[Check], scene: Sink | Device, strict: bool = False) -> list[Check]:
+def contrary(checks: Iterable[Check], scene: Sink | Device | Declared, strict: bool = False) -> list[Check]:
     return [check for check in checks if contradicts(check, scene, strict)]

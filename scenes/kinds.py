@@ -154,19 +154,20 @@ class Choice(Kind):
 
 @dataclass(frozen=True)
 class Numbers(Kind):
-    """A table of numbers by name, of those ``known``, each a ``quantity``; ``called`` is what a name is of, and
-    ``form`` ends the sentence on what is no such table."""
+    """A table of values by name, of those ``known`` (any where none is), each a ``quantity``; ``called`` is what a name
+    is of, and ``form`` ends the sentence on what is no such table."""
 
-    quantity: Quantity
+    quantity: Kind
     known: tuple[str, ...]
     called: str
     form: str
 
-    def read(self, path: str, given: object) -> dict[str, float]:
+    def read(self, path: str, given: object) -> dict[str, Any]:
         if not isinstance(given, Mapping):
             raise SceneError(f"{path} = {quoted(given)} must be {self.form}")
-        names = {known_name(path, name, self.known, self.called): value for name, value in given.items()}
-        return {name: float(self.quantity.read(f"{path}.{name}", value) or 0) for name, value in names.items()}
+        for name in given if self.known else ():
+            known_name(path, name, self.known, self.called)
+        return {str(name): self.quantity.read(f"{path}.{name}", value) for name, value in given.items()}
 
     def write(self, value: Any) -> Any:
         return {k: self.quantity.write(v) for k, v in value.items()} if isinstance(value, Mapping) else value
@@ -183,6 +184,18 @@ def known_name(path: str, name: object, known: tuple[str, ...], called: str) -> 
     hint = did_you_mean(name, known) if isinstance(name, str) else ""
     shown = [each for each in known if not each.startswith("islands_") or each == "islands_mean"]
     raise SceneError(f"{path} names an unknown {called} {quoted(name)}: give {', '.join(shown)}{hint}")
+
+
+@dataclass(frozen=True)
+class NumberOrText(Kind):
+    """A finite number, or a text whose meaning is told by what it is for."""
+
+    def read(self, path: str, given: object) -> float | str:
+        if isinstance(given, str) and given.strip():
+            return given
+        if isinstance(given, bool) or not isinstance(given, Real) or not math.isfinite(given):
+            raise SceneError(f'{path} = {quoted(given)} is not a value: give a number, or text such as "2 um"')
+        return float(given)
 
 
 @dataclass(frozen=True)
@@ -352,6 +365,7 @@ LABEL = Text(
 )
 """The name of a part, by which messages, overrides and columns call it."""
 MESH_FILE = Text(r"[^\0]*[^\0\s][^\0]*", 'is no path of a mesh: give one such as "chip.msh"', longest=4096)
+MODEL_FILE = Text(r"[ -~\u00a0-\uffff]*\S[ -~\u00a0-\uffff]*", "is no text of one line", longest=4096)
 GROUP = GroupName()
 KELVIN = Quantity(TEMPERATURE, 0.0, 1e6)
 

@@ -4,7 +4,6 @@ distinguishes one from the built-in one, in a few words that are safe in the nam
 from __future__ import annotations
 
 import re
-import tomllib
 import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -15,6 +14,7 @@ from typing import Any, Literal, TypeVar, overload
 
 from scenes.device import Device
 from scenes.errors import SceneError, did_you_mean, quoted, reason
+from scenes.files import contents, parsed
 from scenes.keys import DEVICE, SINK, TYPES, SceneType, type_of
 from scenes.kinds import Choice
 from scenes.model import AnyScene
@@ -27,6 +27,8 @@ from scenes.validity import check as check
 T = TypeVar("T")
 _EXPECTED = "checks.expect_differs"
 _LONGEST = 80
+_LARGEST = 10
+"""MB of a scene file: some 100,000 boxes, far more than are solved."""
 _HERE = Path(__file__).parent
 
 
@@ -105,8 +107,7 @@ def _read(scene: Any, flat: Mapping[str, Any], overrides: Sequence[str]) -> Any:
         return _built(flat, overrides, type_of(scene))
     from scenes import free
 
-    schema = free.schema_of_scene(scene)
-    return free.built(override(flat, overrides, schema), schema, scene.name, getattr(scene, "folder", ""))
+    return free.rebuilt(scene, override(flat, overrides, free.schema_of_scene(scene)))
 
 
 def _built(flat: Mapping[str, Any], overrides: Sequence[str], of: SceneType[Any]) -> Any:
@@ -174,7 +175,9 @@ def document(source: str | Path, known: Sequence[str]) -> tuple[dict[str, Any], 
 def toml(text: str, source: str | Path) -> dict[str, Any]:
     """The document of a TOML text that came from somewhere; raises SceneError."""
     try:
-        return tomllib.loads(text)
+        return parsed(text)
+    except SceneError as error:
+        raise SceneError(f"{quoted(Path(source))}: {error}") from None
     except (ValueError, RecursionError) as error:
         raise SceneError(f"{quoted(Path(source))} is not valid TOML: {reason(error)}") from None
 
@@ -184,7 +187,9 @@ def file_text(source: str | Path, known: Sequence[str]) -> str:
     shown, instead = quoted(Path(source)), " or ".join(known)
     try:
         # A byte order mark, which some editors write, is no part of the text.
-        return Path(source).read_bytes().decode("utf-8-sig")
+        return contents(Path(source), _LARGEST, shown, "1 MB holds a scene of 10,000 boxes").decode("utf-8-sig")
+    except SceneError:
+        raise
     except FileNotFoundError:
         hint = did_you_mean(str(source), known)
         raise SceneError(f"{shown} is no file: give a TOML file, or the built-in {instead}{hint}") from None

@@ -10,7 +10,6 @@ what has been read from that. Any type of file may have "parameters", of which t
 from __future__ import annotations
 
 import copy
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -19,6 +18,7 @@ from operator import attrgetter
 from typing import Any, TypeVar
 
 from scenes.errors import SceneError, did_you_mean, nearest, printable, quoted
+from scenes.files import parsed
 from scenes.kinds import Instants, Kind, Numbers, Quantity
 from scenes.parameters import SECTION, Names, Parameters, known, put
 from scenes.units import TIME
@@ -260,7 +260,9 @@ def locate(key: str, value: object, schema: Schema) -> tuple[str, str]:
         return ends[0], ""
     head, _, item = key.rpartition(".")
     for path, entry in schema.paths.items():
-        if isinstance(entry.kind, Numbers) and head and (path == head or path.endswith(f".{head}")):
+        if isinstance(entry.kind, Numbers) and key.startswith(f"{path}."):
+            return path, key.removeprefix(f"{path}.")
+        if isinstance(entry.kind, Numbers) and head and path.endswith(f".{head}"):
             return path, item
     raise schema.unknown(key, value)
 
@@ -295,7 +297,7 @@ def _put(item: dict[str, Any], path: list[str], value: object) -> None:
 def toml_value(text: str) -> object:
     """The text as a TOML value, or as it stands where it is none: 20um and pad-edge need no quotes."""
     try:
-        document = tomllib.loads(f"value = {text}")
+        document = parsed(f"value = {text}")
     except (ValueError, RecursionError):
         return text
     return document["value"] if len(document) == 1 else text

@@ -122,7 +122,7 @@ def _rebuilt(scene: Any, name: str, factor: float) -> Any:
     if is_free(scene):
         from scenes import free
 
-        return free.built(flat, free.schema_of_scene(scene), scene.name, getattr(scene, "folder", ""))
+        return free.rebuilt(scene, flat)
     of = type_of(scene)
     return of.schema.apply(of.schema.read(flat), of.default)
 

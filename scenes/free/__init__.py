@@ -21,10 +21,18 @@ def from_dict(
     return built(override(schema.flatten(given), overrides, schema), schema, name, folder)
 
 
-def built(flat: Mapping[str, Any], schema: Schema, name: str, folder: str = "") -> AnyScene:
-    """The scene of a flat one, checked; raises SceneError."""
+def built(flat: Mapping[str, Any], schema: Schema, name: str, folder: str) -> AnyScene:
+    """The scene of a flat one whose files lie in a folder, checked; raises SceneError."""
     values = schema.read(flat)
-    return document.on_mesh(values, name, folder) if schema is ON_MESH else check(document.of_boxes(values, name))
+    if schema is ON_MESH:
+        return document.on_mesh(values, name, folder)
+    return check(document.of_boxes(values, name, folder))
+
+
+def rebuilt(scene: AnyScene, flat: Mapping[str, Any]) -> AnyScene:
+    """What a flat scene says, of the kind and in the folder of another; raises SceneError."""
+    folder = getattr(scene, "folder", "") or (scene.model.folder if scene.model else "")
+    return built(flat, schema_of_scene(scene), scene.name, folder)
 
 
 def check(scene: Scene) -> Scene:

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, cast
 
 from scenes import physics
 from scenes.device import Device
-from scenes.errors import SceneError
-from scenes.model import AnyScene, GroupProbe, MeshScene, Probe
+from scenes.errors import SceneError, listed
+from scenes.model import AnyScene, GroupProbe, MeshScene, Probe, Schedule
 from scenes.plan import Export, Request, Step, noted
 from scenes.sink import Sink
 from validate.run import plan as plans
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from reduced1d.ladder.levels import Levels
     from scenes.loop.result import Runs
     from scenes.result import Result
+    from validate.models import Asked, Model
 
 
 def kind(scene: Any) -> str:
@@ -311,9 +312,13 @@ def _free(run: _Run) -> Outcome[AnyScene]:
     scene, request, clock = run.scene, run.request, run.clock
     with clock.stage("imports"):
         from fem3d.runs import scene as scene_run
+    model = _opened(scene, request)
     run.say("solving in 3D")
     with clock.stage("fem3d"):
         result: Result = scene_run.solve(scene, run.say, whole=_followed(request))
+        if model is not None and not scene.steady and not _varies(scene):
+            still = replace(scene, steady=True, output_times=())
+            result = replace(result, steady=scene_run.solve(still, run.say).steady)
     shown, warnings = None, tuple(result.details.get("warnings", ()))
     with clock.stage("checks"):
         if physics.heat(scene):
@@ -322,7 +327,51 @@ def _free(run: _Run) -> Outcome[AnyScene]:
             if result.traces is not None and "field" not in plans.skipped_figures(scene, request):
                 shown = hottest.farthest(fields, times, scene.initial_temperature)
     steps = plans.of_free(scene, request, tuple(result.details["plan"]))
-    return _with_inputs(run, Outcome(scene, request, steps, result, warnings=warnings, shown=shown))
+    if model is None and scene.model is not None and scene.model.file:
+        warnings += (f"the scene's model, {scene.model.file}, is a program, and runs only with --model scene",)
+    outcome = Outcome(scene, request, steps, result, warnings=warnings, shown=shown)
+    return _with_inputs(run, outcome if model is None else _judged(run, outcome, *model))
+
+
+def _opened(scene: AnyScene, request: Request) -> tuple[Model, Asked] | None:
+    """The user's own model, and what it is asked; ``None`` where there is none to run."""
+    given = plans.own_model(scene, request)
+    if given is None:
+        return None
+    from validate import models
+    from validate.models.asked import of_scene
+
+    return models.opened(*given), of_scene(scene)
+
+
+def _judged(run: _Run, outcome: Outcome[AnyScene], model: Model, asked: Asked) -> Outcome[AnyScene]:
+    """With the user's own model held against 3D; where that is interrupted, what 3D found as it is."""
+    from compare.probe_answer import answered
+    from compare.probes import Both, Quantities, evaluate
+    from validate.models import asked as of_model
+
+    scene, three = outcome.scene, outcome.solved
+    try:
+        with run.clock.stage("reduced1d"):
+            one = of_model.solve(model, asked, three, scene.accuracy, bool(three.steady), run.say)
+    except KeyboardInterrupt:
+        said = f"{model.name} was interrupted: what 3D found is kept, and nothing is compared with it"
+        return replace(outcome, warnings=(*outcome.warnings, said), interrupted=True)
+    with run.clock.stage("checks"):
+        start = three.details.get("accurate_from_s", 0.0)
+        jumps, edges = physics.temperature_jumps(scene), physics.jumps(physics.driving(scene))
+        of = Quantities(asked.over_time, scene.initial_temperature, start, jumps, edges)
+        both = Both(of, three, one)
+        checks = evaluate(scene, both)
+        said = answered(both, checks)
+    silent = one.details["silent"]
+    left = (f"{model.name} says nothing of {listed(silent)}: no check is made of that",) if silent else ()
+    return replace(outcome, reduced1d=one, checks=checks, answer=said, warnings=(*outcome.warnings, *left))
+
+
+def _varies(scene: AnyScene) -> bool:
+    """Whether anything that drives a scene varies in time, so that it has no one steady state."""
+    return any(isinstance(value, Schedule) for value in physics.driving(scene))
 
 
 def reported(scene: AnyScene, request: Request) -> AnyScene:
