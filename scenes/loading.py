@@ -111,9 +111,9 @@ def _read(scene: Any, flat: Mapping[str, Any], overrides: Sequence[str]) -> Any:
 
 
 def _built(flat: Mapping[str, Any], overrides: Sequence[str], of: SceneType[Any]) -> Any:
-    schema = of.schema
+    schema, parameters = of.schema, {path: given for path, given in flat.items() if path == SECTION}
     before, values = schema.read(flat), schema.read(override(flat, overrides, schema))
-    if _physical(before, of) != _physical(values, of) and _EXPECTED not in override({}, overrides, schema):
+    if _physical(before, of) != _physical(values, of) and _EXPECTED not in override(parameters, overrides, schema):
         values[_EXPECTED] = None
     return check(schema.apply(values, of.default))
 

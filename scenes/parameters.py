@@ -156,6 +156,10 @@ class Parameters:
         values, powers = {n: float(m.value) for n, m in found.items()}, {n: m.powers for n, m in found.items()}
         return Parameters(values, powers, free, flat)
 
+    def measures(self) -> dict[str, Measure]:
+        """What their names stand for in expressions."""
+        return {name: Measure.of(value, self.powers[name]) for name, value in self.values.items()}
+
     def key(self, path: str) -> str | None:
         """The free parameter other than zero that a path such as "parameters.w" names. Raises SceneError for another of
         the scene's parameters; ``None`` where it is none of them."""

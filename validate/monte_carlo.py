@@ -32,7 +32,6 @@ def added(outcome: Outcome[Sink], count: int, say: Callable[[str], None]) -> Out
         raise ValueError("the run has no uncertain inputs")
     uncertain, sink, request = found.uncertain, outcome.scene, outcome.request
     keys = tuple(uncertain.relative)
-    _check_apart(sink, keys)
     points = drawn(sink, uncertain, count)
     scope = Scope((request.reduction,), not request.transient, blame=False, all_checks=False)
     given = base(sink)
@@ -67,7 +66,7 @@ def drawn(sink: Sink, uncertain: Uncertain, count: int) -> np.ndarray:
     return found
 
 
-def _check_apart(sink: Sink, keys: tuple[str, ...]) -> None:
+def check_apart(sink: Sink, keys: tuple[str, ...]) -> None:
     """Refuses a key beside the parameter that it is made of: a sample gives each a value, and it can have but one."""
     known = numbers(sink)
     for parameter in (key for key in keys if key.startswith(f"{SECTION}.")):

@@ -39,6 +39,7 @@ BALANCE = "energy"
 
 Estimates = Mapping[str, Estimate]
 SURELY, MATTERS = 3.0, 0.05  # standard errors, and part of u_input, from which on the linear propagation is off
+ROUNDING = 1e-9  # of a value: what differs by less between samples follows none of their inputs
 FURTHEST = 0.95  # of a value that a sample takes off or adds: no size is negative
 
 
@@ -251,7 +252,12 @@ class Spread:
     def off(self) -> bool:
         """Whether the linear propagation is off by more than chance, and by enough to matter."""
         apart = abs(self.deviation - self.linear)
-        return apart > SURELY * self.standard_error and apart > MATTERS * self.linear
+        return apart > max(SURELY * self.standard_error, MATTERS * self.linear, ROUNDING * abs(self.mean))
+
+    @property
+    def excess(self) -> float:
+        """By which part of itself the linear propagation is off."""
+        return self.deviation / self.linear - 1 if self.linear else float("inf")
 
 
 @dataclass(frozen=True)
@@ -268,7 +274,7 @@ class Sampled:
         """Where the linear propagation is not good enough."""
         models = {"in 3D": self.fem3d, "in 1D": self.reduced1d, "of the check": self.checks}
         off = [
-            f"{name} {where} ({percent(spread.deviation / spread.linear - 1, sign=True)})"
+            f"{name} {where} ({percent(spread.excess, sign=True)})"
             for where, found in models.items() for name, spread in found.items() if spread.off
         ]  # fmt: skip
         return (
