@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, cast
 
 from scenes.errors import RunawayError, SceneError, did_you_mean, quoted
 from scenes.plan import Request
 from scenes.sink import Sink
+from validate.processes import TimeIsUpError, within
 from validate.sweep.design import Base, Design, Value, settings
 
 if TYPE_CHECKING:
@@ -121,22 +122,29 @@ def checked(base: Base, given: str | None, steady: bool, varied: Collection[str]
     return check
 
 
-def solve(work: Work) -> Iterator[Row]:
-    """A row for every point, as it is found; never raises for what a scene can cause."""
+def ready() -> None:
+    """Imports what a point takes, so that no point's time has it in it."""
+    import fem3d.runs.scene
+    import fem3d.runs.sink  # noqa: F401
 
+
+def solve(work: Work, seconds: float | None = None) -> list[Row]:
+    """A row for every point, each of which has some ``seconds``; never raises for what a scene can cause."""
+    rows = []
     earlier: Result | None = None
     for number, point in zip(work.numbers, work.points, strict=True):
         started = time.perf_counter()
         values: dict[str, Any] = {}
         parts, status, because = None, "failed", ""
         try:
-            scene = work.base.at(settings(work.keys, point))
-            if isinstance(scene, Sink):
-                values, parts, result = _sink(scene, work.scope, earlier)
-                earlier = earlier or result
-            else:
-                values = _free(scene)
-            status = "ok"
+            with within(seconds):
+                scene = work.base.at(settings(work.keys, point))
+                if isinstance(scene, Sink):
+                    values, parts, result = _sink(scene, work.scope, earlier)
+                    earlier = earlier or result
+                else:
+                    values = _free(scene)
+                status = "ok"
         except SceneError as error:
             status, because = "refused", str(error)
         except RunawayError as error:
@@ -145,9 +153,18 @@ def solve(work: Work) -> Iterator[Row]:
             because = str(error)
         except MemoryError:
             because = "out of memory: ask for a larger accuracy"
+        except TimeIsUpError:
+            values, parts, status, because = {}, None, "timeout", late(seconds)
         except Exception as error:
             because = f"a fault of this program, {type(error).__name__}: {error}"
-        yield Row(number, status, " ".join(because.split()), round(time.perf_counter() - started, 4), values, parts)
+        took = round(time.perf_counter() - started, 4)
+        rows.append(Row(number, status, " ".join(because.split()), took, values, parts))
+    return rows
+
+
+def late(seconds: float | None) -> str:
+    """Why a point that was stopped has no answer."""
+    return f"it took more than {seconds:g} s (--point-timeout)"
 
 
 def _sink(

@@ -74,7 +74,9 @@ def run(
     cells = None
     with Cluster(min(workers or processors(), max(count - already, 1)), scheduler, seconds, say) as cluster:
         if job.solves is None:
-            gather((job.work(numbers) for numbers in job.design.tasks() if numbers[0] not in store), count)
+            gather(
+                (job.work(new) for task in job.design.tasks() if (new := [n for n in task if n not in store])), count
+            )
         else:
             from validate.sweep.mapping import refine
 
@@ -141,7 +143,7 @@ def _provenance() -> dict[str, Any]:
 
     from validate.report.summary import provenance
 
-    versions = {name: metadata.version(name) for name in ("numpy", "scipy", "scikit-fem", "dask", "distributed")}
+    versions = {name: metadata.version(name) for name in ("numpy", "scipy", "scikit-fem")}
     return provenance() | versions | {"system": platform.system(), "processors": os.cpu_count()}
 
 
