@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +18,10 @@ from scenes.keys import SINK
 from scenes.loading import load
 from scenes.sink import Sink
 from scenes.varied import varied
+from validate.against.uncertainty import data_uncertainty
 from validate.cli import main
 from validate.inputs.calibration import fit, keys_of
 from validate.inputs.propagation import Sampled, Spread, of_values
-from validate.inputs.validation import data_uncertainty
 from validate.sweep.design import base, parse
 
 TEXT = """
@@ -105,7 +106,8 @@ def test_a_parameter_is_fitted(mine: Path) -> None:
         own = solve(other, times=at).over_time
         return own.values, of_values(other, own.values, slopes.of_sink(other, "paper", keys, at)[1])
 
-    found = fit(sink, data, data_uncertainty(sink, data, ["0.05K"]), keys_of(sink, ["parameters.k"], data), in_1d)
+    data = replace(data, u=data_uncertainty(sink, data, ["0.05K"]))
+    found = fit(sink, data, keys_of(sink, ["parameters.k"], data), in_1d)
     assert found.fitted["parameters.k"] == pytest.approx(0.9 * 1.38, rel=1e-4)
     assert found.scene.oxide.thermal_conductivity == pytest.approx(0.9 * 1.38, rel=1e-4)
 
