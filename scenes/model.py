@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar, Literal
 
+from scenes.parameters import Parameters
+
 Point = tuple[float, float, float]
 
 
@@ -170,6 +172,7 @@ class Scene(Declared):
     accuracy: float = 1e-3
     steady: bool = False
     output_times: tuple[float, ...] = ()
+    parameters: Parameters | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True)
@@ -233,6 +236,7 @@ class MeshScene(Declared):
     steady: bool = False
     output_times: tuple[float, ...] = ()
     folder: str = ""
+    parameters: Parameters | None = field(default=None, compare=False, repr=False)
 
     @property
     def path(self) -> Path:

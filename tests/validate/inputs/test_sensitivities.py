@@ -52,7 +52,7 @@ def test_nothing_to_say_where_they_agree() -> None:
 
 def test_a_tolerance_of_ones_own() -> None:
     sink = Sink(tolerances={"slope": 0.5})
-    assert sensitivities.checks(sink, made(width=(2.0, 1.5)))[0].verdict == "agrees"
+    assert sensitivities.checks(sink, made(width=(2.0, 1.5)), sensitivities.QUANTITIES)[0].verdict == "agrees"
 
 
 def test_columns() -> None:

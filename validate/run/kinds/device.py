@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from scenes.device import Device
 from scenes.plan import Request, Step
-from validate.run import inputs
 from validate.run import plan as plans
+from validate.run.kinds import inputs
 from validate.run.outcome import Outcome, Run
 
 if TYPE_CHECKING:

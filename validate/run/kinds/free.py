@@ -9,8 +9,8 @@ from scenes import physics
 from scenes.errors import SceneError, listed
 from scenes.model import UNITS, AnyScene, GroupProbe, MeshScene, Probe, Schedule
 from scenes.plan import Request, Step
-from validate.run import inputs
 from validate.run import plan as plans
+from validate.run.kinds import inputs
 from validate.run.outcome import Outcome, Run
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ from scenes.formats import sink_text
 from scenes.model import AnyScene, Probe
 from scenes.plan import Request, Step, noted
 from scenes.sink import OF_A_SINK, Sink
-from validate.run import inputs
 from validate.run import plan as plans
+from validate.run.kinds import inputs
 from validate.run.outcome import Outcome, Run
 
 if TYPE_CHECKING:
