@@ -42,7 +42,8 @@ def test_what_a_kill_leaves_of_a_task_is_cut_off(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "line",
     [
-        b"garbage", b"5", b"[{}]", b'{"point": 1}', pytest.param(b"[" * 100_000, id="deep"), b'[{"point": 1}]', b"\xff\xfe",
+        b"garbage", b"5", b"[{}]", b'{"point": 1}', pytest.param(b"[" * 100_000, id="deep"),
+        b'[{"point": 1}]', b"\xff\xfe",
         *(f"[{json.dumps(asdict(row(1)) | change)}]".encode() for change in (
             {"point": "a"}, {"point": None}, {"point": [1]}, {"point": -1}, {"point": 9}, {"point": True}, {"more": 1},
             {"status": 5}, {"seconds": "x"}, {"values": None}, {"values": 5}, {"values": {"fig4_difference": "x"}},
