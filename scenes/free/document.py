@@ -8,6 +8,7 @@ nothing real has; what lies outside is a slip of the unit.
 from __future__ import annotations
 
 import json
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import replace
@@ -180,7 +181,8 @@ def _declared(scene: S, values: Values, folder: str) -> S:
 def _with_run(scene: S, values: Values) -> S:
     """The scene with what [scene] and [run] say. Refuses values that vary in a steady state, and materials that are
     used without what the physics that is asked for needs to know of them."""
-    scene = replace(scene, **section(values, "scene"), **_run_keys(section(values, "run")))
+    run = _run_keys(section(values, "run"))
+    scene = replace(scene, **section(values, "scene"), **run, parameters=values.get("parameters"))
     driving = [
         *((f"boundary {quoted(b.name)}.{b.kind}", b.value) for b in scene.boundaries),
         *((f"boundary {quoted(b.name)}.convection.ambient", b.ambient) for b in scene.boundaries),
@@ -210,9 +212,14 @@ def _run_keys(given: dict[str, Any]) -> dict[str, Any]:
         return given
     if "end_time" not in given and not (times and times[-1] > 0):
         raise SceneError('[run] says neither how long nor steady: give steady = true, or end_time = "10 ms"')
-    end = given.get("end_time", times[-1] if times else 0.0)
-    if times and times[-1] > end:
-        raise SceneError(f"run.end_time = {end:g} s is before the last of run.output_times, {times[-1]:g} s: give more")
+    last = times[-1] if times else 0.0
+    end = given.get("end_time", last)
+    if math.isclose(last, end, rel_tol=1e-12):
+        end = last  # one time, reckoned in two ways
+    if last > end:
+        raise SceneError(
+            f"run.end_time = {end:.12g} s is before the last of run.output_times, {last:.12g} s: give more"
+        )
     return {**given, "end_time": end}
 
 
@@ -282,6 +289,8 @@ def as_dict(scene: m.AnyScene) -> dict[str, Any]:
         run["output_times"] = list(scene.output_times)
     needed = physics.needed(scene)
     found: dict[str, Any] = {"scene": {"name": scene.name, "initial_temperature": scene.initial_temperature}}
+    if scene.parameters is not None:
+        found["parameters"] = dict(scene.parameters.values)
     if isinstance(scene, m.MeshScene):
         found["mesh"] = {"file": scene.file, "unit": scene.unit}
         found["material"] = [_of_material(b.material, needed) | {"groups": list(b.groups)} for b in scene.bodies]

@@ -43,7 +43,7 @@ class Folder:
         self._given = target
         # A link stays a link: it is what it points to that is replaced.
         self.target = Path(os.path.realpath(target))
-        self.partial = self.target.with_name(f".{self.target.name}.{uuid.uuid4().hex[:8]}")
+        self.partial = self.target.parent / f".{self.target.name}.{uuid.uuid4().hex[:8]}"
         self._parents: list[Path] = []
         self.replaced = ""
 
