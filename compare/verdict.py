@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 PAPERS = ("paper", "reduced1d")
 """What the paper's own model is called as a result."""
 
+COVERS = 2.0
+"""Standard uncertainties of a normal distribution within which 95 % lie (GUM 6.3.3)."""
+
 Verdict = Literal["agrees", "differs", "unresolved"]
 Sense = Literal["equal", "at least", "at most"]
 """What is claimed of the measured value: that it equals the predicted one, or one side only."""
@@ -33,7 +36,8 @@ class Check:
     difference is what the measured value lacks of the claim, none where it holds. ``relative_to`` says in words what
     the difference is relative to. ``own`` is False for an equation of the paper's where another 1D model was chosen,
     which makes no use of it. ``u_input`` is the difference's standard uncertainty by that of the inputs, relative as
-    it is; ``None`` where that isn't asked for or isn't known.
+    it is; ``None`` where that isn't asked for or isn't known. ``u_data`` is the same by that of data that the 3D
+    solution is compared with: the verdict counts it twice (95 %).
     """
 
     id: str
@@ -52,6 +56,12 @@ class Check:
     relative_to: str = ""
     own: bool = True
     u_input: float | None = None
+    u_data: float | None = None
+
+    @property
+    def known_to(self) -> float:
+        """How far off the difference may be, as the verdict counts it."""
+        return self.u_num + COVERS * (self.u_data or 0.0)
 
 
 def judge(difference: float, tolerance: float, u_num: float) -> Verdict:
@@ -133,6 +143,7 @@ class Comparison:
     time: float | None = None
     sense: Sense = "equal"
     relative_to: str = ""
+    u_data: float | None = None
 
 
 def unit_of(key: str) -> str:
@@ -172,17 +183,19 @@ def expected(scene: Sink | Device | Declared, check: str) -> Verdict | None:
 def judged(name: str, found: Comparison, scene: Sink | Device | Declared, always: bool = False) -> Check:
     """What was found, with its verdict; ``always`` gives the reason whatever the verdict is."""
     tolerance = scene.tolerance(name)
-    verdict, because = judge(found.difference, tolerance, found.u_num), ""
+    known_to = found.u_num + COVERS * (found.u_data or 0.0)
+    verdict, because = judge(found.difference, tolerance, known_to), ""
     if verdict == "differs" or always:
         because = found.reason if isinstance(found.reason, str) else found.reason()
     elif verdict == "unresolved":
         because = (
-            f"{difference_text(found.difference, found.u_num, 'give or take')} may be on either side of the "
+            f"{difference_text(found.difference, known_to, 'give or take')} may be on either side of the "
             f"tolerance of {percent(tolerance)}: ask for a smaller accuracy"
         )
     return Check(
         name, found.title, found.predicted, found.measured, found.unit, found.difference, tolerance, found.u_num,
         verdict, expected(scene, name), because, found.time, found.sense, found.relative_to,
+        u_data=found.u_data,
     )  # fmt: skip
 
 

@@ -58,7 +58,7 @@ class Folder:
         self._given, self._content = target, content
         # A link stays a link: it is what it points to that is replaced.
         self.target = Path(os.path.realpath(target))
-        self.partial = self.target.with_name(f".{self.target.name}.{uuid.uuid4().hex[:8]}")
+        self.partial = self.target.parent / f".{self.target.name}.{uuid.uuid4().hex[:8]}"
         self._shown = f"{content.role} folder {quoted(target)}"
         self._parents: list[Path] = []
         self._lock: int | None = None

@@ -8,6 +8,7 @@ nothing real has; what lies outside is a slip of the unit.
 from __future__ import annotations
 
 import json
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import replace
@@ -210,9 +211,14 @@ def _run_keys(given: dict[str, Any]) -> dict[str, Any]:
         return given
     if "end_time" not in given and not (times and times[-1] > 0):
         raise SceneError('[run] says neither how long nor steady: give steady = true, or end_time = "10 ms"')
-    end = given.get("end_time", times[-1] if times else 0.0)
-    if times and times[-1] > end:
-        raise SceneError(f"run.end_time = {end:g} s is before the last of run.output_times, {times[-1]:g} s: give more")
+    last = times[-1] if times else 0.0
+    end = given.get("end_time", last)
+    if math.isclose(last, end, rel_tol=1e-12):
+        end = last  # one time, reckoned in two ways
+    if last > end:
+        raise SceneError(
+            f"run.end_time = {end:.12g} s is before the last of run.output_times, {last:.12g} s: give more"
+        )
     return {**given, "end_time": end}
 
 

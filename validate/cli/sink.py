@@ -125,11 +125,7 @@ def _data(arguments: argparse.Namespace, sink: Sink, request: Request) -> Data |
         raise SceneError("--against compares with the 3D model over time: leave out --steady and --only 1d")
     from validate.against.read import read
 
-    data = read(Path(arguments.against), sink, arguments.column)
-    if arguments.data_uncertainty:
-        from validate.inputs.validation import data_uncertainty
-
-        data_uncertainty(sink, data, arguments.data_uncertainty)
+    data = read(Path(arguments.against), sink, arguments.column, arguments.data_uncertainty)
     if arguments.calibrate:
         from validate.inputs.calibration import keys_of
 

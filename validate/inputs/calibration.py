@@ -108,11 +108,10 @@ def keys_of(sink: Sink, keys: Sequence[str], data: Data) -> tuple[str, ...]:
 def fit(
     sink: Sink,
     data: Data,
-    u_data: Mapping[str, np.ndarray],
     keys: Sequence[str],
     model: Callable[[Sink, Sequence[str], np.ndarray], Modelled],
 ) -> Fit:
-    """Fits keys (by their full names) of a sink to data whose uncertainty (times of the data,) is known by quantity.
+    """Fits keys (by their full names) of a sink to data, those of their quantities that have an uncertainty.
 
     ``model`` gives the traces of a sink at some times and their derivatives by keys. Raises SceneError where the data
     don't follow a key, or a fit leaves what can be built, and what the model raises.
@@ -120,13 +119,13 @@ def fit(
     from scipy.optimize import least_squares
 
     late = _late(sink, data)
-    times, names = data.time[late], [name for name in data.values if name in u_data]
+    times, names = data.time[late], [name for name in data.values if name in data.u]
     known: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
 
     def at(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         if x.tobytes() not in known:
             values, slopes = model(check(_with(sink, keys, x)), keys, times)
-            u = {name: u_data[name][late] for name in names}
+            u = {name: data.u[name][late] for name in names}
             residuals = np.concatenate([(values[n] - data.values[n][late]) / u[n] for n in names])
             columns = [np.concatenate([slopes[key][n] / u[n] for n in names]) for key in keys]
             known[x.tobytes()] = residuals, np.array(columns).T

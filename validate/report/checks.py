@@ -70,7 +70,7 @@ def sections(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -
     below = any(len(check.id) >= _LONG for check in checks)
 
     def row(c: Check) -> Row:
-        difference = difference_text(c.difference, c.u_num, style.plus_minus)
+        difference = difference_text(c.difference, c.known_to, style.plus_minus)
         cells = [c.id, "" if below else c.title, difference, percent(c.tolerance, 1), c.verdict]
         return Row(cells, c.verdict, c.title if below else "")
 
@@ -104,7 +104,7 @@ def on_page(checks: Sequence[Check], contrary: Sequence[Check]) -> list[Section]
     def row(c: Check) -> Row:
         said, off = _said(c, contrary), off_by(c)
         sense = "" if c.sense == "equal" or not math.isfinite(c.predicted) else f"{c.sense} "
-        off = off if off.isalpha() else difference_text(c.difference, c.u_num, "\N{PLUS-MINUS SIGN}")
+        off = off if off.isalpha() else difference_text(c.difference, c.known_to, "\N{PLUS-MINUS SIGN}")
         values = sense + amount(c.predicted, c.unit, 5), amount(c.measured, c.unit, 5), off
         cells = [c.id, c.title, *values, *[c.relative_to] * relative, percent(c.tolerance, 1), c.verdict]
         return Row(cells, c.verdict, f"{said}." if said else "")

@@ -121,13 +121,12 @@ def _sink(run: _Run, data: Data | None) -> Outcome[Sink]:
     refuse(sink, request.reduction)
     fit = None
     if request.calibrate and data is not None:
-        from validate.inputs import calibration, validation
+        from validate.inputs import calibration
 
         run.say("fitting")
         with clock.stage("fit"):
-            u_data = validation.data_uncertainty(sink, data, request.data_uncertainty)
             keys = calibration.keys_of(sink, request.calibrate, data)
-            fit = calibration.fit(sink, data, u_data, keys, calibration.in_3d)
+            fit = calibration.fit(sink, data, keys, calibration.in_3d)
         sink = fit.scene
         run = replace(run, scene=sink)
     levels = _levels(sink, request)
@@ -158,17 +157,16 @@ def _sink(run: _Run, data: Data | None) -> Outcome[Sink]:
 
         followed = outcome.propagated.sensitivities
         held = Models(sink, outcome.fem3d, None)
-        against = judged(against, held, request.uncertain, followed, definitions(data))
+        against = judged(against, held, request.uncertain, followed, definitions(data, outcome.fem3d))
     of_data = (f"{data.name}: {text}" for text in data.warnings)
     warnings = (*outcome.warnings, *of_data, *(fit.warnings() if fit else ()))
     outcome = replace(outcome, checks=(*outcome.checks, *against), warnings=warnings, against=data, fit=fit)
-    if request.uncertain is None and not request.data_uncertainty:
+    if request.uncertain is None and not data.u:
         return outcome
     from validate.inputs import validation
 
-    u_data = validation.data_uncertainty(sink, data, request.data_uncertainty)
     models = [(name, result) for name, result in (("3D", outcome.fem3d), ("1D", outcome.reduced1d)) if result]
-    return replace(outcome, validation=validation.validate(sink, data, u_data, models, outcome.propagated))
+    return replace(outcome, validation=validation.validate(sink, data, models, outcome.propagated))
 
 
 def compared(sink: Sink, request: Request, earlier: Result | None = None) -> Outcome[Sink]:

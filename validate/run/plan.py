@@ -74,7 +74,7 @@ def of_sink(sink: Sink, request: Request, solver: tuple[Step, ...], data: Data |
         if request.uncertain is not None or request.data_uncertainty:
             steps.append(step("validation", "E = S - D against u_val of ASME V&V 20, of both models"))
         said = data.said().partition(": ")[2].rstrip(".")
-        steps.append(step(f"against {data.name}", f"{said}; interpolated in time"))
+        steps.append(step(f"against {data.name}", f"{said}; at its own times"))
     return tuple(steps)
 
 

@@ -22,6 +22,7 @@ REFUSED = {
     "sink --accuracy 0": "run.accuracy", "sink --set run.end_time=0": "run.end_time",
     "sink --set sink.widht=1um": "sink.width", "sink --set sink.width": "KEY=VALUE", "sink --only 2d": "invalid choice",
     "sink nowhere.toml": "no file", "sink one two": "too many", "sink --out=": "--out",
+    "sink --only 1d --no-figures --out /": "is where you are or a mount",
     "sink --out /dev/null/x": "output folder",
     "sink --fields --field-times abc": "--field-times", "sink --fields --field-times 1s": "--field-times",
     "sink --fields --field-times=-1ms": "--field-times", "sink --fields --field-times 1V": "--field-times",
@@ -91,8 +92,10 @@ REFUSED = {
     # free scenes
     "solve nowhere.toml": "no file", "solve bridgee": 'did you mean "bridge"?', "solve": "SCENE.toml",
     "solve bridge --set boundary.left.voltage=1": 'no boundary "left"',
+    "solve hotplate --set run.end_time=14.0375ms --set run.output_times=[0.01,0.0140376]":
+        "run.end_time = 0.0140375 s is before the last of run.output_times, 0.0140376 s",
     "solve bridge --set box.beam.material=gold": '"gold" is not in the scene',
-    "solve bridge --accuracy 2": "run.accuracy", "solve bridge --strict": "unknown option",
+    "solve bridge --accuracy 2": "run.accuracy", "solve bridge --air": "unknown option",
     # studies
     "verify --jobs 0": "--jobs", "verify --jobs two": "--jobs", "verify --only all": "invalid choice",
     "stress --quick --scenes 0": "--scenes", "stress --quick --seed x": "--seed", "stress --quick --jobs -1": "--jobs",

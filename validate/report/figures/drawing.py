@@ -66,7 +66,7 @@ def new_figure(
 
 def verdict_line(check: Check) -> str:
     """A check in one sentence: "fig4 DIFFERS: the 1D steady peak rise is off by -6.56 ± 0.01 % (tolerance 5 %)"."""
-    off = difference_text(check.difference, check.u_num, "±")
+    off = difference_text(check.difference, check.known_to, "±")
     said = f"{check.title}: {off}"
     if check.id.startswith("against_"):
         said = f"{check.title} is off by up to {off}"
