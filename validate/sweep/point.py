@@ -98,11 +98,12 @@ class Job:
         return Work(self.base, scope, self.design.keys, tuple(numbers), points)
 
 
-def checked(base: Base, given: str | None, steady: bool, varied: Collection[str] = ()) -> str:
-    """The check that was asked for; SceneError for one that there isn't, or that no design of the sweep has, whose
-    ``varied`` keys are these."""
+def checked(base: Base, given: str | None, steady: bool, varied: Collection[str] = (), reduction: str = "paper") -> str:
+    """The check that was asked for; SceneError for one that there isn't, that is none of the ``reduction``, or that no
+    design of the sweep has, whose ``varied`` keys are these."""
     from compare.made import checks_of, skipped_checks
-    from scenes.checks import DEFAULT_TOLERANCES, ISLAND_TOLERANCES
+    from compare.verdict import PAPERS
+    from scenes.checks import DEFAULT_TOLERANCES, ISLAND_TOLERANCES, OF_THE_PAPER, OF_THE_REDUCTION
 
     scene: Any = base.at(())
     free = base.kind == "free"
@@ -116,6 +117,12 @@ def checked(base: Base, given: str | None, steady: bool, varied: Collection[str]
     if check not in checks_of(scene) and "sink.spans" not in varied:
         own = "several spans, as sink.spans=3" if scene.spans == 1 else "a single span"
         raise SceneError(f"there is no check {quoted(check)} here: it is one of {own}, and sink.spans = {scene.spans}")
+    if check in OF_THE_PAPER and reduction not in PAPERS:
+        own = ", ".join(name for name in checks_of(scene) if name in OF_THE_REDUCTION)
+        raise SceneError(
+            f"{quoted(check)} is an equation of the paper's, which {reduction} makes no use of: give {own}, or "
+            "--reduction paper"
+        )
     skipped = skipped_checks(scene, Request(transient=not steady))
     if check in skipped:
         raise SceneError(f"there is no check {quoted(check)} here: {skipped[check]}")

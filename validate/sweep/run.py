@@ -63,13 +63,19 @@ def run(
     from validate.sweep.cluster import Cluster
 
     already, started, count = len(store), time.monotonic(), job.design.count
+    # Those that a map's number of solutions doesn't count.
+    free = 0 if job.solves is None else sum(row.status == "refused" for row in store.rows())
 
     def gather(tasks: Iterable[Work], total: int, more: str = "") -> None:
+        nonlocal free
         for found in cluster.solve(tasks):
             store.append(found)
             rate = (len(store) - already) / (time.monotonic() - started)
-            left = quantity(max(total - len(store), 0) / rate, "s", 2)
-            say(f"{len(store)} of {total} points, {rate:.2g} a second, {left} left{more}")
+            if job.solves is not None:
+                free += sum(row.status == "refused" for rows in found for row in rows)
+            done = len(store) - free
+            left = quantity(max(total - done, 0) / rate, "s", 2)
+            say(f"{done} of {total} points, {rate:.2g} a second, {left} left{more}")
 
     cells = None
     with Cluster(min(workers or processors(), max(count - already, 1)), scheduler, seconds, say) as cluster:
@@ -261,8 +267,8 @@ def sweep(
         for key, given in (vary or {}).items()
     ]
     design = Design(tuple(axes), sample, seed)
-    names = [reduction] if isinstance(reduction, str) else reduction
-    scope = Scope(tuple(map(canonical, names)), steady, checked(found, check, steady, design.keys), blame)
+    names = tuple(map(canonical, [reduction] if isinstance(reduction, str) else reduction))
+    scope = Scope(names, steady, checked(found, check, steady, design.keys, names[0]), blame)
     job, say = Job(found, design, scope), progress or (lambda _: None)
     with TemporaryDirectory() as folder, Store(Path(out or Path(folder, "sweep")), job.document(), fresh) as store:
         table, document = run(
