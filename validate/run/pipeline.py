@@ -12,11 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 from scenes.plan import Export, Request, Step
 from validate.run import kinds
-from validate.run.outcome import Clock, Outcome, Run
+from validate.run.outcome import Clock, Exported, Outcome, Run
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from compare.against import Data
     from scenes.model import AnyScene
 
@@ -39,30 +37,23 @@ def answer(
     """
     run, kind = Run(scene, request, progress or (lambda _: None), clock or Clock()), kinds.of(scene)
     if request.export is not None:
-        _check_export(kind.exported(scene, request), request.export.folder)
+        from fem3d.compact.find import check
+
+        check(kind.exported(scene, request))
     outcome: Outcome[Any] = kind.answer(run, data)
     if request.export is not None:
         with run.clock.stage("export"):
-            written = _exported(kind.exported(outcome.scene, request), request.export, run.say)
-        outcome = replace(outcome, exported=written)
+            exported = _exported(kind.exported(outcome.scene, request), request.export, run.say)
+        outcome = replace(outcome, exported=exported)
     return replace(outcome, timing=run.clock.all())
 
 
-def _check_export(scene: AnyScene, folder: Path) -> None:
-    """SceneError for a model that there isn't, or a folder that can't be written, before anything is solved."""
-    from fem3d.compact.find import check
-    from scenes.compact import files
-
-    check(scene)
-    files.check(folder)
-
-
-def _exported(scene: AnyScene, export: Export, say: Callable[[str], None]) -> tuple[str, Path]:
-    """The compact model's own words, and the folder that it is written to."""
+def _exported(scene: AnyScene, export: Export, say: Callable[[str], None]) -> Exported:
+    """The compact model, and its own words."""
     from fem3d.compact.find import compact
-    from scenes.compact import files, fmu
+    from scenes.compact import fmu
     from scenes.compact.facts import validity
 
     document = compact(scene, export.states, export.accuracy, say)
     without = "" if fmu.available() else f"; {fmu.MISSING}"
-    return f"a compact model ({validity(document)}{without})", files.write(document, export.folder)
+    return Exported(f"a compact model ({validity(document)}{without})", document, export.folder)
