@@ -188,9 +188,9 @@ def _remains(
         apart = [heat.stiffness @ u + heat.mass @ u / time for u in (low - lowest, fine - low)]
         duals = goal_errors.duals_of(goals, given, fine, time)
         parts = goal_errors.thermal_parts(given, fine, tuple(apart), own_scales, time, duals)
-        left = {name: judge.remains(own) for name, own in parts.items()}
-        goal_errors.add_torn(left, goals, given, fine, own_scales, time, duals, marks)
-        for name, remains in left.items():
+        smooth = {name: judge.remains(own) for name, own in parts.items()}
+        at_edges = goal_errors.at_contradictions(goals, given, fine, own_scales, time, duals, marks)
+        for name, remains in goal_errors.summed(smooth, at_edges).items():
             if name not in found or estimate.total(remains) > estimate.total(found[name]):
                 found[name] = remains
     return found
