@@ -60,7 +60,7 @@ def examined(study: Study, given: Problems, fine: Solution, marks: Features) -> 
         low = solution(study, given, 1, fine.state.follows_pattern)
     except NumericsError:
         return None
-    judge = Estimator(given.domain.space.grid, marks)
+    judge = Estimator(given.bricks.grid, marks)
     scales = study.steady_scales(fine.out)
     own = of_part(study.part, study.goals, scales)
     duals = duals_of(study.goals, given, fine.state.rise, None)
@@ -178,13 +178,13 @@ def thermal_parts(
     """For each thermal goal the parts that residuals (all nodes) of the two lower spaces tell, over its scale;
     ``rise``, ``time`` and ``duals`` as of `duals_of`."""
     heat, domain, found = given.heat, given.domain, {}
-    depth, left = domain.space.depth[heat.order], heat.field(np.array(residuals))
+    depth, left = given.bricks.depth[heat.order], heat.field(np.array(residuals))
     sizes = estimate.weights(heat.stiffness, rise, depth)
     if time is not None:
         sizes += estimate.weights(heat.mass, rise, depth) / time
     free = [h.order[: h.free] for h in given.heats]
     for name, dual in duals.items():
-        found[name] = parts_of(domain.space, free, np.array(dual) * left / scales[name], dual[-1] * heat.field(sizes))
+        found[name] = parts_of(given.bricks, free, np.array(dual) * left / scales[name], dual[-1] * heat.field(sizes))
     return found
 
 
@@ -221,7 +221,7 @@ def joule_parts(
     own = given.conductor
     if own is None or not duals or not any(phi.any() for phi in potentials):
         return {}
-    heat, space = given.heat, given.domain.space
+    heat, space = given.heat, given.bricks
     densities = [own.on.gradient(a + b) / (own.cold * own.stands_for) for a, b in pairwise(potentials)]
     residuals = [-(own.matrix @ phi) for phi in potentials[:-1]]
     weights = estimate.weights(own.matrix, potentials[-1], space.depth)
@@ -272,7 +272,7 @@ def at_contradictions(
     there enters with the heat of the dual solution, of which the functions of the edge have that of both sides: the
     jump times the residual of the dual problem at its node, in equal parts to the intervals that end there.
     """
-    heat, space = given.heat, given.domain.space
+    heat, space = given.heat, given.bricks
     nodes = np.flatnonzero(heat.torn)
     if not len(nodes):
         return {}
@@ -316,7 +316,7 @@ def goal_row(heat: HeatProblem, probe: Any, rise: np.ndarray) -> np.ndarray | No
 
 def _potentials(study: Study, given: Problems, scales: Mapping[str, float]) -> dict[str, Parts]:
     """For each potential that is read inside the conductor the parts of its error, at the initial temperature."""
-    domain, own, space = given.domain, given.conductor, given.domain.space
+    domain, own, space = given.domain, given.conductor, given.bricks
     names = [n for n, p in study.goals.items() if domain.probes[p].quantity == "potential"]
     if own is None or not names:
         return {}

@@ -125,7 +125,7 @@ def respond(
     if lesser[1:] or largest > (1 - ROW_SHARE) * study.accuracy:
         times = _when_worst(study, march, low, changed)
         goals = _remains(study, given, marks, (march.answer, *lesser), march.scales, times)
-    judge = Estimator(given.domain.space.grid, marks)
+    judge = Estimator(given.bricks.grid, marks)
     power = judge.remains(given.electric_parts)
     # Steady errors have what the current is off by in them.
     joule = {} if steady_errors else _of_joule_heat(study, given, judge, march)
@@ -199,7 +199,7 @@ def _remains(
 ) -> dict[str, Spread]:
     """For each thermal trace the worst of what is left at some times (s), each seen as that long after the last bend or
     jump of the inputs; ``transients`` are those of the spaces, the highest first."""
-    heat, judge, goals = given.heat, Estimator(given.domain.space.grid, marks), study.trace_goals
+    heat, judge, goals = given.heat, Estimator(given.bricks.grid, marks), study.trace_goals
     own_scales = goal_errors.of_part(study.part, goals, scales)
     rises = [given.lifted(t.rises(times), -1 - k) for k, t in enumerate(transients)]
     found: dict[str, Spread] = {}

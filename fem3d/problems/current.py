@@ -15,6 +15,7 @@ from scipy.sparse.linalg import LinearOperator, cg
 
 from fem3d.problems.cholesky import Factors, Ordering, part
 from fem3d.problems.heat import HeatProblem
+from fem3d.problems.kept import Kept
 from fem3d.problems.reactions import SharedReactions
 from fem3d.spaces.integrals import Cells, Faces
 from scenes.model import Material
@@ -78,6 +79,7 @@ class Conductor:
     stands_for: np.ndarray
     ordering: Ordering
     solved: float = SOLVED
+    kept: Kept = field(init=False, default_factory=Kept)
 
     def lower(self, level: int, heat: HeatProblem) -> Conductor:
         """The problem in a lower space, for the heat problem there."""
@@ -98,11 +100,13 @@ class Conductor:
         """Whether the resistivity is positive everywhere."""
         return bool((self.resistivity(rise) > 0).all())
 
-    @cached_property
+    @property
     def solve_cold(self) -> Callable[[np.ndarray], np.ndarray]:
         """What gives the potential (free,) of the cold conductor for charges (free,) between earthed electrodes."""
         groups = self.heat.domain.space.entity[self.free]
-        return Factors(part(self.matrix, self.free), groups, self.ordering).solve
+        solve: Callable[[np.ndarray], np.ndarray]
+        solve = self.kept.get("solve_cold", lambda: Factors(part(self.matrix, self.free), groups, self.ordering).solve)
+        return solve
 
     @cached_property
     def cold_potentials(self) -> np.ndarray:
@@ -113,10 +117,11 @@ class Conductor:
                 phi[self.free] = -self.solve_cold((self.matrix @ phi)[self.free])
         return found
 
-    @cached_property
+    @property
     def preconditioner(self) -> Callable[[np.ndarray], np.ndarray]:
-        """What is next to `solve_cold`, and cheap."""
-        return self.solve_cold
+        """What solves nearly as `solve_cold` does, and is cheap: that itself, or that of a conductor next to this."""
+        solve: Callable[[np.ndarray], np.ndarray] = self.kept.get("preconditioner", lambda: self.solve_cold)
+        return solve
 
     def influence(self, row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """What a row (functions,) reads off the potential of any current density J, without solving for it.
