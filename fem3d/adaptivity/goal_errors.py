@@ -177,7 +177,7 @@ def thermal_parts(
 ) -> dict[str, Parts]:
     """For each thermal goal the parts that residuals (all nodes) of the two lower spaces tell, over its scale;
     ``rise``, ``time`` and ``duals`` as of `duals_of`."""
-    heat, domain, found = given.heat, given.domain, {}
+    heat, found = given.heat, dict[str, Parts]()
     depth, left = given.bricks.depth[heat.order], heat.field(np.array(residuals))
     sizes = estimate.weights(heat.stiffness, rise, depth)
     if time is not None:
