@@ -98,6 +98,8 @@ def coupled(
     if conductor is None:
         rise = heat.improve(lift + heat.whole(heat.solve_steady(given[:n])), given)
         return SteadyState(heat, None, rise, given, {}, {}, 0.0, None, (rise - lift)[:n, None], [], 0.0, False, 1)
+    if not conductor.conducts(lift):
+        raise NumericsError("the resistivity is not positive at the given temperatures")
     cold = conductor.solve(lift, conductor.voltages[0])
     potentials, patterns = [cold], [conductor.pattern(cold)]
     fields = heat.solve_steady((conductor.joule_load(cold.density, lift) + given)[:n])[:, None]
@@ -107,8 +109,6 @@ def coupled(
         point = continuation.find(reduced)
         own = reduced.basis @ point.a
         while not conductor.conducts(lift + heat.whole(own)):
-            if not own.any():
-                raise NumericsError("the resistivity is not positive at the given temperatures")
             own = BACK * own  # few fields may put the state beyond the law's reach; the full step then brings it back
         rise = lift + heat.whole(own)
         size = heat.norm(own) or 1.0

@@ -38,7 +38,8 @@ class Outcome(Generic[S]):
     ``varied`` (how those of a row run), the 3D result of one span alone (``single``), what the ``air`` does and a
     user's own traces (``against``); of any the few-state model with its folder (``exported``), and what inputs do; of a
     device its runs and a designer's answers. Of a free scene over time ``shown``: the time (s) whose field is drawn,
-    and whether it is then above the initial temperature.
+    and whether it is then above the initial temperature; ``runs_away`` says when its heating does, and that it is
+    solved until shortly before, ``scene`` ending then.
     """
 
     scene: S
@@ -68,6 +69,7 @@ class Outcome(Generic[S]):
     device_3d: Solved | None = None
     design: Design | None = None
     shown: tuple[float, bool] | None = None
+    runs_away: str = ""
 
     @property
     def solved(self) -> Result:

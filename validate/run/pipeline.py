@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from scenes import physics
 from scenes.device import Device
-from scenes.errors import SceneError
+from scenes.errors import RunawayInTimeError, SceneError
 from scenes.model import AnyScene, GroupProbe, MeshScene, Probe
 from scenes.plan import Export, Request, Step, noted
 from scenes.sink import Sink
@@ -313,8 +313,16 @@ def _free(run: _Run) -> Outcome[AnyScene]:
         from fem3d.runs import scene as scene_run
     run.say("solving in 3D")
     with clock.stage("fem3d"):
-        result: Result = scene_run.solve(scene, run.say, whole=_followed(request))
-    shown, warnings = None, tuple(result.details.get("warnings", ()))
+        runs_away = ""
+        try:
+            result: Result = scene_run.solve(scene, run.say, whole=_followed(request))
+        except RunawayInTimeError as error:
+            if request.export is not None:
+                raise
+            from fem3d.runs.runaway import until
+
+            scene, result, runs_away = until(scene, error, run.say, whole=_followed(request))
+    shown, warnings = None, tuple(filter(None, (runs_away, *result.details.get("warnings", ()))))
     with clock.stage("checks"):
         if physics.heat(scene):
             fields, times = result.details["fields"], hottest.moments(result.traces)
@@ -322,7 +330,8 @@ def _free(run: _Run) -> Outcome[AnyScene]:
             if result.traces is not None and "field" not in plans.skipped_figures(scene, request):
                 shown = hottest.farthest(fields, times, scene.initial_temperature)
     steps = plans.of_free(scene, request, tuple(result.details["plan"]))
-    return _with_inputs(run, Outcome(scene, request, steps, result, warnings=warnings, shown=shown))
+    outcome = Outcome(scene, request, steps, result, warnings=warnings, shown=shown, runs_away=runs_away)
+    return _with_inputs(run, outcome)
 
 
 def reported(scene: AnyScene, request: Request) -> AnyScene:
