@@ -14,10 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from compare.verdict import Check, Comparison, Models, judged, spread, unit_of
+from compare import windows
+from compare.verdict import COVERS, Check, Comparison, Models, judged, spread, unit_of
 from scenes.checks import FIRST_TIME
 from scenes.errors import SceneError, quoted
-from scenes.formats import cut, quantity, signed
+from scenes.formats import cut, quantity, signed, span
 from scenes.result import Estimate, Result, Traces
 from scenes.sink import OF_A_SINK, Sink
 
@@ -104,7 +105,8 @@ class Data:
 
     ``headers`` are the columns' own names, the time's among them, and ``how`` they were read where that is not plain,
     ``left_out`` says why the others are none, ``run`` which of several runs it is, ``notes`` what else was done,
-    ``warnings`` what may be another scene's; ``others`` are the values (SI) of columns that were left out.
+    ``warnings`` what may be another scene's; ``others`` are the values (SI) of columns that were left out, ``u`` the
+    standard uncertainties (times,) of the values, by the same keys, where they are known.
     """
 
     name: str
@@ -118,6 +120,7 @@ class Data:
     run: str = ""
     warnings: tuple[str, ...] = ()
     others: Mapping[str, np.ndarray] = field(default_factory=dict)
+    u: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def document(self) -> dict[str, Any]:
         return {
@@ -138,15 +141,16 @@ class Data:
         left += [f"{len(self.left_out) - 6} more"] if len(self.left_out) > 6 else []
         parts += [f"left out: {'; '.join(left)}"] if left else []
         first, last = (quantity(float(t), "s", 3) for t in (self.time[0], self.time[-1]))
-        span = f"{len(self.time)} rows, {first} to {last}"
-        return f"{self.name} ({self.kind}, {span}): {'; '.join(parts)}."
+        covered = f"{len(self.time)} rows, {first} to {last}"
+        return f"{self.name} ({self.kind}, {covered}): {'; '.join(parts)}."
 
 
-def definitions(data: Data) -> dict[str, Callable[[Models], Comparison]]:
-    """What the checks of a file are made of, by their ids: one for every quantity of the data."""
+def definitions(data: Data, fem3d: Result) -> dict[str, Callable[[Models], Comparison]]:
+    """What the checks of a file are made of, by their ids: one for every quantity of the data. The windows of noisy
+    data are cut by the traces of ``fem3d``, and stay where they are for models that are moved."""
 
     def of(key: str) -> Callable[[Models], Comparison]:
-        return lambda models: compare(models.sink, data, models.fem3d, key)
+        return lambda models: compare(models.sink, data, models.fem3d, key, fem3d)
 
     return {f"against_{key.rpartition('_')[0]}": of(key) for key in _NAMES if key in data.values}
 
@@ -154,44 +158,56 @@ def definitions(data: Data) -> dict[str, Callable[[Models], Comparison]]:
 def evaluate(sink: Sink, data: Data, fem3d: Result) -> tuple[Check, ...]:
     """A check for every quantity of the data, in the order of the declared tolerances."""
     models = Models(sink, fem3d, None)
-    return tuple(judged(name, made(models), sink, always=True) for name, made in definitions(data).items())
+    return tuple(judged(name, made(models), sink, always=True) for name, made in definitions(data, fem3d).items())
 
 
-def compare(sink: Sink, data: Data, fem3d: Result, key: str) -> Comparison:
+def compare(sink: Sink, data: Data, fem3d: Result, key: str, cutting: Result | None = None) -> Comparison:
     """The largest distance data - 3D from 10 us on, relative to the quantity's final rise, change or value.
 
     It is sought at the file's own times, where the 3D trace is known to its error; nothing is read into the data
     between them. By how much the distance may be larger between two rows is what the rows around them tell of it
-    (`_beyond`).
+    (`_beyond`). Of data with an uncertainty it is the largest mean over a window (`compare.windows`), cut by the traces
+    of ``cutting``, if that is another result, and u_data says how far the largest may be from that.
     """
-    traces = fem3d.over_time
-    unit = unit_of(key)
+    traces, unit = fem3d.over_time, unit_of(key)
     both = (data.time >= traces.time[0]) & (data.time <= traces.time[-1] * (1 + 1e-9))
-    time, theirs = data.time[both], data.values[key][both]
-    late = time >= FIRST_TIME
+    late = data.time[both] >= FIRST_TIME
     if not late.any():
-        span = f"{quantity(float(data.time[0]), 's')} to {quantity(float(data.time[-1]), 's')}"
+        covered = f"{quantity(float(data.time[0]), 's')} to {quantity(float(data.time[-1]), 's')}"
         raise SceneError(
-            f"--against {quoted(data.name)} covers {span}, the run 10 us to {quantity(sink.end_time, 's')}: there is "
-            "no time to compare at"
+            f"--against {quoted(data.name)} covers {covered}, the run 10 us to {quantity(sink.end_time, 's')}: there "
+            "is no time to compare at"
         )
+    time, theirs = data.time[both], data.values[key][both]
     ours = np.interp(time, traces.time, traces.values[key])
-    off = theirs - ours
-    i = int(np.argmax(np.where(late, np.abs(off), -1.0)))
-    scale, of = _scale(fem3d, key)
-    error = (traces.errors[key] + _beyond(time, np.abs(off), i)) / abs(scale)
-    p, m = float(theirs[i]), float(ours[i])
-    if unit == "K":
-        p, m = p - sink.room_temperature, m - sink.room_temperature
+    error, u_data = traces.errors[key], None
+    if key in data.u:
+        time, theirs, ours, u = time[late], theirs[late], ours[late], data.u[key][both][late]
+        by = (cutting or fem3d).over_time
+        cuts = windows.cut(np.interp(time, by.time, by.values[key]))
+        means = windows.windows(time, theirs - ours, u, cuts)
+        i, k = windows.worst(means, [0.0] * len(means))
+        u_data = (max(abs(w.distance) + k * w.u_data for w in means) - abs(means[i].distance)) / COVERS
+        rows = cuts[i]
+    else:
+        off = np.abs(theirs - ours)
+        i = int(np.argmax(np.where(late, off, -1.0)))
+        error += _beyond(time, off, i)
+        rows = slice(i, i + 1)
+    (scale, of), room = _scale(fem3d, key), sink.room_temperature if unit == "K" else 0.0
+    p, m, off_by = (float(v[rows].mean()) for v in (theirs - room, ours - room, theirs - ours))
+    start, end = float(time[rows][0]), float(time[rows][-1])
 
     def because() -> str:
+        when = f"at {quantity(end, 's', 3)}" if start == end else f"in the mean over {span(start, end)}"
         return (
-            f"{data.name} is furthest from 3D at {quantity(float(time[i]), 's', 3)}: {quantity(p, unit)} against "
-            f"{quantity(m, unit)}, {signed(float(off[i]), unit)} of a {of} of {quantity(scale, unit)}"
+            f"{data.name} is furthest from 3D {when}: {quantity(p, unit)} against {quantity(m, unit)}, "
+            f"{signed(off_by, unit)} of a {of} of {quantity(scale, unit)}"
         )
 
-    title = f"{_NAMES[key]}, {cut(data.name, 16, '...')}"
-    return Comparison(title, p, m, unit, float(off[i]) / abs(scale), error, because, float(time[i]))
+    title, size = f"{_NAMES[key]}, {cut(data.name, 16, '...')}", abs(scale)
+    known = None if u_data is None else u_data / size
+    return Comparison(title, p, m, unit, off_by / size, error / size, because, (start + end) / 2, u_data=known)
 
 
 def _scale(fem3d: Result, key: str) -> tuple[float, str]:

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import compare
-from compare.verdict import Check, Verdict, judge, relative, spread
+from compare.verdict import COVERS, Check, Verdict, judge, relative, spread
 from scenes.checks import AGAINST_TOLERANCES, DEFAULT_TOLERANCES, OVER_TIME
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.formats import difference_text, percent, quantity, sink_text, with_error
@@ -20,8 +20,6 @@ from scenes.sink import OF_A_SINK, Sink
 
 QUANTITIES = {name: asked for name, asked in OF_A_SINK.items() if name != "heat_out"}
 """What can be asserted of the steady state, beside the checks by their ids."""
-COVERS = 2.0
-"""Standard uncertainties of the inputs that are counted: 95 % (GUM 6.3.3)."""
 
 
 def assert_reduction_agrees(
@@ -101,7 +99,7 @@ def _check(check: Check, tolerance: float) -> tuple[Verdict, str]:
     unit = "" if check.unit == "1" else check.unit
     values = f"1D {quantity(check.predicted, unit, 5)}, 3D {quantity(check.measured, unit, 5)}"
     said = f"{check.id}: {check.title}, {values}"
-    return _told(said, check.difference, check.u_num, check.u_input or 0.0, tolerance, check.because)
+    return _told(said, check.difference, check.known_to, check.u_input or 0.0, tolerance, check.because)
 
 
 def _told(

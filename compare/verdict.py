@@ -10,11 +10,15 @@ from scenes.formats import difference_text, percent
 
 if TYPE_CHECKING:
     from scenes.device import Device
+    from scenes.model import Declared
     from scenes.result import Estimate, Result, Traces
     from scenes.sink import Sink
 
 PAPERS = ("paper", "reduced1d")
 """What the paper's own model is called as a result."""
+
+COVERS = 2.0
+"""Standard uncertainties of a normal distribution within which 95 % lie (GUM 6.3.3)."""
 
 Verdict = Literal["agrees", "differs", "unresolved"]
 Sense = Literal["equal", "at least", "at most"]
@@ -32,7 +36,8 @@ class Check:
     difference is what the measured value lacks of the claim, none where it holds. ``relative_to`` says in words what
     the difference is relative to. ``own`` is False for an equation of the paper's where another 1D model was chosen,
     which makes no use of it. ``u_input`` is the difference's standard uncertainty by that of the inputs, relative as
-    it is; ``None`` where that isn't asked for or isn't known.
+    it is; ``None`` where that isn't asked for or isn't known. ``u_data`` is the same by that of data that the 3D
+    solution is compared with: the verdict counts it twice (95 %).
     """
 
     id: str
@@ -51,6 +56,12 @@ class Check:
     relative_to: str = ""
     own: bool = True
     u_input: float | None = None
+    u_data: float | None = None
+
+    @property
+    def known_to(self) -> float:
+        """How far off the difference may be, as the verdict counts it."""
+        return self.u_num + COVERS * (self.u_data or 0.0)
 
 
 def judge(difference: float, tolerance: float, u_num: float) -> Verdict:
@@ -132,6 +143,7 @@ class Comparison:
     time: float | None = None
     sense: Sense = "equal"
     relative_to: str = ""
+    u_data: float | None = None
 
 
 def unit_of(key: str) -> str:
@@ -161,31 +173,33 @@ def of_formula(
     )  # fmt: skip
 
 
-def expected(scene: Sink | Device, check: str) -> Verdict | None:
+def expected(scene: Sink | Device | Declared, check: str) -> Verdict | None:
     """The verdict that a scene declares. Its list of checks that differ is complete: those not in it agree."""
     if scene.expected_to_differ is None:
         return None
     return "differs" if check in scene.expected_to_differ else "agrees"
 
 
-def judged(name: str, found: Comparison, scene: Sink | Device, always: bool = False) -> Check:
+def judged(name: str, found: Comparison, scene: Sink | Device | Declared, always: bool = False) -> Check:
     """What was found, with its verdict; ``always`` gives the reason whatever the verdict is."""
     tolerance = scene.tolerance(name)
-    verdict, because = judge(found.difference, tolerance, found.u_num), ""
+    known_to = found.u_num + COVERS * (found.u_data or 0.0)
+    verdict, because = judge(found.difference, tolerance, known_to), ""
     if verdict == "differs" or always:
         because = found.reason if isinstance(found.reason, str) else found.reason()
     elif verdict == "unresolved":
         because = (
-            f"{difference_text(found.difference, found.u_num, 'give or take')} may be on either side of the "
+            f"{difference_text(found.difference, known_to, 'give or take')} may be on either side of the "
             f"tolerance of {percent(tolerance)}: ask for a smaller accuracy"
         )
     return Check(
         name, found.title, found.predicted, found.measured, found.unit, found.difference, tolerance, found.u_num,
         verdict, expected(scene, name), because, found.time, found.sense, found.relative_to,
+        u_data=found.u_data,
     )  # fmt: skip
 
 
-def contradicts(check: Check, scene: Sink | Device, strict: bool) -> bool:
+def contradicts(check: Check, scene: Sink | Device | Declared, strict: bool) -> bool:
     """Whether a check came out other than the scene declares.
 
     Only what is declared can be contradicted: a verdict that is the opposite of the declared one, or a difference
@@ -201,5 +215,5 @@ def contradicts(check: Check, scene: Sink | Device, strict: bool) -> bool:
     return declared in scene.tolerances and check.verdict == "differs"
 
 
-def contrary(checks: Iterable[Check], scene: Sink | Device, strict: bool = False) -> list[Check]:
+def contrary(checks: Iterable[Check], scene: Sink | Device | Declared, strict: bool = False) -> list[Check]:
     return [check for check in checks if contradicts(check, scene, strict)]

@@ -7,6 +7,7 @@ from typing import Any
 
 from scenes.errors import SceneError, quoted
 from scenes.kinds import Kind, Numbers, Quantity, known_name
+from scenes.model import SLOPE_TOLERANCE
 from scenes.units import NUMBER
 
 FIRST_TIME = 10e-6
@@ -46,7 +47,7 @@ AIR_TOLERANCES: dict[str, float] = {"air_peak": 0.05, "air_mean": 0.05, "air_end
 AGAINST_TOLERANCES = {f"against_{name}": 0.05 for name in ("peak", "end", "mean", "current", "power")}
 """The same of the checks of a user's own traces against the 3D model."""
 
-SLOPE_TOLERANCES: dict[str, float] = {"slope": 0.1}
+SLOPE_TOLERANCES: dict[str, float] = {"slope": SLOPE_TOLERANCE}
 """The same of how 1D follows a key of the scene, for every check slope_<key>: of the largest slope."""
 
 SINK_TOLERANCES = DEFAULT_TOLERANCES | ISLAND_TOLERANCES | AIR_TOLERANCES | AGAINST_TOLERANCES
@@ -78,7 +79,7 @@ DEVICE_CHECKS = (*DEVICE_TOLERANCES, *DEVICE_3D_TOLERANCES)
 
 def tolerances(known: tuple[str, ...] = (*SINK_CHECKS, *SLOPE_TOLERANCES)) -> Numbers:
     """A table of relative tolerances by check id; only those that a scene declares."""
-    example = f"a table of tolerances such as {{{known[0]} = 0.02}}"
+    example = f"a table of tolerances such as {{{known[0] if known else 'middle'} = 0.02}}"
     return Numbers(Quantity(NUMBER, 1e-15, 100.0), known, "check", example)
 
 
@@ -95,10 +96,12 @@ class Differing(Kind):
             return None
         items = [part.strip() for part in given.split(",")] if isinstance(given, str) else given
         if not isinstance(items, (list, tuple)):
-            example = self.known[min(2, len(self.known) - 1)]
+            example = self.known[min(2, len(self.known) - 1)] if self.known else "middle"
             raise SceneError(
                 f'{path} = {quoted(given)} must be a list of checks such as ["{example}"], or "{self.word}"'
             )
+        if not self.known:
+            return tuple(dict.fromkeys(map(str, items)))
         return tuple(dict.fromkeys(known_name(path, i, self.known, "check") for i in items))
 
     def write(self, value: Any) -> Any:

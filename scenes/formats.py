@@ -70,6 +70,12 @@ def signed(value: float, unit: str, digits: int = 3) -> str:
     return ("+" if value >= 0 else "") + quantity(value, unit, digits)
 
 
+def span(start: float, end: float) -> str:
+    """From a time to another (s), in one unit: "0.19 - 0.33 ms"; the one time where they are the same."""
+    factor, _ = scale(end, "s")
+    return quantity(end, "s", 2) if start == end else f"{_significant(start * factor, 2)} - {quantity(end, 's', 2)}"
+
+
 def percent(ratio: float, digits: int = 2, sign: bool = False) -> str:
     """A ratio in percent: "30 %", "0.021 %", "+6.5 %"."""
     if not math.isfinite(ratio):

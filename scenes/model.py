@@ -8,9 +8,11 @@ corners; it is checked against the mesh itself only when that has been read (`me
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
+
+from scenes.parameters import Parameters
 
 Point = tuple[float, float, float]
 
@@ -117,7 +119,43 @@ class Probe:
 
 
 @dataclass(frozen=True)
-class Scene:
+class OwnModel:
+    """A 1D or lumped model that a scene names: its ``file`` as the scene gives it, relative to ``folder``, the values
+    of its ``parameters`` (SI numbers, or texts: quantities with units or keys of the scene), and what the model calls
+    the probes (``outputs``: probe, name)."""
+
+    file: str = ""
+    parameters: tuple[tuple[str, float | str], ...] = ()
+    outputs: tuple[tuple[str, str], ...] = ()
+    folder: str = ""
+
+
+@dataclass(frozen=True)
+class Declared:
+    """What a scene says of a model of itself: which ``model``, the ``tolerances`` of checks by their ids, and the
+    checks that are expected to differ (``None`` where nothing is said of that)."""
+
+    model: OwnModel | None = field(default=None, kw_only=True)
+    tolerances: dict[str, float] = field(default_factory=dict, hash=False, kw_only=True)
+    expected_to_differ: tuple[str, ...] | None = field(default=None, kw_only=True)
+
+    def tolerance(self, check: str) -> float:
+        """The relative tolerance of a check: the declared one, or else the default of its kind."""
+        return self.tolerances.get(check, SLOPE_TOLERANCE if check in SLOPES else PROBE_TOLERANCE)
+
+
+OVER_TIME = "_over_time"
+"""How the checks of probes over time end; those of the steady state are called as the probes."""
+SLOPES = ("slope",)
+"""What stands for the checks of how a model follows each key, slope_<key>."""
+PROBE_TOLERANCE = 0.05
+"""How far a model may be from 3D where a scene says nothing: as for the figures of the paper."""
+SLOPE_TOLERANCE = 0.1
+"""The same of how it follows a key, of the largest slope."""
+
+
+@dataclass(frozen=True)
+class Scene(Declared):
     """A 3D scene: boxes, conditions, probes, the uniform initial temperature (K) and accuracy (-).
 
     ``steady`` asks for the steady state alone, otherwise it is the transient up to ``end_time`` (s); ``output_times``
@@ -133,6 +171,7 @@ class Scene:
     accuracy: float = 1e-3
     steady: bool = False
     output_times: tuple[float, ...] = ()
+    parameters: Parameters | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True)
@@ -180,7 +219,7 @@ class GroupProbe:
 
 
 @dataclass(frozen=True)
-class MeshScene:
+class MeshScene(Declared):
     """A scene on a mesh: ``file`` as the scene gives it, relative to ``folder``, in units of ``unit`` (m)."""
 
     name: str
@@ -196,6 +235,7 @@ class MeshScene:
     steady: bool = False
     output_times: tuple[float, ...] = ()
     folder: str = ""
+    parameters: Parameters | None = field(default=None, compare=False, repr=False)
 
     @property
     def path(self) -> Path:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from itertools import pairwise
+
 from scenes.errors import SceneError, quoted
-from scenes.model import AnyScene, Boundary, GroupBoundary, Material, MeshScene, Value, is_zero, values
+from scenes.model import AnyScene, Boundary, GroupBoundary, Material, MeshScene, Schedule, Value, is_zero, values
 
 HEAT_KEYS = ("thermal_conductivity", "density", "specific_heat")
 
@@ -25,6 +28,17 @@ def driving(scene: AnyScene) -> tuple[Value, ...]:
         *(value for b in scene.boundaries for value in (b.value, b.ambient)),
         *(value for _, value in heat_sources(scene)),
     )
+
+
+def temperature_jumps(scene: AnyScene) -> tuple[float, ...]:
+    """The times (s) after the start at which a given temperature jumps."""
+    return jumps([b.value for b in scene.boundaries if b.kind == "temperature"])
+
+
+def jumps(given: Iterable[Value]) -> tuple[float, ...]:
+    """The times (s) after the start at which any of the values jumps."""
+    varying = (value.times for value in given if isinstance(value, Schedule))
+    return tuple(sorted({t for times in varying for t, then in pairwise(times) if t == then and t > 0}))
 
 
 def electric(scene: AnyScene) -> bool:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
     from scenes.uncertain import Uncertain
@@ -25,13 +25,13 @@ class Export:
 class Request:
     """What the user asked of a run, of whichever kind of scene; each kind reads what concerns it.
 
-    Of any: ``figures``, ``fields``, and the ``command`` line that asked, if it was one. Of a sink: the ``models``,
-    whether the ``transient`` is solved, ``field_times`` (s) beside those that are stored anyway, the 1D model
-    (``reduction``, by its canonical name), the budget of its differences from 3D (``why``), how both models follow
-    each key (``sensitivities``), what leaving out the ``air`` does, how well the keys are known (``uncertain``) and
-    how many samples of that are solved (``monte_carlo``), and what the data are known to (``data_uncertainty``), and
-    which keys are fitted to them (``calibrate``). Of a sink or a free scene the compact model (``export``). Of a
-    device:
+    Of any: ``figures``, ``fields``, a 1D ``model`` of the user's own, and the ``command`` line that asked, if it was
+    one. Of a sink: the ``models``, whether the ``transient`` is solved, ``field_times`` (s) beside those that are
+    stored anyway, the 1D model (``reduction``, by its canonical name), the budget of its differences from 3D
+    (``why``), how both models follow each key (``sensitivities``), what leaving out the ``air`` does, how well the
+    keys are known (``uncertain``) and how many samples of that are solved (``monte_carlo``), and what the data are
+    known to (``data_uncertainty``), and which keys are fitted to them (``calibrate``). Of a sink or a free scene the
+    compact model (``export``). Of a device:
     whether it is solved ``in_3d`` too, the ``scheme``, the figures that the run is ``about`` (all where none are
     named), the ``meter`` in the loop, the sensor's ``largest_voltage`` (V) and ``largest_power`` (W).
     """
@@ -42,6 +42,7 @@ class Request:
     fields: bool = False
     field_times: tuple[float, ...] = ()
     reduction: str = "paper"
+    model: str | Callable[..., Any] = ""
     why: bool = False
     sensitivities: bool = False
     air: bool = False

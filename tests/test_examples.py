@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+import compare
+
 ROOT = Path(__file__).parents[1]
 SAID = {
     "designer.py": ["10um", "agrees", "eq14"],
@@ -29,6 +31,16 @@ def test_an_example_runs(
     assert all(text in said.out for text in SAID[name])
     # Nothing is left behind.
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_is_solved_in_one_screen_is_what_the_toolkit_solves() -> None:
+    """scikit-fem's own elements on one mesh against the toolkit's bricks: within 1 %, as the paper's model isn't."""
+    plain = runpy.run_path(str(ROOT / "examples" / "plain_scikit_fem.py"))
+    assert len((ROOT / "examples" / "plain_scikit_fem.py").read_text().splitlines()) <= 80
+    run = compare.run("sink", voltage=1, steady=True)
+    for name, value in (("peak_rise_K", plain["peak"]), ("mean_rise_K", plain["mean"]), ("power_W", plain["power"])):
+        assert value == pytest.approx(run.fem3d.steady[name].value, rel=0.01)
+    assert plain["peak"] != pytest.approx(run.reduced1d.steady["peak_rise_K"].value, rel=0.01)
 
 
 def test_a_failing_assertion_reads_well(tmp_path: Path) -> None:

@@ -1,7 +1,29 @@
-"""`python -m validate`: the command."""
+"""The `validate` command as the shell starts it, and `python -m validate`."""
 
+import signal
 import sys
 
-from validate.cli import main
 
-sys.exit(main())
+def _leave_quietly() -> None:
+    """Ctrl-C ends the process without a word: before `main` can say so in a sentence, and after it has."""
+    workers = sys.modules.get("multiprocessing.process")
+    # Processes that this one starts import this file too, and end by their own handlers.
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler and not (workers and workers.parent_process()):
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+_leave_quietly()
+
+
+def command() -> int:
+    """Runs the command that the shell gave and returns its exit status."""
+    from validate.cli import main
+
+    try:
+        return main()
+    finally:
+        _leave_quietly()
+
+
+if __name__ == "__main__":
+    sys.exit(command())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from html import escape
 from operator import attrgetter
 from pathlib import Path
@@ -163,7 +163,9 @@ class Run(_Found[Sink]):
 class Solution(_Found["AnyScene"]):
     """What a run of a free scene found: ``solution["probe"]`` is a steady value with its error."""
 
+    answer: str = _part("answer", "How far a model is from 3D, and where, in a sentence; empty without a model.")
     steady: dict[str, Estimate] = _part("solved.steady", "Steady values by probe, in K, V, W or A, if any.")
+    reduced1d: Result = _part("reduced1d", "The model's answer, of the same type as 3D's; None without a model.")
 
     def __getitem__(self, probe: str) -> Estimate:
         if probe not in self.steady:
@@ -239,6 +241,7 @@ def solve(
     *,
     accuracy: float | None = None,
     overrides: Overrides = (),
+    model: str | Path | Callable[..., Any] | None = None,
     sensitivities: bool = False,
     uncertain: Mapping[str, str] | None = None,
     out: str | Path | None = None,
@@ -247,7 +250,9 @@ def solve(
 ) -> Solution:
     """Solve any scene of boxes, or on a mesh, in 3D: heat, current or both, steady or over time.
 
-    ``scene`` is what ``scenes.load`` returns, or takes; ``accuracy`` and ``overrides`` change it. ``sensitivities``
+    ``scene`` is what ``scenes.load`` returns, or takes; ``accuracy`` and ``overrides`` change it. ``model`` is a 1D
+    model of it to be judged: a function f(scene, times) -> {probe: number or (n,) numbers}, or what `--model` takes;
+    then there are ``checks``, and ``answer`` says how far it is off. ``sensitivities``
     says how the probes follow each number of the scene, ``uncertain`` how well some are known:
     {"box.beam.upper.z": "0.1um"}. Only into the folder ``out`` is anything written. Raises SceneError for bad input,
     ArithmeticError where the numerics fail.
@@ -258,7 +263,8 @@ def solve(
     # Without a folder a scene without probes reports every part's mean temperature.
     scene = reported(found, Request(fields=fields or out is None))
     request = Request(
-        figures=figures, fields=fields, sensitivities=sensitivities, uncertain=_uncertain(found, uncertain)
+        figures=figures, fields=fields, model=str(model) if isinstance(model, Path) else model or "",
+        sensitivities=sensitivities, uncertain=_uncertain(found, uncertain),
     )  # fmt: skip
     return Solution(_outcome(scene, request, out))
 

@@ -8,11 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from scenes.errors import SceneError
-from scenes.keys import type_of
+from scenes.parameters import SECTION
 from scenes.sink import Sink
 from scenes.uncertain import Uncertain
-from scenes.varied import is_word, numbers
+from scenes.varied import is_word, neighbour, numbers, varied
 from validate.inputs import propagation
+from validate.inputs.propagation import STEP
 from validate.processes import processors
 from validate.run.outcome import Outcome
 from validate.sweep.cluster import Cluster
@@ -58,6 +59,20 @@ def drawn(sink: Sink, uncertain: Uncertain, count: int) -> np.ndarray:
     for n, word in enumerate(keys):
         if is_word(sink, word):
             for point in found:
-                others = {key: value for key, value in zip(keys, point.tolist(), strict=True) if key != word}
-                point[n] *= numbers(type_of(sink).schema.apply(others, sink))[word] / known[word]
+                other = sink
+                for key, value in zip(keys, point.tolist(), strict=True):
+                    other = varied(other, key, value / known[key]) if key != word else other
+                point[n] *= numbers(other)[word] / known[word]
     return found
+
+
+def check_apart(sink: Sink, keys: tuple[str, ...]) -> None:
+    """Refuses a key beside the parameter that it is made of: a sample gives each a value, and it can have but one."""
+    known = numbers(sink)
+    for parameter in (key for key in keys if key.startswith(f"{SECTION}.")):
+        there = numbers(neighbour(sink, parameter, STEP))
+        made = [key for key in keys if not key.startswith(f"{SECTION}.") and not is_word(sink, key)]
+        for key in (key for key in made if there.get(key) != known[key]):
+            raise SceneError(
+                f"--monte-carlo: {key} is made of {parameter}, and both are uncertain: give one of the two"
+            )

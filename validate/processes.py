@@ -1,14 +1,12 @@
-"""The processors that there are, the threads of the processes that are started on them, and a limit of their time."""
+"""The processors that there are, the threads of the processes that are started on them, and limits of their time."""
 
 from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TypeVar
-
-T = TypeVar("T")
+from threading import Lock, Timer, get_ident
 
 ONE_THREAD = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NGS_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1"
@@ -76,15 +74,29 @@ def single_threaded() -> Iterator[None]:
             os.environ.pop(name, None)  # of two runs in threads, one is the first to end
 
 
-def side_by_side(work: Callable[[int], T], numbers: Sequence[int], jobs: int) -> Iterator[tuple[int, T]]:
-    """Each number with what the work on it came to, as they come, by ``jobs`` processes (1: this one)."""
-    from concurrent.futures import ProcessPoolExecutor, as_completed
-    from multiprocessing import get_context
-
-    if jobs == 1:
-        yield from ((number, work(number)) for number in numbers)
+@contextmanager
+def within(seconds: float | None) -> Iterator[None]:
+    """Raises TimeIsUpError in what takes longer than so many seconds by the clock, in whatever thread: at its next step
+    in Python, so that a long call of a library ends first. No limit for ``None``."""
+    if seconds is None:
+        yield
         return
-    with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
-        futures = {pool.submit(work, number): number for number in numbers}
-        for future in as_completed(futures):
-            yield futures[future], future.result()
+    import ctypes
+
+    thread, raise_in = ctypes.c_ulong(get_ident()), ctypes.pythonapi.PyThreadState_SetAsyncExc
+    lock, over = Lock(), False
+
+    def up() -> None:
+        with lock:
+            if not over:
+                raise_in(thread, ctypes.py_object(TimeIsUpError))
+
+    timer = Timer(seconds, up)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+        with lock:
+            over = True

@@ -18,15 +18,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fem3d.spaces import channels
-from fem3d.results import voltmeter
 from fem3d.problems.heat import HeatProblem
-from fem3d.solution.joule_tensors import Split
+from fem3d.results import voltmeter
 from fem3d.results.probes import Reading, reading
+from fem3d.results.voltmeter import Voltmeter
+from fem3d.solution.joule_tensors import Split
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base, Transient
-from fem3d.results.voltmeter import Voltmeter
+from fem3d.spaces import channels
 from meshes.symmetry import Symmetry
 from scenes.model import Value
 

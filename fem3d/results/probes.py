@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from fem3d.problems.heat import HeatProblem
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.extreme import Extreme
-from fem3d.problems.heat import HeatProblem
 from scenes.model import Schedule
 
 

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from fem3d.spaces import channels
 from fem3d.results import probes
-from fem3d.spaces.domain import Domain
 from fem3d.solution.transient import Base
+from fem3d.spaces import channels
+from fem3d.spaces.domain import Domain
 
 
 class Voltmeter:

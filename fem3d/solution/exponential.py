@@ -79,8 +79,8 @@ def integrate(
     norm.
 
     ``source(t)`` is the source from t on up to the next instant of ``jumps``, at each of which a step ends and the
-    state jumps. Raises RunawayInTimeError where the source outruns every step, or what ``holds`` (of a time and the state
-    then) no longer does.
+    state jumps. Raises RunawayInTimeError where the source outruns every step, or what ``holds``, of a time and the
+    state then, no longer does.
     """
     nodes = _lobatto(degree)
     to_legendre = np.linalg.inv(legendre.legvander(2 * nodes - 1, degree))

@@ -16,6 +16,7 @@ import numpy as np
 
 from meshes.grouped.model import GroupedMesh
 from scenes.errors import SceneError, printable, quoted
+from scenes.files import check_regular
 
 KINDS = {
     "tetra": (4, 4), "tetra10": (4, 10), "hexahedron": (8, 8), "hexahedron20": (8, 20), "hexahedron27": (8, 27),
@@ -78,6 +79,8 @@ def made(points: np.ndarray, cells: np.ndarray, name: str) -> Any:
 def _load(path: Path) -> Any:
     import meshio
 
+    if path.exists():
+        check_regular(path, f"mesh.file: {quoted(path)}")
     if not path.is_file():
         what = "is a directory" if path.is_dir() else "is no file"
         raise SceneError(f"mesh.file: {quoted(path)} {what}: give the path of a mesh, relative to the scene file")

@@ -25,16 +25,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.linalg
-from numpy.polynomial import legendre
 
 from reduced1d.line import modes
 from reduced1d.lumped import increasing_root, no_steady_state
+from reduced1d.radau import radau, within
 from reduced1d.sink import time_grid
 from scenes.checks import FIRST_TIME
 from scenes.errors import RunawayError
@@ -177,7 +176,7 @@ def trajectory(model: FewStates, times: np.ndarray, growth: float = 2.0) -> tupl
             return advanced(advanced(state, start, middle), middle, stop)
         here = slice(*np.searchsorted(times, [start, stop], side="right"))
         part = (times[here] - start) / (stop - start)
-        states[here] = legendre.legvander(2 * part - 1, POINTS) @ _radau()[1] @ values.T
+        states[here] = within(POINTS, part) @ values.T
         return values[:, -1]
 
     if end > 0:
@@ -191,7 +190,7 @@ def trajectory(model: FewStates, times: np.ndarray, growth: float = 2.0) -> tupl
 
 def _step(model: FewStates, state: np.ndarray, length: float) -> np.ndarray | None:
     """States (n, points + 1) at the start and at the points of a step (s); ``None`` where the sweeps do not settle."""
-    matrix = _radau()[0]
+    matrix = radau(POINTS)[0]
     # Of each mode, (1 + rate h A)^-1 applied to 1 and to h A: the decay of its start, and its response to heat.
     inverse = np.linalg.inv(np.eye(POINTS) + length * model.rates[:, None, None] * matrix)
     free, response = inverse.sum(axis=-1) * state[:, None], length * (inverse @ matrix)
@@ -207,19 +206,6 @@ def _step(model: FewStates, state: np.ndarray, length: float) -> np.ndarray | No
         if change <= SETTLED * np.abs(found).max():
             return np.concatenate([state[:, None], values], axis=1)
     return None
-
-
-@lru_cache(maxsize=1)
-def _radau() -> tuple[np.ndarray, np.ndarray]:
-    """The matrix A that integrates polynomials through Radau's points in (0, 1] up to each, and the inverse of the
-    Vandermonde matrix, in Legendre polynomials, of 0 and the points."""
-    # The right Radau points are the zeros of P_q - P_(q-1).
-    points = (np.sort(legendre.legroots([0.0] * (POINTS - 1) + [-1.0, 1.0])) + 1) / 2
-    powers = np.arange(POINTS)
-    integrals = points[:, None] ** (powers + 1) / (powers + 1)
-    nodes = np.concatenate([[0.0], points])
-    vandermonde = points[:, None] ** powers
-    return integrals @ np.linalg.inv(vandermonde), np.linalg.inv(legendre.legvander(2 * nodes - 1, POINTS))
 
 
 def result(
@@ -274,13 +260,13 @@ def _read(model: FewStates, states: np.ndarray) -> dict[str, np.ndarray]:
     for name, row in model.outputs.items():
         if not name.startswith("air"):
             value = states @ row.T
-            found[f"{name}_W" if name.endswith("_heat") else f"{name}_K"] = _top(value) if row.ndim > 1 else value
+            found[f"{name}_W" if name.endswith("_heat") else f"{name}_K"] = top(value) if row.ndim > 1 else value
     if "peak_K" not in found:
         found["peak_K"] = np.max([v for name, v in found.items() if name.endswith("_peak_K")], axis=0)
     return found
 
 
-def _top(values: np.ndarray) -> np.ndarray:
+def top(values: np.ndarray) -> np.ndarray:
     """(...,): the top of a profile known at equally spaced places (..., places), by the parabola through three."""
     at = np.clip(values.argmax(axis=-1), 1, values.shape[-1] - 2)[..., None]
     low, top, high = (np.take_along_axis(values, at + d, axis=-1)[..., 0] for d in (-1, 0, 1))

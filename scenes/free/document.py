@@ -8,6 +8,8 @@ nothing real has; what lies outside is a slip of the unit.
 from __future__ import annotations
 
 import json
+import math
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, TypeVar
@@ -16,6 +18,7 @@ from scenes import kinds as k
 from scenes import model as m
 from scenes import physics
 from scenes import units as d
+from scenes.checks import Differing, tolerances
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.keys import ACCURACY, VALID_TO
 from scenes.physics import HEAT_KEYS
@@ -42,6 +45,9 @@ RESISTIVITY = k.Quantity(d.RESISTIVITY, 1e-12, 1e9, word="insulator")
 HEAT_SOURCE = k.Varying(k.Quantity(d.HEAT_SOURCE, 0.0, 1e20, signed=True))
 
 
+_NAMED = k.Numbers(k.NumberOrText(), (), "parameter", 'a table such as {R0 = "300 ohm"}')
+_NAMED_TEXTS = k.Numbers(k.MODEL_FILE, (), "probe", 'a table such as {middle = "v(mid)"}')
+
 _SCENE_AND_RUN = (
     Key("scene.name", "name", k.NAME),
     Key("scene.initial_temperature", "initial_temperature", k.KELVIN),
@@ -49,6 +55,11 @@ _SCENE_AND_RUN = (
     Key("run.end_time", "end_time", k.Quantity(d.TIME, 1e-12, 1e9)),
     Key("run.output_times", "output_times", k.Instants()),
     Key("run.accuracy", "accuracy", ACCURACY),
+    Key("model.file", "model.file", k.MODEL_FILE, physical=False),
+    Key("model.parameters", "model.parameters", _NAMED, physical=False),
+    Key("model.outputs", "model.outputs", _NAMED_TEXTS, physical=False),
+    Key("checks.tolerances", "tolerances", tolerances(()), physical=False),
+    Key("checks.expect_differs", "expected_to_differ", Differing(()), physical=False),
 )
 
 LISTS: dict[str, dict[str, k.Kind]] = {
@@ -108,8 +119,8 @@ ON_MESH = Schema(
 """What a file with a [mesh] may say: groups stand in the place of boxes and corners."""
 
 
-def of_boxes(values: Values, name: str) -> m.Scene:
-    """The scene of boxes; ``name`` is for one that has none. Raises SceneError."""
+def of_boxes(values: Values, name: str, folder: str = "") -> m.Scene:
+    """The scene of boxes; ``name`` is for one that has none, ``folder`` where its file lies. Raises SceneError."""
     materials = {item.name: _material(item.values) for item in values.get("material", ())}
     boxes = tuple(_box(item, materials) for item in values.get("box", ()))
     if not boxes:
@@ -119,7 +130,7 @@ def of_boxes(values: Values, name: str) -> m.Scene:
         for item in values.get("boundary", ())
     )
     probes = tuple(m.Probe(item.name, *_corners(item), **_reading(item)) for item in values.get("probe", ()))
-    return _with_run(m.Scene(name, boxes, boundaries, probes), values)
+    return _declared(_with_run(m.Scene(name, boxes, boundaries, probes), values), values, folder)
 
 
 def on_mesh(values: Values, name: str, folder: str) -> m.MeshScene:
@@ -141,13 +152,37 @@ def on_mesh(values: Values, name: str, folder: str) -> m.MeshScene:
     )
     probes = tuple(m.GroupProbe(item.name, *_place(item), **_reading(item)) for item in values.get("probe", ()))
     scene = m.MeshScene(name, mesh["file"], mesh.get("unit", 1.0), bodies, sources, boundaries, probes, folder=folder)
-    return _with_run(scene, values)
+    return _declared(_with_run(scene, values), values, folder)
+
+
+def _declared(scene: S, values: Values, folder: str) -> S:
+    """The scene with what [model] and [checks] say. Refuses what they say of a probe that the scene has not."""
+    given, said = section(values, "model"), section(values, "checks")
+    probes: list[str] = [item.name for item in values.get("probe", ())]
+    checks = [*probes, *(f"{name}{m.OVER_TIME}" for name in probes), *m.SLOPES]
+    tolerances, differing = said.get("tolerances", {}), said.get("expect_differs")
+    for path, names, known in (
+        ("model.outputs", given.get("outputs", {}), probes),
+        ("checks.tolerances", tolerances, checks),
+        ("checks.expect_differs", differing or (), checks),
+    ):
+        for name in names:
+            if name not in known:
+                what = "a probe" if known is probes else "a check, which are called as the probes"
+                listed = f"give {', '.join(map(quoted, probes))}" if probes else "the scene has no probe"
+                raise SceneError(f"{path}: {quoted(name)} is not {what}: {listed}{did_you_mean(name, known)}")
+    model = None
+    if given:
+        parameters, outputs = (tuple(given.get(name, {}).items()) for name in ("parameters", "outputs"))
+        model = m.OwnModel(given.get("file", ""), parameters, outputs, folder)
+    return replace(scene, model=model, tolerances=tolerances, expected_to_differ=differing)
 
 
 def _with_run(scene: S, values: Values) -> S:
     """The scene with what [scene] and [run] say. Refuses values that vary in a steady state, and materials that are
     used without what the physics that is asked for needs to know of them."""
-    scene = replace(scene, **section(values, "scene"), **_run_keys(section(values, "run")))
+    run = _run_keys(section(values, "run"))
+    scene = replace(scene, **section(values, "scene"), **run, parameters=values.get("parameters"))
     driving = [
         *((f"boundary {quoted(b.name)}.{b.kind}", b.value) for b in scene.boundaries),
         *((f"boundary {quoted(b.name)}.convection.ambient", b.ambient) for b in scene.boundaries),
@@ -177,9 +212,14 @@ def _run_keys(given: dict[str, Any]) -> dict[str, Any]:
         return given
     if "end_time" not in given and not (times and times[-1] > 0):
         raise SceneError('[run] says neither how long nor steady: give steady = true, or end_time = "10 ms"')
-    end = given.get("end_time", times[-1] if times else 0.0)
-    if times and times[-1] > end:
-        raise SceneError(f"run.end_time = {end:g} s is before the last of run.output_times, {times[-1]:g} s: give more")
+    last = times[-1] if times else 0.0
+    end = given.get("end_time", last)
+    if math.isclose(last, end, rel_tol=1e-12):
+        end = last  # one time, reckoned in two ways
+    if last > end:
+        raise SceneError(
+            f"run.end_time = {end:.12g} s is before the last of run.output_times, {last:.12g} s: give more"
+        )
     return {**given, "end_time": end}
 
 
@@ -249,6 +289,8 @@ def as_dict(scene: m.AnyScene) -> dict[str, Any]:
         run["output_times"] = list(scene.output_times)
     needed = physics.needed(scene)
     found: dict[str, Any] = {"scene": {"name": scene.name, "initial_temperature": scene.initial_temperature}}
+    if scene.parameters is not None:
+        found["parameters"] = dict(scene.parameters.values)
     if isinstance(scene, m.MeshScene):
         found["mesh"] = {"file": scene.file, "unit": scene.unit}
         found["material"] = [_of_material(b.material, needed) | {"groups": list(b.groups)} for b in scene.bodies]
@@ -272,7 +314,15 @@ def as_dict(scene: m.AnyScene) -> dict[str, Any]:
         {"name": p.name, "quantity": p.quantity, **_where(p)} | ({} if p.quantity in _FLOWS else {"reduce": p.reduce})
         for p in scene.probes
     ]
-    return found | {"run": {**run, "accuracy": scene.accuracy}}
+    found |= {"run": {**run, "accuracy": scene.accuracy}}
+    if scene.model is not None:
+        own = scene.model
+        listed = {"file": own.file, "parameters": dict(own.parameters), "outputs": dict(own.outputs)}
+        found["model"] = {key: value for key, value in listed.items() if value}
+    checks: dict[str, Any] = {"tolerances": dict(scene.tolerances)} if scene.tolerances else {}
+    if scene.expected_to_differ is not None:
+        checks["expect_differs"] = list(scene.expected_to_differ)
+    return found | ({"checks": checks} if checks else {})
 
 
 def _of_material(material: m.Material, needed: tuple[str, ...]) -> dict[str, Any]:
@@ -305,9 +355,14 @@ def as_toml(scene: m.AnyScene) -> str:
     return "\n".join(lines)
 
 
+def _key(name: str) -> str:
+    """A key as TOML has it: in quotes where it is more than a word."""
+    return name if re.fullmatch(r"[\w-]+", name, re.ASCII) else json.dumps(name, ensure_ascii=False)
+
+
 def _value(value: Any) -> str:
     if isinstance(value, dict):
-        return "{ " + ", ".join(f"{key} = {_value(item)}" for key, item in value.items()) + " }"
+        return "{ " + ", ".join(f"{_key(key)} = {_value(item)}" for key, item in value.items()) + " }"
     if isinstance(value, (list, tuple)):
         return "[" + ", ".join(map(_value, value)) + "]"
     # JSON's strings, booleans and finite numbers are TOML's.

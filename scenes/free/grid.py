@@ -13,11 +13,13 @@ from functools import cached_property
 import numpy as np
 
 from scenes.errors import SceneError
+from scenes.free.crowding import crowding
 from scenes.model import Boundary, Point, Probe, Scene, Value
 
 VOID = -1
 ROUNDING = 1e-9
-_MOST_CELLS = 30_000_000
+_MOST_CELLS = 10_000_000
+"""Of the planes' grid: so many are checked in two or three seconds and 0.6 GB."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +75,11 @@ class Grid:
         """(boxes + 1,): True for every box, False for VOID."""
         return np.array([True] * len(self.scene.boxes) + [False])
 
+    @cached_property
+    def _padded(self) -> np.ndarray:
+        """The owners with a layer of VOID around."""
+        return np.pad(self.owner, 1, constant_values=VOID)
+
     def inside(self, lower: Point, upper: Point) -> bool:
         along = zip(self.planes, self.small, lower, upper, strict=True)
         return all(p[0] - s <= a and b <= p[-1] + s for p, s, a, b in along)
@@ -97,7 +104,7 @@ class Grid:
                 window.append(slice(first, last + 2) if first == last else slice(last, last + 1))
             else:
                 window.append(slice(first + 1, last + 1))
-        return np.pad(self.owner, 1, constant_values=VOID)[tuple(window)]
+        return self._padded[tuple(window)]
 
     def flat(self, lower: Point, upper: Point) -> tuple[int, ...]:
         return tuple(d for d in range(3) if upper[d] - lower[d] <= self.small[d])
@@ -137,24 +144,28 @@ class Grid:
         from scipy.sparse.csgraph import connected_components
 
         inside = wanted[self.owner]
-        number = np.cumsum(inside.ravel()).reshape(inside.shape) * inside
-        cut = np.concatenate([s.faces.ravel() for b in cuts if (s := self.sheet(b))] or [np.empty(0, int)])
+        joined = [np.moveaxis(inside, axis, 0)[:-1] & np.moveaxis(inside, axis, 0)[1:] for axis in range(3)]
+        for sheet in (s for b in cuts if (s := self.sheet(b))):
+            at = np.array(np.unravel_index(sheet.faces.ravel() // 3, [len(p) for p in self.planes]))
+            # The face across an axis at its plane i lies between the cells i - 1 and i along it.
+            at[sheet.axis] -= 1
+            at = at[:, (at[sheet.axis] >= 0) & (at[sheet.axis] < inside.shape[sheet.axis] - 1)]
+            joined[sheet.axis][at[sheet.axis], *np.delete(at, sheet.axis, axis=0)] = False
+        # Cells in a row along z are one node of a graph, whose edges are the faces between rows.
+        starts = inside.copy()
+        starts[..., 1:] &= ~np.moveaxis(joined[2], 0, 2)
+        row = np.cumsum(starts, dtype=np.int32).reshape(inside.shape) - 1
         pairs = []
-        for axis in range(3):
-            low, high = (np.moveaxis(number, axis, 0)[s] for s in (slice(None, -1), slice(1, None)))
-            joined = (low > 0) & (high > 0)
-            if len(cut):
-                at = [np.arange(n) for n in self.owner.shape]
-                at[axis] = at[axis][1:]
-                faces = 3 * np.ravel_multi_index(np.ix_(*at), [len(p) for p in self.planes]) + axis
-                joined &= ~np.isin(np.moveaxis(faces, axis, 0), cut)
-            pairs.append(np.stack([low[joined], high[joined]]) - 1)
+        for axis in (0, 1):
+            low, high = (np.moveaxis(row, axis, 0)[s] for s in (slice(None, -1), slice(1, None)))
+            new, same = joined[axis].copy(), joined[axis][..., :-1]
+            new[..., 1:] &= ~(same & (low[..., 1:] == low[..., :-1]) & (high[..., 1:] == high[..., :-1]))
+            pairs.append(np.stack([low[new], high[new]]))
         rows, columns = np.concatenate(pairs, axis=1)
-        count = int(inside.sum())
+        count = int(starts.sum())
         graph = coo_array((np.ones(len(rows), bool), (rows, columns)), shape=(count, count))
-        found = np.zeros(inside.shape, int)
-        found[inside] = 1 + connected_components(graph, directed=False)[1]
-        return found
+        labels = np.append(1 + connected_components(graph, directed=False)[1], 0)
+        return labels[np.where(inside, row, count)]
 
     def parts_at(self, labels: np.ndarray, boundary: Boundary) -> set[int]:
         sheet, beside = self.sheet(boundary), self.sheet(boundary, labels)
@@ -176,11 +187,11 @@ class Grid:
 def grid_of(scene: Scene) -> Grid:
     """The grid of a scene; SceneError where it would be too large to look at."""
     planes = tuple(np.array(planes_of(scene, axis)) for axis in range(3))
-    count = int(np.prod([len(p) - 1.0 for p in planes]))
+    count = float(np.prod([len(p) - 1.0 for p in planes]))
     if count > _MOST_CELLS:
         raise SceneError(
-            f"the planes of boxes, boundaries and probes cut the scene into {count} cells: give fewer, or let more of "
-            f"them coincide ({_MOST_CELLS} cells are the most)"
+            f"the scene is cut into {count:.3g} cells, and {_MOST_CELLS:.0e} are the most: {crowding(scene, planes)}; "
+            "give fewer, or let more of them coincide"
         )
     grid = Grid(scene, planes, np.full([len(p) - 1 for p in planes], VOID, np.int32))
     for number, box in enumerate(scene.boxes):

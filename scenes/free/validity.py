@@ -50,7 +50,7 @@ def check(scene: Scene) -> Scene:
     for probe in scene.probes:
         _check_probe(grid, probe)
     _check_parts(grid)
-    return _tidy(grid)
+    return tidy(grid)
 
 
 def _check_extents(scene: Scene) -> None:
@@ -239,7 +239,7 @@ def _check_parts(grid: Grid) -> None:
         )
 
 
-def _tidy(grid: Grid) -> Scene:
+def tidy(grid: Grid) -> Scene:
     """The same scene with every corner that is within rounding of a plane of the grid on it, and none beyond the
     extent of the solid. What has been checked on the grid holds for it, and tidying it again changes nothing."""
 

@@ -1,15 +1,20 @@
-"""Linear algebra uses one thread, unless the environment says otherwise."""
+"""Linear algebra uses one thread, unless the environment says otherwise; limits of time; a pool of processes."""
 
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+from threading import Thread
 
 import pytest
 import scipy.linalg  # noqa: F401 - whose library has threads of its own
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from validate.cli import main
-from validate.processes import ONE_THREAD, single_threaded
+from validate.processes import ONE_THREAD, TimeIsUpError, single_threaded, within
 
 
 @pytest.fixture
@@ -45,3 +50,34 @@ def test_what_the_environment_says_stays(unsaid: None, monkeypatch: pytest.Monke
 def test_the_command_says_so_before_numpy_is_loaded(unsaid: None) -> None:
     main(["--version"])
     assert {os.environ[name] for name in ONE_THREAD} == {"1"}
+
+
+def test_what_takes_too_long_ends_in_any_thread_and_what_ends_in_time_goes_on() -> None:
+    said = []
+
+    def work(seconds: float | None) -> None:
+        try:
+            with within(seconds):
+                until = time.monotonic() + 0.5
+                while time.monotonic() < until:
+                    pass
+            said.append("done")
+        except TimeIsUpError:
+            said.append("late")
+
+    for seconds in (0.05, 5.0, None):
+        thread = Thread(target=work, args=(seconds,))
+        thread.start()
+        thread.join()
+    assert said == ["late", "done", "done"]
+
+
+def test_a_script_needs_no_guard_around_a_pool(tmp_path: Path) -> None:
+    script = tmp_path / "script.py"
+    script.write_text("""import math
+print("begins")
+from validate.pool import side_by_side
+print(sorted(side_by_side(math.factorial, [3, 4], 2)))
+""")
+    run = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=60)
+    assert (run.stdout, run.stderr) == ("begins\n[(3, 6), (4, 24)]\n", "")

@@ -23,8 +23,8 @@ def is_one(data: bytes) -> bool:
     return head.startswith(b"Title:") and b"Plotname:" in head
 
 
-def read(path: Path, data: bytes) -> Table:
-    """The columns of the transient analysis in a raw file; SceneError where there are none, or several."""
+def read(path: Path, data: bytes, plot: str = "transient") -> Table:
+    """The columns of the analysis called ``plot`` in a raw file; SceneError where there are none, or several."""
     start, table = 0, None
     while head := _VARIABLES.search(data, start):
         header = data[start : head.start()].decode("latin-1")
@@ -43,7 +43,7 @@ def read(path: Path, data: bytes) -> Table:
             following = data.find(b"Title:", head.end())
             start = len(data) if following < 0 else following
             values = _values(data[head.end() : start].decode("latin-1"), count)
-        if "transient" not in _field(header, "Plotname").lower():
+        if plot not in _field(header, "Plotname").lower():
             continue
         if table is not None:
             raise SceneError(f"--against {quoted(path)} has several transient analyses: write one of them only")

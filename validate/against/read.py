@@ -9,20 +9,23 @@ from pathlib import Path
 import numpy as np
 
 from compare.against import QUANTITIES, Data
+from compare.verdict import COVERS
 from scenes.checks import FIRST_TIME
 from scenes.errors import SceneError, printable, quoted
 from scenes.formats import quantity
 from scenes.sink import Sink
 from validate.against import quantities, raw, runs, tables
 from validate.against.tables import Table, in_si, is_time, unit_of
+from validate.against.uncertainty import data_uncertainty
 
 _AT_THE_START = FIRST_TIME / 10
 """Up to when (s) a first row is the run's start."""
 
 
-def read(path: Path, sink: Sink, columns: Sequence[str] = ()) -> Data:
-    """The traces in a file; ``columns`` say what some of its columns are, as `--column` does. SceneError where there
-    are none that the sink has, saying what was found, and where it can't be told which of several is meant."""
+def read(path: Path, sink: Sink, columns: Sequence[str] = (), uncertainty: Sequence[str] = ()) -> Data:
+    """The traces in a file; ``columns`` say what some of its columns are, as `--column` does, and ``uncertainty`` what
+    they are known to, as `--data-uncertainty` does. SceneError where there are none that the sink has, saying what was
+    found, and where it can't be told which of several is meant."""
     table, shown = _table(path), quoted(path)
     given = runs.meanings(table, columns)
     picked = runs.pick(table, given, sink, shown)
@@ -58,7 +61,6 @@ def read(path: Path, sink: Sink, columns: Sequence[str] = ()) -> Data:
         if not np.isfinite(match.values).all():
             raise SceneError(f"--against {shown}: {quoted(match.header)} has values that are not finite numbers")
     _check_times(time, sink, shown)
-    warnings = (*_spans(time, sink), *_starts(time, kept, sink, shown))
     values = {key: m.values for key, m in kept.items()}
     headers = {"time_s": picked.clock, **{key: m.header for key, m in kept.items()}}
     how = {key: note for key, note in (("time_s", picked.how), *((key, m.note) for key, m in kept.items())) if note}
@@ -67,9 +69,11 @@ def read(path: Path, sink: Sink, columns: Sequence[str] = ()) -> Data:
         c.name: in_si(c.values[~gaps], unit) - (273.15 if unit.celsius else 0.0)
         for c in picked.columns if c.name not in headers.values() and (unit := unit_of(c.unit)) is not None
     }  # fmt: skip
-    return Data(
-        path.name, table.kind, time, values, headers, how, (*table.notes, *notes), left, picked.run, warnings, others
+    data = Data(
+        path.name, table.kind, time, values, headers, how, (*table.notes, *notes), left, picked.run, others=others
     )
+    data = replace(data, u=data_uncertainty(sink, data, uncertainty))
+    return replace(data, warnings=(*_spans(time, sink), *_starts(data, sink, shown)))
 
 
 def _table(path: Path) -> Table:
@@ -121,25 +125,28 @@ def _spans(time: np.ndarray, sink: Sink) -> tuple[str, ...]:
     return (f"it ends at {quantity(last, 's', 3)}, the run at {quantity(end, 's', 3)}: {which}",)
 
 
-def _starts(time: np.ndarray, kept: Mapping[str, quantities.Match], sink: Sink, shown: str) -> tuple[str, ...]:
-    """What to say of traces that don't start at the scene's room temperature, as far as the file has its start."""
-    if time[0] > _AT_THE_START:
+def _starts(data: Data, sink: Sink, shown: str) -> tuple[str, ...]:
+    """What to say of traces that don't start at the scene's room temperature, as far as the file has its start, by more
+    than they are known to."""
+    if data.time[0] > _AT_THE_START:
         return ()
     said = []
-    for key, match in kept.items():
+    for key, values in data.values.items():
         if not key.endswith("_K"):
             continue
-        off = float(match.values[0]) - sink.room_temperature
-        change = float(np.abs(match.values - match.values[0]).max())
-        if abs(off) <= quantities.NOTICED * change:
+        off, change = float(values[0]) - sink.room_temperature, float(np.abs(values - values[0]).max())
+        surely = abs(off) - COVERS * float(data.u[key][0]) if key in data.u else abs(off)
+        if surely <= quantities.NOTICED * change:
             continue
+        header = data.headers[key]
         where = f"starts {abs(off):.4g} K {'above' if off > 0 else 'below'} the scene's room temperature"
         name = next(name for name, known in QUANTITIES.items() if known == key)
         room = f"--set room_temperature={sink.room_temperature + off:.6g}"
-        if abs(off) > quantities.STARTS * change:
+        if surely > quantities.STARTS * change:
+            noisy = "" if key in data.u else "; where it is noise, say how much of it there is, --data-uncertainty U"
             raise SceneError(
-                f"--against {shown}: {quoted(match.header)} {where}, {sink.room_temperature:g} K: give {room}, "
-                f'or where it is a rise --column "{name} rise={printable(match.header)}"'
+                f"--against {shown}: {quoted(header)} {where}, {sink.room_temperature:g} K: give {room}, "
+                f'or where it is a rise --column "{name} rise={printable(header)}"{noisy}'
             )
-        said.append(f"{quoted(match.header)} {where}, which goes into the difference: {room} would meet it")
+        said.append(f"{quoted(header)} {where}, which goes into the difference: {room} would meet it")
     return tuple(said)

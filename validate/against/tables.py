@@ -23,10 +23,11 @@ from pathlib import Path
 import numpy as np
 
 from scenes.errors import SceneError, printable, quoted, reason
+from scenes.files import contents
 from scenes.units import Unit, UnitError, parse_unit
 from validate.against.cells import are_numbers, cells_of, fitted, is_blank, numbers, separator_of
 
-_LARGEST = 200_000_000
+_LARGEST = 200  # MB
 _MOST_POINTS = 200
 _UNITS = (
     re.compile(r"(?:^|(?<=\s))\(([^()\[\]]{1,20})\)"),
@@ -134,9 +135,7 @@ def in_si(values: np.ndarray, unit: Unit) -> np.ndarray:
 def read_bytes(path: Path) -> bytes:
     """The content of a file; SceneError where it can't be had."""
     try:
-        if path.stat().st_size > _LARGEST:
-            raise SceneError(f"--against {quoted(path)} is larger than 200 MB: export fewer rows")
-        return path.read_bytes()
+        return contents(path, _LARGEST, f"--against {quoted(path)}", "export fewer rows")
     except OSError as error:
         raise SceneError(f"--against {quoted(path)} cannot be read: {reason(error)}") from None
 

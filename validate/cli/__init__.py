@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 import warnings
 from collections.abc import Sequence
 from importlib import import_module
+from pathlib import Path
 
-from scenes.errors import SceneError
-from validate.cli.terminal import BAD_INPUT, INTERRUPTED, NUMERICS, complain
+from scenes.errors import SceneError, printable, reason
+from validate.cli.terminal import BAD_INPUT, INTERRUPTED, NUMERICS, complain, fill_streams
+
+_PACKAGES = {"skfem": "scikit-fem", "vtkmodules": "vtk", "PIL": "pillow"}
+"""What a package is called where it is installed, if its modules are called otherwise."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -18,6 +23,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         # What overflows ends in a sentence; numpy's own words about it would stand above that.
         warnings.filterwarnings("ignore", category=RuntimeWarning)
     try:
+        if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:  # as `validate.__main__` leaves it
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+        fill_streams()
         from validate.cli.arguments import parse
         from validate.processes import one_thread
 
@@ -30,15 +38,32 @@ def main(argv: Sequence[str] | None = None) -> int:
         return complain("interrupted; earlier results are as they were", INTERRUPTED)
     except SceneError as error:
         return complain(str(error), BAD_INPUT)
+    except ModuleNotFoundError as error:
+        module = (error.name or "").partition(".")[0]
+        if not module or (Path(__file__).parents[2] / module).is_dir():
+            return _fault(error)
+        package = _PACKAGES.get(module, module)
+        return complain(f"the package {package} is missing: pip install {package}", BAD_INPUT)
+    except UnicodeEncodeError as error:
+        text = printable(error.object[error.start : error.end])
+        return complain(
+            f'this system writes names and text in {error.encoding}, which has no "{text}": set PYTHONUTF8=1, or give '
+            "other names", BAD_INPUT,
+        )  # fmt: skip
     except OSError as error:
-        return complain(f"a file could not be read or written: {error}", BAD_INPUT)
+        which = "a file" if error.filename is None else f'"{printable(str(error.filename), 200)}"'
+        return complain(f"{which} could not be read or written: {reason(error)}", BAD_INPUT)
     except ArithmeticError as error:
         return complain(str(error), NUMERICS)
     except MemoryError:
         return complain("out of memory: ask for a larger accuracy", NUMERICS)
     except Exception as error:
-        if sys.flags.dev_mode:
-            raise
-        return complain(
-            f"a fault of this program, {type(error).__name__}: {error} (python -X dev shows where)", NUMERICS
-        )
+        return _fault(error)
+
+
+def _fault(error: Exception) -> int:
+    if sys.flags.dev_mode:
+        raise error
+    return complain(
+        f"a fault of this program, {type(error).__name__}: {error} (python -X dev shows where)", NUMERICS
+    )  # fmt: skip

@@ -63,7 +63,9 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
             own.error(f'"{printable(argument)}" is one argument too many')
         options = [option for option in own._option_string_actions if option.startswith("--")]
         own.error(f'unknown option "{printable(argument)}"{did_you_mean(argument.partition("=")[0], options)}')
-    found.command_line = shlex.join(["validate", *argv])
+    # What the system could not decode, as in the name of a file in another encoding, is spelled out.
+    given = shlex.join(["validate", *argv]).encode("utf-8", "surrogateescape")
+    found.command_line = given.decode("utf-8", "backslashreplace")
     return found
 
 

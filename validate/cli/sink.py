@@ -63,8 +63,10 @@ def run(arguments: argparse.Namespace) -> int:
     given = [arguments.against, *arguments.column] if arguments.against else []
     data, sampled = _data(arguments, sink, request), None
     if request.monte_carlo:
-        from validate.monte_carlo import added
+        from validate.monte_carlo import added, check_apart
 
+        if request.uncertain is not None:
+            check_apart(sink, tuple(request.uncertain.relative))
         sampled = partial(added, count=request.monte_carlo)
     return common.run(arguments, sink, request, arguments.set, given, data, sampled)
 
@@ -125,11 +127,7 @@ def _data(arguments: argparse.Namespace, sink: Sink, request: Request) -> Data |
         raise SceneError("--against compares with the 3D model over time: leave out --steady and --only 1d")
     from validate.against.read import read
 
-    data = read(Path(arguments.against), sink, arguments.column)
-    if arguments.data_uncertainty:
-        from validate.inputs.validation import data_uncertainty
-
-        data_uncertainty(sink, data, arguments.data_uncertainty)
+    data = read(Path(arguments.against), sink, arguments.column, arguments.data_uncertainty)
     if arguments.calibrate:
         from validate.inputs.calibration import keys_of
 

@@ -5,12 +5,13 @@ examples:
   validate scene bridge > mine.toml; validate solve mine.toml
   validate solve bridge --set "boundary.left electrode.voltage=3V" --accuracy 1e-4
   validate solve hotplate --end-time 2ms --explain
+  validate solve bridge --model lumped.py:bridge
   validate solve bridge --sensitivities
   validate solve hotplate --export my-model --model-accuracy 1e-2
 
 results: summary.json, traces.csv (a column per probe) and figures in
 results/<scene>-<what distinguishes it>/
-exit status: 0 solved, 2 bad input, 3 the numerics failed
+exit status: 0 solved, 1 a check of a model differs from what is declared, 2 bad input, 3 the numerics failed
 """
 
 from __future__ import annotations
@@ -25,8 +26,10 @@ OPTIONS = {
     "--set KEY=VALUE ...": "override a key, as often as needed: run.accuracy=1e-4, boundary.NAME.voltage=2",
     "--accuracy A": "relative accuracy of every probe (default 1e-3 or the scene's)",
     "--steady": "the steady state, whatever the scene says of time",
+    "--model M": "a 1D model of your own to judge: FILE.py:FUNCTION, FILE.cir (ngspice), FILE.fmu, FILE.csv, or "
+    "scene for the scene's own [model]",
     "--end-time T": "over time from the start to T, such as 2ms, whatever the scene says of it",
-    "--out DIR": "", "--no-figures": "",
+    "--out DIR": "", "--no-figures": "", "--strict": "",
     "--fields": "write the 3D temperature fields (fem3d.pvd with .vtu files)",
     "--sensitivities": "how every probe follows each number of the scene: d ln probe / d ln key",
     **common.of_inputs("box.beam.upper.z=0.1um, boundary.drive.voltage=1%%",
@@ -45,6 +48,6 @@ def run(arguments: argparse.Namespace) -> int:
     until = ("run.end_time", arguments.end_time)
     settings = common.settings(arguments, ("run.steady", "true" if arguments.steady else None), until)
     scene = load(arguments.scene, settings)
-    request = common.request(arguments, scene, scene.accuracy)
+    request = common.request(arguments, scene, scene.accuracy, model=arguments.model or "")
     scene = reported(scene, request)
     return common.run(arguments, scene, request, settings)

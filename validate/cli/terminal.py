@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from threading import Event, Thread
 from typing import TYPE_CHECKING
 
-from scenes.errors import printable
+from scenes.errors import SceneError, printable, reason
 
 if TYPE_CHECKING:
     from validate.report.table import Style
@@ -53,6 +53,15 @@ def progress(quiet: bool = False) -> Iterator[Callable[[str], None]]:
         print("\r\x1b[K", end="", file=sys.stderr, flush=True)
 
 
+def fill_streams() -> None:
+    """Opens the standard streams that this process was started without (`>&-`) on nothing, in place of the next files
+    to be opened, into which a library's words would go."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            # The lowest descriptor that is free is the stream's, as those below it are open.
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115 - open until the end
+
+
 def complain(sentence: str, status: int) -> int:
     with suppress(OSError, ValueError):
         print(f"validate: {' '.join(sentence.split())}", file=sys.stderr)
@@ -67,6 +76,8 @@ def show(text: str) -> None:
     except BrokenPipeError:
         # Python flushes standard output once more when it ends.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except OSError as error:
+        raise SceneError(f"standard output cannot be written ({reason(error)})") from None
 
 
 def style() -> Style:

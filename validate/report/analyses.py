@@ -6,20 +6,19 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
-from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from compare import against
-from compare.verdict import unit_of
+from compare.verdict import COVERS, unit_of
 from scenes.device import Device
-from scenes.formats import cut, difference_text, percent, quantity, signed
-from scenes.keys import type_of
+from scenes.formats import cut, difference_text, percent, quantity, signed, span
 from scenes.model import UNITS
+from scenes.parameters import SECTION
 from scenes.sink import OF_A_SINK, Sink
+from scenes.varied import kind_of
 from validate.inputs.sensitivities import PREFIX, QUANTITIES
-from validate.inputs.validation import COVERS
 from validate.report.table import Row, Section, Style, Table
 
 if TYPE_CHECKING:
@@ -45,8 +44,8 @@ _COEFFICIENTS = (1.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1e3, 1e4)
 """Of the air (W/(m2 K)): those that a terminal has room for."""
 _V20 = (
     "As ASME V&V 20 has it: the comparison error E = S - D, simulation less data, is known to u_val, of the numerics, "
-    "the inputs and the data. The error of the model itself lies within E - 2 u_val and E + 2 u_val (95 %); where |E| "
-    "is below u_val, no more can be said than that it is about as small."
+    "the inputs and the data. Each line is of the mean over a window of the trace, the worst of up to 16 and the last: "
+    "the error of the model itself lies within E - k u_val and E + k u_val (95 %), with k = 2, of the worst up to 3."
 )
 
 
@@ -167,12 +166,13 @@ def entered(entries: dict[str, Any], found: Propagated, sampled: Sampled | None)
 def fit(found: Fit, outcome: Outcome[Any], style: Style) -> Section:
     """A line for each key that was fitted, from where to where it went and how well it is known, and the scene that
     results."""
-    paths, rows, scene = type_of(found.scene).schema.paths, [], dict[str, list[str]]()
+    rows, scene = [], dict[str, list[str]]()
     for key, value in found.fitted.items():
         ends = (f"{v:.4g}" for v in found.interval(key))
         rows.append([short(key), f"{found.start[key]:.4g}", f"{value:.4g}", percent(found.u[key]), *ends])
         section, _, name = key.rpartition(".")
-        line = f"{name} = {attrgetter(paths[key].attribute)(found.scene)!r}"
+        unit = kind_of(found.scene, key).dimension.unit if section == SECTION else ""
+        line = f'{name} = "{value!r} {unit}"' if unit else f"{name} = {value!r}"
         scene.setdefault(section, [f"[{section}]"]).append(line)
     return Section(
         "Calibration",
@@ -190,14 +190,14 @@ def fit(found: Fit, outcome: Outcome[Any], style: Style) -> Section:
 def validation(found: Validation, outcome: Outcome[Any], style: Style) -> Section:
     """A line for each model and quantity where it is worst and at the end: E, its parts, and the model's error."""
     called = {key: name for name, key in against.QUANTITIES.items()}
+    heads = ("S - D", "mean over", *["E"] * style.page, "u_num", "u_input", "u_D", "u_val", "model's error")
     rows = []
     for s in found.statements:
         unit, parts = s.quantity.rpartition("_")[2], []
         for u in (s.u_num, s.u_input, s.u_data, s.u_val):
             parts.append("?" if not np.isfinite(u) else quantity(u, unit, 2) if u > _NOTHING * s.u_val else "0")
-        said = s.said() if s.seen else "unseen: |E| < u_val"
-        named = f"{called[s.quantity]} {s.model}"
-        rows.append([named, quantity(s.time, "s", 2), signed(s.E, unit, 2), *parts, said])
+        middle = [signed(s.E, unit, 2)] * style.page
+        rows.append([f"{called[s.quantity]} {s.model}", span(s.start, s.end), *middle, *parts, s.said()])
     points = [
         f"{called[c.quantity]} {c.model} {int((np.abs(c.error) <= COVERS * c.u_val).sum())} of {len(c.times)}"
         for c in found.courses
@@ -207,7 +207,8 @@ def validation(found: Validation, outcome: Outcome[Any], style: Style) -> Sectio
         "Validation",
         [
             _V20 if style.page else "",
-            Table(("S - D", "at", "E", "u_num", "u_input", "u_D", "u_val", "error of the model"), rows),
+            Table(heads, rows),
+            "The worst window and the last. Where 0 is within (95 %), no error of the model is seen.",
             f"Points of the data within 2 u_val: {', '.join(points)}.",
             f"Taken as exact: {exact}." if exact else "",
         ],

@@ -5,13 +5,18 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from collections.abc import Callable, Sequence
 from itertools import groupby
+from typing import TYPE_CHECKING, Any
 
 from compare.verdict import Check
 from scenes.checks import DEVICE_TOLERANCES, OF_THE_PAPER, OF_THE_REDUCTION
 from scenes.formats import difference_text, percent, quantity
 from validate.report.table import Row, Section, Style, Table, sentences
+
+if TYPE_CHECKING:
+    from validate.run.outcome import Outcome
 
 NAMES = {
     "sink_K": ("sink temperature", "K"),
@@ -41,6 +46,23 @@ def without_slopes(checks: Sequence[Check]) -> list[Check]:
     return [check for check in checks if not check.id.startswith("slope_")]
 
 
+def counted(name: str, outcome: Outcome[Any], contrary: Sequence[Check]) -> str:
+    """How many of the checks differ, and whether that was known; empty where there are none."""
+    own = Counter(check.verdict for check in without_slopes(outcome.checks) if check.own)
+    if not (total := own.total()):
+        return ""
+    differ = f"{own['differs']} of {total} checks {'differs' if own['differs'] == 1 else 'differ'}"
+    said = f"{name}: {differ if own['agrees'] < total else f'all {total} checks agree'}"
+    said += f", {own['unresolved']} unresolved" if own["unresolved"] else ""
+    if contrary:
+        return f"{said}; not as expected: {', '.join(check.id for check in contrary)}."
+    if outcome.scene.expected_to_differ is None:
+        return f"{said}; nothing was declared of this scene beforehand."
+    if own["unresolved"]:
+        return f"{said}; the others are as the scene declares."
+    return f"{said}, as the scene declares: all were known."
+
+
 def sections(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -> list[Section]:
     """The sink's checks by what is compared, and why those differ that do."""
     if style.page or not checks:
@@ -48,7 +70,7 @@ def sections(checks: Sequence[Check], contrary: Sequence[Check], style: Style) -
     below = any(len(check.id) >= _LONG for check in checks)
 
     def row(c: Check) -> Row:
-        difference = difference_text(c.difference, c.u_num, style.plus_minus)
+        difference = difference_text(c.difference, c.known_to, style.plus_minus)
         cells = [c.id, "" if below else c.title, difference, percent(c.tolerance, 1), c.verdict]
         return Row(cells, c.verdict, c.title if below else "")
 
@@ -82,7 +104,7 @@ def on_page(checks: Sequence[Check], contrary: Sequence[Check]) -> list[Section]
     def row(c: Check) -> Row:
         said, off = _said(c, contrary), off_by(c)
         sense = "" if c.sense == "equal" or not math.isfinite(c.predicted) else f"{c.sense} "
-        off = off if off.isalpha() else difference_text(c.difference, c.u_num, "\N{PLUS-MINUS SIGN}")
+        off = off if off.isalpha() else difference_text(c.difference, c.known_to, "\N{PLUS-MINUS SIGN}")
         values = sense + amount(c.predicted, c.unit, 5), amount(c.measured, c.unit, 5), off
         cells = [c.id, c.title, *values, *[c.relative_to] * relative, percent(c.tolerance, 1), c.verdict]
         return Row(cells, c.verdict, f"{said}." if said else "")

@@ -43,7 +43,7 @@ class Folder:
         self._given = target
         # A link stays a link: it is what it points to that is replaced.
         self.target = Path(os.path.realpath(target))
-        self.partial = self.target.with_name(f".{self.target.name}.{uuid.uuid4().hex[:8]}")
+        self.partial = self.target.parent / f".{self.target.name}.{uuid.uuid4().hex[:8]}"
         self._parents: list[Path] = []
         self.replaced = ""
 
@@ -169,8 +169,9 @@ def folder_of(scene: Any, request: Request, settings: Sequence[str] = (), data: 
     asked = ["sensitivities"] * request.sensitivities
     asked += [] if request.uncertain is None else ["uncertain", *request.uncertain.given]
     fields = ["fields"] * request.fields
+    model = ["model", getattr(request.model, "__name__", str(request.model))] if request.model else []
     if kind(scene) == "free":
-        return _safe(scene.name, *_words(settings), *asked, *fields)
+        return _safe(scene.name, *_words(settings), *model, *asked, *fields)
     if kind(scene) == "sink":
         words = [request.reduction.replace(":", "")] * (request.reduction != "paper")
         words += ["3d"] * (request.models == ("fem3d",)) + ["1d"] * (request.models == ("reduced1d",))

@@ -8,17 +8,22 @@ from typing import Any
 
 import numpy as np
 
+from compare.probes import at as interpolated
 from compare.verdict import Check
 from scenes.formats import Column, cut, quantity, with_error
 from scenes.model import UNITS, AnyScene, GroupProbe, Probe
 from scenes.result import Result, Traces
 from scenes.units import TIME
-from validate.report import analysed
+from validate.report import analysed, checks
 from validate.report.figures.render import Field
 from validate.report.table import Section, Style, Table, wrapped
 from validate.run.outcome import Outcome
 
-FIGURES = {"figure traces": "trace_figure.draw", "sensitivity": "analysis_figures.sensitivity"}
+FIGURES = {
+    "figure traces": "trace_figure.draw",
+    "figure differences": "difference_figure.draw",
+    "sensitivity": "analysis_figures.sensitivity",
+}
 FIELD_FIGURE = "figure field"
 _NAME = 30
 _PER_BLOCK = 4
@@ -42,14 +47,17 @@ def headline(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style
     closed = f", heat balanced to {balance:.0e}" if balance is not None and np.isfinite(balance) else ""
     shown = [_answer(probe, outcome.solved, style) for probe in scene.probes[:_TOLD]]
     more = f" ({len(scene.probes) - _TOLD} more below)" if len(scene.probes) > _TOLD else ""
-    said = style.paint(wrapped(f"{scene.name}: {', '.join(shown)} {when}{more}."), "heading")
+    said = [f"{scene.name}: {', '.join(shown)} {when}{more}."]
+    if outcome.answer:
+        said = [outcome.answer, checks.counted(scene.name, outcome, contrary)]
     how = wrapped(f"{what} in 3D, {details['unknowns']} unknowns{closed}.")
-    return f"{said}\n{how}"
+    return "\n".join([*(style.paint(wrapped(text), "heading") for text in said), how])
 
 
 def sections(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style) -> list[Section]:
-    """The probes, and those of a transient at the times asked for."""
-    return [_probes(outcome, style), *_at_times(outcome, style), *analysed(outcome, style)]
+    """The probes, those of a transient at the times asked for, and how far a model is from them."""
+    judged = checks.sections(checks.without_slopes(outcome.checks), contrary, style)
+    return [_probes(outcome, style), *_at_times(outcome, style), *judged, *analysed(outcome, style)]
 
 
 def value_text(probe: Probe | GroupProbe, result: Result, style: Style) -> str:
@@ -131,9 +139,9 @@ def entries(outcome: Outcome[AnyScene]) -> dict[str, Any]:
     """What summary.json has of a free scene: steady values of the probes with their errors, and that of the field at
     its worst node over its largest rise, null where it isn't known; of a transient the errors, the values at the times
     asked for and the last one, and the range that each probe passes through."""
-    from validate.report.summary import of_3d
+    from validate.report.summary import check_document, of_3d
 
-    scene, traces, details = outcome.scene, outcome.solved.traces, outcome.solved.details
+    scene, traces, details, one = outcome.scene, outcome.solved.traces, outcome.solved.details, outcome.reduced1d
     named = ("field_error", "energy_imbalance", "unknowns", "steps", "levels", "symmetry", "mesh")
     units = {probe.name: UNITS[probe.quantity] for probe in scene.probes}
     found: dict[str, Any] = {"units": units, **of_3d(outcome.solved, *named)}
@@ -152,13 +160,28 @@ def entries(outcome: Outcome[AnyScene]) -> dict[str, Any]:
                 for name, values in traces.values.items()
             },
         }
-    return {"fem3d": found}
+    if one is None:
+        return {"fem3d": found}
+    model: dict[str, Any] = {"model": one.model}
+    model["steady"] = {name: {"value": e.value, "error": e.error} for name, e in one.steady.items()}
+    model |= {"errors": one.traces.errors} if one.traces is not None else {}
+    judged = [check_document(check) for check in outcome.checks]
+    return {"answer": outcome.answer, "fem3d": found, "reduced1d": model, "checks": judged}
 
 
 def columns(outcome: Outcome[AnyScene]) -> dict[str, np.ndarray]:
-    """time_s, and one for each probe by its name (K, V, W or A)."""
-    traces = outcome.solved.traces
-    return {} if traces is None else {"time_s": traces.time, **traces.values}
+    """time_s, and one for each probe by its name (K, V, W or A), with that of a model beside it; then at its times,
+    which those of 3D are among."""
+    traces, one = outcome.solved.traces, outcome.reduced1d
+    if traces is None:
+        return {}
+    if one is None or one.traces is None:
+        return {"time_s": traces.time, **traces.values}
+    found = {"time_s": one.traces.time}
+    for name in traces.values:
+        found[name] = interpolated(traces, name, one.traces.time)[0]
+        found |= {f"reduced1d {name}": one.traces.values[name]} if name in one.traces.values else {}
+    return found
 
 
 def at(traces: Traces, name: str, times: np.ndarray) -> np.ndarray:

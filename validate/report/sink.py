@@ -44,23 +44,11 @@ def headline(outcome: Outcome[Sink], contrary: Sequence[Check], style: Style) ->
     """The answer of the run, then how many checks differ, and whether that was known."""
     said = [style.paint(wrapped(outcome.answer), "heading")]
     listed = checks.without_slopes(outcome.checks)
-    own = Counter(check.verdict for check in listed if check.own)
-    if total := own.total():
-        name, model = sink_text(outcome.scene), _model(outcome)
-        if model and model != "1D":
-            name += f", {model}" + (" against 3D" if outcome.fem3d is not None else "")
-        differ = f"{own['differs']} of {total} checks {'differs' if own['differs'] == 1 else 'differ'}"
-        counted = f"{name}: {differ if own['agrees'] < total else f'all {total} checks agree'}"
-        counted += f", {own['unresolved']} unresolved" if own["unresolved"] else ""
-        if contrary:
-            known = f"; not as expected: {', '.join(check.id for check in contrary)}"
-        elif outcome.scene.expected_to_differ is None:
-            known = "; nothing was declared of this scene beforehand"
-        elif own["unresolved"]:
-            known = "; the others are as the scene declares"
-        else:
-            known = ", as the scene declares: all were known"
-        said.append(style.paint(wrapped(f"{counted}{known}."), "heading"))
+    name, model = sink_text(outcome.scene), _model(outcome)
+    if model and model != "1D":
+        name += f", {model}" + (" against 3D" if outcome.fem3d is not None else "")
+    if counted := checks.counted(name, outcome, contrary):
+        said.append(style.paint(wrapped(counted), "heading"))
     rest = Counter(check.verdict for check in listed if not check.own)
     if rest:
         off = f"{rest['differs']} differ{'s' * (rest['differs'] == 1)}"

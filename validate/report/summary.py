@@ -84,8 +84,9 @@ def version() -> str:
 def check_document(check: Check) -> dict[str, Any]:
     found = asdict(check)
     time = found.pop("time")
-    if check.u_input is None:
-        del found["u_input"]
+    for name in ("u_input", "u_data"):
+        if found[name] is None:
+            del found[name]
     return found if time is None else found | {"time_s": time}
 
 

@@ -37,7 +37,8 @@ class Outcome(Generic[S]):
     run it replaced; and what was asked for beside: of a sink ``why`` (the budget of the 1D model's differences),
     ``varied`` (how those of a row run), the 3D result of one span alone (``single``), what the ``air`` does and a
     user's own traces (``against``); of any the few-state model with its folder (``exported``), and what inputs do; of a
-    device its runs and a designer's answers. Of a free scene over time ``shown``: the time (s) whose field is drawn,
+    device its runs and a designer's answers. ``interrupted`` says that the user's own model was, and what stands here
+    is without it. Of a free scene over time ``shown``: the time (s) whose field is drawn,
     and whether it is then above the initial temperature; ``runs_away`` says when its heating does, and that it is
     solved until shortly before, ``scene`` ending then.
     """
@@ -70,6 +71,7 @@ class Outcome(Generic[S]):
     design: Design | None = None
     shown: tuple[float, bool] | None = None
     runs_away: str = ""
+    interrupted: bool = False
 
     @property
     def solved(self) -> Result:

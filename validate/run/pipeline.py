@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, cast
 
 from scenes import physics
 from scenes.device import Device
-from scenes.errors import RunawayInTimeError, SceneError
-from scenes.model import AnyScene, GroupProbe, MeshScene, Probe
+from scenes.errors import RunawayInTimeError, SceneError, listed
+from scenes.model import AnyScene, GroupProbe, MeshScene, Probe, Schedule
 from scenes.plan import Export, Request, Step, noted
 from scenes.sink import Sink
 from validate.run import plan as plans
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from reduced1d.ladder.levels import Levels
     from scenes.loop.result import Runs
     from scenes.result import Result
+    from validate.models import Asked, Model
 
 
 def kind(scene: Any) -> str:
@@ -129,13 +130,12 @@ def _sink(run: _Run, data: Data | None) -> Outcome[Sink]:
     refuse(sink, request.reduction)
     fit = None
     if request.calibrate and data is not None:
-        from validate.inputs import calibration, validation
+        from validate.inputs import calibration
 
         run.say("fitting")
         with clock.stage("fit"):
-            u_data = validation.data_uncertainty(sink, data, request.data_uncertainty)
             keys = calibration.keys_of(sink, request.calibrate, data)
-            fit = calibration.fit(sink, data, u_data, keys, calibration.in_3d)
+            fit = calibration.fit(sink, data, keys, calibration.in_3d)
         sink = fit.scene
         run = replace(run, scene=sink)
     levels = _levels(sink, request)
@@ -166,17 +166,16 @@ def _sink(run: _Run, data: Data | None) -> Outcome[Sink]:
 
         followed = outcome.propagated.sensitivities
         held = Models(sink, outcome.fem3d, None)
-        against = judged(against, held, request.uncertain, followed, definitions(data))
+        against = judged(against, held, request.uncertain, followed, definitions(data, outcome.fem3d))
     of_data = (f"{data.name}: {text}" for text in data.warnings)
     warnings = (*outcome.warnings, *of_data, *(fit.warnings() if fit else ()))
     outcome = replace(outcome, checks=(*outcome.checks, *against), warnings=warnings, against=data, fit=fit)
-    if request.uncertain is None and not request.data_uncertainty:
+    if request.uncertain is None and not data.u:
         return outcome
     from validate.inputs import validation
 
-    u_data = validation.data_uncertainty(sink, data, request.data_uncertainty)
     models = [(name, result) for name, result in (("3D", outcome.fem3d), ("1D", outcome.reduced1d)) if result]
-    return replace(outcome, validation=validation.validate(sink, data, u_data, models, outcome.propagated))
+    return replace(outcome, validation=validation.validate(sink, data, models, outcome.propagated))
 
 
 def compared(sink: Sink, request: Request, earlier: Result | None = None) -> Outcome[Sink]:
@@ -311,17 +310,21 @@ def _free(run: _Run) -> Outcome[AnyScene]:
     scene, request, clock = run.scene, run.request, run.clock
     with clock.stage("imports"):
         from fem3d.runs import scene as scene_run
+    model = _opened(scene, request)
     run.say("solving in 3D")
     with clock.stage("fem3d"):
         runs_away = ""
         try:
             result: Result = scene_run.solve(scene, run.say, whole=_followed(request))
         except RunawayInTimeError as error:
-            if request.export is not None:
+            if request.export is not None or model is not None:
                 raise
             from fem3d.runs.runaway import until
 
             scene, result, runs_away = until(scene, error, run.say, whole=_followed(request))
+        if model is not None and not scene.steady and not _varies(scene):
+            still = replace(scene, steady=True, output_times=())
+            result = replace(result, steady=scene_run.solve(still, run.say).steady)
     shown, warnings = None, tuple(filter(None, (runs_away, *result.details.get("warnings", ()))))
     with clock.stage("checks"):
         if physics.heat(scene):
@@ -330,8 +333,51 @@ def _free(run: _Run) -> Outcome[AnyScene]:
             if result.traces is not None and "field" not in plans.skipped_figures(scene, request):
                 shown = hottest.farthest(fields, times, scene.initial_temperature)
     steps = plans.of_free(scene, request, tuple(result.details["plan"]))
+    if model is None and scene.model is not None and scene.model.file:
+        warnings += (f"the scene's model, {scene.model.file}, is a program, and runs only with --model scene",)
     outcome = Outcome(scene, request, steps, result, warnings=warnings, shown=shown, runs_away=runs_away)
-    return _with_inputs(run, outcome)
+    return _with_inputs(run, outcome if model is None else _judged(run, outcome, *model))
+
+
+def _opened(scene: AnyScene, request: Request) -> tuple[Model, Asked] | None:
+    """The user's own model, and what it is asked; ``None`` where there is none to run."""
+    given = plans.own_model(scene, request)
+    if given is None:
+        return None
+    from validate import models
+    from validate.models.asked import of_scene
+
+    return models.opened(*given), of_scene(scene)
+
+
+def _judged(run: _Run, outcome: Outcome[AnyScene], model: Model, asked: Asked) -> Outcome[AnyScene]:
+    """With the user's own model held against 3D; where that is interrupted, what 3D found as it is."""
+    from compare.probe_answer import answered
+    from compare.probes import Both, Quantities, evaluate
+    from validate.models import asked as of_model
+
+    scene, three = outcome.scene, outcome.solved
+    try:
+        with run.clock.stage("reduced1d"):
+            one = of_model.solve(model, asked, three, scene.accuracy, bool(three.steady), run.say)
+    except KeyboardInterrupt:
+        said = f"{model.name} was interrupted: what 3D found is kept, and nothing is compared with it"
+        return replace(outcome, warnings=(*outcome.warnings, said), interrupted=True)
+    with run.clock.stage("checks"):
+        start = three.details.get("accurate_from_s", 0.0)
+        jumps, edges = physics.temperature_jumps(scene), physics.jumps(physics.driving(scene))
+        of = Quantities(asked.over_time, scene.initial_temperature, start, jumps, edges)
+        both = Both(of, three, one)
+        checks = evaluate(scene, both)
+        said = answered(both, checks)
+    silent = one.details["silent"]
+    left = (f"{model.name} says nothing of {listed(silent)}: no check is made of that",) if silent else ()
+    return replace(outcome, reduced1d=one, checks=checks, answer=said, warnings=(*outcome.warnings, *left))
+
+
+def _varies(scene: AnyScene) -> bool:
+    """Whether anything that drives a scene varies in time, so that it has no one steady state."""
+    return any(isinstance(value, Schedule) for value in physics.driving(scene))
 
 
 def reported(scene: AnyScene, request: Request) -> AnyScene:

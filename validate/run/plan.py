@@ -6,12 +6,13 @@ decides it, and the plan that says so.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from compare.made import DEVICE_FIGURES, LATE, figure_of, made_3d_checks, made_checks, not_about, only, skipped_checks
 from scenes.device import Device
+from scenes.errors import SceneError, quoted
 from scenes.physics import heat
 from scenes.plan import Request, Step, skipped_together, step
 from scenes.sink import Sink
@@ -73,7 +74,7 @@ def of_sink(sink: Sink, request: Request, solver: tuple[Step, ...], data: Data |
         if request.uncertain is not None or request.data_uncertainty:
             steps.append(step("validation", "E = S - D against u_val of ASME V&V 20, of both models"))
         said = data.said().partition(": ")[2].rstrip(".")
-        steps.append(step(f"against {data.name}", f"{said}; interpolated in time"))
+        steps.append(step(f"against {data.name}", f"{said}; at its own times"))
     return tuple(steps)
 
 
@@ -114,7 +115,7 @@ def of_device(device: Device, request: Request) -> tuple[Step, ...]:
 def of_free(scene: AnyScene, request: Request, solver: tuple[Step, ...]) -> tuple[Step, ...]:
     """The plan of a free scene around the lines of the 3D ``solver``."""
     skipped, when = skipped_figures(scene, request), "steady" if scene.steady else "hottest moment's"
-    steps = [*solver, *_uncertain(request)]
+    steps = [*solver, *_own_model(scene, request), *_uncertain(request)]
     if request.sensitivities:
         how = "by dual solutions" if scene.steady else "in the reduced space, widened by dual fields"
         steps.append(step("sensitivity", f"how the probes follow each number of the scene, {how}"))
@@ -122,11 +123,38 @@ def of_free(scene: AnyScene, request: Request, solver: tuple[Step, ...]) -> tupl
     steps += [
         step("figure field", field, skipped.get("field", "")),
         step("figure traces", "every probe against time", skipped.get("traces", "")),
+        *[step("figure differences", "how far the model is from 3D, probe by probe")]
+        * bool(own_model(scene, request) and request.figures),
         step("traces.csv", "a column for each probe", _no_traces(scene)),
         step("field files", _FIELD_FILES, fields_reason(request, _no_heat(scene))),
         *_export(request),
     ]
     return tuple(steps)
+
+
+def own_model(scene: AnyScene, request: Request) -> tuple[str | Callable[..., Any], str] | None:
+    """The user's own model and the folder that its file is relative to: the one asked for, or the scene's own where
+    that runs no program. Raises SceneError where the scene is to have one and has none."""
+    from validate.models import OF_THE_SCENE, runs_code
+
+    given, own = request.model, scene.model
+    if given and given != OF_THE_SCENE:
+        return given, ""
+    if own is None or not own.file:
+        if given:
+            raise SceneError(f"--model scene: {quoted(scene.name)} has no [model] with a file: name one there, or here")
+        return None
+    return None if not given and runs_code(own.file) else (own.file, own.folder)
+
+
+def _own_model(scene: AnyScene, request: Request) -> list[Step]:
+    found = own_model(scene, request)
+    if found is not None:
+        name = getattr(found[0], "__name__", found[0])
+        return [step("1D model", f"{name}, where 3D has an answer"), step("checks", "of every probe that it answers")]
+    if scene.model is None or not scene.model.file:
+        return []
+    return [Step("1D model", "skipped", f"{scene.model.file} is a program, which runs with --model scene")]
 
 
 def _checks(scene: Sink | Device, request: Request) -> list[Step]:

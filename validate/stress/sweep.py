@@ -6,7 +6,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
-from validate.processes import TimeIsUpError, limited, side_by_side
+from validate.pool import side_by_side
+from validate.processes import TimeIsUpError, limited
 from validate.stress import compact_models, constants, extremes, steps
 from validate.stress.report import Row, failed
 

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import json
+import math
 import time
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, cast
 
+import numpy as np
+
+from scenes import physics
 from scenes.errors import RunawayError, SceneError, did_you_mean, quoted
 from scenes.plan import Request
 from scenes.sink import Sink
+from validate.processes import TimeIsUpError, within
 from validate.sweep.design import Base, Design, Value, settings
 
 if TYPE_CHECKING:
@@ -97,11 +102,12 @@ class Job:
         return Work(self.base, scope, self.design.keys, tuple(numbers), points)
 
 
-def checked(base: Base, given: str | None, steady: bool, varied: Collection[str] = ()) -> str:
-    """The check that was asked for; SceneError for one that there isn't, or that no design of the sweep has, whose
-    ``varied`` keys are these."""
+def checked(base: Base, given: str | None, steady: bool, varied: Collection[str] = (), reduction: str = "paper") -> str:
+    """The check that was asked for; SceneError for one that there isn't, that is none of the ``reduction``, or that no
+    design of the sweep has, whose ``varied`` keys are these."""
     from compare.made import checks_of, skipped_checks
-    from scenes.checks import DEFAULT_TOLERANCES, ISLAND_TOLERANCES
+    from compare.verdict import PAPERS
+    from scenes.checks import DEFAULT_TOLERANCES, ISLAND_TOLERANCES, OF_THE_PAPER, OF_THE_REDUCTION
 
     scene: Any = base.at(())
     free = base.kind == "free"
@@ -115,28 +121,41 @@ def checked(base: Base, given: str | None, steady: bool, varied: Collection[str]
     if check not in checks_of(scene) and "sink.spans" not in varied:
         own = "several spans, as sink.spans=3" if scene.spans == 1 else "a single span"
         raise SceneError(f"there is no check {quoted(check)} here: it is one of {own}, and sink.spans = {scene.spans}")
+    if check in OF_THE_PAPER and reduction not in PAPERS:
+        own = ", ".join(name for name in checks_of(scene) if name in OF_THE_REDUCTION)
+        raise SceneError(
+            f"{quoted(check)} is an equation of the paper's, which {reduction} makes no use of: give {own}, or "
+            "--reduction paper"
+        )
     skipped = skipped_checks(scene, Request(transient=not steady))
     if check in skipped:
         raise SceneError(f"there is no check {quoted(check)} here: {skipped[check]}")
     return check
 
 
-def solve(work: Work) -> Iterator[Row]:
-    """A row for every point, as it is found; never raises for what a scene can cause."""
+def ready() -> None:
+    """Imports what a point takes, so that no point's time has it in it."""
+    import fem3d.runs.scene
+    import fem3d.runs.sink  # noqa: F401
 
+
+def solve(work: Work, seconds: float | None = None) -> list[Row]:
+    """A row for every point, each of which has some ``seconds``; never raises for what a scene can cause."""
+    rows = []
     earlier: Result | None = None
     for number, point in zip(work.numbers, work.points, strict=True):
         started = time.perf_counter()
         values: dict[str, Any] = {}
         parts, status, because = None, "failed", ""
         try:
-            scene = work.base.at(settings(work.keys, point))
-            if isinstance(scene, Sink):
-                values, parts, result = _sink(scene, work.scope, earlier)
-                earlier = earlier or result
-            else:
-                values = _free(scene)
-            status = "ok"
+            with within(seconds):
+                scene = work.base.at(settings(work.keys, point))
+                if isinstance(scene, Sink):
+                    values, parts, result = _sink(scene, work.scope, earlier)
+                    earlier = earlier or result
+                else:
+                    values = _free(scene)
+                status = "ok"
         except SceneError as error:
             status, because = "refused", str(error)
         except RunawayError as error:
@@ -145,9 +164,18 @@ def solve(work: Work) -> Iterator[Row]:
             because = str(error)
         except MemoryError:
             because = "out of memory: ask for a larger accuracy"
+        except TimeIsUpError:
+            values, parts, status, because = {}, None, "timeout", late(seconds)
         except Exception as error:
             because = f"a fault of this program, {type(error).__name__}: {error}"
-        yield Row(number, status, " ".join(because.split()), round(time.perf_counter() - started, 4), values, parts)
+        took = round(time.perf_counter() - started, 4)
+        rows.append(Row(number, status, " ".join(because.split()), took, values, parts))
+    return rows
+
+
+def late(seconds: float | None) -> str:
+    """Why a point that was stopped has no answer."""
+    return f"it took more than {seconds:g} s (--point-timeout)"
 
 
 def _sink(
@@ -156,6 +184,7 @@ def _sink(
     """The columns of a sink, the parts of its difference, and its 3D result; solved again more accurately while a
     verdict is open."""
     from reduced1d.ladder.levels import Levels
+    from validate.run import hottest
     from validate.run.pipeline import compared
 
     request = Request(transient=not scope.steady, figures=False, reduction=scope.reductions[0])
@@ -183,8 +212,17 @@ def _sink(
         values |= {f"{model}{name}": given.value for name, given in (reduced.steady if reduced else {}).items()}
         for check in checks:
             values |= {f"{own}{check.id}_{name}": getattr(check, name) for name in ("difference", "u_num", "verdict")}
+    top = sink.room_temperature + fem3d.steady["peak_rise_K"].value
+    # Nothing is hotter than the peak, and a step's response nowhere hotter than the steady state.
+    hot = hottest.excess((sink.silicon, sink.oxide), top, lambda: fem3d.details["fields"].distinct, np.empty(0))
     parts = _parts(sink, scope, fem3d, levels) if scope.blame else None
-    return values | blame(parts) | {"accuracy": sink.accuracy}, parts, first
+    return values | too_hot(*hot) | blame(parts) | {"accuracy": sink.accuracy}, parts, first
+
+
+def too_hot(excess: float, material: str) -> dict[str, Any]:
+    """The material that gets hotter than it is valid to, "" where none does, and by how much (K; below zero by how much
+    it stays below); nothing where no material says how far it is valid."""
+    return {"too_hot": material, "past_valid_to_K": excess} if math.isfinite(excess) else {}
 
 
 def _of_another(sink: Sink, request: Request, fem3d: Result, levels: Levels) -> tuple[tuple[Check, ...], Result | None]:
@@ -232,6 +270,7 @@ def blame(parts: dict[str, float] | None) -> dict[str, Any]:
 def _free(scene: AnyScene) -> dict[str, Any]:
     """The columns of a free scene: every probe, at the end where it is over time."""
     from fem3d.runs import scene as scene_run
+    from validate.run import hottest
     from validate.run.pipeline import reported
 
     scene = reported(scene, Request(figures=False))
@@ -244,4 +283,8 @@ def _free(scene: AnyScene) -> dict[str, Any]:
         else:
             value, error = float(result.traces.values[probe.name][-1]), float(result.traces.errors[probe.name])
         values |= {f"fem3d_{probe.name}": value, f"fem3d_{probe.name}_error": error}
+    if physics.heat(scene):
+        fields, times = result.details["fields"], hottest.moments(result.traces)
+        hot = hottest.excess(physics.materials(scene), fields.ceiling(times), lambda: fields, times)
+        values |= too_hot(*hot)
     return values | {"accuracy": scene.accuracy}

@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from itertools import chain
 from typing import NamedTuple
 
-from validate.processes import side_by_side
+from validate.pool import side_by_side
 from validate.verify import exact, orders, published
 from validate.verify.manufactured import conduction, heating, joule
 from validate.verify.report import Row, skipped

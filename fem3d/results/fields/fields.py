@@ -11,10 +11,10 @@ import numpy as np
 
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
+from fem3d.results.fields.hexahedra import CORNERS, Whole
 from fem3d.results.fields.parabolas import CutAxis
 from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import State, Transient
-from fem3d.results.fields.hexahedra import CORNERS, Whole
 from meshes.symmetry import Symmetry
 
 if TYPE_CHECKING:
@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 
 
 class Drawn(NamedTuple):
-    """Hexahedra as of `fem3d.results.fields.hexahedra.Whole`, and the functions (places, functions of a cell) at the points of a cell."""
+    """Hexahedra as of `fem3d.results.fields.hexahedra.Whole`, and the functions (places, functions of a cell) at the
+    points of a cell."""
 
     points: np.ndarray
     hexes: np.ndarray

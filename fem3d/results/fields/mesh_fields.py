@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from fem3d.problems.current import Conductor
-from fem3d.results.fields.fields import Drawn, RunFields
 from fem3d.problems.heat import HeatProblem
-from fem3d.spaces.mapped import MappedSpace
+from fem3d.results.fields.fields import Drawn, RunFields
+from fem3d.results.fields.hexahedra import CORNERS
 from fem3d.results.fields.quadratic import Snapshot
 from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import State, Transient
-from fem3d.results.fields.hexahedra import CORNERS
+from fem3d.spaces.mapped import MappedSpace
 from meshes.grouped.place import Placed
 from meshes.grouped.read import own_order
 

@@ -1,7 +1,8 @@
 """Fields of the whole structure on quadratic hexahedra, for files: temperature, potential, current density, heat.
 
 Each brick of the solved part is cut into pieces on which triquadratic functions follow the solution to a part of the
-run's accuracy (`fem3d.results.fields.parabolas`), and mirrored to the whole, with the points of the mirror planes shared.
+run's accuracy (`fem3d.results.fields.parabolas`), and mirrored to the whole, with the points of the mirror planes
+shared.
 """
 
 from __future__ import annotations
@@ -12,12 +13,12 @@ from functools import cached_property
 
 import numpy as np
 
-from fem3d.spaces.bricks import BrickSpace
 from fem3d.problems.current import Conductor, law
 from fem3d.problems.heat import HeatProblem
+from fem3d.results.fields.hexahedra import CORNERS, Whole
 from fem3d.results.fields.parabolas import GAUSS, cut, samples
 from fem3d.solution.transient import State
-from fem3d.results.fields.hexahedra import CORNERS, Whole
+from fem3d.spaces.bricks import BrickSpace
 from meshes.symmetry import Symmetry
 
 # VTK's order of the 27 points of a triquadratic hexahedron: corners, edges, faces, middle; as steps of half a cell.

@@ -116,6 +116,11 @@ def test_values_that_vary_in_time() -> None:
     assert scene.boundaries[1].value == Schedule((0.0, 1e-6, 1e-6), (0.0, 2.0, 3.0))
     assert scene.boxes[0].heat_source == Schedule((0.0,), (1e9,))
     assert (scene.end_time, scene.output_times) == (2e-3, (1e-3, 2e-3))
+    # One time, reckoned in two ways.
+    document["run"] = {"output_times": [0.1 + 0.2], "end_time": 0.3}
+    assert from_dict(document).end_time == 0.1 + 0.2 > 0.3
+    document["run"] = {"output_times": [0.3], "end_time": 0.1 + 0.2}
+    assert from_dict(document).end_time == 0.3
     assert from_dict(as_dict(scene)) == scene
 
 

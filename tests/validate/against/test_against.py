@@ -132,3 +132,60 @@ def test_the_command(case: Case, monkeypatch: pytest.MonkeyPatch, capsys: pytest
     other = ["sink", "--against", "comsol.txt", "--column", "mean=2", "--only", "3d", "--no-figures"]
     assert main(other) == 1
     assert "against_mean" in capsys.readouterr().out
+
+
+def noisy(fem3d: Result, u: float, off: float = 0.0, seed: int = 0) -> Data:
+    """The 3D traces at 2,001 even times with noise of the ends (K), said to be known to it."""
+    data = made(fem3d, np.linspace(0, 0.02, 2001))
+    drawn = np.random.default_rng(seed).normal(off, u, len(data.time))
+    return replace(data, values={"end_K": data.values["end_K"] + drawn}, u={"end_K": np.full(len(drawn), u)})
+
+
+def test_noise_that_is_known_is_no_difference(case: Case) -> None:
+    """The largest of 2,001 samples is 0.17 K off by chance, 5 % of the rise of the ends; the worst window is not. What
+    is 0.3 K off is found, whatever the noise."""
+    for seed in range(20):
+        (check,) = evaluate(case.sink, noisy(case.fem3d, 0.05, seed=seed), case.fem3d)
+        assert check.verdict == "agrees"
+        assert check.u_data is not None
+        # A window has 30 rows at least: three times 0.05 K over their root are 0.6 % of the rise.
+        assert 0 < abs(check.difference) < 0.01
+        assert check.known_to < 0.02
+        (check,) = evaluate(case.sink, noisy(case.fem3d, 0.05, off=0.3, seed=seed), case.fem3d)
+        assert check.verdict == "differs"
+    bare = replace(noisy(case.fem3d, 0.05), u={})
+    assert abs(evaluate(case.sink, bare, case.fem3d)[0].difference) > 0.04
+
+
+def test_the_verdict_counts_what_the_data_are_known_to(case: Case) -> None:
+    """Data that are 0.1 K too high as a whole, 3 % of the rise: resolved if known to 0.01 K, and not to 0.5 K."""
+    data = made(case.fem3d, UNEVEN)
+    high = replace(data, values={"end_K": data.values["end_K"] + 0.1})
+    for u, verdict in ((0.01, "agrees"), (0.5, "unresolved")):
+        known = replace(high, u={"end_K": np.full(len(data.time), u)})
+        (check,) = evaluate(case.sink, known, case.fem3d)
+        assert check.verdict == verdict
+        # All of u is shared by the rows: they don't scatter, and no mean is known better than one of them.
+        assert check.u_data == pytest.approx(u / check_scale(case), rel=0.1)
+
+
+def check_scale(case: Case) -> float:
+    return case.fem3d.steady["end_rise_K"].value
+
+
+@pytest.mark.usefixtures("no_solver")
+def test_a_start_that_is_off_is_judged_against_what_the_data_are_known_to(
+    case: Case, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """0.6 K is 18 % of the ends' rise: refused of data that are exact, nothing where they are known to 0.3 K."""
+    times = np.linspace(0, 0.02, 60)
+    data = made(case.fem3d, times)
+    rows = zip(times, data.values["end_K"] + np.where(times == 0, 0.6, 0.0), strict=True)
+    Path("noisy.csv").write_text("time (s),end (K)\n" + "\n".join(f"{t:.9g},{v:.9g}" for t, v in rows))
+    assert main(["sink", "--against", "noisy.csv", "--no-figures"]) == 2
+    assert "--data-uncertainty" in capsys.readouterr().err
+    for u, said in (("0.3K", False), ("0.5K", False), ("0.25K", True)):
+        assert main(["sink", "--against", "noisy.csv", "--data-uncertainty", u, "--no-figures"]) != 2
+        captured = capsys.readouterr()
+        assert ("room temperature" in captured.out + captured.err) == said
+    assert main(["sink", "--against", "noisy.csv", "--data-uncertainty", "0.1K", "--no-figures"]) == 2

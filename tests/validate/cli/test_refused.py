@@ -22,6 +22,7 @@ REFUSED = {
     "sink --accuracy 0": "run.accuracy", "sink --set run.end_time=0": "run.end_time",
     "sink --set sink.widht=1um": "sink.width", "sink --set sink.width": "KEY=VALUE", "sink --only 2d": "invalid choice",
     "sink nowhere.toml": "no file", "sink one two": "too many", "sink --out=": "--out",
+    "sink --only 1d --no-figures --out /": "is where you are or a mount",
     "sink --out /dev/null/x": "output folder",
     "sink --fields --field-times abc": "--field-times", "sink --fields --field-times 1s": "--field-times",
     "sink --fields --field-times=-1ms": "--field-times", "sink --fields --field-times 1V": "--field-times",
@@ -84,6 +85,7 @@ REFUSED = {
     f"sweep bridge {BEAM} --voltage 2": "--voltage is for a sink", f"map sink {TWO}": "--check",
     "map sink --vary sink.width=10um:200um --check fig4": "a map is over two keys, and 1 are varied",
     f"map sink {TWO} --check fig9": "is no check",
+    f"map sink {TWO} --check eq14 --reduction plate": "plate makes no use of: give fig4, fig6_peak",
     f"map sink {TWO} --check fig4 --tolerance 5V": "is a voltage, not a plain number",
     f"map sink {TWO} --check fig4 --cells 1": "from 2 to 1000",
     f"map sink {VARIED} --vary sink.length=1mm:2mm --check fig4": "--cells says how many",
@@ -91,8 +93,10 @@ REFUSED = {
     # free scenes
     "solve nowhere.toml": "no file", "solve bridgee": 'did you mean "bridge"?', "solve": "SCENE.toml",
     "solve bridge --set boundary.left.voltage=1": 'no boundary "left"',
+    "solve hotplate --set run.end_time=14.0375ms --set run.output_times=[0.01,0.0140376]":
+        "run.end_time = 0.0140375 s is before the last of run.output_times, 0.0140376 s",
     "solve bridge --set box.beam.material=gold": '"gold" is not in the scene',
-    "solve bridge --accuracy 2": "run.accuracy", "solve bridge --strict": "unknown option",
+    "solve bridge --accuracy 2": "run.accuracy", "solve bridge --air": "unknown option",
     # studies
     "verify --jobs 0": "--jobs", "verify --jobs two": "--jobs", "verify --only all": "invalid choice",
     "stress --quick --scenes 0": "--scenes", "stress --quick --seed x": "--seed", "stress --quick --jobs -1": "--jobs",

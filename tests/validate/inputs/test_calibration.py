@@ -16,11 +16,11 @@ from reduced1d.sink import solve
 from scenes.errors import SceneError
 from scenes.sink import Sink
 from scenes.varied import varied
+from validate.against.uncertainty import data_uncertainty
 from validate.cli import main
 from validate.inputs import calibration
 from validate.inputs.calibration import fit, keys_of
 from validate.inputs.propagation import of_values
-from validate.inputs.validation import data_uncertainty
 
 OXIDE, SILICON = "materials.oxide.thermal_conductivity", "materials.silicon.thermal_conductivity"
 TIMES = np.linspace(2e-4, 0.02, 40)
@@ -44,8 +44,8 @@ def in_1d(sink: Sink, keys: Sequence[str], times: np.ndarray) -> calibration.Mod
 
 def fitted(data: Data, *keys: str) -> calibration.Fit:
     sink = Sink()
-    known = data_uncertainty(sink, data, [f"{NOISE}K"])
-    return fit(sink, data, known, keys_of(sink, keys, data), in_1d)
+    data = replace(data, u=data_uncertainty(sink, data, [f"{NOISE}K"]))
+    return fit(sink, data, keys_of(sink, keys, data), in_1d)
 
 
 def test_the_truth_is_within_the_interval_as_often_as_is_said() -> None:

@@ -56,7 +56,7 @@ def plan(scene: Scene, whole: bool = False) -> tuple[Step, ...]:
 @pytest.fixture
 def no_solver(monkeypatch: pytest.MonkeyPatch) -> None:
     """The stand-in in place of the 3D solver."""
-    module = ModuleType("fem3d.solve_scene")
+    module = ModuleType("fem3d.runs.scene")
     module.__dict__.update(solve=solve, plan=plan)
-    monkeypatch.setitem(sys.modules, "fem3d.solve_scene", module)
-    monkeypatch.setattr("fem3d.solve_scene", module, raising=False)
+    monkeypatch.setitem(sys.modules, "fem3d.runs.scene", module)
+    monkeypatch.setattr("fem3d.runs.scene", module, raising=False)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 import signal
-import socket
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +19,10 @@ import pytest
 
 from tests import browser
 from validate.cli import main
+from validate.pool import pool
 from validate.sweep import cluster as cluster_of
 from validate.sweep.design import Design, base
-from validate.sweep.point import Scope, Work
+from validate.sweep.point import Row, Scope, Work, ready, solve
 
 SWEEP = [
     "sweep", "sink", "--steady", "--no-blame", "--no-figures", "--workers", "2",
@@ -49,14 +50,17 @@ def stored(folder: Path) -> int:
 
 
 @pytest.fixture(scope="module", autouse=True)
-def _solvers_that_stay() -> Iterator[None]:
+def _processes_that_stay() -> Iterator[None]:
     """The processes that solve are started once: to start one takes longer than all that a test asks of it."""
-    start, close = cluster_of.start, cluster_of.close
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(cluster_of, "start", lambda count: start(max(count - len(cluster_of._waiting), 0)))
-        patch.setattr(cluster_of, "close", lambda: None)
+    with cluster_of.pool(2, ready) as processes, pytest.MonkeyPatch.context() as patch:
+        patch.setattr(cluster_of, "pool", lambda count, first: nullcontext(processes))
         yield
-    close()
+
+
+@pytest.fixture
+def anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The test starts processes of its own."""
+    monkeypatch.setattr(cluster_of, "pool", pool)
 
 
 @pytest.fixture(scope="module")
@@ -100,7 +104,7 @@ def test_a_worker_and_then_all_of_it_killed_goes_on_to_the_same_table(
     command = [sys.executable, "-m", "validate", *SWEEP, "--out", str(folder)]
     run = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
     _until(lambda: stored(folder) >= 1, run)
-    workers = psutil.Process(run.pid).children()
+    workers = solvers(run)
     assert len(workers) == 2
     workers[0].kill()
     before = stored(folder)
@@ -120,7 +124,13 @@ def test_a_worker_and_then_all_of_it_killed_goes_on_to_the_same_table(
     assert_same(folder, undisturbed)
 
 
-def test_an_interrupted_sweep_ends_at_once_and_says_what_is_stored(tmp_path: Path) -> None:
+def solvers(run: subprocess.Popen[bytes]) -> list[psutil.Process]:
+    """The processes that solve a sweep's points; Python has one more, which removes what killed ones leave."""
+    children = psutil.Process(run.pid).children()
+    return [child for child in children if "resource_tracker" not in "".join(child.cmdline())]
+
+
+def test_a_sweep_opens_no_port_and_interrupted_ends_at_once_and_says_what_is_stored(tmp_path: Path) -> None:
     folder = tmp_path / "stopped"
     command = [sys.executable, "-m", "validate", *SWEEP, "--accuracy", "1e-4", "--out", str(folder)]
     run = subprocess.Popen(
@@ -128,12 +138,15 @@ def test_an_interrupted_sweep_ends_at_once_and_says_what_is_stored(tmp_path: Pat
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # which a shell's background jobs ignore
     )  # fmt: skip
     _until(lambda: stored(folder) >= 1, run)
-    solvers = psutil.Process(run.pid).children()
+    workers = solvers(run)
+    assert len(workers) == 2
+    ports = [c.laddr for p in (psutil.Process(run.pid), *workers) for c in p.net_connections() if c.status == "LISTEN"]
+    assert ports == []
     run.send_signal(signal.SIGINT)
     _, said = run.communicate(timeout=10)
     assert run.returncode == 130
     assert b"the same command goes on" in said
-    assert not any(solver.is_running() for solver in solvers)
+    assert not any(worker.is_running() for worker in workers)
 
 
 def _until(true: Callable[[], bool], run: subprocess.Popen[bytes]) -> None:
@@ -148,7 +161,7 @@ def _until(true: Callable[[], bool], run: subprocess.Popen[bytes]) -> None:
 def test_a_finished_sweep_solves_nothing_and_another_is_refused(
     undisturbed: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(cluster_of, "start", lambda count: pytest.fail("nothing is left to solve"))
+    monkeypatch.setattr(cluster_of, "pool", lambda *_: pytest.fail("nothing is left to solve"))
     rows = table(undisturbed)
     assert main([*SWEEP, "--quiet", "--out", str(undisturbed)]) == 0
     assert table(undisturbed) == rows
@@ -210,21 +223,75 @@ def test_points_without_an_answer_are_rows_that_say_why(tmp_path: Path) -> None:
     assert (tmp_path / "none" / "report.html").exists()
 
 
+@pytest.mark.usefixtures("anew")
+def test_designs_that_melt_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Silicon melts at 1687 K: at 20 V the beam is far hotter, at 1 V it is not; the figure of two keys is hatched."""
+    pytest.importorskip("distributed")
+    melting = ["sweep", "sink", "--steady", "--no-blame", "--workers", "2", "--vary", "drive.voltage=1,9,20", "--vary",
+               "sink.width=80um,100um,120um", "--out", str(tmp_path / "hot")]  # fmt: skip
+    assert main(melting) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "too hot in 3 of 9 designs: silicon by up to 2," in said, said
+    rows = table(tmp_path / "hot")
+    for row in rows:
+        hot = row["drive.voltage"] == "20.0"
+        assert row["too_hot"] == ("silicon" if hot else "")
+        assert (row["past_valid_to_K"] > 0) == hot
+        off = row["past_valid_to_K"] - (293 + row["fem3d_peak_rise_K"] - 1687)
+        assert abs(off) <= row["fem3d_peak_rise_K_error"]
+    assert "hotter than a material" in (tmp_path / "hot" / "figure_map.svg").read_text()
+    (free,) = solve(Work(base("bridge", ["material.polysilicon.valid_to=300K"]), Scope(), (), (0,), ((),)))
+    assert free.values["too_hot"] == "polysilicon"
+
+
 def test_a_point_that_takes_too_long_is_stopped_and_the_next_is_solved() -> None:
     sink = base("sink", ["run.accuracy=1e-2"])
     keys, points = ("run.accuracy", "sink.width"), ((1e-6, 57e-6), (1e-2, -1.0))
-    work = Work(sink, Scope(steady=True, blame=False), keys, (0, 1), points)
-    cluster_of.start(1)
-    process = cluster_of._waiting[-1]._process
-    rows = cluster_of.solve(work, 0.3)
+    rows = solve(Work(sink, Scope(steady=True, blame=False), keys, (0, 1), points), 0.3)
     assert [row.status for row in rows] == ["timeout", "refused"]
     assert "more than 0.3 s" in rows[0].because
-    assert process.poll() == -signal.SIGKILL
+    assert 0.3 <= rows[0].seconds < 3
+
+
+def stuck(work: Work, seconds: float | None) -> list[Row]:
+    """Point 1 is in a call that does not return, point 2 ends the process."""
+    for number in work.numbers:
+        if number == 1:
+            time.sleep(60)
+        elif number == 2:
+            os.kill(os.getpid(), signal.SIGKILL)
+    return [Row(number, "ok", "", 0.0, {}) for number in work.numbers]
+
+
+def test_a_process_that_hangs_or_dies_costs_the_point_that_did_it(anew: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cluster_of, "solve", stuck)
+    monkeypatch.setattr(cluster_of, "ready", None)
+    monkeypatch.setattr(cluster_of, "PATIENCE", 0.2)
+    tasks = [Work(base("sink"), Scope(), (), numbers, ((),) * len(numbers)) for numbers in ((0, 1), (2, 3), (4,))]
+    with cluster_of.Cluster(2, None, 0.1) as cluster:
+        rows = sorted((r for found in cluster.solve(tasks) for task in found for r in task), key=lambda row: row.point)
+    assert [row.status for row in rows] == ["ok", "timeout", "crashed", "ok", "ok"]
+    assert rows[1].because == "it took more than 0.1 s (--point-timeout)"
+    assert rows[2].because == "the processes that had it died one after the other"
+
+
+def dies() -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_processes_that_end_before_they_begin_are_not_started_for_ever(
+    anew: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cluster_of, "ready", dies)
+    with (
+        cluster_of.Cluster(1, None, None) as cluster,
+        pytest.raises(cluster_of.LostError, match="the workers are gone"),
+    ):
+        list(cluster.solve([Work(base("sink"), Scope(), (), (0,), ((),))]))
 
 
 def test_voltages_share_fields_and_still_are_what_they_are_alone(tmp_path: Path) -> None:
     from validate.sweep.design import listed
-    from validate.sweep.point import solve
 
     sink = base("sink", ["run.accuracy=1e-2"])
     design = Design((listed(sink, "drive.voltage", [0.5, 1, 2]),))
@@ -243,8 +310,6 @@ def test_voltages_share_fields_and_still_are_what_they_are_alone(tmp_path: Path)
 
 
 def test_an_open_verdict_is_solved_again_more_accurately() -> None:
-    from validate.sweep.point import solve
-
     (first,) = solve(Work(base("sink", ["run.accuracy=1e-2"]), Scope(steady=True, blame=False), (), (0,), ((),)))
     size, error = abs(first.values["fig4_difference"]), first.values["fig4_u_num"]
     near = base("sink", ["run.accuracy=1e-2", f"checks.tolerances.fig4={size + 0.8 * error!r}"])
@@ -280,18 +345,8 @@ def test_from_python(tmp_path: Path) -> None:
 
 
 def test_a_cluster_that_is_slow_to_end_is_no_failure() -> None:
-    class Slow:
-        def close(self, timeout: float) -> None:
-            raise TimeoutError(f"timed out after {timeout} s")
+    def close() -> None:
+        raise TimeoutError("timed out after 5 s")
 
     with cluster_of.Cluster(1, None, None) as cluster:
-        cluster._client = cluster._local = Slow()
-
-
-def test_a_port_that_is_taken_warns_nobody(monkeypatch: pytest.MonkeyPatch, recwarn: pytest.WarningsRecorder) -> None:
-    monkeypatch.setattr(cluster_of, "start", lambda count: None)
-    with socket.socket() as other, cluster_of.Cluster(1, None, None) as cluster:
-        with suppress(OSError):  # whoever has it, it is taken
-            other.bind(("", 8787))
-        cluster._start()
-    assert not [w for w in recwarn if "Port" in str(w.message)]
+        cluster._started.callback(close)

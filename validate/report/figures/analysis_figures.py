@@ -157,7 +157,7 @@ def sensitivity(outcome: Outcome[Any]) -> Figure:
 def validation(outcome: Outcome[Sink]) -> Figure:
     """A column for each quantity of the data: above the values with bands of 2 sqrt(u_num^2 + u_input^2) and bars of 2
     u_D, below the comparison error E = S - D of both models within 2 u_val."""
-    from validate.inputs.validation import COVERS
+    from compare.verdict import COVERS
 
     found = outcome.validation
     assert found is not None

@@ -33,7 +33,7 @@ _STYLE: dict[Any, Any] = {
     "font.size": 10.0, "font.family": "sans-serif", "axes.edgecolor": INK, "axes.labelcolor": INK,
     "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "axes.axisbelow": True,
     "grid.color": "#dddddd", "grid.linewidth": 0.6, "axes.formatter.useoffset": False, "lines.linewidth": 1.8,
-    "legend.frameon": False, "svg.fonttype": "none", "svg.hashsalt": "validate",
+    "hatch.linewidth": 0.5, "legend.frameon": False, "svg.fonttype": "none", "svg.hashsalt": "validate",
 }  # fmt: skip
 _MEANS = {
     "fig4": "the 1D steady peak rise is off by {}",
@@ -66,7 +66,7 @@ def new_figure(
 
 def verdict_line(check: Check) -> str:
     """A check in one sentence: "fig4 DIFFERS: the 1D steady peak rise is off by -6.56 ± 0.01 % (tolerance 5 %)"."""
-    off = difference_text(check.difference, check.u_num, "±")
+    off = difference_text(check.difference, check.known_to, "±")
     said = f"{check.title}: {off}"
     if check.id.startswith("against_"):
         said = f"{check.title} is off by up to {off}"

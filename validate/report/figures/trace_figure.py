@@ -15,15 +15,20 @@ from validate.run.outcome import Outcome
 _COLOURS = ("#8b1a1a", "#3a86c8", "#f0a030", "#5e3c99", "#2a7f62", "#b04f8c", "#707070")
 _DASHES = ("-", (0, (5, 2.5)), (0, (1.5, 1.5)))
 _TIMES = ((1.0, "s"), (1e3, "ms"), (1e6, "µs"), (1e9, "ns"))
+MOST_NAME = 24
+"""Characters of a name that there is room for."""
 _PANEL = 2.4  # inches
 _EARLY = 0.05  # part of the run: what is half done before it is seen on a logarithmic axis only
 _SEEN = 0.01  # part of a trace's range that it has to move by to be seen
 
 
 def draw(outcome: Outcome[AnyScene]) -> Figure:
-    """Every probe with a band for its estimated error, on a common axis of time: a logarithmic one where a trace has
-    done half of all it does in the first twentieth of the run, and nothing that drives the scene changes later."""
+    """Every probe with a band for its estimated error, a model's dotted beside it, on a common axis of time: a
+    logarithmic one where a trace has done half of all it does in the first twentieth of the run, and nothing that
+    drives the scene changes later."""
     scene, traces = outcome.scene, outcome.solved.over_time
+    model = outcome.reduced1d
+    one = None if model is None else model.traces
     first = _first(scene, traces)
     times = np.geomspace(first, scene.end_time, 400) if first else traces.time
     panels = [q for q in UNITS if any(probe.quantity == q for probe in scene.probes)]
@@ -39,8 +44,11 @@ def draw(outcome: Outcome[AnyScene]) -> Figure:
             # Rows are few where a straight line over time does, which a logarithmic axis bends.
             drawn = per * (smooth(traces.time, values, times) if first else values)
             colour, dash = _COLOURS[number % len(_COLOURS)], _DASHES[number // len(_COLOURS) % len(_DASHES)]
-            ax.plot(times * factor, drawn, color=colour, ls=dash, label=cut(probe, 24))
+            ax.plot(times * factor, drawn, color=colour, ls=dash, label=cut(probe, MOST_NAME))
             band(ax, times * factor, drawn, traces.errors[probe] * per, colour)
+            if model is not None and one is not None and probe in one.values:
+                label = None if number else model.model
+                ax.plot(one.time * factor, one.values[probe] * per, color=colour, ls=":", lw=2.4, label=label)
         ax.set_ylabel(f"{name.replace('_', ' ')} ({shown})")
         ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=9)
     axes[-1].set(xlabel=f"time ({unit})", xscale="log" if first else "linear")

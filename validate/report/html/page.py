@@ -32,6 +32,7 @@ _CAPTIONS = {
     "figure5": "The steady rise along the beam in both models.",
     "figure6": "Rises against time in both models.",
     "figure_traces": "Every probe against time.",
+    "figure_differences": "How far the model is from 3D, probe by probe, with the error of the difference.",
     "why": "What each assumption of the 1D model adds to its difference from 3D.",
     "validation": "The data with both models, and the comparison error E = S - D within 2 u_val.",
     "sensitivity": "How quantities follow the keys of the scene, in percent for each percent.",
@@ -215,6 +216,7 @@ def _scene(document: Document) -> str:
     """Every key of the scene, in the words of its type's schema; as it is, in SI units, where that is none of them."""
     from scenes.errors import SceneError
     from scenes.keys import TYPES
+    from scenes.parameters import SECTION
     from scenes.schema import nest
 
     found = document.get("scene") or {}
@@ -223,7 +225,9 @@ def _scene(document: Document) -> str:
             read = kind.schema.read(kind.schema.flatten(found))
         except SceneError:
             continue
-        found = nest({path: kind.schema.paths[path].kind.show(value) or "none" for path, value in read.items()})
+        keys = {path: key for path, key in kind.schema.paths.items() if path in read}
+        parameters = {SECTION: found[SECTION]} if SECTION in found else {}
+        found = nest({path: key.kind.show(read[path]) or "none" for path, key in keys.items()}) | parameters
         break
     return section("Scene", f'<div class="columns">{values(found)}</div>' if found else "")
 

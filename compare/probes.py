@@ -1,0 +1,160 @@
+"""A model of any scene against 3D, quantity by quantity: in the steady state, and at the largest distance over time.
+
+The difference is (model - 3D)/scale. The scale of a temperature is its 3D rise above the initial one, over time the
+largest; that of all else the 3D value itself, over time the largest. No difference is relative to kelvins.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property, partial
+
+import numpy as np
+
+from compare.course import Course, told_apart
+from compare.verdict import Check, Comparison, judged, spread
+from scenes.formats import cut, quantity, signed
+from scenes.model import OVER_TIME, Declared
+from scenes.result import Estimate, Result, Traces
+
+EDGE = 1e-5
+"""The part of the run to either side of a drive's jump in which nothing is compared."""
+
+
+@dataclass(frozen=True)
+class Quantities:
+    """What both models answer: ``units`` by name, the ``initial`` temperature (K) above which temperatures rise, when
+    (s) the errors over time begin to hold, the ``jumps`` (s) after which they begin again, and the ``edges`` (s) at
+    which a drive jumps: a circuit's edge takes a while, and what happens on it is no difference of models."""
+
+    units: Mapping[str, str]
+    initial: float
+    start: float = 0.0
+    jumps: tuple[float, ...] = ()
+    edges: tuple[float, ...] = ()
+
+    def base(self, name: str) -> float:
+        """What the scale of a quantity counts from."""
+        return self.initial if self.units[name] == "K" else 0.0
+
+    def sure(self, times: np.ndarray) -> np.ndarray:
+        """(times,): where the errors hold."""
+        found: np.ndarray = times >= self.start * (1 - 1e-9)
+        for jump in self.jumps:
+            found &= ~((times >= jump) & (times < jump + self.start * (1 - 1e-9)))
+        for edge in self.edges:
+            found &= np.abs(times - edge) > EDGE * times[-1]
+        return found
+
+
+@dataclass(frozen=True)
+class Both:
+    """The same quantities by 3D and by a model."""
+
+    of: Quantities
+    fem3d: Result
+    model: Result
+
+    @cached_property
+    def definitions(self) -> dict[str, Callable[[], Comparison]]:
+        """What makes each check, by its id, in the order of the quantities."""
+        found: dict[str, Callable[[], Comparison]] = {}
+        for name in self.of.units:
+            if name in self.model.steady and name in self.fem3d.steady:
+                found[name] = partial(self.at_rest, name)
+            if self.model.traces is not None and self.fem3d.traces is not None and name in self.model.traces.values:
+                found[f"{name}{OVER_TIME}"] = partial(self.over_time, name)
+        return found
+
+    def at_rest(self, name: str) -> Comparison:
+        """The difference in the steady state."""
+        base, unit = self.of.base(name), self.of.units[name]
+        three, one = self.fem3d.steady[name], self.model.steady[name]
+        inputs = {"value": one, "measured": three}
+
+        def relative(value: float, measured: float) -> float:
+            return part(value - measured, measured - base)
+
+        u_num = spread(relative, inputs) if abs(three.value - base) > three.error else float("inf")
+        off = relative(one.value, three.value)
+        said = f"{quantity(one.value - base, unit)} against {quantity(three.value - base, unit)} in 3D"
+        return Comparison(
+            cut(name, 30), one.value - base, three.value - base, unit, off, u_num,
+            f"{name} is {said}{_above(unit)}", relative_to=_scale(unit),
+        )  # fmt: skip
+
+    def course(self, name: str) -> Course:
+        """Both traces where their errors hold, at the times of both, above what their scale counts from."""
+        three, one = self.fem3d.over_time, self.model.over_time
+        late, base = self.of.sure(one.time), self.of.base(name)
+        value, beyond = at(three, name, one.time)
+        return Course(one.time[late], value[late] - base, one.values[name][late] - base, beyond[late])
+
+    def over_time(self, name: str) -> Comparison:
+        """The largest difference over time, with the shift, the stretch and the size that make most of it."""
+        found, unit = self.course(name), self.of.units[name]
+        off = found.model - found.fem3d
+        i, n = int(np.argmax(np.abs(off))), int(np.argmax(np.abs(found.fem3d)))
+        error = self.fem3d.over_time.errors[name]
+        inputs = {
+            "distance": Estimate(float(off[i]), error + self.model.over_time.errors[name] + float(found.beyond[i])),
+            "scale": Estimate(float(found.fem3d[n]), error + float(found.beyond[n])),
+        }
+        u_num = spread(part, inputs) if abs(inputs["scale"].value) > inputs["scale"].error else float("inf")
+        scale = inputs["scale"].value
+
+        def because() -> str:
+            where = f"{quantity(float(found.model[i]), unit)} against {quantity(float(found.fem3d[i]), unit)} in 3D"
+            apart = told_apart(found, abs(scale))
+            said = f"; {apart.said()}" if apart is not None else ""
+            return f"{name} is {where} at {quantity(float(found.time[i]), 's', 3)}, {signed(float(off[i]), unit)}{said}"
+
+        return Comparison(
+            f"{cut(name, 24)}, trace", float(found.model[i]), float(found.fem3d[i]), unit, part(float(off[i]), scale),
+            u_num, because, float(found.time[i]), relative_to=f"the largest {_scale(unit).removeprefix('the ')}",
+        )  # fmt: skip
+
+
+def evaluate(scene: Declared, both: Both) -> tuple[Check, ...]:
+    """A check for every quantity that both models answer, in the steady state and over time."""
+    return tuple(judged(name, made(), scene) for name, made in both.definitions.items())
+
+
+def part(distance: float, scale: float) -> float:
+    """distance/scale, infinite where only the latter is zero."""
+    return distance / scale if scale else (0.0 if not distance else float("inf"))
+
+
+def at(traces: Traces, name: str, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A trace at ascending times (s), and what it may be off by there because it is interpolated. Where a trace jumps
+    it has two values at one time: the first of two equal times gets the first, a single one the later."""
+    values = traces.values[name]
+    n = np.clip(np.searchsorted(traces.time, times, side="right") - 1, 0, len(traces.time) - 2)
+    found, on_a_row = np.interp(times, traces.time, values), np.isin(times, traces.time)
+    first = np.flatnonzero(np.diff(times) == 0)
+    found[first] = values[np.searchsorted(traces.time, times[first])]
+    return found, np.where(on_a_row, 0.0, bends(traces.time, values)[n])
+
+
+def bends(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """(n - 1,): what straight lines between rows are off by, h^2/8 |y''|, with the larger of the second differences at
+    both ends of the interval; nothing where a trace jumps."""
+    h = np.diff(time)
+    if len(h) < 2:
+        return np.abs(np.diff(values))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slopes = np.where(h > 0, np.diff(values) / h, np.nan)
+        second = np.abs(2 * np.diff(slopes) / (h[1:] + h[:-1]))
+    second = np.nan_to_num(second, nan=0.0, posinf=0.0)
+    larger = np.maximum(np.append(second, second[-1]), np.append(second[0], second))
+    found: np.ndarray = h**2 / 8 * larger
+    return found
+
+
+def _above(unit: str) -> str:
+    return " (above the initial temperature)" if unit == "K" else ""
+
+
+def _scale(unit: str) -> str:
+    return "the 3D rise" if unit == "K" else "the 3D value"

@@ -1,0 +1,133 @@
+"""What data with an uncertainty tell of how far a trace is from them: means over windows, and what each is known to.
+
+The largest of many noisy distances is large by chance: of n independent ones it is near u sqrt(2 ln n). So a trace is
+cut into a few windows, and what is stated is the mean over a window. Of the standard uncertainty u of a datum the part
+that scatters from row to row falls with the root of the rows that are averaged; the part that all rows share (a
+thermometer that reads too high) does not. How much scatters is seen in the data themselves: in how far a row is from
+the straight line through its neighbours (von Neumann, Ann. Math. Stat. 12, 1941, with second differences). What u has
+beyond that is shared, and so is noise that changes slowly.
+
+The interval of one window is its mean -+ 2 u, which holds the truth in 95 % of cases. Where the worst of several is
+told, all of them have to hold at once: the factor is 2 where they share all of u, and grows to that of Sidak (J. Am.
+Stat. Assoc. 62, 1967) where nothing is shared.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from compare.verdict import COVERS
+
+MOST = 16
+"""Windows of a trace at most: each is a small part of the rise, and the factor of the worst of all stays below 3."""
+_LESS, _MORE = 0.1, 0.05
+"""A scatter that is as small, or as large, in so many cases by chance is not taken for that of u. Small ones are
+doubted sooner: to take what rows share for scatter makes an interval too narrow, the reverse too wide."""
+_PER_DEGREE = 35 / 18
+"""Second differences share rows: so many of them tell of the scatter as one independent number does. It is the sum of
+the squares of their correlations, 1 + 2 (2/3)^2 + 2 (1/6)^2."""
+_SHARED = np.linspace(-6, 6, 241)
+"""Standard deviations that what is shared may be off by: the places of a sum in place of an integral."""
+_LEAST = 0.05
+"""Of u: a scatter below that is as good as none, and above it the sum resolves it."""
+
+
+@dataclass(frozen=True)
+class Window:
+    """Some rows of a trace: their mean ``distance`` from the data, and the standard uncertainties of that by what the
+    data ``share`` and by their ``scatter``, all in one unit."""
+
+    rows: slice
+    distance: float
+    share: float
+    scatter: float
+
+    @property
+    def u_data(self) -> float:
+        """The standard uncertainty of the mean by that of the data."""
+        return float(np.hypot(self.share, self.scatter))
+
+
+def cut(course: np.ndarray) -> tuple[slice, ...]:
+    """The rows of a trace, shared out to windows: of a ``course`` (times,), a smooth curve such as a model's.
+
+    They share out rows and changes of the course, half and half: so many rows and so much of the change fall into each.
+    There are as many as `MOST`, of few rows fewer.
+    """
+    change = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(course)))])
+    share = np.arange(len(course)) / len(course)
+    if change[-1] > 0:
+        share = (share + change / change[-1]) / 2
+    starts = np.unique(np.floor(share * MOST).clip(max=MOST - 1), return_index=True)[1].tolist()
+    return tuple(slice(first, end) for first, end in zip(starts, [*starts[1:], len(course)], strict=True))
+
+
+def windows(time: np.ndarray, distance: np.ndarray, u: np.ndarray, cuts: Sequence[slice]) -> tuple[Window, ...]:
+    """The windows of a trace at some times (s): of its ``distance`` from data that are known to the standard
+    uncertainties ``u``, zero of those that are exact, all (times,); ``cuts`` are their rows."""
+    scattered = _scattered(time, distance, u)
+    found = []
+    for rows in cuts:
+        own = u[rows]
+        scatter = np.sqrt(scattered * (own**2).sum()) / len(own)
+        shared = np.sqrt(max(1 - scattered, 0.0)) * own.mean()
+        found.append(Window(rows, float(distance[rows].mean()), float(shared), float(scatter)))
+    return tuple(found)
+
+
+def factor(found: Sequence[Window], u: Sequence[float]) -> float:
+    """How many standard uncertainties around their distances make intervals that hold at once in 95 % of cases; ``u``
+    are those by all else than the data, one for each window, which windows share."""
+    from scipy.special import ndtr, ndtri
+
+    shared, scatter = np.hypot([w.share for w in found], u), np.array([w.scatter for w in found])
+    known = np.hypot(shared, scatter)
+    if not (known > 0).any():
+        return COVERS
+    shared, scatter = (part[known > 0, None] / known[known > 0, None] for part in (shared, scatter))
+    scatter, off = scatter.clip(min=_LEAST), shared * _SHARED
+    weights = np.exp(-(_SHARED**2) / 2)
+
+    def held(k: float) -> float:
+        inside = ndtr((k - off) / scatter) - ndtr((-k - off) / scatter)
+        return float(inside.prod(axis=0) @ weights / weights.sum())
+
+    wanted = 2 * ndtr(COVERS) - 1
+    low, high = COVERS, float(ndtri((1 + wanted ** (1 / len(found))) / 2))
+    for _ in range(10):
+        middle = (low + high) / 2
+        low, high = (low, middle) if held(middle) > wanted else (middle, high)
+    return high
+
+
+def worst(found: Sequence[Window], u: Sequence[float]) -> tuple[int, float]:
+    """The window that is surely the furthest from zero, where the interval begins furthest away, and the factor of its
+    interval; ``u`` as in `factor`, where what is not a number counts as nothing."""
+    others = np.nan_to_num(np.array(u))
+    k = factor(found, others.tolist())
+    near = [abs(w.distance) - k * np.hypot(w.u_data, other) for w, other in zip(found, others, strict=True)]
+    return int(np.argmax(near)), k
+
+
+def _scattered(time: np.ndarray, distance: np.ndarray, u: np.ndarray) -> float:
+    """Which part of u^2 scatters from row to row: 1 unless what is seen is less, or more, than chance allows."""
+    if len(time) < 3 or not (u > 0).all():
+        return 1.0
+    r = distance / u
+    before = (time[2:] - time[1:-1]) / (time[2:] - time[:-2])
+    off = r[1:-1] - before * r[:-2] - (1 - before) * r[2:]
+    seen = float(np.mean(off**2 / (1 + before**2 + (1 - before) ** 2)))
+    low, high = (_mean_square(len(off) / _PER_DEGREE, p) for p in (_LESS, 1 - _MORE))
+    return 1.0 if low <= seen <= high else seen
+
+
+def _mean_square(degrees: float, p: float) -> float:
+    """The quantile of the mean square of so many independent normal numbers (Wilson and Hilferty, Proc. Natl. Acad.
+    Sci. 17, 1931)."""
+    from scipy.special import ndtri
+
+    spread = 2 / (9 * degrees)
+    return float(max(1 - spread + ndtri(p) * np.sqrt(spread), 0.0) ** 3)

@@ -1,0 +1,133 @@
+"""Polynomials along the lines of a layout, by scikit-fem: values and slopes at the points of a quadrature.
+
+Elements are short where something begins or ends along a line and grow from there twofold. Lines that run alike and
+touch have the same elements where they do, so that heat exchanged point by point is a product of values at the same
+points.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+import scipy.sparse as sp
+
+from reduced1d.network.lines import Layout
+
+GROWTH = 2.0
+"""Of elements away from where something begins: smooth fields get smoother in proportion to the distance."""
+
+
+class Elements:
+    """Elements of a degree between the ``nodes`` (m) of each line.
+
+    ``values`` and ``slopes`` (points, n) take the n unknowns to the points of the quadrature, whose ``weights`` are in
+    m.
+    """
+
+    def __init__(self, nodes: Sequence[np.ndarray], degree: int) -> None:
+        from skfem import Basis, ElementLinePp, MeshLine
+
+        self.nodes, self.degree = nodes, degree
+        self.first_node = np.cumsum([0, *(len(x) for x in nodes)])
+        self.first = np.cumsum([0, *(len(x) - 1 for x in nodes)])
+        left = np.concatenate([f + np.arange(len(x) - 1) for f, x in zip(self.first_node, nodes, strict=False)])
+        # Every line from zero on: nodes far from the origin would lose digits.
+        places = np.concatenate([x - x[0] for x in nodes])
+        mesh = MeshLine(places[None], np.stack([left, left + 1]))
+        basis = Basis(mesh, ElementLinePp(degree), intorder=2 * degree + 2)
+        self.dofs = basis.element_dofs
+        self.size = int(basis.N)
+        self.points = basis.X.shape[1]
+        self.weights = np.asarray(basis.dx).ravel()
+        count = len(left)
+        rows = np.arange(count * self.points).reshape(count, -1)
+        shape = (count, self.points)
+        each = [field[0] for field in basis.basis]
+        self.values = self._matrix(rows, [np.broadcast_to(np.asarray(f), shape) for f in each])
+        self.slopes = self._matrix(rows, [np.broadcast_to(f.grad[0], shape) for f in each])
+
+    def _matrix(self, rows: np.ndarray, parts: list[np.ndarray]) -> sp.csr_matrix:
+        columns = [np.broadcast_to(d[:, None], rows.shape) for d in self.dofs]
+        entries = (np.concatenate([p.ravel() for p in x]) for x in (parts, [rows] * len(parts), columns))
+        data, row, column = entries
+        return sp.csr_matrix((data, (row, column)), shape=(rows.size, self.size))
+
+    @cached_property
+    def lengths(self) -> np.ndarray:
+        """(elements,) in m."""
+        return np.concatenate([np.diff(x) for x in self.nodes])
+
+    def inside(self, line: int, start: float, stop: float) -> np.ndarray:
+        """The points of the quadrature between two nodes of a line (m)."""
+        a, b = (self.first[line] + int(np.searchsorted(self.nodes[line], x)) for x in (start, stop))
+        return np.arange(a * self.points, b * self.points)
+
+    def mean(self, line: int, start: float, stop: float) -> sp.csr_matrix:
+        """(1, n): the mean between two nodes of a line."""
+        q = self.inside(line, start, stop)
+        return sp.csr_matrix(self.weights[None, q] / self.weights[q].sum()) @ self.values[q]
+
+    def end(self, line: int, end: int) -> int:
+        """The number of the unknown that is the value at a line's end (0 or 1)."""
+        return int(self.first_node[line] if end == 0 else self.first_node[line + 1] - 1)
+
+    def at(self, lines: Sequence[int], places: np.ndarray) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+        """(places, n) twice: values and slopes at places (m), each along one of the lines."""
+        from skfem import ElementLinePp
+
+        shapes, inner = ElementLinePp(self.degree), np.empty(len(places), int)
+        nodes = [self.nodes[i] for i in lines]
+        for k, (x, place) in enumerate(zip(nodes, places.tolist(), strict=True)):
+            inner[k] = min(max(int(np.searchsorted(x, place, side="right")) - 1, 0), len(x) - 2)
+        element = self.first[np.asarray(lines)] + inner
+        lengths = self.lengths[element]
+        local = (places - np.array([x[k] for x, k in zip(nodes, inner.tolist(), strict=True)])) / lengths
+        each = [shapes.lbasis(local[None], i) for i in range(len(self.dofs))]
+        rows = np.tile(np.arange(len(places)), len(each))
+        columns = np.concatenate([d[element] for d in self.dofs])
+        data = np.concatenate([f[0] for f in each]), np.concatenate([f[1][0] / lengths for f in each])
+        shape = (len(places), self.size)
+        values, slopes = (sp.csr_matrix((d, (rows, columns)), shape=shape) for d in data)
+        return values, slopes
+
+
+def nodes_of(layout: Layout, shortest: Sequence[float]) -> list[np.ndarray]:
+    """The nodes of each line (m): where something begins or ends on it or on a line that it exchanges heat with point
+    by point, and between these, at distances that grow from the ``shortest`` of each line."""
+    count = len(layout.lines)
+    pairs = [(j.one.line, j.other.line) for j in (*layout.joints, *layout.wires) if j.kind == "along"]
+    groups = joined(count, pairs)
+    found: list[np.ndarray] = [np.empty(0)] * count
+    for group in range(groups.max() + 1):
+        own = np.flatnonzero(groups == group).tolist()
+        places = sorted({x for i in own for x in layout.places(i)})
+        nodes = graded(places, min(shortest[i] for i in own))
+        for i in own:
+            line = layout.lines[i]
+            found[i] = nodes[(nodes >= line.start) & (nodes <= line.stop)]
+    return found
+
+
+def graded(places: Sequence[float], shortest: float) -> np.ndarray:
+    """Nodes at some places (m, ascending), and between two of them at distances that grow from either, ``shortest`` at
+    first."""
+    found = [np.asarray(places)]
+    for a, b in pairwise(places):
+        length = b - a
+        # From each of both ends the distances shortest (1 + G + G^2 ...), up to the middle.
+        steps = int(np.ceil(np.log1p((GROWTH - 1) * length / 2 / shortest) / np.log(GROWTH)))
+        if steps < 1 or shortest > length / 2:
+            continue
+        outward = (GROWTH ** np.arange(1, steps + 1) - 1) / (GROWTH**steps - 1) * length / 2
+        found += [a + outward, b - outward[:-1]]
+    return np.unique(np.concatenate(found))
+
+
+def joined(count: int, pairs: list[tuple[int, int]]) -> np.ndarray:
+    """(count,): a number for each set of things that pairs of them join."""
+    rows, columns = np.array(pairs, int).reshape(-1, 2).T
+    graph = sp.coo_array((np.ones(len(rows)), (rows, columns)), shape=(count, count))
+    return np.asarray(sp.csgraph.connected_components(graph, directed=False)[1])

@@ -1,0 +1,325 @@
+"""The lines of a union of boxes, the joints where two touch, and what conditions act on which.
+
+Every box is a line along its longest side; of equal ones along that at whose ends most is joined, then along that of
+the neighbour it touches most, then along the first axis. What later boxes leave of an earlier one is cut into boxes,
+across its longest side first, and each of these is a line like any other. A temperature or an electrode that lies
+inside a box cuts it there. All corners are planes of the scene's grid, counted in whole numbers, so that what touches
+does so exactly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from scenes import physics
+from scenes.errors import SceneError, quoted
+from scenes.free.grid import Grid, grid_of
+from scenes.free.validity import tidy
+from scenes.model import AnyScene, Boundary, Box, MeshScene, Point, Scene
+
+Cells = tuple[tuple[int, int], tuple[int, int], tuple[int, int]]
+"""A box, a flat box or a point as the first and the last plane along each axis."""
+
+ALIKE = 1e-6
+"""Relative: sides of a box that differ by less are equally long (corners are given to six digits or more)."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """A box of one material, or a part of one, seen as a line along ``axis`` from ``start`` to ``stop`` (m)."""
+
+    name: str
+    box: Box
+    axis: int
+    lower: Point
+    upper: Point
+
+    @property
+    def start(self) -> float:
+        return self.lower[self.axis]
+
+    @property
+    def stop(self) -> float:
+        return self.upper[self.axis]
+
+    @property
+    def length(self) -> float:
+        return self.stop - self.start
+
+    @property
+    def sides(self) -> tuple[float, float]:
+        """The two extents of the cross-section (m)."""
+        one, other = (self.upper[d] - self.lower[d] for d in range(3) if d != self.axis)
+        return one, other
+
+    @property
+    def area(self) -> float:
+        """The cross-section (m2)."""
+        return self.sides[0] * self.sides[1]
+
+
+@dataclass(frozen=True)
+class Touch:
+    """A part of a line's surface, between two corners (m), with ``normal`` as the axis across it.
+
+    At a line's ``end`` (0 or 1; None for a side) nothing lies between it and the line. At a side it covers the line
+    from ``start`` to ``stop``, and ``half`` the thickness lies between (m).
+    """
+
+    line: int
+    lower: Point
+    upper: Point
+    normal: int
+    end: int | None
+    start: float
+    stop: float
+    area: float
+    half: float
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Two lines that touch. ``kind``: "ends" where both do with an end, which makes them one there; "along" where lines
+    that run alike touch at their sides and exchange heat point by point; "means" for all others."""
+
+    one: Touch
+    other: Touch
+    kind: str
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A boundary's part that acts on a line."""
+
+    boundary: int
+    touch: Touch
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The lines of a scene; joints and conditions of the heat, and joints and electrodes of the current."""
+
+    scene: Scene
+    lines: tuple[Line, ...]
+    joints: tuple[Joint, ...]
+    conditions: tuple[Condition, ...]
+    wires: tuple[Joint, ...]
+    electrodes: tuple[Condition, ...]
+
+    def places(self, line: int) -> list[float]:
+        """Where something begins or ends along a line (m), its own ends first and last, in order."""
+        joints = (t for j in (*self.joints, *self.wires) for t in (j.one, j.other))
+        touches = [*joints, *(c.touch for c in (*self.conditions, *self.electrodes))]
+        own = self.lines[line]
+        axis = own.axis
+        probes = [x for p in self.scene.probes for x in (p.lower[axis], p.upper[axis]) if own.start < x < own.stop]
+        covered = [x for t in touches if t.line == line and t.end is None for x in (t.start, t.stop)]
+        return sorted({own.start, own.stop, *covered, *probes})
+
+
+def layout(scene: AnyScene) -> Layout:
+    """The lines of a scene of boxes; SceneError for one on a mesh."""
+    if isinstance(scene, MeshScene):
+        raise SceneError(
+            f"scene {quoted(scene.name)} is on a mesh file, and a network is made of boxes: give [[box]]es"
+        )
+    grid = grid_of(scene)
+    return _Cutting(replace(grid, scene=tidy(grid))).layout()
+
+
+def overlap(one: Cells, other: Cells) -> Cells | None:
+    """What two boxes share, of the dimension of the smaller one; None where that is nothing, or less."""
+    shared = []
+    for (a, b), (c, d) in zip(one, other, strict=True):
+        low, high = max(a, c), min(b, d)
+        if low > high or (low == high and a < b and c < d):
+            return None
+        shared.append((low, high))
+    return shared[0], shared[1], shared[2]
+
+
+def without(box: Cells, other: Cells, order: tuple[int, ...] = (0, 1, 2)) -> list[Cells]:
+    """What is left of a box, or of a flat one, without another, cut into boxes across the axes in an ``order``."""
+    shared = overlap(box, other)
+    if shared is None or any(low == high and a < b for (low, high), (a, b) in zip(shared, box, strict=True)):
+        return [box]
+    found, rest = [], list(box)
+    for axis in order:
+        for part in pairwise((rest[axis][0], *shared[axis], rest[axis][1])):
+            if part[0] < part[1] and part != shared[axis]:
+                found.append((*rest[:axis], part, *rest[axis + 1 :]))
+        rest[axis] = shared[axis]
+    return [(x, y, z) for x, y, z in found]
+
+
+class _Cutting:
+    def __init__(self, grid: Grid) -> None:
+        self.grid, self.scene = grid, grid.scene
+        self.parts: list[tuple[int, Cells]] = []
+        boundaries = self.scene.boundaries
+        self.sheets = [self._cells(b) for b in boundaries]
+        whole = [self._cells(b) for b in self.scene.boxes]
+        for number, box in enumerate(whole):
+            self.parts += [(number, part) for part in self._left(box, whole[number + 1 :])]
+        for sheet, b in zip(self.sheets, boundaries, strict=True):
+            if b.kind in ("temperature", "voltage"):
+                self.parts = [(n, half) for n, part in self.parts for half in self._halved(n, part, sheet, b)]
+        self.conducts = [self.scene.boxes[n].material.resistivity is not None for n, _ in self.parts]
+        self.contacts = self._contacts()
+        self.axes = self._axes()
+
+    def layout(self) -> Layout:
+        """The layout of what has been cut."""
+        electric = physics.electric(self.scene)
+        held = [s for s, b in zip(self.sheets, self.scene.boundaries, strict=True) if b.kind == "temperature"]
+        fixed = [s for s, b in zip(self.sheets, self.scene.boundaries, strict=True) if b.kind == "voltage"]
+        conducting = [c for c in self.contacts if self.conducts[c[0]] and self.conducts[c[1]]] if electric else []
+        return Layout(
+            self.scene, self._lines(), self._joints(self.contacts, held), self._conditions(held),
+            self._joints(conducting, fixed), self._electrodes(),
+        )  # fmt: skip
+
+    def _cells(self, item: Box | Boundary) -> Cells:
+        x, y, z = (self.grid.span(d, item.lower[d], item.upper[d]) for d in range(3))
+        return x, y, z
+
+    def _length(self, part: Cells, axis: int) -> float:
+        planes = self.grid.planes[axis]
+        return float(planes[part[axis][1]] - planes[part[axis][0]])
+
+    def _left(self, box: Cells, later: list[Cells]) -> list[Cells]:
+        order = tuple(sorted(range(3), key=lambda d: -self._length(box, d)))
+        parts = [box]
+        for other in later:
+            parts = [rest for part in parts for rest in without(part, other, order)]
+        return parts
+
+    def _halved(self, number: int, part: Cells, sheet: Cells, b: Boundary) -> list[Cells]:
+        """A part, cut in two at a sheet inside it that acts on it."""
+        axis = next(d for d in range(3) if sheet[d][0] == sheet[d][1])
+        (a, b_), at = part[axis], sheet[axis][0]
+        acts = b.kind == "temperature" or self.scene.boxes[number].material.resistivity is not None
+        if not (acts and a < at < b_ and overlap(part, sheet)):
+            return [part]
+        return [(*part[:axis], half, *part[axis + 1 :]) for half in ((a, at), (at, b_))]  # type: ignore[misc]
+
+    def _contacts(self) -> list[tuple[int, int, int, Cells]]:
+        """The numbers of two parts that touch with a face, the axis across it, and the face."""
+        found = []
+        low, high = (np.array([[p[d][side] for d in range(3)] for _, p in self.parts]) for side in (0, 1))
+        for axis in range(3):
+            others = [d for d in range(3) if d != axis]
+            meets = high[:, None, axis] == low[None, :, axis]
+            for d in others:
+                meets &= np.maximum(low[:, None, d], low[None, :, d]) < np.minimum(high[:, None, d], high[None, :, d])
+            for i, j in np.argwhere(meets).tolist():
+                pairs = zip(self.parts[i][1], self.parts[j][1], strict=True)
+                x, y, z = ((max(a, c), min(b, d)) for (a, b), (c, d) in pairs)
+                found.append((i, j, axis, (x, y, z)))
+        return found
+
+    def _area(self, face: Cells, normal: int) -> float:
+        one, other = (self._length(face, d) for d in range(3) if d != normal)
+        return one * other
+
+    def _axes(self) -> list[int]:
+        """The axis of each part's line."""
+        areas = np.zeros((len(self.parts), 3))
+        for i, j, axis, face in self.contacts:
+            areas[[i, j], axis] += self._area(face, axis)
+        for sheet in self.sheets:
+            normal = next(d for d in range(3) if sheet[d][0] == sheet[d][1])
+            for i, (_, part) in enumerate(self.parts):
+                shared = overlap(part, sheet)
+                areas[i, normal] += self._area(shared, normal) if shared else 0.0
+        choices: list[list[int]] = []
+        for i, (_, part) in enumerate(self.parts):
+            lengths = [self._length(part, d) for d in range(3)]
+            longest = [d for d in range(3) if lengths[d] >= (1 - ALIKE) * max(lengths)]
+            most = max(areas[i, d] for d in longest)
+            joined = [d for d in longest if areas[i, d] >= (1 - ALIKE) * most]
+            choices.append(joined)
+        return self._as_neighbours(choices)
+
+    def _as_neighbours(self, choices: list[list[int]]) -> list[int]:
+        """One axis of those that each part may have: that of the neighbours it touches most of those that have one."""
+        while open_ := [i for i, own in enumerate(choices) if len(own) > 1]:
+            shares = {}
+            for i in open_:
+                by_axis = dict.fromkeys(choices[i], 0.0)
+                for a, b, axis, face in self.contacts:
+                    other = b if a == i else a
+                    if i in (a, b) and len(choices[other]) == 1 and choices[other][0] in by_axis:
+                        by_axis[choices[other][0]] += self._area(face, axis)
+                shares[i] = by_axis
+            i = max(open_, key=lambda i: max(shares[i].values()))
+            choices[i] = [max(choices[i], key=lambda axis: shares[i][axis])]
+        return [own[0] for own in choices]
+
+    def _corner(self, part: Cells, side: int) -> Point:
+        x, y, z = (float(self.grid.planes[d][part[d][side]]) for d in range(3))
+        return x, y, z
+
+    def _lines(self) -> tuple[Line, ...]:
+        numbers = [n for n, _ in self.parts]
+        found = []
+        for i, (number, part) in enumerate(self.parts):
+            box = self.scene.boxes[number]
+            rank = f" {1 + numbers[:i].count(number)}" if numbers.count(number) > 1 else ""
+            corners = self._corner(part, 0), self._corner(part, 1)
+            found.append(Line(f"{box.name}{rank}", box, self.axes[i], *corners))
+        return tuple(found)
+
+    def _touch(self, i: int, face: Cells, normal: int) -> Touch:
+        axis, part = self.axes[i], self.parts[i][1]
+        lower, upper = self._corner(face, 0), self._corner(face, 1)
+        end = None if normal != axis else int(face[axis][0] == part[axis][1])
+        half = 0.0 if normal == axis else self._length(part, normal) / 2
+        return Touch(i, lower, upper, normal, end, lower[axis], upper[axis], self._area(face, normal), half)
+
+    def _joints(self, contacts: list[tuple[int, int, int, Cells]], cuts: list[Cells]) -> tuple[Joint, ...]:
+        found = []
+        for i, j, axis, face in contacts:
+            rest = [face]
+            for cut in cuts:
+                rest = [r for part in rest for r in without(part, cut)]
+            for part in rest:
+                one, other = self._touch(i, part, axis), self._touch(j, part, axis)
+                ends = (one.end is None) + (other.end is None)
+                kind = "ends" if not ends else "along" if ends == 2 and self.axes[i] == self.axes[j] else "means"
+                found.append(Joint(one, other, kind))
+        return tuple(found)
+
+    def _conditions(self, held: list[Cells]) -> tuple[Condition, ...]:
+        """Temperatures on either side of where they are given, the first of several that overlap; fluxes and films
+        where a face is bare and no temperature is given."""
+        found, taken = [], list[Cells]()
+        for number, (sheet, b) in enumerate(zip(self.sheets, self.scene.boundaries, strict=True)):
+            if b.kind == "temperature":
+                found += self._acting(number, sheet, taken)
+                taken.append(sheet)
+            elif b.kind != "voltage":
+                found += self._acting(number, sheet, [*held, *(c[3] for c in self.contacts)])
+        return tuple(found)
+
+    def _electrodes(self) -> tuple[Condition, ...]:
+        found, taken = [], list[Cells]()
+        for number, (sheet, b) in enumerate(zip(self.sheets, self.scene.boundaries, strict=True)):
+            if b.kind == "voltage":
+                found += [c for c in self._acting(number, sheet, taken) if self.conducts[c.touch.line]]
+                taken.append(sheet)
+        return tuple(found)
+
+    def _acting(self, number: int, sheet: Cells, but: list[Cells]) -> list[Condition]:
+        normal = next(d for d in range(3) if sheet[d][0] == sheet[d][1])
+        found = []
+        for i, (_, part) in enumerate(self.parts):
+            shared = overlap(part, sheet)
+            rest = [shared] if shared and sheet[normal][0] in part[normal] else []
+            for other in but:
+                rest = [r for face in rest for r in without(face, other)]
+            found += [Condition(number, self._touch(i, face, normal)) for face in rest]
+        return found

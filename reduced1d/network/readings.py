@@ -1,0 +1,160 @@
+"""What probes of a temperature or a potential read off a network, as rows on its unknowns and inputs.
+
+It is that of the lines in the probe's place, weighted by what of each lies in it. On the side of a line it is the
+face's: the line's, less what half the thickness takes of the difference to what lies beyond. An extreme is that of the
+lines.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from reduced1d.ladder.few_states import top
+from reduced1d.network.lines import Condition, Line, Touch
+from reduced1d.network.model import Model
+from scenes.model import Point, Probe
+
+Apart = tuple[sp.csr_matrix, np.ndarray, float]
+
+FINE = 33
+"""Places on an element at which an extreme is looked for, the best three of which a parabola joins."""
+
+
+@dataclass(frozen=True, eq=False)
+class Reading:
+    """A probe's value is ``unknowns`` u + ``inputs`` x of rises or potentials u; of `FINE` rows for each of some
+    ``elements`` it is an extreme."""
+
+    unknowns: sp.csr_matrix
+    inputs: np.ndarray
+    reduce: str = "mean"
+    elements: int = 0
+
+    def value(self, u: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """(times,) of unknowns (n, times) and inputs (inputs, times)."""
+        rows = self.unknowns @ u + self.inputs @ x
+        if self.reduce == "mean":
+            return np.asarray(rows[0])
+        sign = 1.0 if self.reduce == "max" else -1.0
+        by_element = sign * rows.reshape(self.elements, FINE, -1).transpose(0, 2, 1)
+        return np.asarray(sign * top(by_element).max(axis=0))
+
+
+class Reader:
+    """Makes the readings of one of a network's two circuits."""
+
+    def __init__(self, model: Model, electric: bool) -> None:
+        self.model, self.electric = model, electric
+        self.layout, self.e = model.layout, model.elements
+        self.joints = self.layout.wires if electric else self.layout.joints
+        self.conditions = self.layout.electrodes if electric else self.layout.conditions
+        self.count = len(model.inputs.values)
+
+    def reading(self, probe: Probe) -> Reading:
+        """What a probe of a temperature or a potential reads."""
+        inside = [(i, line) for i, line in enumerate(self.layout.lines) if self._carries(line)]
+        shares = [(i, *_shared(line, probe)) for i, line in inside if _covers(line, probe)]
+        if probe.reduce != "mean" and probe.lower != probe.upper:
+            return self._extreme(probe, [(i, lower, upper) for i, lower, upper in shares])
+        u, x = sp.csr_matrix((1, self.e.size)), np.zeros((1, self.count))
+        measures = [_measure(lower, upper, probe) for _, lower, upper in shares]
+        for (i, lower, upper), measure in zip(shares, measures, strict=True):
+            row, given = self._mean(i, lower, upper)
+            u, x = u + row * (measure / sum(measures)), x + given * (measure / sum(measures))
+        return Reading(u.tocsr(), x)
+
+    def _carries(self, line: Line) -> bool:
+        return not self.electric or line.box.material.resistivity is not None
+
+    def _mean(self, i: int, lower: Point, upper: Point) -> tuple[sp.csr_matrix, np.ndarray]:
+        """The mean of a line over a part of its box, which may lie on a side of it."""
+        line = self.layout.lines[i]
+        row, given = self._along(i, lower[line.axis], upper[line.axis]), np.zeros((1, self.count))
+        for (away, x, part), at in self._beyond(i, lower, upper):
+            row, given = row - at * part * away, given - at * part * x
+        return row, given
+
+    def _along(self, i: int, a: float, b: float) -> sp.csr_matrix:
+        return self.e.mean(i, a, b) if b > a else self.e.at([i], np.array([a]))[0]
+
+    def _beyond(self, i: int, lower: Point, upper: Point) -> list[tuple[Apart, float]]:
+        """For what touches a line's side where a place on it lies: the difference from the line to what lies beyond (as
+        rows on unknowns and inputs), what part of it half the thickness takes, and what part of the place it covers."""
+        found = []
+        axis = self.layout.lines[i].axis
+        for touch, other in self._touches(i):
+            if touch.end is not None or lower[touch.normal] != upper[touch.normal]:
+                continue
+            if lower[touch.normal] != touch.lower[touch.normal]:
+                continue
+            low = [max(a, c) for a, c in zip(lower, touch.lower, strict=True)]
+            high = [min(a, c) for a, c in zip(upper, touch.upper, strict=True)]
+            if any(a > b or (a == b and c < d) for a, b, c, d in zip(low, high, lower, upper, strict=True)):
+                continue
+            share = np.prod([(b - a) / (d - c) for a, b, c, d in zip(low, high, lower, upper, strict=True) if d > c])
+            found.append((self._apart(touch, other, low[axis], high[axis]), float(share)))
+        # A place on the edge of several counts as on the first.
+        return found[:1] if lower == upper else found
+
+    def _touches(self, i: int) -> list[tuple[Touch, Touch | Condition]]:
+        found: list[tuple[Touch, Touch | Condition]] = []
+        for j in self.joints:
+            found += [(own, other) for own, other in ((j.one, j.other), (j.other, j.one)) if own.line == i]
+        return found + [(c.touch, c) for c in self.conditions if c.touch.line == i]
+
+    def _apart(self, touch: Touch, other: Touch | Condition, a: float, b: float) -> Apart:
+        given, own = np.zeros((1, self.count)), touch.half * self._resistivity(touch.line)
+        if isinstance(other, Touch):
+            alike = other.end is None and self.layout.lines[other.line].axis == self.layout.lines[touch.line].axis
+            if alike:
+                row = self._along(touch.line, a, b) - self._along(other.line, a, b)
+            else:
+                beyond = self._along(other.line, other.start, other.stop)
+                row = self.e.mean(touch.line, touch.start, touch.stop) - beyond
+            return row, given, own / (own + other.half * self._resistivity(other.line))
+        boundary = self.layout.scene.boundaries[other.boundary]
+        if boundary.kind == "heat_flux":
+            # It enters through half the thickness: the face is warmer than the line.
+            given[0, other.boundary] = -own
+            return sp.csr_matrix((1, self.e.size)), given, 1.0
+        given[0, other.boundary] = -1.0
+        film = 1 / float(boundary.value) if boundary.kind == "convection" and boundary.value else 0.0  # type: ignore[arg-type]
+        bare = boundary.kind == "convection" and not boundary.value
+        return self._along(touch.line, a, b), given, 0.0 if bare else own / (own + film)
+
+    def _resistivity(self, line: int) -> float:
+        """Of a line's material, at the start: m K/W or ohm m."""
+        return self.model.resistivity(line, 0.0) if self.electric else self.model.thermal_resistivity(line)
+
+    def _extreme(self, probe: Probe, shares: list[tuple[int, Point, Point]]) -> Reading:
+        """The largest or smallest along the lines in a probe, sampled element by element."""
+        rows = []
+        for i, lower, upper in shares:
+            axis = self.layout.lines[i].axis
+            a, b = lower[axis], upper[axis]
+            nodes = self.e.nodes[i]
+            marks = np.unique([a, *nodes[(nodes > a) & (nodes < b)], b])
+            for low, high in zip(marks, marks[1:] if len(marks) > 1 else marks, strict=False):
+                rows.append(self.e.at([i] * FINE, np.linspace(low, high, FINE))[0])
+        return Reading(sp.vstack(rows, "csr"), np.zeros((1, self.count)), probe.reduce, len(rows))
+
+
+def _covers(line: Line, probe: Probe) -> bool:
+    """Whether some of a probe, of its own dimension, lies in a line or on it."""
+    pairs = zip(line.lower, line.upper, probe.lower, probe.upper, strict=True)
+    return all(max(a, c) < min(b, d) or (c == d and a <= c <= b) for a, b, c, d in pairs)
+
+
+def _shared(line: Line, probe: Probe) -> tuple[Point, Point]:
+    low = [max(a, c) for a, c in zip(line.lower, probe.lower, strict=True)]
+    high = [min(b, d) for b, d in zip(line.upper, probe.upper, strict=True)]
+    return (low[0], low[1], low[2]), (high[0], high[1], high[2])
+
+
+def _measure(lower: Point, upper: Point, probe: Probe) -> float:
+    """A length, an area or a volume, as the probe has it."""
+    each = zip(lower, upper, probe.lower, probe.upper, strict=True)
+    return float(np.prod([b - a for a, b, c, d in each if c < d]))

@@ -1,0 +1,192 @@
+"""A scene's network solved: every probe in the steady state and over time, with the error that its elements and steps
+make.
+
+Everything is solved twice, on elements of two degrees (and over time on steps of two sizes); how far the answers are
+apart is the error that is stated of the finer one. Elements are refined until that is far below what is judged.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from reduced1d.network.flows import Flows
+from reduced1d.network.lines import Layout, layout
+from reduced1d.network.model import Inputs, Model, build, remarks, scales
+from reduced1d.network.readings import Reader
+from reduced1d.network.steady import State, steady
+from reduced1d.network.transient import course
+from scenes.errors import NumericsError, RunawayError
+from scenes.model import AnyScene, Schedule
+from scenes.result import Estimate, Result, Traces
+
+BELOW = 1e-3
+"""The part of the scene's accuracy that the network's own error may be, so that it never decides a verdict."""
+
+FINEST, FINEST_OVER_TIME = 1e-8, 1e-6
+"""Relative: errors below these need no refinement however small an accuracy is asked for; rounding is near them."""
+
+DEGREES, DEGREES_OVER_TIME = ((5, 7), (7, 9), (9, 11)), ((4, 5), (6, 7), (8, 9))
+"""Of the coarse and the fine elements, turn by turn."""
+
+GROWTHS = ((2.0, 1.8), (1.7, 1.5), (1.5, 1.3))
+"""Of the steps of the coarse and the fine run over time, turn by turn."""
+
+EARLY = 1e-3
+"""Of the end time: for so long after the start and after a jump the errors of traces are not judged, as in 3D."""
+
+EARLIEST = 1e-6
+"""Of the end time: how soon after the start or a jump elements follow what happens."""
+
+
+def solve(scene: AnyScene, times: np.ndarray | Sequence[float] | None = None) -> Result:
+    """The probes of a scene of boxes by the network of its lines, each with an estimated error of its discretization.
+
+    In the steady state, at the last values of what varies in time; with ``times`` (s, ascending, not negative) over
+    time too, from the scene's initial temperature. Steady keys and trace names are the probes' names, temperatures in
+    K, potentials in V, flows in W, currents in A. A scene over time that has no steady state has none in its result.
+
+    Raises SceneError for a scene on a mesh file or one that lines cannot have, scenes.errors.RunawayError where the
+    heating runs away, NumericsError where the numerics fail.
+    """
+    shape = layout(scene)
+    found: dict[str, Estimate] = {}
+    over_time = None
+    details: dict[str, Any] = {"warnings": []}
+    try:
+        found, model, state = _steady(shape)
+        details |= {"model": model, "state": state, **remarks(model)}
+    except (NumericsError, RunawayError) as error:
+        if times is None:
+            raise
+        details["no_steady_state"] = str(error)
+    if times is not None:
+        over_time, model, steps = _over_time(shape, np.asarray(times, float))
+        details = {"model": model, **remarks(model), **details, "steps": steps}
+    return Result("network", found, over_time, details)
+
+
+def refined(shape: Layout, turn: int, time: float | None = None) -> tuple[Model, Model]:
+    """The coarse and the fine model of a layout, at a turn of the refinement, for what happens within a ``time``
+    (s)."""
+    sizes = [size / 2**turn for size in scales(shape, time)]
+    coarse, fine = (build(shape, degree, sizes) for degree in (DEGREES_OVER_TIME if time else DEGREES)[turn])
+    return coarse, fine
+
+
+def _steady(shape: Layout) -> tuple[dict[str, Estimate], Model, State]:
+    scene, enough = shape.scene, max(BELOW * shape.scene.accuracy, FINEST)
+    for turn in range(len(DEGREES)):
+        each = []
+        for model in refined(shape, turn):
+            x = model.inputs.at(np.inf)
+            state = steady(model, x, spread(x[np.array(model.inputs.electric, bool)]))
+            columns = (v[:, None] for v in (state.rise, state.potential, state.x))
+            each.append((Readings(model).values(*columns), model, state))
+        (coarse, _, _), (fine, model, state) = each
+        errors = {name: float(np.abs(fine[name] - coarse[name]).max()) for name in fine}
+        sizes = measures(model, fine)
+        if all(errors[name] <= enough * sizes[name] for name in fine):
+            break
+    start = scene.initial_temperature
+    kelvin = {p.name for p in scene.probes if p.quantity == "temperature"}
+    found = {n: Estimate(float(v[0]) + (start if n in kelvin else 0.0), errors[n]) for n, v in fine.items()}
+    return _finite(found), model, state
+
+
+def _over_time(shape: Layout, times: np.ndarray) -> tuple[Traces, Model, int]:
+    scene, enough = shape.scene, max(BELOW * shape.scene.accuracy, FINEST_OVER_TIME)
+    earliest = _soonest(Inputs.of(scene), times)
+    judged = _judged(shape, times)
+    for turn in range(len(DEGREES)):
+        each = []
+        for model, growth in zip(refined(shape, turn, earliest), GROWTHS[turn], strict=True):
+            run = course(model, times, growth)
+            each.append((Readings(model).values(run.rises, run.potentials, run.inputs), model, run.steps))
+        (coarse, _, _), (fine, model, steps) = each
+        errors = {n: float(np.abs(fine[n] - coarse[n])[judged].max(initial=0.0)) for n in fine}
+        sizes = measures(model, fine)
+        if all(errors[name] <= enough * sizes[name] for name in fine):
+            break
+    for p in scene.probes:
+        if p.quantity == "temperature":
+            fine[p.name] = fine[p.name] + scene.initial_temperature
+    if not all(np.isfinite(v).all() for v in fine.values()):
+        raise NumericsError("the network's traces are not finite")
+    return Traces(times, fine, errors), model, steps
+
+
+def _soonest(inputs: Inputs, times: np.ndarray) -> float:
+    """The shortest time (s) after the start, or a jump or bend, at which anything is asked for."""
+    if not len(times) or not times[-1] > 0:
+        return 1.0
+    marks = np.array([0.0, *(t for t in inputs.breaks if t > 0)])
+    since = times - marks[np.searchsorted(marks, times, side="right") - 1]
+    return max(float(since[since > 0].min(initial=times[-1])), EARLIEST * float(times[-1]))
+
+
+def _judged(shape: Layout, times: np.ndarray) -> np.ndarray:
+    """(times,): which are not right after the start or a jump."""
+    end = float(times[-1]) if len(times) else 0.0
+    drives = [v for b in shape.scene.boundaries for v in (b.value, b.ambient)]
+    schedules = [v for v in (*drives, *(b.heat_source for b in shape.scene.boxes)) if isinstance(v, Schedule)]
+    jumps = [0.0, *(t for s in schedules for t, after in pairwise(s.times) if t == after)]
+    early = np.zeros(len(times), bool)
+    for jump in jumps:
+        early |= (times >= jump) & (times < jump + EARLY * end)
+    return ~early if not early.all() else np.ones(len(times), bool)
+
+
+def _finite(found: dict[str, Estimate]) -> dict[str, Estimate]:
+    for name, estimate in found.items():
+        if not np.isfinite(estimate.value):
+            raise NumericsError(f"the network's value of probe {name!r} is not finite")
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Readings:
+    """All that is read off a model."""
+
+    model: Model
+
+    def values(self, rises: np.ndarray, potentials: np.ndarray, x: np.ndarray) -> dict[str, np.ndarray]:
+        """(times,) of each probe: rises, potentials, flows and currents."""
+        model, found = self.model, dict[str, np.ndarray]()
+        for electric, u in ((False, rises), (True, potentials)):
+            kinds = ("potential", "current") if electric else ("temperature", "heat_flow")
+            probes = tuple(p for p in model.layout.scene.probes if p.quantity in kinds)
+            circuit = model.current if electric else model.heat
+            if not probes:
+                continue
+            if circuit is None:
+                found |= {p.name: np.zeros(u.shape[1]) for p in probes}
+                continue
+            reader = Reader(model, electric)
+            passing = tuple(p for p in probes if p.quantity == kinds[1])
+            flows = Flows(model, electric, passing)
+            each = flows.at(rises, u, x) if passing else None
+            for p in probes:
+                if each is not None and p.quantity == kinds[1]:
+                    row, given = flows.through(p)
+                    found[p.name] = row @ each + given @ x
+                else:
+                    found[p.name] = reader.reading(p).value(u, x)
+        return {p.name: found[p.name] for p in model.layout.scene.probes}
+
+
+def spread(values: np.ndarray) -> float:
+    return float(np.ptp(values)) if len(values) else 0.0
+
+
+def measures(model: Model, values: dict[str, np.ndarray]) -> dict[str, float]:
+    """What an error of each probe is relative to: its own largest value (of a temperature its rise), but no less than a
+    hundredth of the largest of its kind."""
+    kinds = {p.name: p.quantity for p in model.layout.scene.probes}
+    largest = {name: float(np.abs(v).max(initial=0.0)) for name, v in values.items()}
+    of_kind = {kind: max(v for name, v in largest.items() if kinds[name] == kind) for kind in set(kinds.values())}
+    return {name: max(v, 0.01 * of_kind[kinds[name]]) or 1.0 for name, v in largest.items()}

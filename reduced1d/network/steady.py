@@ -1,0 +1,248 @@
+"""The steady state of a network: Newton's method on rises and potentials at once.
+
+Where a resistance falls as it warms, the state is followed from no voltage up to the scene's along its arc (Keller's
+pseudo-arclength continuation), on which thermal runaway is the ordinary maximum of the voltage.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import splu
+
+from reduced1d.network.circuit import weighted
+from reduced1d.network.model import Model
+from scenes.errors import NumericsError, RunawayError
+
+MOST = 40  # Newton steps
+SETTLED = 1e-13  # of the largest rise and potential: rounding of a few thousand terms
+LONGEST, SHORTEST = 0.25, 1e-7  # steps of the arc, of which the whole is about one long
+FLAT = 1e-4  # slope of the arc at which it is level: the factor is then within the square of that of the largest
+WIDE = 12  # Newton steps after which a step of the arc is taken to be too long
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Rises (n,) in K and potentials (n,) in V at inputs ``x``."""
+
+    rise: np.ndarray
+    potential: np.ndarray
+    x: np.ndarray
+
+
+def steady(model: Model, x: np.ndarray, voltage: float) -> State:
+    """The state at constant inputs; ``voltage`` (V), the largest difference of the electrodes, names it in messages.
+
+    Raises RunawayError where there is none, NumericsError where Newton's method fails or heat has no way out.
+    """
+    n = model.elements.size
+    if model.heat is not None and (model.heat.components() < 0).any():
+        raise NumericsError("a part of the network has no exit for heat: it has no steady state")
+    if model.heat is None:
+        rise = np.zeros(n)
+        return State(rise, _potential(model, rise, x), x)
+    if not model.couples:
+        potential = _potential(model, np.zeros(n), x)
+        load = model.entering @ x
+        if model.current is not None:
+            halves, resistance = model.resistances(np.zeros(n))
+            load = load + model.joule(halves, model.currents(resistance, potential, x))
+        return State(model.solved(model.heat, model.stiffness, x, load), potential, x)
+    return _Coupled(model, x).state(voltage)
+
+
+def _potential(model: Model, rise: np.ndarray, x: np.ndarray) -> np.ndarray:
+    if model.current is None:
+        return np.zeros(model.elements.size)
+    return model.potentials(rise[:, None], x[:, None])[:, 0]
+
+
+class _Coupled:
+    """The unknowns z are the free rises and potentials, in units of the cold state's; a factor s times the voltages
+    stands beside them."""
+
+    def __init__(self, model: Model, x: np.ndarray) -> None:
+        self.model, self.x = model, x
+        self.driven = np.where(model.inputs.electric, x, 0.0)
+        assert model.heat is not None
+        assert model.current is not None
+        self.heat, self.current = model.heat, model.current
+        self.f = self.heat.free.shape[1]
+        n = model.elements.size
+        cold = _potential(model, np.zeros(n), x)
+        halves, resistance = model.resistances(np.zeros(n))
+        heating = model.joule(halves, model.currents(resistance, cold, x))
+        warm = model.solved(self.heat, model.stiffness, x, model.entering @ x + heating)
+        self.kelvin = float(np.abs(warm).max()) or 1.0
+        self.volt = float(np.abs(cold).max()) or 1.0
+        count = self.current.free.shape[1]
+        self.unit = np.r_[np.full(self.f, self.kelvin), np.full(count, self.volt)]
+        self.cold = np.r_[np.zeros(self.f), self.current.free.T @ cold / self.current.copies / self.volt]
+        # On the free unknowns, and what does not follow the state.
+        self.summed, self.halves = self.current.summed, (self.current.halves @ self.heat.free).tocsr()
+        self.across = self.current.free_across
+        self.stiffness = self.heat.free.T @ model.stiffness @ self.heat.free
+        self.resistance_by_rise = (self.summed @ weighted(self.halves, self.current.size * model.law[1])).tocsr()
+        self.flow_by_s = self.current.across @ (self.current.fixed @ self.driven) - self.current.given @ self.driven
+        watt = self.kelvin * float(self.stiffness.diagonal().max())
+        ampere = self.volt * float(self.current.matrix(1 / resistance).diagonal().max())
+        self.rows = 1 / np.r_[np.full(self.f, watt), np.full(count, ampere)]
+
+    def state(self, voltage: float) -> State:
+        z, ok = self.cold, False
+        if not self.model.warms_down:
+            z, ok = self._newton(z, 1.0)
+        return self._state(z if ok else self._followed(voltage), 1.0)
+
+    def _state(self, z: np.ndarray, s: float) -> State:
+        x = self.x + (s - 1) * self.driven
+        rise = self.heat.free @ (z[: self.f] * self.kelvin) + self.heat.fixed @ x
+        return State(rise, self.current.free @ (z[self.f :] * self.volt) + self.current.fixed @ x, x)
+
+    def _equations(self, z: np.ndarray, s: float) -> tuple[np.ndarray, sp.csc_matrix, np.ndarray]:
+        """What is left of both equations, its derivative by z, and that by s; in units of the cold state's."""
+        m, heat, current = self.model, self.heat, self.current
+        state = self._state(z, s)
+        halves, resistance = m.resistances(state.rise)
+        flow = m.currents(resistance, state.potential, state.x)
+        half_flow = flow[current.of]
+        joule = m.joule(halves, flow)
+        rest = np.r_[
+            heat.free.T @ (m.stiffness @ state.rise - m.entering @ state.x - joule),
+            current.free.T @ (current.across.T @ flow),
+        ]
+        # How flows follow the rise, the heat follows the flows and the rise, and the flows follow the potential.
+        flow_by_rise = weighted(self.resistance_by_rise, -flow / resistance)
+        heat_by_flow = (self.summed @ weighted(self.halves, 2 * half_flow * halves)).T
+        heat_by_rise = self.halves.T @ weighted(self.halves, half_flow**2 * current.size * m.law[1])
+        flow_by_potential = weighted(self.across, 1 / resistance)
+        matrix = sp.block_array(
+            [
+                [self.stiffness - heat_by_rise - heat_by_flow @ flow_by_rise, -(heat_by_flow @ flow_by_potential)],
+                [self.across.T @ flow_by_rise, self.across.T @ flow_by_potential],
+            ]
+        )
+        flow_by_s = self.flow_by_s / resistance
+        by_s = np.r_[-(heat_by_flow @ flow_by_s), self.across.T @ flow_by_s]
+        scaled = sp.diags_array(self.rows) @ matrix @ sp.diags_array(self.unit)
+        return rest * self.rows, scaled.tocsc(), by_s * self.rows
+
+    def _newton(self, z: np.ndarray, s: float) -> tuple[np.ndarray, bool]:
+        """Newton's method at a factor; whether it settles."""
+        before = np.inf
+        for _ in range(MOST):
+            try:
+                rest, matrix, _ = self._equations(z, s)
+            except NumericsError:
+                return z, False
+            change = splu(matrix).solve(-rest)
+            z = z + change
+            size, largest = float(np.abs(change).max()), max(1.0, float(np.abs(z).max()))
+            if not np.isfinite(size) or size > 1e6:
+                return z, False
+            if size <= SETTLED * largest or (size < 1e-9 * largest and size >= before / 2):
+                return z, True
+            before = size
+        return z, False
+
+    def _followed(self, voltage: float) -> np.ndarray:
+        """The free unknowns at the scene's voltage, from none up along the arc."""
+        z, ok = self._newton(np.zeros(len(self.unit)), 0.0)
+        if not ok:
+            raise NumericsError("the network has no state at the given temperatures and no voltage")
+        s, step = 0.0, LONGEST / 4
+        tangent = self._tangent(z, s, np.r_[np.zeros(len(z)), 1.0])
+        while True:
+            found = self._corrected(z, s, tangent, step)
+            if found is None:
+                step /= 2
+                if step < SHORTEST:
+                    # The arc ends where a resistivity reaches zero; the voltage only nears its largest value there.
+                    raise self._runaway(voltage, s)
+                continue
+            new_z, new_s, count = found
+            after = self._tangent(new_z, new_s, tangent)
+            if after[-1] <= 0:
+                new_z, new_s = self._fold((z, s), tangent, step, float(after[-1]))
+                if new_s < 1:
+                    raise self._runaway(voltage, new_s)
+            if new_s >= 1:
+                final, ok = self._newton(z + (new_z - z) * (1 - s) / (new_s - s), 1.0)
+                if ok and self._tangent(final, 1.0, tangent)[-1] > 0:
+                    return final
+                step /= 2
+                continue
+            z, s, tangent = new_z, new_s, after
+            step = min(step * (2.0 if count < 5 else 1.0 if count < 8 else 0.5), LONGEST)
+
+    def _runaway(self, voltage: float, part: float) -> NumericsError:
+        if not self.model.warms_down:
+            return NumericsError(f"the network's steady state is not found at {voltage:g} V")
+        return RunawayError(
+            f"thermal runaway: at {voltage:g} V no steady state of the network exists, because the resistance falls as "
+            f"it heats; the largest voltage with one is {part * voltage:.4g} V", part * voltage,
+        )  # fmt: skip
+
+    def _tangent(self, z: np.ndarray, s: float, before: np.ndarray) -> np.ndarray:
+        _, matrix, by_s = self._equations(z, s)
+        found = splu(self._bordered(matrix, by_s, before)).solve(np.r_[np.zeros(len(z)), 1.0])
+        return np.asarray(found / self._length(found))
+
+    def _bordered(self, matrix: sp.csc_matrix, by_s: np.ndarray, row: np.ndarray) -> sp.csc_matrix:
+        weighted = row * self._weights
+        return sp.block_array(
+            [[matrix, by_s[:, None]], [weighted[None, :-1], weighted[None, -1:]]], format="csc"
+        )  # fmt: skip
+
+    @property
+    def _weights(self) -> np.ndarray:
+        """Of the arc's length: the mean square of all free rises and potentials, and the factor's."""
+        count = len(self.unit)
+        return np.r_[np.full(count, 1 / count), 1.0]
+
+    def _length(self, v: np.ndarray) -> float:
+        return float(np.sqrt((self._weights * v * v).sum()))
+
+    def _corrected(
+        self, z: np.ndarray, s: float, tangent: np.ndarray, step: float
+    ) -> tuple[np.ndarray, float, int] | None:
+        """The state a step further along the arc and how many Newton steps that took; None where it isn't found."""
+        w = np.r_[z, s] + step * tangent
+        for count in range(WIDE):
+            try:
+                rest, matrix, by_s = self._equations(w[:-1], w[-1])
+            except NumericsError:
+                return None
+            off = float((self._weights * tangent * (w - np.r_[z, s])).sum()) - step
+            change = splu(self._bordered(matrix, by_s, tangent)).solve(-np.r_[rest, off])
+            w = w + change
+            size = float(np.abs(change).max())
+            if not np.isfinite(size) or size > 1e3:
+                return None
+            if size <= 1e-10 * max(1.0, float(np.abs(w).max())):
+                return w[:-1], float(w[-1]), count
+        return None
+
+    def _fold(
+        self, at: tuple[np.ndarray, float], tangent: np.ndarray, step: float, beyond: float
+    ) -> tuple[np.ndarray, float]:
+        """The state of the largest factor between one and that a step further, where the arc's slope in the factor is
+        negative (``beyond``): where it is zero, by secants kept within bounds (Illinois)."""
+        low, high, best = (0.0, float(tangent[-1])), (step, beyond), at
+        for _ in range(30):
+            middle = low[0] + (high[0] - low[0]) * low[1] / (low[1] - high[1])
+            found = self._corrected(*at, tangent, middle)
+            if found is None:
+                high = (middle, high[1])
+                continue
+            best = max(best, found[:2], key=lambda state: state[1])
+            slope = float(self._tangent(*found[:2], tangent)[-1])
+            if abs(slope) < FLAT:
+                break
+            if slope > 0:
+                low, high = (middle, slope), (high[0], high[1] / 2)
+            else:
+                low, high = (low[0], low[1] / 2), (middle, slope)
+        return best

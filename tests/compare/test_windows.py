@@ -1,0 +1,92 @@
+"""Intervals of noisy traces hold the truth as often as they say, whatever of the noise is shared, and see an offset."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from compare.verdict import COVERS
+from compare.windows import MOST, cut, factor, windows, worst
+
+U = 0.05
+
+
+def share_that_holds(
+    rows: int, truth: float, shared: float, other: float = 0.0, slack: float = 1.0, count: int = 200
+) -> tuple[float, float, float]:
+    """Of repetitions with noise U, of which a part is one number for all rows, and with another uncertainty that all
+    share: how often the interval of the worst window, times a ``slack``, and of the last one hold, and how often the
+    worst is seen to be off."""
+    time = np.linspace(1e-4, 0.02, rows)
+    cuts = cut(1 - np.exp(-time / 3e-3))
+    drawn, held = np.random.default_rng(7), np.zeros((count, 3))
+    for n in range(count):
+        noise = shared * drawn.normal() + np.sqrt(1 - shared**2) * drawn.normal(size=rows)
+        off = truth + U * noise + other * drawn.normal()
+        found = windows(time, off, np.full(rows, U), cuts)
+        i, k = worst(found, [other] * len(found))
+        half, end = slack * k * np.hypot(found[i].u_data, other), COVERS * np.hypot(found[-1].u_data, other)
+        held[n] = (
+            abs(found[i].distance - truth) <= half,
+            abs(found[-1].distance - truth) <= end,
+            (abs(found[i].distance) > half),
+        )
+    worst_held, end_held, seen = held.mean(axis=0)
+    return float(worst_held), float(end_held), float(seen)
+
+
+@pytest.mark.parametrize(("rows", "shared", "other"), [
+    (2001, 0.0, 0.0), (40, 0.0, 0.0), (2001, 1.0, 0.0), (2001, 0.5, 0.0), (2001, 0.0, 0.01),
+])  # fmt: skip
+def test_the_truth_is_within_in_95_of_100(rows: int, shared: float, other: float) -> None:
+    """93 to 97 % of 500 repetitions; by chance it may be 1 % more or less."""
+    worst_held, end_held, _ = share_that_holds(rows, 0.0, shared, other, count=500)
+    assert 0.93 <= worst_held <= 0.975, worst_held
+    assert 0.93 <= end_held <= 0.975, end_held
+
+
+def test_half_an_interval_is_caught() -> None:
+    worst_held, _, _ = share_that_holds(2001, 0.0, 0.0, slack=0.6)
+    assert worst_held < 0.75
+
+
+def test_an_offset_is_found() -> None:
+    """Twice the noise of one row: seen in every repetition, and in 5 of 100 what isn't there."""
+    assert share_that_holds(2001, 0.1, 0.0)[2] == 1.0
+    assert share_that_holds(2001, 0.0, 0.0)[2] < 0.07
+    # All of it shared, 2 u is no more than chance.
+    assert share_that_holds(2001, 0.1, 1.0)[2] < 0.75
+
+
+def test_windows_share_out_rows_and_changes() -> None:
+    time = np.linspace(0, 0.02, 2001)
+    course = 1 - np.exp(-time / 1e-3)
+    cuts = cut(course)
+    assert len(cuts) == MOST
+    assert [c.start for c in cuts[1:]] == [c.stop for c in cuts[:-1]]
+    assert (cuts[0].start, cuts[-1].stop) == (0, 2001)
+    # Half of them are in the first twentieth of the time, where two thirds of the change are.
+    assert time[cuts[4].stop] < 1e-3
+    assert len(cut(np.zeros(5))) == 5
+    assert len(cut(np.linspace(0, 1, 1))) == 1
+
+
+def test_noise_that_changes_slowly_counts_as_shared() -> None:
+    """Steps of ten equal rows: they scatter less from row to row than u says, and their mean is known less well."""
+    drawn = np.random.default_rng(4)
+    time, noise = np.arange(2000.0), np.repeat(drawn.normal(0, U, 200), 10)
+    cuts = cut(time)
+    slow, quick = (windows(time, off, np.full(2000, U), cuts)[0] for off in (noise, drawn.normal(0, U, 2000)))
+    assert quick.u_data == pytest.approx(U / np.sqrt(125), rel=0.05)
+    assert slow.u_data > 5 * quick.u_data
+
+
+def test_the_factor_is_from_that_of_one_to_that_of_independent_ones() -> None:
+    time, u = np.arange(320.0), np.full(320, U)
+    off = np.random.default_rng(0).normal(0, U, 320)
+    found = windows(time, off, u, cut(time))
+    # (0.9545)^(1/16) of a normal distribution lies within 2.97.
+    assert factor(found, [0.0] * 16) == pytest.approx(2.97, abs=0.02)
+    assert COVERS <= factor(found, [1.0] * 16) < 2.15
+    assert factor(found[:1], [0.0]) == pytest.approx(COVERS, abs=1e-3)
+    assert worst(windows(time, off, 0 * u, cut(time)), [0.0] * 16)[1] == COVERS

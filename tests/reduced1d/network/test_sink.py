@@ -1,0 +1,62 @@
+"""The paper's sink as boxes: its anchor by hand, and the fin on that anchor."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from reduced1d.equations import room_resistivity
+from reduced1d.ladder.anchor import Anchor
+from reduced1d.ladder.few_states import steady
+from reduced1d.ladder.fin import fin
+from reduced1d.network import solve
+from scenes.loading import load
+from scenes.model import Probe
+from scenes.sink import Sink, face
+
+
+def test_the_anchor_and_the_rises_of_the_fin_on_it() -> None:
+    sink = load("sink")
+    assert isinstance(sink, Sink)
+    scene = sink.scene()
+    boxes = {box.name: box for box in scene.boxes}
+    through = Probe("down", *face(boxes["oxide-0"], 2, 0), "heat_flow")
+    current = Probe("current", *face(boxes["beam"], 1, 0), "current")
+    found = solve(replace(scene, probes=(*scene.probes, through, current), steady=True)).steady
+    rise = {name: found[name].value - sink.room_temperature for name in ("end", "peak", "mean")}
+    resistance = rise["end"] / -found["down"].value
+
+    k, width, thick = sink.silicon.thermal_conductivity, sink.pad_width, sink.thickness
+    along = sink.anchor_distance / (k * width * thick)
+    down = sink.oxide_width / (thick / 2 / k + sink.oxide_thickness / sink.oxide.thermal_conductivity)
+    m = math.sqrt(down / (k * width * thick))
+    over = 1 / (math.sqrt(down * k * width * thick) * math.tanh(m * sink.oxide_length))
+    assert along == pytest.approx(1282, abs=0.5)
+    assert over == pytest.approx(958, abs=0.5)
+    # The oxide, a line along the pad's, conducts along itself too: its k A is 0.4 % of the pad's.
+    oxide = sink.oxide.thermal_conductivity * sink.oxide_width * sink.oxide_thickness / (k * width * thick)
+    assert resistance == pytest.approx(along + over, rel=oxide)
+    assert resistance == pytest.approx(2240, rel=1e-3)
+
+    a = room_resistivity(sink.silicon, sink.room_temperature)[1]
+    assert a > 0
+    by_fin = steady(fin(sink, Anchor(resistance, 0, 0, 0, 0, 0, 0)))
+    for name in ("end", "peak", "mean"):
+        assert rise[name] == pytest.approx(by_fin[f"{name}_rise_K"], rel=1e-3)
+        assert rise[name] != pytest.approx(by_fin[f"{name}_rise_K"] * (1 + 2e-3), rel=1e-3)
+    assert found["current"].value == pytest.approx(by_fin["current_A"], rel=1e-5)
+
+
+def test_pads_lie_along_the_beam() -> None:
+    """Pads and oxide blocks are square: they run as what they are joined to does."""
+    sink = load("sink")
+    assert isinstance(sink, Sink)
+    layout = solve(replace(sink.scene(), steady=True)).details["model"].layout
+    assert [line.axis for line in layout.lines] == [1] * len(layout.lines)
+    kinds = {(layout.lines[j.one.line].name, layout.lines[j.other.line].name): j.kind for j in layout.joints}
+    assert kinds == {
+        ("pad-0", "beam"): "ends", ("beam", "pad-1"): "ends",
+        ("oxide-0", "pad-0"): "along", ("oxide-1", "pad-1"): "along",
+    }  # fmt: skip

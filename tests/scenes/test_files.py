@@ -1,0 +1,76 @@
+"""What is named as a file is read as one: of bounded size, and only where it has an end."""
+
+from __future__ import annotations
+
+import os
+import tracemalloc
+from pathlib import Path
+
+import pytest
+
+from scenes.errors import SceneError
+from scenes.files import DEEPEST, contents, parsed
+from scenes.loading import document
+from scenes.schema import toml_value
+from validate.against.read import tables
+
+
+@pytest.fixture
+def pipe(tmp_path: Path) -> Path:
+    """A named pipe that nobody writes to: to open it for reading waits for ever."""
+    path = tmp_path / "pipe.toml"
+    os.mkfifo(path)
+    return path
+
+
+def test_a_pipe_or_a_device_is_refused_where_a_scene_or_data_are_wanted(pipe: Path) -> None:
+    for path in (pipe, Path("/dev/zero")):
+        with pytest.raises(SceneError, match=r'^"[^"]*" is a pipe or a device: save what it holds'):
+            document(path, ())
+        with pytest.raises(SceneError, match=r"^--against .* is a pipe or a device"):
+            tables.read_bytes(path)
+
+
+def test_a_mesh_that_is_a_pipe_is_refused(pipe: Path) -> None:
+    from meshes.grouped.read import read
+
+    with pytest.raises(SceneError, match=r"^mesh\.file: .* is a pipe or a device"):
+        read(pipe, 1.0)
+
+
+def test_a_scene_file_is_read_up_to_ten_megabytes(tmp_path: Path) -> None:
+    path = tmp_path / "large.toml"
+    path.write_bytes(b"# " + b"x" * 9_999_998)
+    assert document(path, ())[0] == {}
+    path.write_bytes(b"# " + b"x" * 9_999_999)
+    with pytest.raises(SceneError, match="is larger than 10 MB: "):
+        document(path, ())
+
+
+def test_a_file_may_grow_while_it_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "data.csv"
+    path.write_bytes(b"x" * 1_000_001)
+    with pytest.raises(SceneError, match="it is larger than 1 MB: less"):
+        contents(path, 1, "it", "less")
+
+
+@pytest.mark.parametrize("joint", [".", " . ", '."a".', ".'a'."])
+def test_a_key_of_thousands_of_parts_takes_no_memory(tmp_path: Path, joint: str) -> None:
+    """The parser of the standard library would take 64 MB for one of 4,000, 9.6 GB for one of 50,000; a file is read
+    through a buffer of 10 MB."""
+    path = tmp_path / "deep.toml"
+    path.write_text("[scene]\n" + joint.join("a" * 4000) + " = 1\n")
+    tracemalloc.start()
+    try:
+        with pytest.raises(SceneError, match=f"line 2 has more than {DEEPEST} names joined by dots"):
+            document(path, ())
+        assert tracemalloc.get_traced_memory()[1] < 20e6
+    finally:
+        tracemalloc.stop()
+
+
+def test_what_only_looks_like_a_deep_key_is_read() -> None:
+    rows = ", ".join(f"{n}.5" for n in range(100))
+    assert len(parsed(f"times = [{rows}]")["times"]) == 100
+    assert parsed(".".join("a" * DEEPEST) + " = 1")
+    assert toml_value('1\n"x"' + ".a" * 2000 + " = 1").startswith("1\n")

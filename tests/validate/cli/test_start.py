@@ -1,0 +1,117 @@
+"""How the command starts, whatever it finds: Ctrl-C at once, closed streams, names in other encodings, packages that
+are missing."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.validate.cli import summary
+from validate.cli import main
+
+START = [sys.executable, "-m", "validate"]
+INTERRUPTED = """
+import os, signal, sys
+from importlib.abc import MetaPathFinder
+
+class Interrupting(MetaPathFinder):
+    def find_spec(self, name, path=None, target=None):
+        if name == "{module}":
+            os.kill(os.getpid(), signal.SIGINT)
+
+sys.meta_path.insert(0, Interrupting())
+from validate.__main__ import command
+sys.exit(command())
+"""
+"""The command, with Ctrl-C where it begins to import a module."""
+
+
+@pytest.mark.parametrize("module", ["validate.cli", "scenes.errors", "scipy"])
+def test_an_interrupt_while_it_starts_is_no_traceback(module: str, tmp_path: Path) -> None:
+    code = INTERRUPTED.format(module=module)
+    command = [sys.executable, "-c", code, "sink", "--steady", "--no-figures", "--out", "run"]
+    found = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
+    assert found.returncode in (130, -2)  # a shell shows both as 130
+    assert found.stderr in ("", "validate: interrupted; earlier results are as they were\n")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("closed", [(0, 1, 2), (2,)])
+def test_without_standard_streams(closed: tuple[int, ...], tmp_path: Path) -> None:
+    """The next files that are opened are not taken for them: what is written is whole, and the status is the run's."""
+
+    def close() -> None:
+        for stream in closed:
+            os.close(stream)
+
+    command = [*START, "sink", "--only", "1d", "--no-figures", "--out", "run"]
+    found = subprocess.run(command, preexec_fn=close, capture_output=True, text=True, cwd=tmp_path, check=False)
+    assert found.returncode == 0
+    assert ("peak" in found.stdout) == (1 not in closed)
+    assert found.stderr == ""
+    assert summary(tmp_path / "run")["reduced1d"]["steady"]["peak_rise_K"]["value"] == pytest.approx(19.0, rel=1e-3)
+    bad = [*START, "sink", "--voltage", "abc"]
+    found = subprocess.run(bad, preexec_fn=close, capture_output=True, text=True, cwd=tmp_path, check=False)
+    assert (found.returncode, found.stdout) == (2, "")
+    assert found.stderr.startswith("validate: drive.voltage") == (2 not in closed)
+
+
+def test_a_full_standard_output_is_a_sentence(tmp_path: Path) -> None:
+    with open("/dev/full", "w") as full:
+        found = subprocess.run([*START, "scene", "sink"], stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert (found.returncode, found.stderr) == (
+        2, "validate: standard output cannot be written (No space left on device)\n",
+    )  # fmt: skip
+
+
+def test_a_system_that_writes_ascii(tmp_path: Path) -> None:
+    """A name that the command line has passes through; one from a file is refused in a sentence."""
+    bridge = subprocess.run([*START, "scene", "bridge"], capture_output=True, text=True, check=True).stdout
+    (tmp_path / "mine.toml").write_text(bridge.replace('name = "bridge"', 'name = "\N{HEBREW LETTER GIMEL}"', 1))
+    ascii_only = os.environ | {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+    command = [*START, "solve", "mine.toml", "--no-figures", "--quiet"]
+    found = subprocess.run(command, env=ascii_only, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert found.returncode == 2
+    assert found.stderr.count("\n") == 1
+    assert "in ascii, which has no" in found.stderr
+    folder = "\N{HEBREW LETTER GIMEL}"
+    command = [*START, "solve", "bridge", "--no-figures", "--quiet", "--out", folder]
+    found = subprocess.run(command, env=ascii_only, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert found.returncode == 0
+    assert folder in summary(tmp_path / folder)["command"]
+
+
+def test_a_file_name_that_is_not_utf_8(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    name = os.fsdecode(b"\xff.toml")
+    main(["scene", "bridge"])
+    Path(name).write_text(capsys.readouterr().out)
+    assert main(["solve", name, "--no-figures", "--out", "run"]) == 0
+    assert json.loads(Path("run/summary.json").read_bytes())["command"].startswith("validate solve '\\xff.toml'")
+    assert main(["solve", name.replace("toml", "tml")]) == 2
+    assert '"\\udcff.tml" is no file' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("module", "package", "command"),
+    [("skfem", "scikit-fem", "sink --steady --no-figures"), ("matplotlib", "matplotlib", "sink --only 1d")],
+)
+def test_a_missing_package_is_named(module: str, package: str, command: str, tmp_path: Path) -> None:
+    (tmp_path / f"{module}.py").write_text(f"raise ModuleNotFoundError('none', name='{module}')")
+    run = [*START, *command.split()]
+    path = os.environ | {"PYTHONPATH": str(tmp_path)}
+    found = subprocess.run(run, env=path, cwd=tmp_path, capture_output=True, text=True, check=False)
+    said = f"validate: the package {package} is missing: pip install {package}\n"
+    assert (found.returncode, found.stderr) == (2, said)
+
+
+def test_a_missing_module_of_ours_is_a_fault(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "validate.viewer.window", None)
+    assert main(["view", ".", "--screenshot", "a.png"]) == 3
+    assert "a fault of this program" in capsys.readouterr().err

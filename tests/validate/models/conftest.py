@@ -1,0 +1,132 @@
+"""A bar that is heated throughout and cold at one end, whose tip and mean have closed forms; and files of models of
+it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+SCENE = """
+[scene]
+name = "bar"
+initial_temperature = 300
+
+[run]
+{run}
+accuracy = 1e-3
+
+[[material]]
+name = "film"
+thermal_conductivity = 50
+density = 2500
+specific_heat = 800
+
+[[box]]
+name = "bar"
+material = "film"
+lower = [0, 0, 0]
+upper = ["100 um", "10 um", "2 um"]
+heat_source = 1e12
+
+[[boundary]]
+name = "end"
+lower = [0, 0, 0]
+upper = [0, "10 um", "2 um"]
+temperature = 300
+
+[[probe]]
+name = "tip"
+at = ["100 um", "5 um", "1 um"]
+
+[[probe]]
+name = "bar mean"
+lower = [0, 0, 0]
+upper = ["100 um", "10 um", "2 um"]
+
+[[probe]]
+name = "heat out"
+quantity = "heat_flow"
+lower = [0, 0, 0]
+upper = [0, "10 um", "2 um"]
+"""
+
+
+@pytest.fixture
+def steady(tmp_path: Path) -> Path:
+    """The scene in its steady state: the tip rises by g L^2/2k = 100 K."""
+    path = tmp_path / "bar.toml"
+    path.write_text(SCENE.format(run="steady = true"))
+    return path
+
+
+@pytest.fixture
+def transient(tmp_path: Path) -> Path:
+    """The same over three of its slowest time constants, (2 L/pi)^2/D = 0.16 ms."""
+    path = tmp_path / "heating.toml"
+    path.write_text(SCENE.format(run='end_time = "0.5 ms"'))
+    return path
+
+
+@pytest.fixture
+def model(tmp_path: Path) -> Path:
+    """A lumped model of the bar as a Python file, with functions that do what they should not."""
+    path = tmp_path / "lumped.py"
+    path.write_text(
+        '''"""One thermal resistance and one capacity."""
+import sys
+import time
+
+import numpy as np
+
+TAU = 1.6e-4
+
+
+def bar(scene, times):
+    print("asked")
+    source = next(box for box in scene["box"] if box["name"] == "bar")["heat_source"]
+    top = 1e-10 * source
+    rise = top if times is None else top * (1 - np.exp(-times / TAU))
+    return {"tip": 300 + rise, "heat out": -2e-5 * rise}
+
+
+def silent(scene, times):
+    return {}
+
+
+def wrong(scene, times):
+    return {"tip": 1 / 0}
+
+
+def leaves(scene, times):
+    sys.exit(3)
+
+
+def asleep(scene, times):
+    time.sleep(1000)
+
+
+def other(scene, times):
+    return {"tipp": 1.0}
+
+
+def shape(scene, times):
+    return {"tip": [1.0, 2.0]}
+
+
+def empty(scene, times):
+    return {"tip": float("nan")}
+
+
+def text(scene, times):
+    return {"tip": "hot"}
+
+
+def tuple_(scene, times):
+    return (1.0, 2.0)
+
+
+number = 3
+'''
+    )
+    return path

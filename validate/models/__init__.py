@@ -1,0 +1,90 @@
+"""1D and lumped models that somebody brings: a Python function, an ngspice netlist, an FMU or a table of
+values. Whatever it is, it is asked the same (`asked`) and answers as a Result.
+
+A model sees the scene as plain numbers, the document that summary.json has of it. A netlist that could do more than
+describe a circuit is refused; a Python file and an FMU are programs, which run only where the user names them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from scenes.errors import SceneError, quoted
+
+OF_THE_SCENE = "scene"
+_FORM = "give FILE.py:FUNCTION, FILE.cir, FILE.fmu, FILE.csv, or scene for the scene's own [model]"
+_KINDS = {".py": "function", ".cir": "spice", ".net": "spice", ".sp": "spice", ".fmu": "fmu", ".csv": "values"}
+_PROGRAMS = ("function", "spice", "fmu")
+"""The kinds of file that a program runs: not on the word of a scene that somebody sent."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a model is asked for: the scene's ``document``, its ``name``, the quantities by name with their units, in
+    the ``steady`` state and ``over_time``, the values of the model's own ``parameters``, and what it calls the
+    quantities (``outputs``)."""
+
+    name: str
+    document: Mapping[str, Any]
+    steady: Mapping[str, str]
+    over_time: Mapping[str, str]
+    parameters: Mapping[str, float]
+    outputs: Mapping[str, str]
+
+
+Answer = tuple[Mapping[str, Any], Mapping[str, float]]
+"""Values by quantity, numbers or (n,) arrays, and the estimated errors of those that have one."""
+
+
+class Model(Protocol):
+    """A model: its ``name``; its values in the steady state, or at ascending times (n,) in s; and the ``rows`` (s) of
+    its own between which it is interpolated, if any. All raise SceneError where it has no answer."""
+
+    name: str
+
+    def rows(self, asked: Asked) -> np.ndarray: ...
+
+    def steady(self, asked: Asked) -> Answer: ...
+
+    def over_time(self, asked: Asked, times: np.ndarray) -> Answer: ...
+
+
+def kind_of(given: str) -> str:
+    """The module of this package that opens what is given; SceneError where none does."""
+    file = given.rpartition(":")[0] if Path(given.rpartition(":")[0]).suffix == ".py" else given
+    kind = _KINDS.get(Path(file).suffix.lower())
+    if kind is None or (kind == "function" and file == given):
+        why = "names no function" if kind == "function" else "is no model"
+        raise SceneError(f"--model {quoted(given)} {why}: {_FORM}")
+    return kind
+
+
+def runs_code(given: str) -> bool:
+    """Whether a model is a program, which a scene that somebody sends must not start by itself."""
+    return kind_of(given) in _PROGRAMS
+
+
+def opened(given: str | Callable[..., Any], folder: str = "") -> Model:
+    """The model of a name, a file (relative to ``folder``) or a Python callable. Raises SceneError for what there
+    isn't, and what running a Python file raises, as one."""
+    if callable(given):
+        from validate.models.function import Function
+
+        return Function(given)
+    kind = kind_of(given)
+    found: Model = import_module(f"validate.models.{kind}").opened(given, folder)
+    return found
+
+
+def readable(given: str, folder: str, called: str) -> Path:
+    """The path of a model's file; SceneError where there is none that can be read."""
+    path = Path(folder, given)
+    if not path.is_file():
+        raise SceneError(f"--model {quoted(given)}: {quoted(path)} is no file: give {called}")
+    return path

@@ -1,0 +1,174 @@
+"""A model asked for what 3D has found: in the steady state, and at times so dense that straight lines between them
+stand for both."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from scenes.errors import SceneError, did_you_mean, listed, quoted
+from scenes.expressions import Measure, measured
+from scenes.formats import quantity
+from scenes.free import as_dict
+from scenes.model import UNITS, AnyScene, OwnModel
+from scenes.result import Estimate, Result, Traces
+from scenes.units import UnitError
+from validate.models import Answer, Asked, Model
+
+BENDS = 0.1
+"""The part of the accuracy that straight lines between a model's values may be off by before it is asked between
+them."""
+ROUNDS = 8
+"""How often the intervals that are too long are halved."""
+SHORT = 1e-7
+"""Of the run: intervals shorter than this are of a jump, and aren't halved."""
+MOST = 20_000
+"""Times that a model is asked for at most."""
+
+
+def of_scene(scene: AnyScene) -> Asked:
+    """What a model of a scene of boxes, or on a mesh, is asked for: its probes. Raises SceneError for a parameter
+    that is neither a quantity, nor a key of the scene, nor made of its parameters."""
+    document = as_dict(scene)
+    units = {probe.name: UNITS[probe.quantity] for probe in scene.probes}
+    own = scene.model or OwnModel()
+    known = {} if scene.parameters is None else scene.parameters.measures()
+    parameters = {name: _value(name, given, document, known) for name, given in own.parameters}
+    return Asked(scene.name, document, units, units, parameters, dict(own.outputs))
+
+
+def _value(name: str, given: float | str, document: Mapping[str, Any], known: Mapping[str, Measure]) -> float:
+    """The value of a model's parameter in SI units: a number, a quantity, an expression of the scene's parameters,
+    which are ``known``, or the value of a key of the scene."""
+    if not isinstance(given, str):
+        return given
+    try:
+        return measured(given, known)[0]
+    except UnitError:
+        found = _at(given, document)
+    if isinstance(found, bool) or not isinstance(found, float | int):
+        raise SceneError(
+            f"model.parameters.{name} = {quoted(given)} is neither a quantity nor a key of the scene with a number, "
+            'nor made of its parameters: give such as "300 ohm", "box.beam.upper.y", or "w/2"'
+        )
+    return float(found)
+
+
+def _at(key: str, found: Any) -> Any:
+    """What stands in a document at a key, "box.arm.upper.x"; ``None`` where there is nothing."""
+    if isinstance(found, list):
+        if found and not isinstance(found[0], Mapping):
+            return found["xyz".index(key)] if len(found) == 3 and key in ("x", "y", "z") else None
+        # Names may have dots in them: the longest that fits.
+        named = sorted((i for i in found if key.startswith(f"{i.get('name')}.")), key=lambda i: -len(i["name"]))
+        return _at(key.removeprefix(f"{named[0]['name']}."), named[0]) if named else None
+    if not isinstance(found, Mapping):
+        return None
+    first, _, rest = key.partition(".")
+    return _at(rest, found.get(first)) if rest else found.get(first)
+
+
+def solve(
+    model: Model, asked: Asked, fem3d: Result, accuracy: float, steady: bool, say: Callable[[str], None]
+) -> Result:
+    """The model's own result: its steady state where 3D has one (``steady``), and its traces over the time of 3D's.
+
+    ``details`` say which quantities it says nothing of. Raises SceneError for an answer that is none: not by
+    quantity, of another shape, not finite, or of nothing that is asked for.
+    """
+    say(f"asking {model.name}")
+    found: dict[str, Estimate] = {}
+    traces = None
+    if steady:
+        answer, errors = _checked(model, model.steady(asked), asked.steady, None)
+        found = {name: Estimate(float(value), errors.get(name, 0.0)) for name, value in answer.items()}
+    if fem3d.traces is not None:
+        traces = _over_time(model, asked, fem3d.traces, accuracy)
+    if not found and (traces is None or not traces.values):
+        wanted = [*asked.steady] if steady else [*asked.over_time]
+        raise SceneError(f"--model {model.name} says nothing of {listed(wanted)}: give at least one of them")
+    names = {*(asked.steady if steady else ()), *(asked.over_time if traces else ())}
+    silent = [n for n in dict.fromkeys([*asked.steady, *asked.over_time]) if n in names and n not in found]
+    silent = [n for n in silent if traces is None or n not in traces.values]
+    return Result(model.name, found, traces, {"silent": silent})
+
+
+def _over_time(model: Model, asked: Asked, three: Traces, accuracy: float) -> Traces:
+    """The model's traces at the times of 3D's, its own rows, and wherever it bends between them."""
+    once, instead = _ascending(three.time)
+    own = model.rows(asked)
+    times = np.union1d(once, own[(own > once[0]) & (own < once[-1])])
+    values: dict[str, np.ndarray] = {}
+    errors: Mapping[str, float] = {}
+    for _ in range(ROUNDS):
+        wide = np.diff(times) > SHORT * times[-1]
+        middle = ((times[1:] + times[:-1]) / 2)[wide]
+        every = np.union1d(times, middle)
+        values, errors = _checked(model, model.over_time(asked, every), asked.over_time, every)
+        wanted = np.zeros(len(every), bool)
+        for name, course in values.items():
+            least = accuracy * BENDS * max(float(np.ptp(course)), float(np.ptp(three.values[name])))
+            off = np.abs(course - np.interp(every, times, course[np.isin(every, times)]))
+            wanted |= off > least
+        kept = wanted | np.isin(every, times)
+        values = {name: course[kept] for name, course in values.items()}
+        times = every[kept]
+        if not wanted.any() or len(times) > MOST:
+            break
+    back = np.array([instead.get(float(t), float(t)) for t in times])
+    return Traces(back, values, {name: errors.get(name, 0.0) for name in values})
+
+
+def _ascending(times: np.ndarray) -> tuple[np.ndarray, dict[float, float]]:
+    """Times that ascend, and which stand for others: of two equal ones, between which something jumps, the first is
+    taken a hair earlier, for at a jump the later value holds."""
+    once, instead = times.copy(), {}
+    for n in np.flatnonzero(np.diff(times) <= 0):
+        once[n] = np.nextafter(times[n], -np.inf)
+        instead[float(once[n])] = float(times[n])
+    return np.unique(once), instead
+
+
+def _checked(
+    model: Model, given: Answer, known: Mapping[str, str], times: np.ndarray | None
+) -> tuple[dict[str, np.ndarray], Mapping[str, float]]:
+    """The values as numbers of the right shape. Raises SceneError."""
+    answer, errors = given
+    when, shape = ("in the steady state", ()) if times is None else ("over time", (len(times),))
+    found = {}
+    for name, value in answer.items():
+        if name not in known:
+            raise SceneError(
+                f"--model {model.name} gives {quoted(str(name))} {when}, which is not asked for: give "
+                f"{listed(list(known))}{did_you_mean(str(name), known)}"
+            )
+        found[name] = _numbers(model, name, value, shape, when)
+        if not np.isfinite(found[name]).all():
+            at = ""
+            if times is not None:
+                first = float(times[np.flatnonzero(~np.isfinite(found[name]))[0]])
+                at = f" at {quantity(first, 's', 3)}"
+            raise SceneError(f"--model {model.name}: {quoted(name)} {when} is not a finite number{at}")
+    return found, errors
+
+
+def _numbers(model: Model, name: str, value: Any, shape: tuple[int, ...], when: str) -> np.ndarray:
+    what = f"{shape[0]} numbers, one for each time" if shape else "one number"
+    try:
+        array = np.asarray(value)
+        if array.dtype.kind not in "fiub":
+            raise TypeError
+        array = array.astype(float)
+    except (TypeError, ValueError):
+        raise SceneError(
+            f"--model {model.name}: {quoted(name)} {when} is {quoted(type(value).__name__)} that holds no real "
+            f"numbers: give {what}"
+        ) from None
+    if array.size == 1:
+        return np.broadcast_to(array.reshape(()), shape).astype(float)
+    if array.shape != shape:
+        size = " x ".join(map(str, array.shape))
+        raise SceneError(f"--model {model.name}: {quoted(name)} {when} has {size} numbers: give {what}")
+    return array

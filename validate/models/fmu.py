@@ -1,0 +1,158 @@
+"""A model that is an FMU, run by fmpy in a process of its own, so that a fault in it is a sentence here.
+
+The scene's values are put in as start values of its parameters and inputs. In the steady state it is run until its
+outputs rest; over time twice, with steps of different length, whose difference is the error.
+
+Run as a program this is that process: it reads what to do from standard input, as JSON, and writes the outputs.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from importlib.util import find_spec
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from scenes.errors import SceneError, did_you_mean, listed, printable, quoted
+from validate.models import Answer, Asked, readable
+
+STEPS = (500, 2000)
+"""Of the two runs over time; the tolerance of an FMU that is integrated here is a hundredth of the step."""
+REST, HORIZONS = 1e-7, tuple(10.0**n for n in range(-4, 7))
+"""Outputs rest that change less than this part of themselves from one horizon (s) to the next, ten times as far."""
+
+
+@dataclass
+class Fmu:
+    """An FMU by its path, and the names of its variables that can be set and read."""
+
+    name: str
+    path: Path
+    settable: tuple[str, ...]
+    readable: tuple[str, ...]
+    _known: dict[object, list[dict[str, np.ndarray]]] = field(default_factory=dict)
+
+    def rows(self, asked: Asked) -> np.ndarray:
+        return np.empty(0)
+
+    def steady(self, asked: Asked) -> Answer:
+        runs = self._runs_of(asked, asked.steady, [[horizon, STEPS[0]] for horizon in HORIZONS], rest=True)
+        before, now = ({name: float(values[-1]) for name, values in run.items() if name != "time"} for run in runs[-2:])
+        if not _rests(before, now):
+            raise SceneError(
+                f"--model {self.name} does not come to rest within {HORIZONS[-1]:g} s: it has no steady state"
+            )
+        return now, {name: abs(now[name] - before[name]) for name in now}
+
+    def over_time(self, asked: Asked, times: np.ndarray) -> Answer:
+        runs = self._runs_of(asked, asked.over_time, [[float(times[-1]), steps] for steps in STEPS])
+        coarse, fine = ({n: np.interp(times, run["time"], v) for n, v in run.items() if n != "time"} for run in runs)
+        return fine, {name: float(np.abs(fine[name] - coarse[name]).max()) for name in fine}
+
+    def _runs_of(
+        self, asked: Asked, wanted: Mapping[str, str], runs: list[list[float]], rest: bool = False
+    ) -> list[dict[str, np.ndarray]]:  # fmt: skip
+        """The columns of some runs, each to an end (s) in some steps; with ``rest`` until the outputs rest."""
+        for name in asked.parameters:
+            if name not in self.settable:
+                raise SceneError(
+                    f"--model {self.name} has no parameter or input {quoted(name)}: it has "
+                    f"{listed(self.settable) or 'none'}{did_you_mean(name, self.settable)}"
+                )
+        key = (str(runs), rest, *asked.parameters.items())
+        if key not in self._known:
+            outputs = {name: variable for name in wanted if (variable := self._variable(name, asked)) is not None}
+            if not outputs:
+                raise SceneError(
+                    f"--model {self.name} has no variable called as a probe ({', '.join(wanted)}; signs and blanks as "
+                    f'_): it has {listed(self.readable) or "none"}; say which is which, [model.outputs] probe = "name"'
+                )
+            task = {"file": str(self.path), "start": dict(asked.parameters), "outputs": list(outputs.values()),
+                    "runs": runs, "rest": rest}  # fmt: skip
+            named = {"time": "time", **outputs}
+            self._known[key] = [
+                {name: np.array(columns[variable]) for name, variable in named.items()}
+                for columns in self._simulated(task)
+            ]
+        return self._known[key]
+
+    def _variable(self, name: str, asked: Asked) -> str | None:
+        if name in asked.outputs:
+            if asked.outputs[name] not in self.readable:
+                given = asked.outputs[name]
+                raise SceneError(
+                    f"--model {self.name} has no variable {quoted(given)} for {quoted(name)}: it has "
+                    f"{listed(self.readable)}{did_you_mean(given, self.readable)}"
+                )
+            return asked.outputs[name]
+        plain = {re.sub(r"\W+", "_", variable).lower(): variable for variable in self.readable}
+        return plain.get(re.sub(r"\W+", "_", name).lower())
+
+    def _simulated(self, task: Mapping[str, Any]) -> list[dict[str, list[float]]]:
+        """The columns that the process of the FMU writes; it ends when this one does, for it waits for its input."""
+        command = [sys.executable, "-m", "validate.models.fmu"]
+        with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as child:
+            try:
+                out, said = child.communicate(json.dumps(task).encode())
+            except BaseException:
+                child.kill()
+                raise
+        try:
+            found: list[dict[str, list[float]]] = json.loads(out.decode().rpartition("\n")[2])
+        except ValueError:
+            lines = said.decode("utf-8", "replace").strip().splitlines() or [f"it ended with status {child.returncode}"]
+            raise SceneError(f"--model {self.name} failed: {printable(lines[-1], 200)}") from None
+        return found
+
+
+def opened(given: str, folder: str) -> Fmu:
+    """The FMU of a file, its description read. Raises SceneError."""
+    path = readable(given, folder, "an FMU, such as bridge.fmu")
+    if find_spec("fmpy") is None:
+        raise SceneError(f"--model {quoted(given)} is run by fmpy: pip install 'heated-microstructure-validation[fmu]'")
+    from fmpy import read_model_description
+
+    try:
+        variables = read_model_description(str(path), validate=False).modelVariables
+    except Exception as error:
+        raise SceneError(f"--model {quoted(given)} is no FMU that can be read ({printable(str(error), 120)})") from None
+    settable = tuple(v.name for v in variables if v.causality in ("parameter", "input"))
+    return Fmu(path.name, path.resolve(), settable, tuple(v.name for v in variables if v.causality != "parameter"))
+
+
+def _rests(before: Mapping[str, float], now: Mapping[str, float]) -> bool:
+    return bool(before) and all(abs(now[name] - before[name]) <= REST * abs(now[name]) for name in now)
+
+
+def _main() -> None:
+    from validate.models.spice import with_parent
+
+    with_parent()
+    task = json.loads(sys.stdin.read())
+    from fmpy import extract, simulate_fmu
+
+    found: list[dict[str, list[float]]] = []
+    with TemporaryDirectory() as folder:
+        extract(task["file"], folder)
+        for end, steps in task["runs"]:
+            columns = simulate_fmu(
+                folder, stop_time=end, output_interval=end / steps, step_size=end / steps, output=task["outputs"],
+                start_values=task["start"], relative_tolerance=1e-2 / steps, record_events=False,
+            )  # fmt: skip
+            found.append({name: [float(value) for value in columns[name]] for name in ("time", *task["outputs"])})
+            ends = [{name: found[n][name][-1] for name in task["outputs"]} for n in range(-min(len(found), 2), 0)]
+            if task["rest"] and len(ends) == 2 and _rests(*ends):
+                break
+    print("\n" + json.dumps(found), end="", flush=True)
+
+
+if __name__ == "__main__":
+    _main()

@@ -1,0 +1,104 @@
+"""A model that is a Python function: f(scene, times) -> {quantity: number or (n,) numbers}.
+
+``scene`` is the scene's document in SI numbers, and ``times`` (n,) are in s, or None in the steady state. What the
+function prints goes to standard error, so that it is no part of what the command prints.
+"""
+
+from __future__ import annotations
+
+import copy
+import importlib.util
+import sys
+import traceback
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, redirect_stdout
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from scenes.errors import SceneError, did_you_mean, printable, quoted
+from validate.models import Answer, Asked, readable
+
+
+@dataclass
+class Function:
+    """A callable as a model."""
+
+    call: Callable[..., Any]
+    name: str = ""
+    file: Path | None = None
+
+    def __post_init__(self) -> None:
+        self.name = self.name or getattr(self.call, "__name__", type(self.call).__name__)
+
+    def rows(self, asked: Asked) -> np.ndarray:
+        return np.empty(0)
+
+    def steady(self, asked: Asked) -> Answer:
+        return self._called(asked, None), {}
+
+    def over_time(self, asked: Asked, times: np.ndarray) -> Answer:
+        return self._called(asked, times.copy()), {}
+
+    def _called(self, asked: Asked, times: np.ndarray | None) -> Mapping[str, Any]:
+        document = copy.deepcopy(dict(asked.document))
+        when = "in the steady state" if times is None else "over time"
+        with _sentences(self.name, self.file, f" when it was asked {when}"):
+            found = self.call(document, times)
+        if found is None:
+            return {}
+        if not isinstance(found, Mapping):
+            raise SceneError(
+                f"--model {self.name} returned {quoted(type(found).__name__)} {when}: return a dict such as "
+                f"{{{next(iter(asked.steady or asked.over_time), 'probe')!r}: 300.0}}"
+            )
+        return found
+
+
+def opened(given: str, folder: str) -> Function:
+    """The function of FILE.py:FUNCTION; the file is run for it, with its own folder on the path for its imports."""
+    file, _, name = given.rpartition(":")
+    path = readable(file, folder, "a Python file and a function in it, such as lumped.py:bridge")
+    if not name.strip():
+        raise SceneError(f"--model {quoted(given)} names no function: give {printable(file)}:FUNCTION")
+    spec = importlib.util.spec_from_file_location(f"model_{path.stem}", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    before = sys.path.copy()
+    sys.path.insert(0, str(path.parent.resolve()))
+    sys.modules[spec.name] = module
+    try:
+        with _sentences(path.name, path, ""):
+            spec.loader.exec_module(module)
+    finally:
+        sys.path[:] = before
+    call = getattr(module, name, None)
+    known = [n for n, each in vars(module).items() if callable(each) and not n.startswith("_")]
+    if not callable(call):
+        what = "has no function" if call is None else "has, but not as a function,"
+        listed = f"give {' or '.join(known)}" if known else "it has none"
+        raise SceneError(
+            f"--model {quoted(given)}: {path.name} {what} {quoted(name)}: {listed}{did_you_mean(name, known)}"
+        )
+    return Function(call, f"{path.name}:{name}", path)
+
+
+@contextmanager
+def _sentences(name: str, file: Path | None, when: str) -> Iterator[None]:
+    """Whatever the user's code raises, as a sentence with its line: that of the innermost frame in the user's file."""
+    try:
+        with redirect_stdout(sys.stderr):
+            yield
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
+        frames = traceback.extract_tb(error.__traceback__)
+        own = [f for f in frames if file is None or Path(f.filename) == file] or frames
+        where = f"{Path(own[-1].filename).name}, line {own[-1].lineno}"
+        if isinstance(error, SyntaxError) and error.lineno is not None:
+            where = f"{Path(error.filename or name).name}, line {error.lineno}"
+        said = f"{type(error).__name__}: {printable(str(error), 200)}".rstrip(": ")
+        raise SceneError(f"--model {name} failed{when}: {where}: {said}") from None

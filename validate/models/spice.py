@@ -1,0 +1,188 @@
+"""A model that is a netlist, run by ngspice: kelvins are volts, watts amperes, as in any thermal network.
+
+The scene's values are put in by `.param`, the steady state is `.op`, over time it is `.tran` at two tolerances, whose
+difference is the error. The netlist's own analyses and output commands are left out, and what could do more than
+describe a circuit is refused: control blocks, which run shell commands, other files, and code models that start
+programs. No start-up file of ngspice's is read.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import re
+import shutil
+import subprocess
+import tempfile
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from scenes.errors import SceneError, did_you_mean, printable, quoted
+from validate.against import raw
+from validate.models import Answer, Asked, readable
+
+_REFUSED = {
+    ".control": "runs commands", ".endc": "runs commands", ".exec": "runs commands", ".include": "reads other files",
+    ".inc": "reads other files", ".lib": "reads other files", ".csparam": "is of a control block",
+    ".codemodel": "loads programs", ".osdi": "loads programs", ".pre_osdi": "loads programs",
+}  # fmt: skip
+_PROGRAMS = re.compile(r"\b(d_process|d_cosim|filesource|d_source|d_state)\b|\bfile\s*=", re.IGNORECASE)
+"""What of a line starts a program, or reads or writes a file."""
+_PARAM = re.compile(r"([A-Za-z_]\w*)\s*=(?!=)")
+_OWN = (".op", ".tran", ".dc", ".ac", ".noise", ".tf", ".pz", ".disto", ".sens", ".sp", ".pss", ".print", ".plot",
+        ".probe", ".save", ".width", ".meas", ".measure", ".four", ".end")  # fmt: skip
+"""Analyses and output commands, in whose place the model's own are put."""
+_TOLERANCES = (1e-4, 1e-6)
+_STEPS = (500, 2000)
+"""Of the two runs over time: ngspice's relative tolerance, and how many steps it makes at least."""
+
+
+@dataclass
+class Netlist:
+    """A netlist's ``lines`` without its title, each whole; whether it starts over time ``from_ic``, its own initial
+    values, as it does where it states any, or else from its operating point; and the runs made so far."""
+
+    name: str
+    lines: tuple[str, ...]
+    from_ic: bool = False
+    _runs: dict[object, dict[str, np.ndarray]] = field(default_factory=dict)
+
+    def rows(self, asked: Asked) -> np.ndarray:
+        return np.empty(0)
+
+    def steady(self, asked: Asked) -> Answer:
+        found = self._run(asked, asked.steady, ".op", _TOLERANCES[-1])
+        return {name: float(values[-1]) for name, values in found.items() if name != "time"}, {}
+
+    def over_time(self, asked: Asked, times: np.ndarray) -> Answer:
+        end = float(times[-1])
+        courses = []
+        for tolerance, steps in zip(_TOLERANCES, _STEPS, strict=True):
+            analysis = f".tran {end / steps:.17g} {end:.17g} 0 {end / steps:.17g}{' uic' * self.from_ic}"
+            courses.append(self._run(asked, asked.over_time, analysis, tolerance))
+        coarse, fine = ({n: np.interp(times, c["time"], v) for n, v in c.items() if n != "time"} for c in courses)
+        return fine, {name: float(np.abs(fine[name] - coarse[name]).max()) for name in fine}
+
+    def _run(self, asked: Asked, wanted: object, analysis: str, tolerance: float) -> dict[str, np.ndarray]:
+        key = (analysis, tolerance, *asked.parameters.items())
+        if key not in self._runs:
+            self._runs[key] = self._solved(asked, dict.fromkeys(wanted), analysis, tolerance)  # type: ignore[call-overload]
+        return self._runs[key]
+
+    def _solved(
+        self, asked: Asked, wanted: dict[str, None], analysis: str, tolerance: float
+    ) -> dict[str, np.ndarray]:  # fmt: skip
+        """The quantities that the netlist has, by name, with the "time" of a transient."""
+        known = {
+            name.lower() for line in self.lines if line.lower().startswith(".param") for name in _PARAM.findall(line)
+        }
+        lines = list(self.lines)
+        for name, value in asked.parameters.items():
+            if name.lower() not in known:
+                listed = f"it has {', '.join(sorted(known))}" if known else "it has none"
+                raise SceneError(
+                    f"--model {self.name} has no .param {quoted(name)}: {listed}{did_you_mean(name, known)}"
+                )
+            lines.append(f".param {name}={value:.17g}")
+        for n, expression in enumerate(asked.outputs.get(name, "") for name in wanted):
+            lines += [f"Bmodel_output_{n} model_output_{n} 0 V={_circuit(self.name, expression)}"] * bool(expression)
+        options = f".options reltol={tolerance:g} abstol={tolerance * 1e-9:g} vntol={tolerance * 1e-3:g}"
+        text = "\n".join(["a model", *lines, options, analysis, ".end", ""])
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "model.cir").write_text(text, encoding="utf-8")
+            said = _ngspice(self.name, folder)
+            path = Path(folder) / "model.raw"
+            if not path.exists() or not path.stat().st_size:
+                raise SceneError(f"--model {self.name}: ngspice has no solution{_complaint(said)}")
+            plot = "transient" if analysis.startswith(".tran") else "operating point"
+            try:
+                table = raw.read(path, path.read_bytes(), plot)
+            except SceneError:
+                raise SceneError(f"--model {self.name}: ngspice has no {plot}{_complaint(said)}") from None
+        vectors = {_plain(column.name): column.values for column in table.columns}
+        found = {"time": vectors["time"]} if "time" in vectors else {}
+        for n, name in enumerate(wanted):
+            node = f"model_output_{n}" if name in asked.outputs else _plain(name)
+            if node in vectors:
+                found[name] = vectors[node]
+        if set(found) <= {"time"}:
+            nodes = ", ".join(sorted(v for v in vectors if not v.startswith(("time", "model_output"))))
+            raise SceneError(
+                f"--model {self.name} has no node called as a probe ({', '.join(wanted)}; blanks as _): it has "
+                f"{nodes}; "
+                'say which is which in the scene, [model.outputs] probe = "v(node)"'
+            )
+        return found
+
+
+def opened(given: str, folder: str) -> Netlist:
+    """The netlist of a file. Raises SceneError for one that is more than a circuit, and where there is no ngspice."""
+    path = readable(given, folder, "an ngspice netlist, such as bridge.cir")
+    if shutil.which("ngspice") is None:
+        raise SceneError(f"--model {quoted(given)} is run by ngspice, which is not on the path: install ngspice")
+    text = path.read_bytes()[:10_000_000].decode("utf-8", "replace").replace("\r", "\n")
+    # The first line is the title, whatever stands there.
+    whole: list[str] = []
+    for line in text.split("\n")[1:]:
+        bare = "".join(c if c.isprintable() else " " for c in line).strip()
+        if bare.startswith("+") and whole:
+            whole[-1] += f" {bare[1:]}"
+        elif bare and not bare.startswith(("*", "$", "#", ";", "//")):
+            whole.append(bare)
+    kept = []
+    for line in whole:
+        word = line.split()[0].lower()
+        if word not in _OWN:
+            kept.append(_circuit(path.name, line))
+    from_ic = any(re.search(r"^\.tran\b.*\buic\b|\bic\s*=", line, re.IGNORECASE) for line in whole)
+    return Netlist(path.name, tuple(kept), from_ic)
+
+
+def _circuit(name: str, line: str) -> str:
+    """A line, if it does no more than describe a circuit. Raises SceneError."""
+    word = line.split()[0].lower() if line.split() else ""
+    if not line.isprintable():
+        raise SceneError(f"--model {name}: {quoted(line)} is no expression of one line")
+    refused = next((why for key, why in _REFUSED.items() if word.startswith(key)), "")
+    found = _PROGRAMS.search(line)
+    if refused or found or "`" in line:
+        what = word if refused else found[0] if found else "`"
+        why = refused or "starts programs or reads files"
+        raise SceneError(f"--model {name} has {quoted(what)}, which {why}: give the circuit alone, in one file")
+    return line
+
+
+def _ngspice(name: str, folder: str) -> str:
+    """What ngspice says; it ends with this process."""
+    try:
+        ran = subprocess.run(
+            ["ngspice", "-n", "-b", "-r", "model.raw", "model.cir"], cwd=folder, stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False, preexec_fn=with_parent,
+        )  # fmt: skip
+    except OSError as error:
+        raise SceneError(f"--model {name}: ngspice can't be started ({error})") from None
+    return ran.stdout.decode("utf-8", "replace")
+
+
+def with_parent() -> None:
+    """On Linux: a signal when the process that waits for this one is gone, however it ended."""
+    with suppress(OSError, AttributeError):
+        set_death_signal, kill = 1, 9
+        ctypes.CDLL(None).prctl(set_death_signal, kill)
+
+
+def _complaint(said: str) -> str:
+    """What ngspice complains of, in brackets."""
+    lines = [line.strip() for line in said.splitlines()]
+    wrong = [
+        line for line in lines if re.search("error|singular|fail|too small|unknown|can't|no such", line, re.IGNORECASE)
+    ]
+    return f" ({printable('; '.join(wrong[:2]), 200)})" if wrong else ""
+
+
+def _plain(name: str) -> str:
+    """A probe's or a vector's name as a node's: in small letters, without v( ) and blanks."""
+    bare = re.sub(r"^[vi]\((.*)\)$", r"\1", name.strip().lower()).removesuffix("#branch")
+    return re.sub(r"[^\w.+-]", "_", bare)

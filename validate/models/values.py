@@ -1,0 +1,121 @@
+"""A model that is a table of values which somebody computed: rows "probe, value" in the steady state; over time a
+column of times and one for each probe, with headers as data to compare with have them."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from compare.probes import bends
+from scenes.errors import SceneError, printable, quoted
+from scenes.formats import quantity
+from scenes.units import UnitError, parse_quantity, parse_unit
+from validate.against import tables
+from validate.models import Answer, Asked, readable
+
+
+@dataclass
+class Values:
+    """Texts by probe, or the ``columns`` of a table over ``time`` (s) by their names without units."""
+
+    name: str
+    given: dict[str, str] = field(default_factory=dict)
+    time: np.ndarray = field(default_factory=lambda: np.empty(0))
+    columns: dict[str, tables.Column] = field(default_factory=dict)
+
+    def rows(self, asked: Asked) -> np.ndarray:
+        return self.time
+
+    def steady(self, asked: Asked) -> Answer:
+        return {name: self._number(name, text, asked.steady) for name, text in self.given.items()}, {}
+
+    def over_time(self, asked: Asked, times: np.ndarray) -> Answer:
+        """Linear between the rows, with the error of that; before the first row as there."""
+        found, errors = {}, {}
+        if len(self.time) and self.time[-1] < times[-1] * (1 - 1e-9):
+            last = quantity(float(self.time[-1]), "s")
+            raise SceneError(
+                f"--model {self.name} ends at {last}, the run at {quantity(float(times[-1]), 's')}: give rows up to "
+                f'there, or --end-time "{last}"'
+            )
+        for name, unit in asked.over_time.items():
+            column = self.columns.get(asked.outputs.get(name, name).lower())
+            if column is None:
+                continue
+            values = self._column(name, column, unit)
+            found[name] = np.interp(times, self.time, values)
+            errors[name] = float(bends(self.time, values).max(initial=0.0))
+        if self.columns and not found:
+            raise SceneError(
+                f"--model {self.name} has no column of a probe ({', '.join(asked.over_time)}): it has "
+                f"{', '.join(c.name for c in self.columns.values())}"
+            )
+        return found, errors
+
+    def _number(self, name: str, text: str, known: Mapping[str, str]) -> float:
+        try:
+            value, unit = parse_quantity(text)
+        except UnitError as error:
+            raise SceneError(f"--model {self.name}: {printable(name)} = {quoted(text)} {error}") from None
+        if name in known and unit is not None and unit.powers != parse_unit(known[name]).powers:
+            raise SceneError(f"--model {self.name}: {printable(name)} = {quoted(text)} is not in {known[name]}")
+        return value
+
+    def _column(self, name: str, column: tables.Column, unit: str) -> np.ndarray:
+        own = tables.unit_of(column.unit)
+        if own is None:
+            return column.values
+        if own.powers != parse_unit(unit).powers:
+            raise SceneError(f"--model {self.name}: {quoted(column.name)} is not in {unit}, as {printable(name)} is")
+        return tables.in_si(column.values, own)
+
+
+def opened(given: str, folder: str) -> Values:
+    """The values of a file. Raises SceneError for one that has none."""
+    path = readable(given, folder, 'a CSV of values, with rows "probe, value" or a column of times')
+    try:
+        content = tables.read_bytes(path)
+        found = _rows(path.name, content.decode("utf-8-sig", "replace"))
+        if found:
+            return Values(path.name, found)
+        table = tables.read(path, content)
+    except SceneError as error:
+        raise SceneError(str(error).replace("--against", "--model", 1)) from None
+    times = [c for c in table.columns if tables.is_time(c) or c.name.lower() in ("time", "t", "time_s")]
+    if not times:
+        raise SceneError(
+            f'--model {quoted(path)} has no column of times, such as "time (s)", and is no list of rows "probe, value"'
+        )
+    unit = tables.unit_of(times[0].unit)
+    clock = times[0].values if unit is None else tables.in_si(times[0].values, unit)
+    if len(clock) < 3 or not (np.diff(clock) > 0).all():
+        raise SceneError(f"--model {quoted(path)}: its times don't ascend, or are fewer than three: give one run")
+    columns = {tables.split(c.name)[0].lower(): c for c in table.columns if c is not times[0]}
+    columns |= {c.name.lower(): c for c in table.columns if c is not times[0]}
+    return Values(path.name, {}, clock, columns)
+
+
+def _rows(name: str, text: str) -> dict[str, str]:
+    """What stands in rows "probe, value", by probe; nothing where the text is no such list."""
+    mark = ";" if text.count(";") > text.count(",") else ","
+    lines = (line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#"))
+    rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=mark, skipinitialspace=True)]
+    if rows and rows[0][0].lower() in ("probe", "quantity", "name"):
+        rows = rows[1:]
+    if any(len(row) != 2 or not row[0] or _is_number(row[0]) for row in rows):
+        return {}
+    for n, (probe, _) in enumerate(rows):
+        if probe in [other for other, _ in rows[:n]]:
+            raise SceneError(f"--model {name}: {quoted(probe)} stands twice: give each probe one value")
+    return {probe: value for probe, value in rows}
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
