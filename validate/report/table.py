@@ -166,8 +166,7 @@ def outcome_text(
     changed = [step for step in outcome.plan if planned is not None and step not in planned]
     parts += [plan_text(changed, style, "As it turned out")] * bool(changed)
     if outcome.exported is not None:
-        what, folder = outcome.exported
-        parts.append(wrapped(f"Exported {what} to {_shown(folder)}/"))
+        parts.append(wrapped(f"Exported {outcome.exported.words} to {_shown(outcome.exported.folder)}/"))
     return "\n\n".join([*parts, _where(outcome)])
 
 
