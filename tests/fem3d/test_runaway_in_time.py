@@ -49,7 +49,9 @@ def test_what_is_solved_until_then_is_kept_and_the_largest_voltage_named():
         solve(scene)
     kept, result, said = until(scene, caught.value)
     time, traces = caught.value.time, result.over_time
-    assert traces.time[-1] == kept.end_time == pytest.approx(KEPT * time, rel=1e-2)
+    # A finer mesh runs away a little earlier, which takes one more try.
+    assert traces.time[-1] == kept.end_time
+    assert 0.9 * KEPT**2 * time < kept.end_time < 1.01 * KEPT * time
     assert kept.output_times == (0.1 * RUNS_AWAY, kept.end_time)
     assert all(np.isfinite(v).all() for v in traces.values.values())
     assert (np.diff(traces.values["current"]) > 0).all()
