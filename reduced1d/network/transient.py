@@ -81,7 +81,7 @@ class _March:
         jumped = True
         for start, stop in pairwise(stops if end > 0 else []):
             inside = self.times[(self.times > start) & (self.times <= stop)]
-            first = min((FIRST if jumped else BEND) * (stop - start), *(SOONER * (inside[:1] - start)))
+            first = min([(FIRST if jumped else BEND) * (stop - start), *(SOONER * (inside[:1] - start)).tolist()])
             count = max(int(np.ceil(np.log((stop - start) / first) / np.log(growth))), 1)
             marks = [start, *(start + (stop - start) * growth ** np.arange(1.0 - count, 0.0)), stop]
             # What is approached from within the interval: of a jump at its end the value before it.
