@@ -38,7 +38,7 @@ class Features:
     """Per axis, coordinates (m) of the planes inside the solid, and of those that are singular the exponents
     (`meshes.singular.edges`)."""
 
-    planes: tuple[list[float], ...]
+    planes: tuple[frozenset[float], ...]
     exponents: tuple[dict[float, float], ...]
 
     @property
@@ -53,7 +53,7 @@ class Features:
 
 def features(scene: Scene) -> Features:
     """The features of a scene."""
-    planes = tuple(connected.scene_planes(scene, d)[1:-1] for d in range(3))
+    planes = tuple(frozenset(connected.scene_planes(scene, d)[1:-1]) for d in range(3))
     return Features(planes, tuple(singular.edges(scene)))
 
 
@@ -76,7 +76,7 @@ def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
             at, near = [marks.exponents[d].get(float(c)) for c in (a, b)], reaches[d][i : i + 2]
             longest = (_longest(float(c), marks, d, r, accuracy) for c, r in zip((a, b), near.tolist(), strict=True))
             inner = [] if flat else _graded(a, b, *longest)
-            if not flat and {a, b} <= set(marks.planes[d]) and b - a > LONG * near.min():
+            if not flat and {a, b} <= marks.planes[d] and b - a > LONG * near.min():
                 inner = sorted([*inner, (a + b) / 2])
             found.append(np.array([*inner, b]))
             of += [across] if flat else _layered(len(inner) + 1, degree, at[0] is not None, at[1] is not None)

@@ -45,14 +45,15 @@ class Bricks:
     def of(study: Study, over_time: bool = False) -> Bricks:
         """The grid to start with, for what happens ``over_time`` with layers at faces whose temperature jumps."""
         scene, accuracy = study.part.scene, study.accuracy
+        reach.check_planes(scene)
         marks = grading.features(scene)
         grid = reach.first_grid(scene, accuracy, marks)
         grid = diffusion.graded(grid, scene, study.earliest) if over_time else grid
         return Bricks(scene, grid, accuracy, marks, reach.Edges(accuracy, marks))
 
     def problems(self) -> Problems:
+        reach.check_size(self.scene, self.grid, self.accuracy, self.marks)
         given = nested.problems(boxes(self.scene, self.grid), self.accuracy)
-        reach.check_size(given, self.accuracy, self.marks)
         self.edges.check_power(given)
         return given
 

@@ -8,13 +8,15 @@ import numpy as np
 
 from fem3d.adaptivity.estimate import Estimator, Spread
 from fem3d.adaptivity.nested import Problems
-from meshes import grading
+from fem3d.spaces.size import foreseen
+from meshes import connected, grading
 from meshes.grading import Features
 from meshes.grid import Grid
 from scenes.errors import NumericsError
+from scenes.free.crowding import crowding
 from scenes.model import Scene
 
-MOST_ENTRIES = 40_000_000  # of the stiffness matrix: some 10 GB with its factors
+MOST_MEMORY = 4e9  # bytes of a run: what a laptop has to spare
 # Cells, some 13,000 unknowns, beyond which a first grid is that of a larger accuracy, with half of the cells: it takes
 # a quarter of the time, all of which is saved where most features are seen by no quantity. Of 700 random scenes none
 # has as many, an actuator of ten boxes over films of 0.1 um has 5,000.
@@ -35,17 +37,33 @@ def first_grid(scene: Scene, accuracy: float, marks: Features) -> Grid:
         # The accuracy of a first layer that long.
         accuracy = max(accuracy, LAYER ** (2 * marks.sharpest) / grading.LAYERS)
     grid = grading.first_grid(scene, accuracy, marks)
-    while accuracy < COARSEST and grid.solid.sum() > MANY:
+    while accuracy < COARSEST and foreseen(scene, grid).cells > MANY:
         accuracy *= 10
         grid = grading.first_grid(scene, accuracy, marks)
     return grid
 
 
-def check_size(given: Problems, accuracy: float, marks: Features) -> None:
+def check_planes(scene: Scene) -> None:
+    """Raises NumericsError for a scene whose planes alone, with the least degree on each interval between two, make a
+    grid of bricks that takes too much memory: before anything is looked at cell by cell."""
+    coarsest = connected.coarsest(scene)
+    least = [np.full(len(d), 2) for d in coarsest.degrees]
+    _check(scene, coarsest.with_axes(coarsest.breaks, least), "at any accuracy")
+
+
+def check_size(scene: Scene, grid: Grid, accuracy: float, marks: Features) -> None:
     """Raises NumericsError for a grid that takes too much memory."""
-    if given.heat.stiffness.nnz > MOST_ENTRIES:
+    _check(scene, grid, f"at an accuracy of {accuracy:g}", because(marks))
+
+
+def _check(scene: Scene, grid: Grid, when: str, why: str = "") -> None:
+    size = foreseen(scene, grid)
+    if size.memory > MOST_MEMORY:
+        unknowns, planes = float(f"{size.unknowns:.2g}"), connected.coarsest(scene).breaks
         raise NumericsError(
-            f"an accuracy of {accuracy:g} takes more memory in this scene than is sensible" + because(marks)
+            f"the scene takes {unknowns:,.0f} unknowns and {size.memory / 1e9:.3g} GB {when}, and "
+            f"{MOST_MEMORY / 1e9:g} GB are the most{why}; {crowding(scene, planes)}: let more coincide, or leave "
+            "out what does not matter"
         )
 
 

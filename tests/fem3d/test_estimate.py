@@ -46,7 +46,7 @@ def judge(p, exponents=None, planes=(0.0, 1.0)):
     """An estimator on the unit interval along x, and on one of the lowest degree along the others."""
     breaks = np.array(planes), np.array([0.0, 1.0]), np.array([0.0, 1.0])
     grid = Grid(breaks, (np.full(len(planes) - 1, p), np.array([2]), np.array([2])), (UNIT,))
-    marks = Features(([], [], []), (exponents or {}, {}, {}))
+    marks = Features((frozenset(),) * 3, (exponents or {}, {}, {}))
     return Estimator(grid, marks)
 
 

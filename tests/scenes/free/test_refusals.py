@@ -300,3 +300,24 @@ def test_too_many_planes_is_refused_before_the_memory_is_gone() -> None:
     document = {"run": {"steady": True}, "material": [{"name": "m", "thermal_conductivity": 1}], "box": boxes}
     with pytest.raises(SceneError, match="cells"):
         from_dict(document)
+
+
+def test_boxes_that_cut_the_scene_into_too_many_cells_are_named() -> None:
+    """150 boxes whose planes all differ make 27 million cells, which are never made."""
+    document = beam()
+    document["box"] += [
+        {
+            "name": f"b{n}",
+            "material": "metal",
+            "lower": [x, x / 4, x / 4],
+            "upper": [x + 1e-3, x / 4 + 1e-3, x / 4 + 1e-3],
+        }
+        for n, x in enumerate(0.01 * k for k in range(1, 151))
+    ]
+    with pytest.raises(SceneError) as refused:
+        from_dict(document)
+    said = str(refused.value)
+    assert "the scene is cut into 2.74e+07 cells, and 1e+07 are the most" in said
+    assert 'used once, most by "b0", "b1"' in said
+    assert "the nearest two are both ends of" in said
+    assert "let more of them coincide" in said
