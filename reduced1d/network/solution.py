@@ -21,7 +21,7 @@ from reduced1d.network.model import Model, build, remarks, scales
 from reduced1d.network.readings import Reader
 from reduced1d.network.steady import State, steady
 from reduced1d.network.transient import History, history
-from scenes.errors import NumericsError, RunawayError
+from scenes.errors import NumericsError
 from scenes.model import AnyScene, Schedule
 from scenes.result import Estimate, Result, Traces
 
@@ -44,12 +44,13 @@ SOONEST, FIRST = 0.1, 0.1
 """Of the time from which on errors are judged: what elements follow; and of that the first step."""
 
 
-def solve(scene: AnyScene, times: np.ndarray | Sequence[float] | None = None) -> Result:
+def solve(scene: AnyScene, times: np.ndarray | Sequence[float] | None = None, steady_too: bool = True) -> Result:
     """The probes of a scene of boxes by the network of its lines, each with an estimated error of its discretization.
 
     In the steady state, at the last values of what varies in time; with ``times`` (s, ascending, not negative) over
-    time too, from the scene's initial temperature. Steady keys and trace names are the probes' names, temperatures in
-    K, potentials in V, flows in W, currents in A. A scene over time that has no steady state has none in its result.
+    time too, from the scene's initial temperature, or, without ``steady_too``, over time alone. Steady keys and trace
+    names are the probes' names, temperatures in K, potentials in V, flows in W, currents in A. A scene over time that
+    has no steady state has none in its result.
 
     Raises SceneError for a scene on a mesh file or one that lines cannot have, scenes.errors.RunawayError where the
     heating runs away, NumericsError where the numerics fail.
@@ -59,9 +60,10 @@ def solve(scene: AnyScene, times: np.ndarray | Sequence[float] | None = None) ->
     over_time = None
     details: dict[str, Any] = {"warnings": []}
     try:
-        found, model, state = _steady(shape)
-        details |= {"model": model, "state": state, **remarks(model)}
-    except (NumericsError, RunawayError) as error:
+        if times is None or steady_too:
+            found, model, state = _steady(shape)
+            details |= {"model": model, "state": state, **remarks(model)}
+    except NumericsError as error:
         if times is None:
             raise
         details["no_steady_state"] = str(error)

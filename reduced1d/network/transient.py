@@ -12,8 +12,8 @@ from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
-from scipy.sparse.linalg import splu
 
+from reduced1d.network.circuit import factor
 from reduced1d.network.model import Model
 from reduced1d.radau import radau, within
 from scenes.errors import RunawayError
@@ -22,6 +22,7 @@ POINTS = 7
 """A step: values between its points are those of their polynomial, which is the largest error of a long one."""
 SWEEPS = 30
 SETTLED = 1e-11  # of the largest rise in a step: the change that ends the sweeps
+ROUNDING = 1e-8  # of the largest rise in a step: changes below this that no longer shrink are rounding
 SHORTEST = 1e-10  # of the end time: a step that has to be shorter has run away
 
 
@@ -72,7 +73,7 @@ class _March:
         self.stiffness = (free.T @ model.stiffness @ free).tocsc()
         self.lifted = free.T @ model.capacity @ self.heat.fixed
         self.entering = free.T @ (model.entering - model.stiffness @ self.heat.fixed)
-        self.mass = splu(self.capacity)
+        self.mass = factor(self.capacity)
         self.marks, self.values = [0.0], list[np.ndarray]()
         self.potentials: np.ndarray | None = None
 
@@ -119,21 +120,21 @@ class _March:
         inputs = x[:, None] + slope[:, None] * (h * places)
         given = self.entering @ inputs - (self.lifted @ slope)[:, None]
         start = (self.capacity @ v)[:, None]
-        factors = [splu((self.capacity + (h * r) * self.stiffness).astype(complex).tocsc()) if r.imag else
-                   splu((self.capacity + (h * r.real) * self.stiffness).tocsc()) for r in rates]  # fmt: skip
+        factors = [factor(self.capacity + (h * (r if r.imag else r.real)) * self.stiffness) for r in rates]
         stages, before = np.repeat(v[:, None], POINTS, axis=1), np.inf
         for _ in range(SWEEPS):
             heat = given + self._joule(stages, inputs)
             right = (start + h * heat @ matrix.T) @ inverse.T
             found = np.zeros((len(v), POINTS))
-            for r, factor, one, back in zip(rates, factors, right.T, vectors.T, strict=True):
-                part = factor.solve(one if r.imag else one.real)
+            for r, lu, one, back in zip(rates, factors, right.T, vectors.T, strict=True):
+                part = lu.solve(one if r.imag else one.real)
                 found += (2 if r.imag else 1) * np.real(np.outer(part, back))
             change, stages = float(np.abs(found - stages).max()), found
             largest = float(np.abs(found).max())
             if not np.isfinite(change):
                 return None
-            if change <= SETTLED * largest or not self.model.couples:
+            rounding = change <= ROUNDING * largest and change >= before / 4
+            if change <= SETTLED * largest or rounding or not self.model.couples:
                 return np.concatenate([v[:, None], stages], axis=1)
             if change > 2 * before:
                 return None
