@@ -15,7 +15,7 @@ from reduced1d.device.lumped import steady as steady_state
 from scenes.device import Device
 from scenes.result import Result
 from scenes.sink import Sink
-from scenes.varied import numbers, varied
+from scenes.varied import neighbour, numbers
 
 STEP = 2e-4
 OF_DEVICE = {
@@ -38,7 +38,7 @@ def of_sink(
     temperatures), by key and quantity. Raises what `reduced1d.ladder.solve` raises."""
 
     def solved(key: str, step: float) -> tuple[dict[str, float], dict[str, np.ndarray]]:
-        other = varied(sink, key, 1 + step)
+        other = neighbour(sink, key, step)
         found: Result = ladder.solve(other, reduction, steady_only=times is None, times=times)
         traces = {} if found.traces is None else found.traces.values
         rises = {n: v - other.room_temperature * n.endswith("_K") for n, v in traces.items()}
@@ -65,7 +65,7 @@ def of_device(device: Device) -> dict[str, dict[str, float]]:
     have none."""
     found: dict[str, dict[str, float]] = {}
     for key in numbers(device):
-        more, less = (steady_state(varied(device, key, 1 + step)) for step in (STEP, -STEP))
+        more, less = (steady_state(neighbour(device, key, step)) for step in (STEP, -STEP))
         both = {name: (float(getattr(more, name)), float(getattr(less, name))) for name in OF_DEVICE}
         found[key] = {name: (a - b) / (STEP * (a + b)) for name, (a, b) in both.items() if a * b > 0}
     return found

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from scenes.checks import DEVICE_3D_TOLERANCES, DEVICE_TOLERANCES, SLOPE_TOLERANCES
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
+from scenes.parameters import Parameters
 from scenes.sink import Sink, face
 
 GOLD = Material("gold", 318.0, 19320.0, 129.0, 2.23e-8, 3.768e-3, 293.0, valid_to=1337.0)
@@ -61,6 +62,7 @@ class Device:
     name: str = "device"
     tolerances: dict[str, float] = field(default_factory=dict, hash=False)
     expected_to_differ: tuple[str, ...] | None = None
+    parameters: Parameters | None = field(default=None, compare=False, repr=False)
 
     @property
     def contact_area(self) -> float:

@@ -17,7 +17,8 @@ from typing import Any, Protocol
 
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.model import Schedule, Value
-from scenes.units import LENGTH, TEMPERATURE, TIME, Dimension, UnitError, named, parse_quantity
+from scenes.parameters import quantity
+from scenes.units import LENGTH, PLAIN, TEMPERATURE, TIME, Dimension, UnitError, called, parse_quantity
 
 
 class Kind(Protocol):
@@ -34,7 +35,7 @@ class Kind(Protocol):
 
 @dataclass(frozen=True)
 class Quantity(Kind):
-    """A number in SI units, or text with a unit, between two bounds that are themselves allowed.
+    """A number in SI units, or text with a unit, or an expression, between two bounds that are themselves allowed.
 
     ``signed`` bounds the magnitude instead, either sign being allowed. ``word`` is what a file says for ``None``.
     ``note`` ends the sentence of every refusal, where the bounds need a reason.
@@ -56,8 +57,17 @@ class Quantity(Kind):
         if not fault and not self.lower <= (abs(value) if self.signed else value) <= self.upper:
             fault = "is out of range"
         if fault:
-            raise SceneError(f"{path} = {quoted(given)} {fault}: give {self._allowed()}")
+            raise SceneError(f"{path} = {self._said(given, value)} {fault}: give {self._allowed()}")
         return value
+
+    def _said(self, given: object, value: float) -> str:
+        """What is given, and of an expression what it comes to."""
+        try:
+            if isinstance(given, str):
+                parse_quantity(given)
+        except UnitError:
+            return f"{quoted(given)} = {self.dimension.show(value)}" if value else quoted(given)
+        return quoted(given)
 
     def write(self, value: Any) -> Any:
         """A plain float, or the word for ``None``; what is no number stays as it is, for ``read`` to refuse."""
@@ -72,11 +82,11 @@ class Quantity(Kind):
         """The SI value and what is wrong with it, one of the two being empty."""
         if isinstance(given, str):
             try:
-                value, unit = parse_quantity(given)
+                value, powers = quantity(given)
             except UnitError as error:
                 return 0.0, str(error)
-            if unit is not None and unit.powers != self.dimension.powers:
-                return 0.0, f"is {named(unit.powers) or 'another quantity'}, not {self.dimension.name}"
+            if powers is not None and powers != self.dimension.powers:
+                return 0.0, f"is {called(powers)}, not {self.dimension.name}"
             return value, ""
         if isinstance(given, bool) or not isinstance(given, Real):
             return 0.0, f"is {_type_name(given)}, not {self.dimension.name}"
@@ -102,7 +112,11 @@ class Count(Kind):
 
     def read(self, path: str, given: object) -> int:
         try:
-            value = float("nan" if isinstance(given, bool) else given)  # type: ignore[arg-type]
+            if isinstance(given, str):
+                value, powers = quantity(given)
+                value = math.nan if powers not in (None, PLAIN) else value
+            else:
+                value = float("nan" if isinstance(given, bool) else given)  # type: ignore[arg-type]
         except (TypeError, ValueError, OverflowError):
             value = math.nan
         if not (value.is_integer() and self.lower <= value <= self.upper):

@@ -6,6 +6,7 @@ from __future__ import annotations
 import re
 import zlib
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cache
 from operator import attrgetter
 from pathlib import Path
@@ -17,6 +18,8 @@ from scenes.files import contents, parsed
 from scenes.keys import DEVICE, SINK, TYPES, SceneType, type_of
 from scenes.kinds import Choice
 from scenes.model import AnyScene
+from scenes.moved import transferred
+from scenes.parameters import SECTION, Parameters
 from scenes.schema import nest, override
 from scenes.sink import Sink
 from scenes.validity import check as check
@@ -76,20 +79,41 @@ def type_of_file(found: Mapping[str, Any]) -> SceneType[Any] | None:
 
 
 def overridden(scene: T, overrides: Sequence[str]) -> T:
-    """A scene with "KEY=VALUE" overrides put over it as `load` puts them, checked; raises SceneError."""
+    """A scene with "KEY=VALUE" overrides put over it as `load` puts them, checked; raises SceneError. What is made of
+    parameters follows them."""
+    given: Any = scene
+    if not overrides:
+        return check(given) if isinstance(scene, (Sink, Device)) else given
+    if given.parameters is None:
+        return _read(given, _flat(given), overrides)
+    flat = given.parameters.flat
+    after = _read(given, flat, overrides)
+    found: Any = replace(transferred(given, _read(given, flat, ()), after), parameters=after.parameters)
+    return found  # type: ignore[no-any-return]
+
+
+def _flat(scene: Any) -> dict[str, Any]:
+    """What a file of the scene would say, by path."""
     if isinstance(scene, (Sink, Device)):
-        of = type_of(scene)
-        return _built(of.schema.write(scene), overrides, of) if overrides else check(scene)
+        return type_of(scene).schema.write(scene)
     from scenes import free
 
-    found: Any = scene
-    return free.overridden(found, overrides) if overrides else scene  # type: ignore[return-value]
+    return free.schema_of_scene(scene).flatten(free.as_dict(scene))
+
+
+def _read(scene: Any, flat: Mapping[str, Any], overrides: Sequence[str]) -> Any:
+    """What a flat scene says with overrides over it, as a scene of the kind of another."""
+    if isinstance(scene, (Sink, Device)):
+        return _built(flat, overrides, type_of(scene))
+    from scenes import free
+
+    return free.rebuilt(scene, override(flat, overrides, free.schema_of_scene(scene)))
 
 
 def _built(flat: Mapping[str, Any], overrides: Sequence[str], of: SceneType[Any]) -> Any:
-    schema = of.schema
+    schema, parameters = of.schema, {path: given for path, given in flat.items() if path == SECTION}
     before, values = schema.read(flat), schema.read(override(flat, overrides, schema))
-    if _physical(before, of) != _physical(values, of) and _EXPECTED not in override({}, overrides, schema):
+    if _physical(before, of) != _physical(values, of) and _EXPECTED not in override(parameters, overrides, schema):
         values[_EXPECTED] = None
     return check(schema.apply(values, of.default))
 
@@ -104,8 +128,19 @@ def from_dict(document: Mapping[str, Any], of: SceneType[Any] = SINK) -> Any:
 
 
 def as_dict(scene: object) -> dict[str, Any]:
-    """Every key of a scene by section, as plain JSON types in SI units; ``from_dict`` gives an equal scene back."""
-    return nest(type_of(scene).schema.write(scene))
+    """Every key of a scene by section, as plain JSON types in SI units, what is made of parameters as numbers too;
+    ``from_dict`` gives an equal scene back."""
+    given: Parameters | None = getattr(scene, SECTION)
+    return nest(type_of(scene).schema.write(scene)) | ({} if given is None else {SECTION: dict(given.values)})
+
+
+def written(scene: Any) -> dict[str, Any]:
+    """What a file of any scene would say, with its parameters and what is made of them where nothing else was changed
+    since it was read: after that, numbers alone."""
+    given: Parameters | None = scene.parameters
+    if given is not None and _read(scene, given.flat, ()) == scene:
+        return nest(given.flat)
+    return nest(_flat(scene))
 
 
 def known_names() -> tuple[str, ...]:

@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
+from scenes.parameters import Parameters
+
 Point = tuple[float, float, float]
 
 
@@ -169,6 +171,7 @@ class Scene(Declared):
     accuracy: float = 1e-3
     steady: bool = False
     output_times: tuple[float, ...] = ()
+    parameters: Parameters | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True)
@@ -232,6 +235,7 @@ class MeshScene(Declared):
     steady: bool = False
     output_times: tuple[float, ...] = ()
     folder: str = ""
+    parameters: Parameters | None = field(default=None, compare=False, repr=False)
 
     @property
     def path(self) -> Path:

@@ -4,7 +4,7 @@ its name "boundary.left.voltage=2", and for one coordinate of a point "box.arm.u
 
 A *path* is a key's full name, section and all: "materials.silicon.density". A *flat* scene maps paths to what stands in
 the file, and the name of a table that a file may have many of, "box", to the list of them; its *values* map the same to
-what has been read from that.
+what has been read from that. Any type of file may have "parameters", of which the rest is made (`scenes.parameters`).
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from typing import Any, TypeVar
 from scenes.errors import SceneError, did_you_mean, nearest, printable, quoted
 from scenes.files import parsed
 from scenes.kinds import Instants, Kind, Numbers, Quantity
+from scenes.parameters import SECTION, Names, Parameters, known, put
 from scenes.units import TIME
 
 T = TypeVar("T")
@@ -73,7 +74,7 @@ class Schema:
                 parent, _, name = path.rpartition(".")
                 found.setdefault(parent, {})[name] = None
                 path = parent
-        found[""] |= dict.fromkeys(self.lists)
+        found[""] |= dict.fromkeys((*self.lists, SECTION))
         return {section: tuple(names) for section, names in found.items()}
 
     def flatten(self, document: Mapping[str, object], section: str = "") -> dict[str, object]:
@@ -81,7 +82,7 @@ class Schema:
         flat: dict[str, object] = {}
         for name, given in document.items():
             path = f"{section}.{name}" if section else str(name)
-            if path in self.paths or path in self.lists:
+            if path in self.paths or path in self.lists or path == SECTION:
                 flat[path] = given
             elif path not in self.sections:
                 raise self.unknown(path, given)
@@ -96,10 +97,14 @@ class Schema:
 
         Raises SceneError for what is missing, of the wrong type or out of bounds, and for a name that is given twice.
         """
-        return {
-            path: self._items(path, given) if path in self.lists else self.paths[path].kind.read(path, given)
-            for path, given in flat.items()
-        }
+        names = Names(flat.get(SECTION, {}))
+        with known(names):
+            values = {
+                path: self._items(path, given) if path in self.lists else self.paths[path].kind.read(path, given)
+                for path, given in flat.items()
+                if path != SECTION
+            }
+        return values | {SECTION: Parameters.of(names, flat)} if names else values
 
     def _items(self, table: str, given: object) -> tuple[Item, ...]:
         if not isinstance(given, (list, tuple)) or not all(isinstance(item, Mapping) for item in given):
@@ -128,7 +133,7 @@ class Schema:
     def apply(self, values: Mapping[str, Any], default: T) -> T:
         """The default scene (a frozen dataclass) with the values put in its attributes."""
         for path, value in values.items():
-            default = _with(default, self.paths[path].attribute, value)
+            default = _with(default, path if path == SECTION else self.paths[path].attribute, value)
         return default
 
     def write(self, scene: object) -> dict[str, Any]:
@@ -213,7 +218,9 @@ def override(flat: Mapping[str, object], settings: Sequence[str], schema: Schema
             continue
         path, item = locate(key, value, schema)
         given.add(path)
-        if item:
+        if item and path == SECTION:
+            value = put(result.get(path), item, value)
+        elif item:
             tolerances = result.get(path)
             value = {**(tolerances if isinstance(tolerances, Mapping) else {}), item: value}
         result |= schema.flatten({path: value})
@@ -229,8 +236,9 @@ def _of_one_length(flat: dict[str, object], given: set[str]) -> dict[str, object
     if "run.end_time" in given:
         flat.pop("run.steady", None)
         if "run.output_times" in flat and "run.output_times" not in given:
-            end = Quantity(TIME, 0.0, inf).read("run.end_time", flat["run.end_time"]) or 0.0
-            times = Instants().read("run.output_times", flat.pop("run.output_times"))
+            with known(Names(flat.get(SECTION, {}))):
+                end = Quantity(TIME, 0.0, inf).read("run.end_time", flat["run.end_time"]) or 0.0
+                times = Instants().read("run.output_times", flat.pop("run.output_times"))
             if within := [time for time in times if time <= end]:
                 flat["run.output_times"] = within
     return flat
@@ -238,7 +246,10 @@ def _of_one_length(flat: dict[str, object], given: set[str]) -> dict[str, object
 
 def locate(key: str, value: object, schema: Schema) -> tuple[str, str]:
     """The path that a key stands for, given a value or None, and the item within it where that is a table of
-    tolerances. Raises SceneError."""
+    tolerances or of parameters. Raises SceneError."""
+    section, _, name = key.partition(".")
+    if section == SECTION:
+        return section, name
     if key in schema.paths or key in schema.sections:
         return key, ""
     ends = [path for path in schema.paths if path.endswith(f".{key}")]

@@ -14,6 +14,7 @@ from typing import Literal, NamedTuple
 
 from scenes.checks import SINK_TOLERANCES, SLOPE_TOLERANCES
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene
+from scenes.parameters import Parameters
 
 SILICON = Material("silicon", 130.0, 2330.0, 712.0, 6e-5, 5e-4, 293.0, valid_to=1687.0)
 UNCERTAINTIES = {
@@ -68,6 +69,7 @@ class Sink:
     tolerances: dict[str, float] = field(default_factory=dict, hash=False)
     expected_to_differ: tuple[str, ...] | None = None
     uncertainties: dict[str, float] = field(default_factory=lambda: dict(UNCERTAINTIES), hash=False)
+    parameters: Parameters | None = field(default=None, compare=False, repr=False)
 
     @property
     def anchor_distance(self) -> float:

@@ -88,6 +88,8 @@ def path_of(scene: object, key: str, known: Mapping[str, float], option: str) ->
     ends = [path for path in known if path == key or path.endswith(f".{key}")]
     if len(ends) == 1:
         return ends[0]
+    if (given := getattr(scene, "parameters", None)) is not None:
+        given.key(key)
     path = "" if is_free(scene) else ".".join(filter(None, locate(key, None, type_of(scene).schema)))
     if path in known:
         return path

@@ -9,14 +9,16 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from decimal import Decimal
+from fractions import Fraction
 from functools import cached_property
 
 from scenes.errors import did_you_mean, printable
 
-Powers = tuple[int, int, int, int, int]
-"""The exponents of metre, kilogram, second, ampere and kelvin."""
+Power = int | Fraction
+Powers = tuple[Power, Power, Power, Power, Power]
+"""The exponents of metre, kilogram, second, ampere and kelvin: whole, but for those of roots."""
 
-_NONE: Powers = (0, 0, 0, 0, 0)
+PLAIN: Powers = (0, 0, 0, 0, 0)
 _SYMBOLS: dict[str, tuple[Powers, int]] = {
     "m": ((1, 0, 0, 0, 0), 0),
     "g": ((0, 1, 0, 0, 0), -3),
@@ -30,9 +32,9 @@ _SYMBOLS: dict[str, tuple[Powers, int]] = {
 }
 _WITHOUT_PREFIX: dict[str, tuple[Powers, int]] = {
     "degC": ((0, 0, 0, 0, 1), 0),
-    "ppm": (_NONE, -6),
-    "%": (_NONE, -2),
-    "1": (_NONE, 0),
+    "ppm": (PLAIN, -6),
+    "%": (PLAIN, -2),
+    "1": (PLAIN, 0),
 }
 _PREFIXES = {"G": 9, "M": 6, "k": 3, "": 0, "c": -2, "m": -3, "u": -6, "n": -9, "p": -12}
 _FAMILIAR = ("m", "cm", "mm", "um", "nm", "s", "ms", "us", "ns", "V", "mV", "kV", "K", "degC", "W", "mW", "J", "kg",
@@ -44,10 +46,22 @@ _SPELLINGS = str.maketrans({
     "\N{MICRO SIGN}": "u", "\N{GREEK SMALL LETTER MU}": "u",
     "\N{OHM SIGN}": "ohm", "\N{GREEK CAPITAL LETTER OMEGA}": "ohm",
     "\N{DEGREE SIGN}": "deg", "\N{DEGREE CELSIUS}": "degC",
-    "\N{MIDDLE DOT}": " ", "\N{DOT OPERATOR}": " ", "*": " ", "^": "",
-    "\N{MINUS SIGN}": "-", "\N{SUPERSCRIPT MINUS}": "-",
+    "\N{MIDDLE DOT}": " ", "\N{DOT OPERATOR}": " ", "\N{MINUS SIGN}": "-",
+})  # fmt: skip
+_SUPERSCRIPTS = str.maketrans({
+    "\N{SUPERSCRIPT MINUS}": "-",
     "\N{SUPERSCRIPT ONE}": "1", "\N{SUPERSCRIPT TWO}": "2", "\N{SUPERSCRIPT THREE}": "3",
 })  # fmt: skip
+_SUPERSCRIPT = re.compile(
+    "(?<=[A-Za-z])[\N{SUPERSCRIPT MINUS}\N{SUPERSCRIPT ONE}\N{SUPERSCRIPT TWO}\N{SUPERSCRIPT THREE}]+"
+)
+_WORDS = "|".join(filter(str.isalpha, _WITHOUT_PREFIX))
+_POWER = r"(?:(?:\*\*)?-?\d+)?"
+_FACTOR = rf"(?:[{''.join(_PREFIXES)}]?(?:{'|'.join(_SYMBOLS)}){_POWER}|{_WORDS}|%)(?![\w%])"
+LEADING_UNIT = re.compile(
+    rf"\s*(?:1\s*/\s*)?{_FACTOR}(?:(?:\s*/\s*|\s+){_FACTOR}|\s*/\s*\(\s*{_FACTOR}(?:\s+{_FACTOR})*\s*\))*", re.ASCII
+)
+"""A unit in front of something else, with signs as `spelled` has them: as far as there are known ones."""
 _MEANT = {"c": "degC", "celsius": "degC", "kelvin": "K", "micron": "um", "sec": "s", "volt": "V"}
 """What is meant by words that are spelled like another unit, or like none."""
 _LONGEST = 100
@@ -101,14 +115,20 @@ def parse_unit(text: str) -> Unit:
     return unit
 
 
+def spelled(text: str) -> str:
+    """The text with one spelling for every sign, in ASCII: the power of a unit stands behind it as a number. A power of
+    a number, as in "2² um", is none of a unit and stays as it is."""
+    return _SUPERSCRIPT.sub(lambda found: found.group().translate(_SUPERSCRIPTS), text.translate(_SPELLINGS))
+
+
 def _plain(text: str) -> str:
-    """The text with one spelling for every sign: ASCII, factors apart, powers right behind their unit."""
-    return text.replace("**", "").translate(_SPELLINGS)
+    """A quantity without signs of powers and products: powers right behind their unit, factors apart."""
+    return re.sub(r"(?<=[A-Za-z])(\*\*|\^)", "", spelled(text)).replace("*", " ")
 
 
 def _product(tokens: list[str]) -> Unit:
     """Consumes factors from the end of ``tokens`` up to its start or a closing bracket."""
-    powers, exponent, sign = _NONE, 0, 1
+    powers, exponent, sign = PLAIN, 0, 1
     while tokens and tokens[-1] != ")":
         token = tokens.pop()
         if token == "/":
@@ -125,7 +145,7 @@ def _product(tokens: list[str]) -> Unit:
             name = token.rstrip("-0123456789") or "1"
             power = int(token[len(name) :] or 1)
             base, ten = _named(name)
-            factor = Unit(_combine(_NONE, base, power), power * ten)
+            factor = Unit(_combine(PLAIN, base, power), power * ten)
         powers = _combine(powers, factor.powers, sign)
         exponent += sign * factor.exponent
         sign = 1
@@ -201,6 +221,32 @@ DIMENSIONS = tuple(found for found in list(globals().values()) if isinstance(fou
 def named(powers: Powers) -> str | None:
     """The name of the dimension with these base units, or ``None`` where no scene has such a quantity."""
     return next((d.name for d in DIMENSIONS if d.powers == powers), None)
+
+
+def called(powers: Powers) -> str:
+    """What a quantity of these base units is, with an article: "a length", "a quantity in m2"."""
+    return named(powers) or f"a quantity in {unit_of(powers)}"
+
+
+def dimension_of(powers: Powers) -> Dimension:
+    """The dimension with these base units, one without a name where no scene has such a quantity."""
+    unit = unit_of(powers)
+    known = next((d for d in DIMENSIONS if d.powers == powers), None)
+    return known or Dimension(called(powers), unit, f"1 {unit}")
+
+
+def unit_of(powers: Powers) -> str:
+    """The SI unit of these powers, as a scene would show it, or else of base units: "W/(m K)", "m2 kg s-3"."""
+    known = next((d.unit for d in DIMENSIONS if d.powers == powers), None)
+    if known is not None:
+        return known
+    base = zip(("m", "kg", "s", "A", "K"), powers, strict=True)
+    return " ".join(f"{symbol}{power if power != 1 else ''}" for symbol, power in base if power)
+
+
+def is_unit(name: str) -> bool:
+    """Whether a name means a unit, such as W, or a power of one, such as m2."""
+    return LEADING_UNIT.fullmatch(name) is not None
 
 
 def point(at: tuple[float, float, float]) -> str:

@@ -3,13 +3,14 @@
 Those of a free scene are of materials, sources and conditions, and the planes of its boxes. A plane is a coordinate of
 a box with all else that lies there: boxes, conditions and probes go along, so that nothing tears. It is named after the
 thinnest box with a face in it, of whose size a part says how far it moves: unlike a part of the coordinate that doesn't
-depend on where the origin is. A value over time is varied as a whole.
+depend on where the origin is. A value over time is varied as a whole. A parameter takes all along that is made of it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from math import inf
 from operator import attrgetter
 from typing import Any, TypeVar
 
@@ -18,7 +19,9 @@ from scenes.free.document import HEAT_SOURCE, LISTS
 from scenes.keys import TYPES, type_of
 from scenes.kinds import KELVIN, Convection, Quantity, Varying
 from scenes.model import AnyScene, Material, MeshScene, Scene, Schedule, Value, values
-from scenes.units import LENGTH
+from scenes.moved import transferred
+from scenes.parameters import SECTION, Parameters
+from scenes.units import LENGTH, dimension_of
 
 T = TypeVar("T")
 
@@ -38,10 +41,10 @@ def is_free(scene: object) -> bool:
 def numbers(scene: Any) -> dict[str, float]:
     """The physical keys of a scene whose values are numbers other than zero, with these (SI units): what a
     logarithmic derivative can be taken by; of a plane of a free scene it is the size of its box. An insulator's
-    resistivity law says nothing, and is left out."""
+    resistivity law says nothing, and is left out. Of parameters those that are plain numbers and move something."""
+    found = {f"{SECTION}.{name}": value for name, value in _parameters(scene).items()}
     if is_free(scene):
-        return {path: number.value for path, number in of_free(scene).items() if number.value}
-    found = {}
+        return found | {path: number.value for path, number in of_free(scene).items() if number.value}
     for path, key in type_of(scene).schema.paths.items():
         if not key.physical or not isinstance(key.kind, Quantity) or path.startswith(SETTINGS):
             continue
@@ -60,7 +63,15 @@ def zeros(scene: Any) -> tuple[str, ...]:
     return tuple(path for path, number in of_free(scene).items() if not number.value)
 
 
+def _parameters(scene: Any) -> dict[str, float]:
+    given: Parameters | None = scene.parameters
+    return {} if given is None else {name: given.values[name] for name in given.free if given.values[name]}
+
+
 def kind_of(scene: Any, path: str) -> Quantity:
+    given: Parameters | None = scene.parameters
+    if given is not None and (name := given.key(path)):
+        return Quantity(dimension_of(given.powers[name]), 0.0, inf, signed=True)
     if is_free(scene):
         return of_free(scene)[path].kind
     kind = type_of(scene).schema.paths[path].kind
@@ -70,18 +81,57 @@ def kind_of(scene: Any, path: str) -> Quantity:
 
 def varied(scene: T, path: str, factor: float) -> T:
     """The scene with one key multiplied by a factor, unchecked; of a free scene with one of its numbers more by the
-    factor less one."""
+    factor less one. With another value of a parameter it is checked; raises SceneError then."""
+    given: Any = scene
+    if given.parameters is not None and (name := given.parameters.key(path)):
+        after = _rebuilt(given, name, factor)
+        found = transferred(given, _rebuilt(given, name, 1.0), after)
+        return replace(found, parameters=after.parameters)  # type: ignore[no-any-return]
     if is_free(scene):
-        found: Any = of_free(scene)[path].more(factor - 1)  # type: ignore[arg-type]
-        return found  # type: ignore[no-any-return]
+        return of_free(given)[path].more(factor - 1)  # type: ignore[return-value]
     schema = type_of(scene).schema
     value: Any = _value(scene, schema.paths[path].attribute)
     return schema.apply({path: value * factor}, scene)
 
 
+def neighbour(scene: T, path: str, step: float) -> T:
+    """The scene whose numbers differ by ``step`` times their derivatives by the logarithm of a key: what is made of a
+    parameter need not be in proportion to it, and is to first order here. How a scene is run does not change. Raises
+    SceneError where parts come apart, as faces that touch do of which a parameter moves one alone."""
+    given: Any = scene
+    if given.parameters is None or not (name := given.parameters.key(path)):
+        return varied(scene, path, 1 + step)
+    less, more = (_rebuilt(given, name, 1 + sign * abs(step)) for sign in (-1, 1))
+    found: T = transferred(given, less, more, 0.5 if step > 0 else -0.5)
+    return _run_as(found, given)
+
+
+def _run_as(scene: T, other: Any) -> T:
+    """The scene with all that says how another is run."""
+    if is_free(scene):
+        run = {name: getattr(other, name) for name in ("end_time", "output_times", "accuracy", "steady")}
+        return replace(scene, **run)  # type: ignore[type-var]
+    schema = type_of(scene).schema
+    keys = {path: key.attribute for path, key in schema.paths.items() if path.startswith(SETTINGS)}
+    return schema.apply({path: attrgetter(attribute)(other) for path, attribute in keys.items()}, scene)
+
+
+def _rebuilt(scene: Any, name: str, factor: float) -> Any:
+    """What the file of a scene says with a parameter multiplied by a factor."""
+    flat = scene.parameters.moved({name: scene.parameters.values[name] * factor})
+    if is_free(scene):
+        from scenes import free
+
+        return free.rebuilt(scene, flat)
+    of = type_of(scene)
+    return of.schema.apply(of.schema.read(flat), of.default)
+
+
 def is_word(scene: object, path: str) -> bool:
     """Whether the value of a key is a word, which comes to a number."""
-    return attrgetter(type_of(scene).schema.paths[path].attribute)(scene) is None
+    return (
+        path in type_of(scene).schema.paths and attrgetter(type_of(scene).schema.paths[path].attribute)(scene) is None
+    )
 
 
 def _value(scene: object, attribute: str) -> Any:

@@ -8,11 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from scenes.errors import SceneError
-from scenes.keys import type_of
+from scenes.parameters import SECTION
 from scenes.sink import Sink
 from scenes.uncertain import Uncertain
-from scenes.varied import is_word, numbers
+from scenes.varied import is_word, neighbour, numbers, varied
 from validate.inputs import propagation
+from validate.inputs.propagation import STEP
 from validate.processes import processors
 from validate.run.outcome import Outcome
 from validate.sweep.cluster import Cluster
@@ -45,7 +46,8 @@ def added(outcome: Outcome[Sink], count: int, say: Callable[[str], None]) -> Out
         raise SceneError(f"--monte-carlo {count}: only {len(rows)} samples have an answer: give smaller uncertainties")
     names = [n for n, v in rows[0].values.items() if isinstance(v, float)]
     columns = {n: np.array([row.values[n] for row in rows]) for n in names}
-    checks = {check.id: check.u_input for check in outcome.checks if check.u_input}
+    known = {check.id: check.u_input or 0.0 for check in outcome.checks}
+    checks = {name: u for name, u in known.items() if u > propagation.ROUNDING}
     sampled = propagation.spreads(columns, found, checks, count - len(rows))
     return replace(outcome, sampled=sampled, warnings=(*outcome.warnings, *sampled.warnings()))
 
@@ -58,6 +60,20 @@ def drawn(sink: Sink, uncertain: Uncertain, count: int) -> np.ndarray:
     for n, word in enumerate(keys):
         if is_word(sink, word):
             for point in found:
-                others = {key: value for key, value in zip(keys, point.tolist(), strict=True) if key != word}
-                point[n] *= numbers(type_of(sink).schema.apply(others, sink))[word] / known[word]
+                other = sink
+                for key, value in zip(keys, point.tolist(), strict=True):
+                    other = varied(other, key, value / known[key]) if key != word else other
+                point[n] *= numbers(other)[word] / known[word]
     return found
+
+
+def check_apart(sink: Sink, keys: tuple[str, ...]) -> None:
+    """Refuses a key beside the parameter that it is made of: a sample gives each a value, and it can have but one."""
+    known = numbers(sink)
+    for parameter in (key for key in keys if key.startswith(f"{SECTION}.")):
+        there = numbers(neighbour(sink, parameter, STEP))
+        made = [key for key in keys if not key.startswith(f"{SECTION}.") and not is_word(sink, key)]
+        for key in (key for key in made if there.get(key) != known[key]):
+            raise SceneError(
+                f"--monte-carlo: {key} is made of {parameter}, and both are uncertain: give one of the two"
+            )

@@ -26,7 +26,7 @@ from scenes.errors import SceneError
 from scenes.loop.result import QUANTITIES
 from scenes.loop.stability import steady
 from scenes.result import Estimate
-from scenes.varied import numbers, varied
+from scenes.varied import neighbour, numbers
 
 FOLLOWED = tuple(q for q in QUANTITIES if not q.endswith("_K"))
 """Temperatures are what the controllers make them."""
@@ -45,7 +45,7 @@ def of_device(device: Device, model: Model) -> tuple[Table, dict[str, str]]:
         if key.endswith(OF_STORAGE):
             found[key] = {q: Estimate(0.0, 0.0) for q in known}
             continue
-        other = varied(device, key, 1 + STEP)
+        other = neighbour(device, key, STEP)
         try:
             domain = moved(model.structures[0].heat.domain, part, symmetry.reduce(other.scene()), STEP)
         except SceneError as error:

@@ -7,7 +7,7 @@ where none is given), over time above the start.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -20,10 +20,10 @@ from fem3d.sensitivity import steady as steady_slopes
 from fem3d.sensitivity.motion import STEP
 from fem3d.sensitivity.over_time import over_time
 from fem3d.sensitivity.steady import Known, Table
-from scenes.errors import quoted
+from scenes.errors import SceneError, quoted
 from scenes.model import AnyScene, values
 from scenes.result import Estimate, Result
-from scenes.varied import numbers, varied
+from scenes.varied import neighbour, numbers
 
 SAME = 1e-9  # K: given temperatures nearer to each other are one
 
@@ -44,8 +44,14 @@ class Slopes:
 
 def of_scene(scene: AnyScene, result: Result) -> Slopes:
     """The derivatives of a result of a whole scene by every number other than zero. Raises ConvergenceError."""
-    others = {key: varied(scene, key, 1 + STEP) for key in numbers(scene)}
-    return _steady(scene, result, others) if result.traces is None else _over_time(scene, result, others)
+    others, torn = dict[str, AnyScene](), dict[str, str]()
+    for key in numbers(scene):
+        try:
+            others[key] = neighbour(scene, key, STEP)
+        except SceneError as error:
+            torn[key] = str(error)
+    found = _steady(scene, result, others) if result.traces is None else _over_time(scene, result, others)
+    return replace(found, left_out=torn | found.left_out)
 
 
 def _steady(scene: AnyScene, result: Result, others: Mapping[str, AnyScene]) -> Slopes:

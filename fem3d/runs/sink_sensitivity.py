@@ -19,7 +19,7 @@ from fem3d.sensitivity.steady import Table
 from meshes import symmetry
 from scenes.result import Estimate, Result
 from scenes.sink import Sink
-from scenes.varied import numbers, varied
+from scenes.varied import neighbour, numbers
 
 VOLTAGE = "drive.voltage"
 PROFILE = "profile"
@@ -61,7 +61,7 @@ def of_sink(
 
     @cache
     def study(key: str = "") -> Study:
-        other = varied(sink, key, 1 + STEP) if key else sink
+        other = neighbour(sink, key, STEP) if key else sink
         return sink_run.study(other, count, symmetry.reduce(other.scene(count)))
 
     others = {key: partial(study, key) for key in keys or numbers(sink)}

@@ -18,14 +18,21 @@ def from_dict(
 ) -> AnyScene:
     """The scene of nested tables such as `as_dict` returns, with overrides put over it, checked; raises SceneError."""
     schema = schema_of(given)
-    values = schema.read(override(schema.flatten(given), overrides, schema))
-    return document.on_mesh(values, name, folder) if "mesh" in given else check(document.of_boxes(values, name, folder))
+    return built(override(schema.flatten(given), overrides, schema), schema, name, folder)
 
 
-def overridden(scene: AnyScene, overrides: Sequence[str]) -> AnyScene:
-    """A scene with "KEY=VALUE" overrides put over it as `load` puts them over a file's, checked; raises SceneError."""
+def built(flat: Mapping[str, Any], schema: Schema, name: str, folder: str) -> AnyScene:
+    """The scene of a flat one whose files lie in a folder, checked; raises SceneError."""
+    values = schema.read(flat)
+    if schema is ON_MESH:
+        return document.on_mesh(values, name, folder)
+    return check(document.of_boxes(values, name, folder))
+
+
+def rebuilt(scene: AnyScene, flat: Mapping[str, Any]) -> AnyScene:
+    """What a flat scene says, of the kind and in the folder of another; raises SceneError."""
     folder = getattr(scene, "folder", "") or (scene.model.folder if scene.model else "")
-    return from_dict(as_dict(scene), scene.name, folder, overrides)
+    return built(flat, schema_of_scene(scene), scene.name, folder)
 
 
 def check(scene: Scene) -> Scene:
@@ -33,6 +40,10 @@ def check(scene: Scene) -> Scene:
     from scenes.free import validity
 
     return validity.check(scene)
+
+
+def schema_of_scene(scene: AnyScene) -> Schema:
+    return BOXES if isinstance(scene, Scene) else ON_MESH
 
 
 def schema_of(given: Mapping[str, Any]) -> Schema:

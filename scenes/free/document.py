@@ -181,7 +181,8 @@ def _declared(scene: S, values: Values, folder: str) -> S:
 def _with_run(scene: S, values: Values) -> S:
     """The scene with what [scene] and [run] say. Refuses values that vary in a steady state, and materials that are
     used without what the physics that is asked for needs to know of them."""
-    scene = replace(scene, **section(values, "scene"), **_run_keys(section(values, "run")))
+    run = _run_keys(section(values, "run"))
+    scene = replace(scene, **section(values, "scene"), **run, parameters=values.get("parameters"))
     driving = [
         *((f"boundary {quoted(b.name)}.{b.kind}", b.value) for b in scene.boundaries),
         *((f"boundary {quoted(b.name)}.convection.ambient", b.ambient) for b in scene.boundaries),
@@ -288,6 +289,8 @@ def as_dict(scene: m.AnyScene) -> dict[str, Any]:
         run["output_times"] = list(scene.output_times)
     needed = physics.needed(scene)
     found: dict[str, Any] = {"scene": {"name": scene.name, "initial_temperature": scene.initial_temperature}}
+    if scene.parameters is not None:
+        found["parameters"] = dict(scene.parameters.values)
     if isinstance(scene, m.MeshScene):
         found["mesh"] = {"file": scene.file, "unit": scene.unit}
         found["material"] = [_of_material(b.material, needed) | {"groups": list(b.groups)} for b in scene.bodies]

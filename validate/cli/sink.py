@@ -63,8 +63,10 @@ def run(arguments: argparse.Namespace) -> int:
     given = [arguments.against, *arguments.column] if arguments.against else []
     data, sampled = _data(arguments, sink, request), None
     if request.monte_carlo:
-        from validate.monte_carlo import added
+        from validate.monte_carlo import added, check_apart
 
+        if request.uncertain is not None:
+            check_apart(sink, tuple(request.uncertain.relative))
         sampled = partial(added, count=request.monte_carlo)
     return common.run(arguments, sink, request, arguments.set, given, data, sampled)
 

@@ -107,8 +107,8 @@ def execute(
     for key in design.keys:
         if fixed & set(key.split("+")):
             raise SceneError(f"{key} is varied and set: give it one of the two")
-    check = checked(base, arguments.check, steady, design.keys)
     reductions = dict.fromkeys(canonical(name.strip()) for name in (arguments.reduction or "paper").split(","))
+    check = checked(base, arguments.check, steady, design.keys, next(iter(reductions)))
     job = Job(base, design, Scope(tuple(reductions), steady, check, arguments.blame, solves is None), solves)
     if arguments.scheduler is not None and arguments.workers is not None:
         raise SceneError("--workers are those of this machine, and a --scheduler has its own: give one of the two")
@@ -123,7 +123,7 @@ def execute(
     kind = "sweep" if solves is None else "map"
     folder = common.out(arguments) or folder_of_sweep(base.name, kind, [*arguments.vary, *_settings(arguments)], *words)
     started = time.monotonic()
-    with Store(folder, job.document(), arguments.fresh) as store:
+    with Store(folder, job.document(), arguments.fresh, design.count) as store:
         try:
             with progress(arguments.quiet) as say:
                 table, document = run(

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -17,12 +16,11 @@ from compare.against import Data
 from scenes.checks import FIRST_TIME
 from scenes.errors import SceneError
 from scenes.formats import percent
-from scenes.keys import type_of
 from scenes.plan import Request
 from scenes.sink import Sink
 from scenes.uncertain import path_of
 from scenes.validity import check
-from scenes.varied import numbers, varied
+from scenes.varied import kind_of, numbers, varied
 from validate.inputs.propagation import of_values
 
 COVERS = 1.96
@@ -32,6 +30,7 @@ TOLD = 0.5  # of a relative standard uncertainty, from which on the data tell no
 MOST = 20  # solutions
 SINGULAR = 1e-12  # of the normal matrix: about the square of the rounding of derivatives
 WIDEST = 50.0  # of a logarithm
+TINY = 1e-300  # a bound where there is none: still a number, and its inverse too
 
 Modelled = tuple[Mapping[str, np.ndarray], Mapping[str, Mapping[str, np.ndarray]]]
 """Traces by quantity, and their derivatives by the logarithm of each key, by key and quantity, all (times,)."""
@@ -165,10 +164,8 @@ def _late(sink: Sink, data: Data) -> np.ndarray:
 
 def _bounds(sink: Sink, key: str) -> tuple[float, float]:
     """Of the logarithm of a key over its value: those of its kind."""
-    of = type_of(sink).schema.paths[key]
-    value = abs(attrgetter(of.attribute)(sink))
-    kind: Any = of.kind
-    return float(np.log(max(kind.lower, 1e-300) / value)) - 1e-9, float(np.log(kind.upper / value)) + 1e-9
+    kind, value = kind_of(sink, key), abs(numbers(sink)[key])
+    return float(np.log(max(kind.lower, TINY) / value)) - 1e-9, float(np.log(min(kind.upper, 1 / TINY) / value)) + 1e-9
 
 
 def in_3d(sink: Sink, keys: Sequence[str], times: np.ndarray) -> Modelled:

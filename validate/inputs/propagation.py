@@ -21,7 +21,7 @@ from scenes.formats import percent
 from scenes.result import Estimate, Result
 from scenes.sink import Sink
 from scenes.uncertain import Uncertain
-from scenes.varied import varied
+from scenes.varied import neighbour, varied
 from validate.inputs.sensitivities import QUANTITIES, Sensitivities, of_sink
 
 STEP = 1e-4  # of a key: differences of formulas are off by its square
@@ -39,6 +39,8 @@ BALANCE = "energy"
 
 Estimates = Mapping[str, Estimate]
 SURELY, MATTERS = 3.0, 0.05  # standard errors, and part of u_input, from which on the linear propagation is off
+ROUNDING = 1e-9  # of a value: what differs by less between samples follows none of their inputs
+ROUNDING = 1e-9  # of a value: samples that spread by less spread by rounding
 FURTHEST = 0.95  # of a value that a sample takes off or adds: no size is negative
 
 
@@ -141,7 +143,7 @@ def judged(
             in_1d = models.reduced1d and moved(models.reduced1d, sink)
             # What only a row has, its islands' length, is nothing to one span.
             one = other(single, sink) if single is not None and key in alone.keys else single
-            there = Models(varied(sink, key, 1 + step), moved(models.fem3d, sink), in_1d, one)
+            there = Models(neighbour(sink, key, step), moved(models.fem3d, sink), in_1d, one)
             beside.append({check.id: definitions[check.id](there).difference for check in made})
         for name, own in slopes.items():
             own[n] = (beside[0][name] - beside[1][name]) / (2 * STEP)
@@ -213,7 +215,7 @@ def of_values(
     found: dict[str, dict[str, np.ndarray]] = {}
     for key, of in by.items():
         # A temperature is the room's and a rise; where the room is the key, both move.
-        own = sink.room_temperature if key == "environment.room_temperature" else 0.0
+        own = (neighbour(sink, key, STEP).room_temperature - sink.room_temperature) / STEP
         found[key] = {
             n: (values[n] - sink.room_temperature) * s + own if n.endswith("_K") else values[n] * s
             for n, s in of.items()
@@ -251,7 +253,12 @@ class Spread:
     def off(self) -> bool:
         """Whether the linear propagation is off by more than chance, and by enough to matter."""
         apart = abs(self.deviation - self.linear)
-        return apart > SURELY * self.standard_error and apart > MATTERS * self.linear
+        return apart > max(SURELY * self.standard_error, MATTERS * self.linear, ROUNDING * abs(self.mean))
+
+    @property
+    def excess(self) -> float:
+        """By which part of itself the linear propagation is off."""
+        return self.deviation / self.linear - 1 if self.linear else float("inf")
 
 
 @dataclass(frozen=True)
@@ -268,7 +275,7 @@ class Sampled:
         """Where the linear propagation is not good enough."""
         models = {"in 3D": self.fem3d, "in 1D": self.reduced1d, "of the check": self.checks}
         off = [
-            f"{name} {where} ({percent(spread.deviation / spread.linear - 1, sign=True)})"
+            f"{name} {where} ({percent(spread.excess, sign=True)})"
             for where, found in models.items() for name, spread in found.items() if spread.off
         ]  # fmt: skip
         return (

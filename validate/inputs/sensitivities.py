@@ -14,6 +14,7 @@ from reduced1d.slopes import OF_DEVICE
 from scenes.device import Device
 from scenes.formats import percent
 from scenes.model import AnyScene
+from scenes.parameters import SECTION
 from scenes.result import Estimate, Result
 from scenes.sink import OF_A_SINK, Sink
 from scenes.varied import numbers, zeros
@@ -88,8 +89,9 @@ class Sensitivities:
 
     def largest(self, quantity: str) -> float:
         """The largest slope of a quantity by any key, in 3D where that is there; but for temperatures, of which a
-        percent is kelvins, however few the rises are."""
-        slopes = [of[quantity] for key, of in self.steady.items() if quantity in of and not key.endswith(TEMPERATURE)]
+        percent is kelvins, however few the rises are, and for parameters, whose slopes are sums of those of keys."""
+        keys = [key for key in self.steady if not key.endswith(TEMPERATURE) and not key.startswith(f"{SECTION}.")]
+        slopes = [self.steady[key][quantity] for key in keys if quantity in self.steady[key]]
         return max((abs(s.fem3d.value) if s.fem3d else s.size for s in slopes), default=0.0)
 
     def sorted(self, quantities: Iterable[str]) -> list[str]:

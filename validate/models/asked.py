@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from scenes.errors import SceneError, did_you_mean, listed, quoted
+from scenes.expressions import Measure, measured
 from scenes.formats import quantity
 from scenes.free import as_dict
 from scenes.model import UNITS, AnyScene, OwnModel
 from scenes.result import Estimate, Result, Traces
-from scenes.units import UnitError, parse_quantity
+from scenes.units import UnitError
 from validate.models import Answer, Asked, Model
 
 BENDS = 0.1
@@ -29,26 +30,28 @@ MOST = 20_000
 
 def of_scene(scene: AnyScene) -> Asked:
     """What a model of a scene of boxes, or on a mesh, is asked for: its probes. Raises SceneError for a parameter
-    that is neither a quantity nor a key of the scene."""
+    that is neither a quantity, nor a key of the scene, nor made of its parameters."""
     document = as_dict(scene)
     units = {probe.name: UNITS[probe.quantity] for probe in scene.probes}
     own = scene.model or OwnModel()
-    parameters = {name: _value(name, given, document) for name, given in own.parameters}
+    known = {} if scene.parameters is None else scene.parameters.measures()
+    parameters = {name: _value(name, given, document, known) for name, given in own.parameters}
     return Asked(scene.name, document, units, units, parameters, dict(own.outputs))
 
 
-def _value(name: str, given: float | str, document: Mapping[str, Any]) -> float:
-    """The value of a model's parameter in SI units: a number, a quantity, or that of a key of the scene."""
+def _value(name: str, given: float | str, document: Mapping[str, Any], known: Mapping[str, Measure]) -> float:
+    """The value of a model's parameter in SI units: a number, a quantity, an expression of the scene's parameters,
+    which are ``known``, or the value of a key of the scene."""
     if not isinstance(given, str):
         return given
     try:
-        return parse_quantity(given)[0]
+        return measured(given, known)[0]
     except UnitError:
         found = _at(given, document)
     if isinstance(found, bool) or not isinstance(found, float | int):
         raise SceneError(
-            f"model.parameters.{name} = {quoted(given)} is neither a quantity nor a key of the scene with a number: "
-            'give such as "300 ohm", or "box.beam.upper.y"'
+            f"model.parameters.{name} = {quoted(given)} is neither a quantity nor a key of the scene with a number, "
+            'nor made of its parameters: give such as "300 ohm", "box.beam.upper.y", or "w/2"'
         )
     return float(found)
 

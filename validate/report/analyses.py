@@ -6,7 +6,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
-from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,9 +14,10 @@ from compare import against
 from compare.verdict import COVERS, unit_of
 from scenes.device import Device
 from scenes.formats import cut, difference_text, percent, quantity, signed, span
-from scenes.keys import type_of
 from scenes.model import UNITS
+from scenes.parameters import SECTION
 from scenes.sink import OF_A_SINK, Sink
+from scenes.varied import kind_of
 from validate.inputs.sensitivities import PREFIX, QUANTITIES
 from validate.report.table import Row, Section, Style, Table
 
@@ -166,12 +166,13 @@ def entered(entries: dict[str, Any], found: Propagated, sampled: Sampled | None)
 def fit(found: Fit, outcome: Outcome[Any], style: Style) -> Section:
     """A line for each key that was fitted, from where to where it went and how well it is known, and the scene that
     results."""
-    paths, rows, scene = type_of(found.scene).schema.paths, [], dict[str, list[str]]()
+    rows, scene = [], dict[str, list[str]]()
     for key, value in found.fitted.items():
         ends = (f"{v:.4g}" for v in found.interval(key))
         rows.append([short(key), f"{found.start[key]:.4g}", f"{value:.4g}", percent(found.u[key]), *ends])
         section, _, name = key.rpartition(".")
-        line = f"{name} = {attrgetter(paths[key].attribute)(found.scene)!r}"
+        unit = kind_of(found.scene, key).dimension.unit if section == SECTION else ""
+        line = f'{name} = "{value!r} {unit}"' if unit else f"{name} = {value!r}"
         scene.setdefault(section, [f"[{section}]"]).append(line)
     return Section(
         "Calibration",

@@ -18,11 +18,9 @@ from scenes.model import AnyScene, GroupProbe, MeshScene, Probe, Schedule
 from scenes.plan import Export, Request, Step, noted
 from scenes.sink import Sink
 from validate.run import plan as plans
-from validate.run.outcome import Clock, Outcome
+from validate.run.outcome import Clock, Exported, Outcome
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from compare.against import Data
     from reduced1d.ladder.levels import Levels
     from scenes.loop.result import Runs
@@ -72,12 +70,14 @@ def answer(
         "free": _free,
     }
     if request.export is not None:
-        _check_export(_modelled(scene, request), request.export.folder)
+        from fem3d.compact.find import check
+
+        check(_modelled(scene, request))
     outcome: Outcome[Any] = ways[kind(scene)](run)
     if request.export is not None:
         with run.clock.stage("export"):
-            written = _exported(_modelled(outcome.scene, request), request.export, run.say)
-        outcome = replace(outcome, exported=written)
+            exported = _exported(_modelled(outcome.scene, request), request.export, run.say)
+        outcome = replace(outcome, exported=exported)
     return replace(outcome, timing=run.clock.all())
 
 
@@ -91,24 +91,15 @@ def _modelled(scene: Any, request: Request) -> AnyScene:
     return replace(found, probes=(*found.probes, current), steady=not request.transient)
 
 
-def _check_export(scene: AnyScene, folder: Path) -> None:
-    """SceneError for a model that there isn't, or a folder that can't be written, before anything is solved."""
-    from fem3d.compact.find import check
-    from scenes.compact import files
-
-    check(scene)
-    files.check(folder)
-
-
-def _exported(scene: AnyScene, export: Export, say: Callable[[str], None]) -> tuple[str, Path]:
-    """The compact model's own words, and the folder that it is written to."""
+def _exported(scene: AnyScene, export: Export, say: Callable[[str], None]) -> Exported:
+    """The compact model, and its own words."""
     from fem3d.compact.find import compact
-    from scenes.compact import files, fmu
+    from scenes.compact import fmu
     from scenes.compact.facts import validity
 
     document = compact(scene, export.states, export.accuracy, say)
     without = "" if fmu.available() else f"; {fmu.MISSING}"
-    return f"a compact model ({validity(document)}{without})", files.write(document, export.folder)
+    return Exported(f"a compact model ({validity(document)}{without})", document, export.folder)
 
 
 @dataclass(frozen=True)

@@ -17,11 +17,12 @@ from scenes.errors import SceneError, quoted
 from scenes.free import schema_of
 from scenes.keys import DEVICE, SINK
 from scenes.kinds import Count, Quantity
-from scenes.loading import as_dict, check, document, known_names, type_of_file
+from scenes.loading import check, document, known_names, type_of_file, written
 from scenes.model import AnyScene
+from scenes.parameters import SECTION, Names
 from scenes.schema import Schema, locate, override
 from scenes.sink import Sink
-from scenes.units import UnitError, parse_quantity
+from scenes.units import UnitError, parse_quantity, unit_of
 
 Value = float | str
 VOLTAGE = "drive.voltage"  # the key that points may differ in and still share their mesh and fields
@@ -75,6 +76,9 @@ class Base:
 
     def unit(self, key: str) -> str:
         """The SI unit of a key's numbers, "" where that isn't known."""
+        section, _, name = key.partition("+")[0].partition(".")
+        if section == SECTION:
+            return unit_of(Names(self._flat(())[SECTION])[name].powers)
         kind = self._kind(key)
         # Of a point its coordinates, of a value that may vary what varies.
         kind = getattr(kind, "coordinate", getattr(kind, "quantity", kind))
@@ -91,16 +95,18 @@ class Base:
 
     def _read(self, settings: Sequence[str]) -> dict[str, Any]:
         """The values of the document with all settings, by path."""
-        flat = self.schema.flatten(self.document)
-        return self.schema.read(override(flat, (*self.settings, *settings), self.schema))
+        return self.schema.read(self._flat(settings))
+
+    def _flat(self, settings: Sequence[str]) -> dict[str, Any]:
+        return override(self.schema.flatten(self.document), (*self.settings, *settings), self.schema)
 
 
 def base(source: str | Path | Sink | AnyScene, settings: Sequence[str] = ()) -> Base:
     """What a scene, its name or its file stands for. Raises SceneError."""
     if isinstance(source, Sink):
-        return Base("sink", source.name, as_dict(source), settings=tuple(settings))
+        return Base("sink", source.name, written(source), settings=tuple(settings))
     if not isinstance(source, str | Path):
-        return Base("free", source.name, free.as_dict(source), str(Path.cwd()), tuple(settings))
+        return Base("free", source.name, written(source), str(Path.cwd()), tuple(settings))
     found, name, folder = document(source, known_names())
     of = type_of_file(found)
     if of is DEVICE:

@@ -16,6 +16,8 @@ from functools import cached_property
 
 import numpy as np
 
+from scenes.errors import SceneError
+from validate.sweep.design import settings
 from validate.sweep.point import Job, Row, Work, blame
 from validate.sweep.store import Store
 
@@ -35,7 +37,8 @@ class Map:
     """The row of each cell that is solved, by its number, and the tolerance. Over the cells (n, m) the ``value``, NaN
     where there is none, its ``error``, of which ``own`` is that of the solved values at the triangle's corners, and the
     greatest ``disagreement`` in the cell's triangle and its neighbours, infinite where a corner of the triangle has no
-    answer. ``lost`` are the cells all of whose corners have none."""
+    answer. ``lost`` are the cells all of whose corners have none, and ``refused`` those that can't be built, which is
+    known without a solution."""
 
     solved: dict[int, Row]
     tolerance: float
@@ -44,6 +47,7 @@ class Map:
     own: np.ndarray
     disagreement: np.ndarray
     lost: np.ndarray
+    refused: np.ndarray
 
     @cached_property
     def verdicts(self) -> np.ndarray:
@@ -62,6 +66,7 @@ class Map:
         for number, row in self.solved.items():
             if row.status != "ok":
                 found.flat[number] = row.status
+        found[self.refused] = "refused"
         return found
 
     @cached_property
@@ -83,22 +88,49 @@ class Map:
         words[~np.isin(self.verdicts, VERDICTS)] = ""
         return words
 
+    @cached_property
+    def excess(self) -> np.ndarray:
+        """(n, m): how far (K) a material gets past its valid_to, interpolated between the cells that are solved; NaN
+        where there is no answer, or nothing says how far a material is valid."""
+        from scipy.interpolate import RBFInterpolator
 
-def _places(numbers: Iterable[int] | np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+        shape = self.value.shape
+        told = {n: row.values["past_valid_to_K"] for n, row in self.solved.items() if "past_valid_to_K" in row.values}
+        if len(told) < 3:
+            return np.full(shape, np.nan)
+        through = RBFInterpolator(_places(told, shape), np.array(list(told.values())), kernel="linear")
+        found = through(_places(np.arange(math.prod(shape)), shape)).reshape(shape)
+        return np.where(np.isin(self.verdicts, VERDICTS), found, np.nan)
+
+    @cached_property
+    def too_hot(self) -> np.ndarray:
+        """(n, m): the material that gets past its valid_to, that of the nearest such cell; "" where none does."""
+        from scipy.spatial import KDTree
+
+        hot, found = self.excess > 0, np.full(self.value.shape, "", object)
+        names = {n: row.values["too_hot"] for n, row in self.solved.items() if row.values.get("too_hot")}
+        if names and hot.any():
+            nearest = KDTree(_places(names, hot.shape)).query(np.argwhere(hot))[1]
+            found[hot] = np.array(list(names.values()), object)[nearest]
+        return found
+
+
+def _places(numbers: Iterable[int], shape: tuple[int, ...]) -> np.ndarray:
     """(k, 2): where some cells are."""
-    return np.column_stack(np.unravel_index(np.asarray(numbers), shape)).astype(float)
+    return np.column_stack(np.unravel_index(np.asarray(list(numbers)), shape)).astype(float)
 
 
 def refine(job: Job, store: Store, gather: Callable[[Iterable[Work], int, str], None]) -> Map:
     """Solves cells until few are unresolved, or as many are solved as may be. Cells that are refused, which costs
-    nothing, don't count. ``gather`` solves tasks and stores their rows; it is told of how many in all, and what else to
-    say."""
+    nothing, don't count, and where designs can't be built is not searched for. ``gather`` solves tasks and stores their
+    rows; it is told of how many in all, and what else to say."""
     shape, limit = job.design.shape, job.solves or 0
     first = [np.unique(np.linspace(0, n - 1, min(FIRST, n, math.isqrt(limit))).round().astype(int)) for n in shape]
     wanted = np.ravel_multi_index(np.ix_(*first), shape).ravel()
     solved: dict[int, Row] = {}
     found: Map | None = None
     ratios: list[float] = []
+    refused: dict[int, bool] = {}
     rounds, share = 0, 1.0
     while True:
         work = (job.work([n], blamed=found is None) for n in wanted.tolist() if n not in store)
@@ -112,7 +144,7 @@ def refine(job: Job, store: Store, gather: Callable[[Iterable[Work], int, str], 
             ratios += (off[known] / expected[known]).tolist()
             share = max([CAUTION, *ratios[-RECENT:]]) if ratios else 1.0
         solved |= rows
-        found = _interpolated(job, solved, share)
+        found = _interpolated(job, solved, share, refused)
         rounds += 1
         paid = sum(row.status != "refused" for row in solved.values())
         wanted = _next(found, rounds, min(ROUND, limit - paid))
@@ -129,37 +161,55 @@ def _known(job: Job, rows: dict[int, Row]) -> tuple[np.ndarray, np.ndarray]:
     return np.where(np.isfinite(errors), values, np.nan), errors
 
 
-def _interpolated(job: Job, solved: dict[int, Row], share: float) -> Map:
+def _interpolated(job: Job, solved: dict[int, Row], share: float, known: dict[int, bool]) -> Map:
     """The map through the cells that are solved, the corners among them; ``share`` is the part of the disagreement that
-    counts as error."""
+    counts as error. Which cells can't be built is ``known``, and looked up for those next to one.
+
+    Where a corner of a triangle can't be built, the smooth surface goes on to it.
+    """
     from scipy.interpolate import LinearNDInterpolator, RBFInterpolator
     from scipy.spatial import Delaunay
 
     shape, (values, errors) = job.design.shape, _known(job, solved)
     cells, everywhere = _places(list(solved), shape), _places(np.arange(math.prod(shape)), shape)
     answered = np.isfinite(values)
+    barred = np.array([row.status == "refused" and _refused(job, n, known) for n, row in solved.items()])
     net = Delaunay(cells)
     within = net.find_simplex(everywhere)
-    bad = (~answered)[net.simplices].sum(axis=1)[within].reshape(shape)
+    bad, beyond = (of[net.simplices].sum(axis=1)[within].reshape(shape) for of in (~answered & ~barred, barred))
+    refused = np.zeros(shape, bool)
+    refused.flat[[n for n in np.flatnonzero(beyond).tolist() if _refused(job, n, known)]] = True
     smooth = np.full(shape, np.nan)
     apart = np.full(shape, np.inf)
     if answered.sum() >= 6:
         sides = np.maximum(np.array(shape) - 1, 1)
         through = RBFInterpolator(cells[answered] / sides, values[answered], kernel="cubic")
         smooth = through(everywhere / sides).reshape(shape)
-        linear = LinearNDInterpolator(net, np.where(answered, values, 0.0))(everywhere).reshape(shape)
+        values[barred] = smooth[tuple(cells[barred].astype(int).T)]
+        linear = LinearNDInterpolator(net, np.where(answered | barred, values, 0.0))(everywhere).reshape(shape)
         most = np.zeros(len(net.simplices))
         np.maximum.at(most, within, np.abs(smooth - linear).ravel())
         # A bend in the surface may lie where two triangles meet.
         most = np.maximum(most, np.where(net.neighbors >= 0, most[net.neighbors], 0.0).max(axis=1))
-        apart = np.where(bad == 0, most[within].reshape(shape), np.inf)
+        apart = np.where((bad == 0) & (beyond < 3), most[within].reshape(shape), np.inf)
     at = tuple(cells.astype(int).T)
-    smooth[at], apart[at] = values, np.where(answered, 0.0, np.inf)
+    smooth[at], apart[at] = np.where(answered, values, np.nan), np.where(answered, 0.0, np.inf)
     own = np.where(answered, errors, 0.0)[net.simplices].max(axis=1)[within].reshape(shape)
     own[at] = errors
-    value = np.where(bad == 3, np.nan, smooth)
+    value = np.where((bad == 3) | refused, np.nan, smooth)
     tolerance: float = job.base.at(()).tolerance(job.scope.check)  # type: ignore[union-attr]
-    return Map(solved, tolerance, value, share * apart + own, own, apart, bad == 3)
+    return Map(solved, tolerance, value, share * apart + own, own, apart, bad == 3, refused)
+
+
+def _refused(job: Job, number: int, known: dict[int, bool]) -> bool:
+    """Whether a cell can't be built, which its scene says before anything is solved."""
+    if number not in known:
+        try:
+            job.base.at(settings(job.design.keys, job.design.point(number)))
+            known[number] = False
+        except SceneError:
+            known[number] = True
+    return known[number]
 
 
 def _next(found: Map, rounds: int, most: int) -> np.ndarray:
@@ -169,6 +219,7 @@ def _next(found: Map, rounds: int, most: int) -> np.ndarray:
     value = found.value
     free = np.ones(value.shape, bool)
     free.flat[list(found.solved)] = False
+    free &= ~found.refused
     # Where the solved values' own error reaches the tolerance more of them would not tell.
     told = ~(np.abs(np.abs(value) - found.tolerance) <= found.own)
     unresolved = (found.verdicts == "unresolved") & free & told

@@ -63,13 +63,19 @@ def run(
     from validate.sweep.cluster import Cluster
 
     already, started, count = len(store), time.monotonic(), job.design.count
+    # Those that a map's number of solutions doesn't count.
+    free = 0 if job.solves is None else sum(row.status == "refused" for row in store.rows())
 
     def gather(tasks: Iterable[Work], total: int, more: str = "") -> None:
+        nonlocal free
         for found in cluster.solve(tasks):
             store.append(found)
             rate = (len(store) - already) / (time.monotonic() - started)
-            left = quantity(max(total - len(store), 0) / rate, "s", 2)
-            say(f"{len(store)} of {total} points, {rate:.2g} a second, {left} left{more}")
+            if job.solves is not None:
+                free += sum(row.status == "refused" for rows in found for row in rows)
+            done = len(store) - free
+            left = quantity(max(total - done, 0) / rate, "s", 2)
+            say(f"{done} of {total} points, {rate:.2g} a second, {left} left{more}")
 
     cells = None
     with Cluster(min(workers or processors(), max(count - already, 1)), scheduler, seconds, say) as cluster:
@@ -188,12 +194,12 @@ def _page(folder: Path, found: Table, document: Mapping[str, Any]) -> str:
 def _data(found: Table) -> dict[str, Any]:
     """What the page draws: keys, values with errors, words, each a column over the points or the cells."""
     design, scope, columns = found.job.design, found.job.scope, found.columns
-    names = {f"{scope.check}_verdict": "verdict", "blame": "to blame", "status": "status"}
+    names = {f"{scope.check}_verdict": "verdict", "blame": "to blame", "too_hot": "too hot", "status": "status"}
     numbers = found.series()
     for reduction in scope.reductions[1:]:
         numbers |= {f"{reduction}_{name}": given for name, given in found.series(reduction).items()}
     if found.map:
-        columns, names = found.map, {"verdict": "verdict", "blame": "to blame", "how": "how"}
+        columns, names = found.map, {"verdict": "verdict", "blame": "to blame", "too_hot": "too hot", "how": "how"}
         numbers = {scope.check: (columns["difference"], columns["error"])}
     size = design.count
     some = np.unique(np.linspace(0, size - 1, min(size, MOST)).round().astype(int))
@@ -261,10 +267,11 @@ def sweep(
         for key, given in (vary or {}).items()
     ]
     design = Design(tuple(axes), sample, seed)
-    names = [reduction] if isinstance(reduction, str) else reduction
-    scope = Scope(tuple(map(canonical, names)), steady, checked(found, check, steady, design.keys), blame)
+    names = tuple(map(canonical, [reduction] if isinstance(reduction, str) else reduction))
+    scope = Scope(names, steady, checked(found, check, steady, design.keys, names[0]), blame)
     job, say = Job(found, design, scope), progress or (lambda _: None)
-    with TemporaryDirectory() as folder, Store(Path(out or Path(folder, "sweep")), job.document(), fresh) as store:
+    asked, count = job.document(), job.design.count
+    with TemporaryDirectory() as folder, Store(Path(out or Path(folder, "sweep")), asked, fresh, count) as store:
         table, document = run(
             job, store, say, workers=workers, scheduler=scheduler, seconds=point_timeout, figures=figures
         )

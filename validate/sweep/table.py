@@ -13,7 +13,7 @@ import numpy as np
 from scenes.checks import DEFAULT_TOLERANCES, ISLAND_TOLERANCES
 from scenes.formats import percent, quantity
 from validate.sweep.design import VOLTAGE, array
-from validate.sweep.mapping import Map
+from validate.sweep.mapping import VERDICTS, Map
 from validate.sweep.point import Job
 from validate.sweep.store import Store
 
@@ -56,7 +56,8 @@ class Table:
             return {}
         design, cells = self.job.design, self.cells
         how = np.full(design.count, "interpolated", object)
-        how[list(cells.solved)] = "solved"
+        for number, row in cells.solved.items():
+            how[number] = "refused" if row.status == "refused" else "solved"
         value = cells.value.ravel()
         return design.columns(range(design.count)) | {
             "difference": value,
@@ -64,6 +65,7 @@ class Table:
             "verdict": cells.verdicts.ravel(),
             "how": how,
             "blame": cells.blames.ravel(),
+            "too_hot": cells.too_hot.ravel(),
         }
 
     @cached_property
@@ -117,17 +119,34 @@ def read(job: Job, store: Store, cells: Map | None) -> Table:
         for name, column in found.items():
             value = values.get(name)
             column.append(sys.intern(value) if isinstance(value, str) else value)
-    last = ("blame", "blame_share", "accuracy")
+    last = ("too_hot", "past_valid_to_K", "blame", "blame_share", "accuracy")
     columns = {name: array(found[name]) for name in sorted(found, key=lambda name: name in last)}
     return Table(job, job.design.columns(numbers), columns, cells)
 
 
 def sentence(table: Table) -> str:
     """What the whole says, in one sentence."""
-    lost = Counter(word for word in sorted(table.columns["status"].tolist()) if word != "ok")
-    words = ", ".join(f"{number} {word}" for word, number in lost.items())
-    said = _of_check(table) if table.relative else _of_probes(table)
-    return said + (f"; {lost.total()} without an answer ({words})" if lost else "")
+    words = table.map["verdict"] if table.map else table.columns["status"]
+    lost = Counter(word for word in sorted(words.tolist()) if word not in ("ok", *VERDICTS))
+    listed = ", ".join(f"{number} {word}" for word, number in lost.items())
+    said = (_of_check(table) if table.relative else _of_probes(table)) + _of_heat(table)
+    return said + (f"; {lost.total()} without an answer ({listed})" if lost else "")
+
+
+def _of_heat(table: Table) -> str:
+    """How many designs, or cells, get hotter than a material is valid to, and by how much at most."""
+    of = (table.map or table.columns).get("too_hot")
+    names = Counter(name for name in (() if of is None else of.tolist()) if name)
+    if of is None or not names:
+        return ""
+    excess = table.columns["past_valid_to_K"]
+    n = int(np.nanargmax(excess))
+    most = f"{table.columns['too_hot'][n]} by up to {excess[n]:,.0f} K" if excess[n] > 0 else " and ".join(names)
+    what = "cells" if table.map else "designs"
+    return (
+        f"; too hot in {names.total()} of {len(of)} {what}: {most}, past its valid_to, where it softens, melts or "
+        "decomposes, and nothing here is true of a real part"
+    )
 
 
 def _of_check(table: Table) -> str:
@@ -144,8 +163,8 @@ def _of_check(table: Table) -> str:
     of = f" of 3D in {TITLES[check]}" if check in TITLES else f" of 3D as {check} has it"
     within, beyond = (verdicts == "agrees").sum(), verdicts == "differs"
     said = f"{subject} is within {100 * table.tolerances[check]:g} %{of} in {within} of {total} {what}"
-    if len(table) < total:
-        said += f", {len(table)} of them solved"
+    if table.map:
+        said += f", {(table.columns['status'] != 'refused').sum()} of them solved"
     differences = table.series()[check][0]
     if np.isfinite(differences).any():
         worst = int(np.nanargmax(np.abs(differences)))

@@ -85,6 +85,7 @@ REFUSED = {
     f"sweep bridge {BEAM} --voltage 2": "--voltage is for a sink", f"map sink {TWO}": "--check",
     "map sink --vary sink.width=10um:200um --check fig4": "a map is over two keys, and 1 are varied",
     f"map sink {TWO} --check fig9": "is no check",
+    f"map sink {TWO} --check eq14 --reduction plate": "plate makes no use of: give fig4, fig6_peak",
     f"map sink {TWO} --check fig4 --tolerance 5V": "is a voltage, not a plain number",
     f"map sink {TWO} --check fig4 --cells 1": "from 2 to 1000",
     f"map sink {VARIED} --vary sink.length=1mm:2mm --check fig4": "--cells says how many",

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from scenes.errors import SceneError
 from validate.sweep.design import Axis, Design, base
 from validate.sweep.mapping import Map, refine
 from validate.sweep.point import Job, Row, Scope, Work
@@ -82,6 +83,67 @@ def test_where_there_is_no_answer_the_map_says_why_and_finds_the_border(tmp_path
     gone = found.verdicts == "runaway"
     assert not (gone & np.isfinite(truth)).any()
     assert gone.sum() > 0.8 * np.isnan(truth).sum()
+
+
+def test_designs_that_cannot_be_built_neither_count_nor_draw_the_search(tmp_path: Path) -> None:
+    """Oxide that is longer than its pad, in nearly half of the cells: known without a solution, and no reason to solve
+    next to it where nothing else is open."""
+    sink = base("sink", ["checks.tolerances.fig4=0.05"])
+    keys = {"anchor.oxide_length": (10e-6, 300e-6), "anchor.pad_length": (100e-6, 250e-6)}
+    axes = tuple(Axis(key, tuple(float(low + (high - low) * p) for p in PLACES)) for key, (low, high) in keys.items())
+    job = Job(sink, Design(axes), Scope(steady=True, blame=False), 400)
+    oxide, pad = np.meshgrid(*(axis.values for axis in axes), indexing="ij")
+    built = np.zeros(oxide.shape, bool)
+    with Store(tmp_path / "m", job.document()) as store:
+
+        def gather(tasks: Iterable[Work], total: int, said: str) -> None:
+            for work in tasks:
+                for row in solve_formula(work):
+                    store.append([[row]])
+
+        found = refine(job, store, gather)
+        numbers = np.array(list(found.solved))
+    for i, j in np.ndindex(*oxide.shape):
+        try:
+            sink.at((f"anchor.oxide_length={float(oxide[i, j])!r}", f"anchor.pad_length={float(pad[i, j])!r}"))
+            built[i, j] = True
+        except SceneError:
+            pass
+    assert 0.3 < built.mean() < 0.7
+
+    assert np.array_equal(found.verdicts == "refused", ~built)
+    assert (found.verdicts[built] == "unresolved").mean() < 0.05
+    truth = tilted(oxide, pad)
+    assert (np.abs(found.value - truth)[built] <= found.error[built]).mean() > 0.95
+    # The surface is a slope: after the first net and the two rounds that look at it, there is little to solve.
+    paid = sum(row.status == "ok" for row in found.solved.values())
+    assert paid < 80, (paid, len(numbers))
+
+
+def tilted(oxide: np.ndarray, pad: np.ndarray) -> np.ndarray:
+    """5 % where the oxide is 60 um, wherever the pad ends."""
+    return 0.05 + 300 * (oxide - 60e-6) + 40 * (pad - 150e-6)
+
+
+def solve_formula(work: Work) -> list[Row]:
+    place = np.array(work.points[0], float)
+    try:
+        work.base.at(tuple(f"{key}={value!r}" for key, value in zip(work.keys, place.tolist(), strict=True)))
+    except SceneError as error:
+        return [Row(work.numbers[0], "refused", str(error), 0.0, {})]
+    values = {"fig4_difference": float(tilted(*place)), "fig4_u_num": U_NUM}
+    return [Row(work.numbers[0], "ok", "", 0.0, values)]
+
+
+def test_cells_between_solved_ones_are_too_hot_too(tmp_path: Path) -> None:
+    found, _, _ = mapped(SURFACES["a slope"], tmp_path / "m")
+    x, y = np.meshgrid(PLACES, PLACES, indexing="ij")
+    past = 300 * (x + y - 1.207)
+    for number, row in found.solved.items():
+        row.values["past_valid_to_K"] = float(past.flat[number])
+        row.values["too_hot"] = "silicon" if past.flat[number] > 0 else ""
+    assert ((found.too_hot == "silicon") != (past > 0)).mean() < 0.01
+    assert np.abs(found.excess - past).max() < 15
 
 
 def test_a_map_that_was_stopped_goes_on_as_it_would_have(tmp_path: Path) -> None:

@@ -99,11 +99,15 @@ def _read(name: str) -> str:
 
 
 def _tally(document: Document) -> str:
-    found = ""
+    """The checks by their verdicts, as the headline counts them, and how many slopes differ."""
+    found, own = "", [c for c in document.get("checks", ()) if c.get("own", True)]
+    slopes = [c["verdict"] for c in own if c["id"].startswith("slope_")]
     for verdict, word in (("differs", "differ"), ("unresolved", "unresolved"), ("agrees", "agree")):
-        names = [c["id"] for c in document.get("checks", ()) if c.get("own", True) and c["verdict"] == verdict]
+        names = [c["id"] for c in own if c["verdict"] == verdict and not c["id"].startswith("slope_")]
         if names:
             found += f'<li><span class="{verdict} word">{len(names)} {word}</span>: {text(", ".join(names))}</li>'
+    if slopes:
+        found += f"<li>slopes by the scene's keys: {slopes.count('differs')} of {len(slopes)} differ</li>"
     return f'<ul class="tally">{found}</ul>' if found else ""
 
 
@@ -216,6 +220,7 @@ def _scene(document: Document) -> str:
     """Every key of the scene, in the words of its type's schema; as it is, in SI units, where that is none of them."""
     from scenes.errors import SceneError
     from scenes.keys import TYPES
+    from scenes.parameters import SECTION
     from scenes.schema import nest
 
     found = document.get("scene") or {}
@@ -224,7 +229,9 @@ def _scene(document: Document) -> str:
             read = kind.schema.read(kind.schema.flatten(found))
         except SceneError:
             continue
-        found = nest({path: kind.schema.paths[path].kind.show(value) or "none" for path, value in read.items()})
+        keys = {path: key for path, key in kind.schema.paths.items() if path in read}
+        parameters = {SECTION: found[SECTION]} if SECTION in found else {}
+        found = nest({path: key.kind.show(read[path]) or "none" for path, key in keys.items()}) | parameters
         break
     return section("Scene", f'<div class="columns">{values(found)}</div>' if found else "")
 

@@ -1,0 +1,26 @@
+"""What two scenes differ in, put on a third: how a scene follows a parameter, whatever was changed in it since it was
+read from its file.
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields, is_dataclass, replace
+from numbers import Real
+from typing import Any
+
+
+def transferred(given: Any, before: Any, after: Any, part: float = 1.0) -> Any:
+    """A scene, or a value of one, with a part of what another has between ``before`` and ``after``: numbers change by
+    that part of the difference, all else becomes as it is afterwards. Nothing that is alike in both changes."""
+    if before == after:
+        return given
+    if part == 1 and given == before:
+        return after
+    if isinstance(given, tuple) and isinstance(after, tuple) and len(given) == len(before) == len(after):
+        return tuple(transferred(*each, part) for each in zip(given, before, after, strict=True))
+    if is_dataclass(given) and not isinstance(given, type) and type(given) is type(before) is type(after):
+        three = ((f.name, *(getattr(x, f.name) for x in (given, before, after))) for f in fields(given) if f.compare)
+        return replace(given, **{name: transferred(g, b, a, part) for name, g, b, a in three})
+    if all(isinstance(x, Real) and not isinstance(x, bool) for x in (given, before, after)):
+        return given + part * (after - before)
+    return after

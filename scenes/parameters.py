@@ -1,0 +1,223 @@
+"""[parameters] of a scene file: numbers with units under names, such as w = "10 um", and what is computed of them, such
+as half = "w/2". Wherever the file takes a number it takes an expression of them in a string, so that one parameter
+moves all that is made of it.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+from itertools import pairwise
+from numbers import Real
+from types import MappingProxyType
+from typing import Any
+
+from scenes.errors import SceneError, did_you_mean, printable, quoted
+from scenes.expressions import DEEPEST, FUNCTIONS, PI, Measure, measured
+from scenes.units import PLAIN, Powers, UnitError, called, is_unit, parse_quantity, unit_of
+
+SECTION = "parameters"
+_NAME = re.compile(r"[A-Za-z]\w{0,59}", re.ASCII)
+_FORM = 'give a number with a unit, such as "20 um", or an expression of other parameters, such as "w/2"'
+
+
+class Names(Mapping[str, Measure]):
+    """What the names in a [parameters] section stand for, each computed when it is first asked for. ``parts`` are the
+    parameters that each one is made of, ``used`` those that are asked for from outside. Raises SceneError for names
+    that can't be, values that are none, and parameters that are made of themselves."""
+
+    def __init__(self, given: object) -> None:
+        if not isinstance(given, Mapping):
+            raise SceneError(f'{SECTION} = {quoted(given)} must be a section: {SECTION}.w = "10 um" and so on')
+        self._given: Mapping[str, object] = given
+        self._found: dict[str, Measure] = {}
+        self._open: list[str] = []
+        self.parts: dict[str, set[str]] = {}
+        self.used: set[str] = set()
+        for name in given:
+            _check_name(name)
+        for name in given:
+            self._value(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._given)
+
+    def __len__(self) -> int:
+        return len(self._given)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._given
+
+    def __getitem__(self, name: str) -> Measure:
+        if name not in self._given:
+            raise KeyError(name)
+        (self.parts[self._open[-1]] if self._open else self.used).add(name)
+        return self._value(name)
+
+    def _value(self, name: str) -> Measure:
+        if name in self._open:
+            circle = [*self._open[self._open.index(name) :], name]
+            by = ", ".join(f"{a} of {b}" for a, b in pairwise(circle))
+            raise SceneError(f"{SECTION}.{name} is made of itself, {by}: {_FORM}")
+        if name not in self._found:
+            said = f"{SECTION}.{name} = {quoted(self._given[name])}"
+            if len(self._open) >= DEEPEST:
+                raise SceneError(
+                    f"{said} is needed {DEEPEST} parameters deep before it is given: put it in front of them"
+                )
+            self.parts[name] = set()
+            self._open.append(name)
+            try:
+                self._found[name] = _measure(self._given[name], self)
+            except UnitError as error:
+                raise SceneError(f"{said} {error}: {_FORM}") from None
+            self._open.pop()
+        return self._found[name]
+
+    def free(self) -> tuple[str, ...]:
+        """The parameters that are plain numbers and that something in the scene is made of, directly or by others."""
+        reached, open_ = set[str](), list(self.used)
+        while open_:
+            name = open_.pop()
+            if name not in reached:
+                reached.add(name)
+                open_ += self.parts[name]
+        return tuple(name for name in self if name in reached and not self.parts[name])
+
+
+def _check_name(name: str) -> None:
+    if not _NAME.fullmatch(name):
+        fault = "is no name: give letters, digits and _, a letter first, 60 at most"
+    elif name in (*FUNCTIONS, PI):
+        fault = "is called like a function or a constant: give another name"
+    elif is_unit(name):
+        fault = f"is called like a unit, and 2 {name} would be two things: give another name, such as {name}_0"
+    else:
+        return
+    raise SceneError(f"{SECTION}.{printable(name)} {fault}")
+
+
+def _measure(given: object, names: Names) -> Measure:
+    if isinstance(given, str):
+        value, powers = measured(given, names)
+        return Measure.of(value, powers or PLAIN)
+    if isinstance(given, bool) or not isinstance(given, Real):
+        raise UnitError("is neither a number nor text")
+    return Measure.of(_finite(given), PLAIN)
+
+
+def _finite(given: Any) -> float:
+    try:
+        value = float(given)
+    except OverflowError:
+        value = math.inf
+    if not math.isfinite(value):
+        raise UnitError("is not a finite number")
+    return value
+
+
+_NONE: Mapping[str, Measure] = MappingProxyType({})
+_KNOWN: ContextVar[Mapping[str, Measure]] = ContextVar("parameters of the scene that is read", default=_NONE)
+
+
+@contextmanager
+def known(names: Mapping[str, Measure]) -> Iterator[None]:
+    """While this lasts expressions may have these names: as long as the values of one file are read."""
+    token = _KNOWN.set(names)
+    try:
+        yield
+    finally:
+        _KNOWN.reset(token)
+
+
+def quantity(text: str) -> tuple[float, Powers | None]:
+    """The SI value of a quantity, or of an expression of the parameters that are known, and its powers: ``None`` for a
+    number without a unit, which is in SI units. Raises UnitError."""
+    return measured(text, _KNOWN.get())
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """The parameters of a scene that was read: ``values`` in SI units and their ``powers``, by name; which of them are
+    ``free``, as `Names.free` has it; and the ``flat`` scene that they are of, with its expressions."""
+
+    values: dict[str, float]
+    powers: dict[str, Powers]
+    free: tuple[str, ...]
+    flat: Mapping[str, object]
+
+    @staticmethod
+    def of(names: Names, flat: Mapping[str, object]) -> Parameters:
+        free, found = names.free(), dict(names)
+        values, powers = {n: float(m.value) for n, m in found.items()}, {n: m.powers for n, m in found.items()}
+        return Parameters(values, powers, free, flat)
+
+    def measures(self) -> dict[str, Measure]:
+        """What their names stand for in expressions."""
+        return {name: Measure.of(value, self.powers[name]) for name, value in self.values.items()}
+
+    def key(self, path: str) -> str | None:
+        """The free parameter other than zero that a path such as "parameters.w" names. Raises SceneError for another of
+        the scene's parameters; ``None`` where it is none of them."""
+        name = path.removeprefix(f"{SECTION}.")
+        if name == path or name not in self.values:
+            return None
+        if name in self.free and self.values[name]:
+            return name
+        why = "is zero, of which there is no part" if not self.values[name] else "moves nothing: no value is made of it"
+        if not isinstance(given := self._given(name), Real) and name not in self.free:
+            try:
+                parse_quantity(str(given))
+            except UnitError:
+                why = f"is made of others, as {quoted(given)}"
+        others = ", ".join(f"{SECTION}.{n}" for n in self.free) or "another key"
+        raise SceneError(f"{path} {why}: give {others}")
+
+    def _given(self, name: str) -> object:
+        table = self.flat[SECTION]
+        assert isinstance(table, Mapping)
+        return table[name]
+
+    def moved(self, values: Mapping[str, float]) -> dict[str, object]:
+        """The flat scene with other values (SI units) of some parameters."""
+        table = self.flat[SECTION]
+        assert isinstance(table, Mapping)
+        given = {name: f"{float(value)!r} {unit_of(self.powers[name])}" for name, value in values.items()}
+        return {**self.flat, SECTION: {**table, **given}}
+
+
+def put(table: object, name: str, value: object) -> dict[str, object]:
+    """The table with another value of one of its parameters: a number without a unit is in the SI unit of what stands
+    there. Raises SceneError for a parameter that isn't there, and for another kind of quantity."""
+    names = Names({} if table is None else table)
+    path = f"{SECTION}.{printable(name)}"
+    if name not in names:
+        has = f"it has {', '.join(names)}{did_you_mean(name, names)}" if names else "it has no [parameters]"
+        raise SceneError(f"{path} = {quoted(value)} sets nothing of this scene: {has}")
+    assert isinstance(table, Mapping)
+    powers = names[name].powers
+    try:
+        bare = _bare(value)
+        if bare is not None:
+            return {**table, name: f"{bare!r} {unit_of(powers)}".rstrip()}
+        other = _measure(value, names)
+    except UnitError as error:
+        raise SceneError(f"{path} = {quoted(value)} {error}: {_FORM}") from None
+    if other.powers != powers:
+        raise SceneError(f"{path} = {quoted(value)} is {called(other.powers)}, not {called(powers)}: {_FORM}")
+    return {**table, name: value}
+
+
+def _bare(value: object) -> float | None:
+    """A number without a unit, as such or as text; ``None`` for anything else. Raises UnitError for nan and inf."""
+    if isinstance(value, str):
+        try:
+            found, unit = parse_quantity(value)
+        except UnitError:
+            return None
+        return _finite(found) if unit is None else None
+    return None if isinstance(value, bool) or not isinstance(value, Real) else _finite(value)

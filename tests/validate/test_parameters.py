@@ -1,0 +1,140 @@
+"""Parameters on the command line: overrides, uncertainties, slopes, sweeps, maps, samples and fits take them."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from compare.against import Data
+from reduced1d import slopes
+from reduced1d.sink import solve
+from scenes.keys import SINK
+from scenes.loading import load
+from scenes.sink import Sink
+from scenes.varied import varied
+from validate.against.uncertainty import data_uncertainty
+from validate.cli import main
+from validate.inputs.calibration import fit, keys_of
+from validate.inputs.propagation import Sampled, Spread, of_values
+from validate.sweep.design import base, parse
+
+TEXT = """
+[parameters]
+w = "100 um"
+k = "1.38 W/(m K)"
+T0 = "293 K"
+[sink]
+width = "w"
+[anchor]
+oxide_width = "w/2"
+[materials.oxide]
+thermal_conductivity = "k"
+[environment]
+room_temperature = "T0"
+"""
+FACES = ("sink.width", "anchor.oxide_width")
+
+
+@pytest.fixture
+def mine(tmp_path: Path) -> Path:
+    (tmp_path / "mine.toml").write_text(TEXT)
+    return tmp_path / "mine.toml"
+
+
+def summary(folder: Path) -> Any:
+    return json.loads((folder / "summary.json").read_text())
+
+
+def test_slopes_and_uncertainties_of_a_sink(mine: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    given = ["sink", str(mine), "--steady", "--no-figures", "--accuracy", "1e-2", "--out", str(tmp_path / "run")]
+    assert main([*given, "--sensitivities", "--uncertain", "parameters.w=2%", "--set", "parameters.w=90um"]) == 0
+    capsys.readouterr()
+    found = summary(tmp_path / "run")
+    assert found["scene"]["parameters"] == {"w": 90e-6, "k": 1.38, "T0": 293.0}
+    assert found["scene"]["anchor"]["oxide_width"] == 45e-6
+    by = found["sensitivities"]
+    for model in ("fem3d", "reduced1d"):
+        for name in ("peak_rise_K", "end_rise_K", "current_A", "anchor_resistance_K_per_W"):
+            total = sum(by[key][name][model]["value"] for key in FACES)
+            largest = max(abs(of[name][model]["value"]) for of in by.values())
+            assert by["parameters.w"][name][model]["value"] == pytest.approx(total, abs=1e-3 * largest)
+    end = found["fem3d"]["steady"]["end_rise_K"]
+    assert end["u_input"] == pytest.approx(
+        0.02 * abs(by["parameters.w"]["end_rise_K"]["fem3d"]["value"]) * end["value"]
+    )
+    assert "parameters" in (tmp_path / "run" / "report.html").read_text()
+
+
+def test_a_sweep_over_a_parameter(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    given = ["sweep", "bridge", "--vary", "parameters.gap=1um,3um", "--workers", "1", "--no-figures", "--quiet"]
+    assert main([*given, "--out", str(tmp_path / "sweep")]) == 0
+    assert "parameters.gap 1.00 um" in capsys.readouterr().out
+    with (tmp_path / "sweep" / "points.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["parameters.gap"]) for row in rows] == [1e-6, 3e-6]
+    assert main(["solve", "bridge", "--set", "parameters.gap=3um", "--accuracy", "1e-2", "--no-figures", "--quiet",
+                 "--out", str(tmp_path / "one")]) == 0  # fmt: skip
+    one = summary(tmp_path / "one")["fem3d"]["steady"]["middle"]
+    assert float(rows[1]["fem3d_middle"]) == pytest.approx(one["value"], abs=1e-9)
+
+
+def test_what_a_map_and_a_sample_are_made_of(mine: Path) -> None:
+    of = base(mine)
+    axis = parse(of, "parameters.w=20um:200um", "range")
+    assert (axis.key, axis.values, of.unit(axis.key)) == ("parameters.w", (20e-6, 200e-6), "m")
+    sink = of.at(["parameters.w=2e-05"])
+    assert isinstance(sink, Sink)
+    assert (sink.width, sink.oxide_width) == (20e-6, 10e-6)
+    again = base(load(mine)).at(["parameters.w=2e-05"])
+    assert again == sink
+
+
+def test_a_parameter_is_fitted(mine: Path) -> None:
+    """Data of the paper's model at another conductivity of the oxide, without noise."""
+    sink, times = load(mine, of=SINK), np.linspace(2e-4, 0.02, 40)
+    truth = varied(sink, "parameters.k", 0.9)
+    traces = solve(truth, times=times).over_time
+    data = Data("mine.csv", "CSV", times, {"end_K": traces.values["end_K"]}, {"end_K": "x"})
+
+    def in_1d(other: Sink, keys: Any, at: np.ndarray) -> Any:
+        own = solve(other, times=at).over_time
+        return own.values, of_values(other, own.values, slopes.of_sink(other, "paper", keys, at)[1])
+
+    data = replace(data, u=data_uncertainty(sink, data, ["0.05K"]))
+    found = fit(sink, data, keys_of(sink, ["parameters.k"], data), in_1d)
+    assert found.fitted["parameters.k"] == pytest.approx(0.9 * 1.38, rel=1e-4)
+    assert found.scene.oxide.thermal_conductivity == pytest.approx(0.9 * 1.38, rel=1e-4)
+
+
+def test_a_room_that_is_a_parameter_moves_temperatures(mine: Path) -> None:
+    """One that is 1 % warmer is 2.93 K warmer, whatever the rises are."""
+    sink, values = load(mine, of=SINK), {"peak_K": np.array([300.0])}
+    none = {key: {"peak_K": np.zeros(1)} for key in ("parameters.T0", "parameters.w", "environment.room_temperature")}
+    found = of_values(sink, values, none)
+    assert [float(found[key]["peak_K"][0]) for key in none] == pytest.approx([293.0, 0.0, 293.0], rel=1e-9)
+
+
+def test_rounding_is_no_spread() -> None:
+    """Samples of what no input moves differ by rounding, and linear propagation says nothing of it."""
+    assert Sampled(10, 0, {"peak": Spread(20.0, 1e-13, 1e-14, 0.0)}, {}, {}).warnings() == ()
+    assert "infinite" in Sampled(10, 0, {"peak": Spread(20.0, 1e-3, 1e-4, 0.0)}, {}, {}).warnings()[0]
+
+
+@pytest.mark.parametrize("given", [
+    ["sink", "--uncertain", "parameters.w=2%", "--uncertain", "sink.width=1%", "--monte-carlo", "16", "--steady"],
+    ["sink", "--set", "parameters.x=1um"], ["sink", "--set", "parameters.w=1K"],
+    ["sink", "--uncertain", "parameters.x=2%"],
+    ["sink", "--set", "sink.length=v*w"], ["sink", "--set", "sink.length=w/0"],
+    ["sweep", "--vary", "parameters.w=1K,2K"], ["sweep", "--vary", "parameters.w=1um,2um", "--set", "parameters.w=3um"],
+    ["map", "--vary", "parameters.x=1:2", "--vary", "parameters.w=1um:2um", "--check", "fig4"],
+])  # fmt: skip
+def test_bad_input_is_one_sentence(given: list[str], mine: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([given[0], str(mine), *given[1:], "--out", str(mine.parent / "run")]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+    assert not (mine.parent / "run").exists()
