@@ -18,6 +18,7 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.problems.kept import Kept
 from fem3d.problems.reactions import SharedReactions
 from fem3d.spaces.integrals import Cells, Faces
+from scenes.errors import NumericsError
 from scenes.model import Material
 
 SAME = 1e-9  # relative size below which a current field is taken for a sum of others
@@ -155,9 +156,13 @@ class Conductor:
 
         The spectrum lies between the extremes of the cold over the hot resistivity, which bounds the error after any
         number of steps (Saad, Iterative Methods for Sparse Linear Systems, 2003, section 6.11); so many are taken.
+
+        Raises NumericsError where the resistivity is not positive.
         """
         free, start = self.free, voltage.copy()
         resistivity = self.resistivity(rise)
+        if not (resistivity > 0).all():
+            raise NumericsError("the resistivity is not positive at the temperatures that are reached")
 
         def charge(phi: np.ndarray) -> np.ndarray:
             return self.on.flow(self.on.gradient(phi) / resistivity)
