@@ -110,7 +110,8 @@ def _judged(run: Run, outcome: Outcome[AnyScene], model: Model, asked: Asked) ->
         said = answered(both, checks)
     silent = one.details["silent"]
     left = (f"{model.name} says nothing of {listed(silent)}: no check is made of that",) if silent else ()
-    return replace(outcome, reduced1d=one, checks=checks, answer=said, warnings=(*outcome.warnings, *left))
+    warnings = (*outcome.warnings, *left)
+    return replace(outcome, reduced1d=one, own=model, checks=checks, answer=said, warnings=warnings)
 
 
 def _varies(scene: AnyScene) -> bool:
@@ -140,13 +141,23 @@ def quantities(outcome: Outcome[AnyScene]) -> dict[str, tuple[str, str]]:
 def sensitivities(outcome: Outcome[AnyScene]) -> Sensitivities:
     from validate.inputs.sensitivities import of_free
 
-    return of_free(outcome.scene, outcome.solved)
+    found = of_free(outcome.scene, outcome.solved)
+    if outcome.own is None or outcome.reduced1d is None:
+        return found
+    from validate.inputs.own_model import beside
+
+    return beside(found, outcome.scene, outcome.solved, outcome.own, outcome.reduced1d, outcome.checks)
 
 
 def steady(outcome: Outcome[AnyScene], found: Sensitivities) -> tuple[Estimates | None, Estimates | None]:
-    """What the slopes are of, temperatures as rises; a model has no part in it."""
-    return found.values or outcome.solved.steady, None
+    """What the slopes are of, temperatures as rises, in 3D and by the user's own model."""
+    return found.values or outcome.solved.steady, found.of_model or None
 
 
 def judged(outcome: Outcome[AnyScene], propagated: Propagated, run: Run) -> tuple[tuple[Check, ...], tuple[str, ...]]:
-    return outcome.checks, ()
+    """The checks with their u_input, and what it leaves out."""
+    if outcome.own is None:
+        return outcome.checks, ()
+    from validate.inputs.own_model import judged
+
+    return judged(outcome.checks, propagated), ()
