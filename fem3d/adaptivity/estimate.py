@@ -108,23 +108,31 @@ class Estimator:
         return max(float(left(p, a).max()) for p, a in zip(self._degrees, self._least, strict=True))
 
     def remains(self, parts: Parts) -> Spread:
-        """What is left of an error of which the last degrees took away some parts."""
-        found, own = [], (*parts[:2], self._others(parts.every_second))
-        for p, cap, least, x, y, others in zip(self._degrees, self._cap, self._least, *own, strict=True):
-            a = np.minimum(rate(p, y / np.maximum(x, 1e-300)), cap).clip(least)
-            earlier = np.where(p > 2, x * left(np.maximum(p - 1, 2), a) * ((p - 1.0) / p) ** a, 0.0)
-            found.append(np.maximum(np.maximum(y * left(p, a), earlier), x * others))
-        return found
+        """What is left of an error of which degree p - 1 took away ``parts.before`` and p ``parts.last``.
 
-    def _others(self, every_second: Spread) -> Spread:
-        """What the degrees p + 1, p + 3 ... will take away over the part of p - 1: parts of what is analytic fall
-        geometrically, at least as slowly as the ellipse says, and no slower than at the least rate. Beside an edge both
-        parities are there, and the cap is enough."""
-        found = []
+        With e_q ~ q^-a what is left after degree q, and d_q = e_(q-1) - e_q what q took away, three values of e_p, of
+        which the largest counts: from d_p; from d_(p-1), scaled by (p / (p - 1))^-a, as odd and even degrees take
+        turns; and from every second degree, as of those two parities one may be absent.
+        """
+        remaining, every_second = [], self._every_second(parts.every_second)
+        for p, cap, least, before, last, ratio in zip(
+            self._degrees, self._cap, self._least, parts.before, parts.last, every_second, strict=True
+        ):
+            a = np.minimum(rate(p, last / np.maximum(before, 1e-300)), cap).clip(least)
+            from_last = last * left(p, a)
+            from_before = np.where(p > 2, before * left(np.maximum(p - 1, 2), a) * ((p - 1.0) / p) ** a, 0.0)
+            remaining.append(np.maximum(np.maximum(from_last, from_before), before * ratio))
+        return remaining
+
+    def _every_second(self, every_second: Spread) -> Spread:
+        """What the degrees p + 1, p + 3 ... will take away over the part of p - 1: q / (1 - q), where parts of what is
+        analytic fall geometrically, by q every second degree; q is at least the ellipse's, and at most that of the
+        least rate. Beside an edge both parities are there, and the other values are enough: zero."""
+        ratios = []
         for p, fall, least, ratio in zip(self._degrees, self._fall, self._least, every_second, strict=True):
             q = np.minimum(np.maximum(ratio, fall**2), _part(p + 1) / _part(np.maximum(p - 1, 2)))
-            found.append(np.where((p > 2) & (least == REGULAR), q / (1 - q), 0.0))
-        return found
+            ratios.append(np.where((p > 2) & (least == REGULAR), q / (1 - q), 0.0))
+        return ratios
 
 
 def _part(p: np.ndarray) -> np.ndarray:

@@ -13,9 +13,9 @@ import numpy as np
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import LinearOperator, cg
 
-from fem3d.problems.assembly import reactions
 from fem3d.problems.cholesky import Factors, Ordering, part
 from fem3d.problems.heat import HeatProblem
+from fem3d.problems.reactions import SharedReactions
 from fem3d.spaces.integrals import Cells, Faces
 from scenes.model import Material
 
@@ -268,7 +268,7 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
         voltages[:, own] = np.outer(domain.inputs.split(b.value), space.unit[own])
         fixed |= own
     mine = space.of(cells)
-    parts, _ = reactions([b.name for b in electrodes], [b.value for b in electrodes], faces, space.unit)
+    parts = SharedReactions.of([b.name for b in electrodes], [b.value for b in electrodes], faces, space.unit).shares
     sections: dict[str, Section] = {}
     for probe in scene.probes:
         if probe.quantity == "current":

@@ -44,50 +44,45 @@ def nothing(channels: int, m: int, r: int, held: Iterable[str] = ()) -> JouleHea
 
 
 def of_pairs(conductor: Conductor, basis: np.ndarray, patterns: Sequence[Pattern]) -> JouleHeat:
-    """The sums of `JouleHeat` for temperature fields (free nodes, r) and some current fields."""
+    """The sums of `JouleHeat` for temperature fields (free nodes, r) and some current fields.
+
+    With J_i the current densities, v_k the temperature fields, l_c the lift of channel c and rho = cold + warm times
+    the rise, the heat of the pair i, j at the point x of a body is J_i . J_j (cold + warm (sum_c g_c l_c + a . v)).
+    """
     heat, on = conductor.heat, conductor.on
-    densities, m, r, channels = [p.density for p in patterns], len(patterns), basis.shape[1], heat.inputs.count
-    found = nothing(channels, m, r, heat.held)
-    # (r, cells, points), and by name or channel (cells, points): all that heat is tested with, where current flows.
+    densities, m, r = np.array([p.density for p in patterns]), len(patterns), basis.shape[1]
+    channels = heat.inputs.count
+    heats = nothing(channels, m, r, heat.held)
     fields = np.array([on.value(u) for u in heat.field(basis.T)]).reshape(r, *on.weights.shape)
     lifts = {c: on.value(heat.field(lift)) for c, lift in enumerate(heat.lifts) if lift.any()}
-    falls = {name: v for name, u in heat.held_fields.items() if (v := on.value(heat.field(u))).any()}
+    held = {name: v for name, u in heat.held_fields.items() if (v := on.value(heat.field(u))).any()}
     names = np.array(heat.domain.names)[heat.domain.body[conductor.cells]]
     for name in dict.fromkeys(names.tolist()):
-        own = slice(None) if (names == name).all() else names == name
+        cells = slice(None) if (names == name).all() else names == name
         body = _Body(
-            fields[:, own].reshape(r, on.weights[own].size),
-            {c: lift[own].ravel() for c, lift in lifts.items()}, channels,
-            (on.weights * conductor.cold / conductor.stands_for)[own].ravel(),
-            (on.weights * conductor.warm / conductor.stands_for)[own].ravel(),
+            fields[:, cells].reshape(r, on.weights[cells].size),
+            {c: lift[cells].ravel() for c, lift in lifts.items()}, channels,
+            (on.weights * conductor.cold / conductor.stands_for)[cells].ravel(),
+            (on.weights * conductor.warm / conductor.stands_for)[cells].ravel(),
         )  # fmt: skip
-        box_cold, box_warm = found.in_box.setdefault(name, (np.zeros((channels, m, m)), np.zeros((m, m, r))))
-        held = {at: v[own].ravel() for at, v in falls.items()}
-        copies = float(conductor.stands_for[own].flat[0])
-        for i in range(m):
-            for j in range(i + 1):
-                both = (densities[i] * densities[j]).sum(axis=0)[own].ravel()
-                if not both.any():
-                    continue  # of currents in different bodies
-                cold, warm = body.split(both)
-                cold_load, warm_load = body.load(both)
-                parts = {at: body.split(both * v) for at, v in held.items()}
-                for p, q in {(i, j), (j, i)}:
-                    for into, by in ((found.cold, copies * cold), (box_cold, cold), (found.cold_load, cold_load)):
-                        into[:, p, q] += by
-                    for into, by in ((found.warm, copies * warm), (box_warm, warm), (found.warm_load, warm_load)):
-                        into[p, q] += by
-                    for at, (falling, per_kelvin) in parts.items():
-                        found.at_held[at][0][:, p, q] += falling
-                        found.at_held[at][1][p, q] += per_kelvin
+        copies = float(conductor.stands_for[cells].flat[0])
+        currents = densities[:, :, cells].reshape(m, densities.shape[1], -1)
+        products = np.einsum("idx,jdx->ijx", currents, currents)
+        cold, warm = heats.in_box[name] = body.heat(products)
+        for total, part in zip((heats.cold, heats.warm), (cold, warm), strict=True):
+            total += copies * part
+        for total, part in zip((heats.cold_load, heats.warm_load), body.load(products), strict=True):
+            total += part
+        for boundary, v in held.items():
+            for total, part in zip(heats.at_held[boundary], body.heat(products * v[cells].ravel()), strict=True):
+                total += part
         for probe, (shares, density) in conductor.influences.items():
+            cold, warm = body.heat(np.einsum("idx,dx->ix", currents, density[:, cells].reshape(len(density), -1)))
             none = shares, np.zeros((channels, m)), np.zeros((m, r))
-            _, drop, warm_drop = found.potentials.setdefault(probe, none)
-            for i in range(m):
-                cold, warm = body.split((densities[i] * density).sum(axis=0)[own].ravel())
-                drop[:, i] += copies * cold
-                warm_drop[i] += copies * warm
-    return found
+            _, drop, warm_drop = heats.potentials.setdefault(probe, none)
+            drop += copies * cold
+            warm_drop += copies * warm
+    return heats
 
 
 class _Body(NamedTuple):
@@ -100,22 +95,27 @@ class _Body(NamedTuple):
     cold: np.ndarray
     warm: np.ndarray
 
-    def split(self, both: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(channels,) and (r,): the heat of a product of current densities (points,) per channel and per field."""
-        start = np.zeros(self.channels)
-        start[0] = both @ self.cold
-        warming = both * self.warm
+    def heat(self, products: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(channels, ...) and (..., r): the heat of products of current densities (..., points), per channel and per
+        temperature field."""
+        cold = np.zeros((self.channels, *products.shape[:-1]))
+        cold[0] = products @ self.cold
+        warming = products * self.warm
         for c, lift in self.lifts.items():
-            start[c] += warming @ lift
-        return start, self.fields @ warming
+            cold[c] += warming @ lift
+        return cold, warming @ self.fields.T
 
-    def load(self, both: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(channels, r) and (r, r): the same, tested with each field."""
-        start = np.zeros((self.channels, len(self.fields)))
-        start[0] = self.fields @ (both * self.cold)
-        if not self.warm.any():
-            return start, np.zeros((len(self.fields),) * 2)
-        weighted = self.fields * (both * self.warm)
-        for c, lift in self.lifts.items():
-            start[c] += weighted @ lift
-        return start, weighted @ self.fields.T
+    def load(self, products: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(channels, m, m, r) and (m, m, r, r): the same of products (m, m, points), tested with each field."""
+        m, r = len(products), len(self.fields)
+        cold, warm = np.zeros((self.channels, m, m, r)), np.zeros((m, m, r, r))
+        cold[0] = (products * self.cold) @ self.fields.T
+        for i, j in zip(*np.tril_indices(m), strict=True):
+            if not self.warm.any() or not products[i, j].any():
+                continue  # the currents of different bodies
+            weighted = self.fields * (products[i, j] * self.warm)
+            warm[i, j] = warm[j, i] = weighted @ self.fields.T
+            for c, lift in self.lifts.items():
+                cold[c, i, j] += weighted @ lift
+                cold[c, j, i] = cold[c, i, j]
+        return cold, warm

@@ -12,18 +12,21 @@ from functools import cached_property
 
 import numpy as np
 
-from fem3d.problems.current import Conductor, Pattern, combined, independent
+from fem3d.problems.current import Conductor, Pattern, Potential, combined, independent
 from fem3d.problems.heat import HeatProblem
 from fem3d.solution import continuation
 from fem3d.solution.reduced import project
 from scenes.errors import ConvergenceError, NumericsError, RunawayError
 
-CONVERGED = 1e-3  # part of the accuracy that the last step may change the rise by
-ROUNDED = 1e-7  # what rounding may do to the rise on the worst meshes, relative
-SETTLED = 1e-1  # part of the accuracy below which the iteration also ends where rounding keeps it from getting better
-SLOW = 15  # steps after which the reduced problem gets a second current pattern
-BACK = 0.8  # of a rise at which the resistivity is not positive
-UNIFORM = 5e-2  # part of the accuracy below which a change of the current's pattern isn't followed
+MOST_STEPS = 60
+CONVERGED = 1e-3  # the iteration ends where a step changes the rise by less than this fraction of the accuracy
+# Below this fraction of the accuracy it also ends where steps no longer halve: rounding keeps it from getting better,
+# which on the worst meshes is up to ROUNDED of the rise.
+SETTLED, ROUNDED = 1e-1, 1e-7
+FOLD_KNOWN = 1e-4  # relative change of the rise below which the largest current of the reduced problem is a fold
+SECOND_PATTERN = 15  # steps after which the reduced problem keeps the cold current pattern beside the latest
+BACK = 0.8  # factor that a rise at which the resistivity is not positive is lowered by, until it is
+UNIFORM = 5e-2  # a current pattern whose change with heating moves the rise by less than this fraction isn't followed
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,18 +65,6 @@ class SteadyState:
         return c.solve(self.rise, self.drive * c.voltages[0], self.potential).potential
 
 
-def _electric(heat: HeatProblem, conductor: Conductor) -> SteadyState:
-    """The currents at the initial temperature, where nothing thermal is asked for."""
-    still = np.zeros(heat.size)
-    cold = conductor.solve(still, conductor.voltages[0])
-    pattern = conductor.pattern(cold)
-    joule = conductor.joule(cold.density, still)
-    return SteadyState(
-        heat, conductor, still, heat.loads[0], joule, pattern.currents, float(pattern.supply[0]), cold.potential,
-        np.empty((heat.free, 0)), [pattern], 0.0, False, 1, density=cold.density,
-    )  # fmt: skip
-
-
 def coupled(
     heat: HeatProblem,
     conductor: Conductor | None,
@@ -86,58 +77,51 @@ def coupled(
     messages. Whether the current's pattern is followed as it heats up is decided by its effect, or given by
     ``follow``.
 
+    With u the rise, phi the potential and q(u, phi) the Joule heat, step k solves the reduced problem on the fields and
+    patterns that there are for u_k, then K u = q(u_k, phi(u_k)) + f in full; its answer joins the fields. It ends where
+    that answer is u_k.
+
     Raises RunawayError where no steady state exists, ConvergenceError where the iteration fails.
     """
     if heat.inputs.schedules:
         raise NumericsError("a scene whose conditions vary in time has no steady state")
     if conductor is not None and not thermal:
-        return _electric(heat, conductor)
+        return _currents_alone(heat, conductor)
     if not heat.anchored:
         raise NumericsError("a part of the scene has no exit for heat: it has no steady state")
-    n, given, lift = heat.free, heat.loads[0], heat.lifts[0]
     if conductor is None:
-        rise = heat.improve(lift + heat.whole(heat.solve_steady(given[:n])), given)
-        return SteadyState(heat, None, rise, given, {}, {}, 0.0, None, (rise - lift)[:n, None], [], 0.0, False, 1)
-    cold = conductor.solve(lift, conductor.voltages[0])
-    potentials, patterns = [cold], [conductor.pattern(cold)]
-    fields = heat.solve_steady((conductor.joule_load(cold.density, lift) + given)[:n])[:, None]
-    follows, change, before = conductor.warms and follow is not False, 0.0, np.inf
-    for step in range(1, 61):
+        return _heat_alone(heat)
+    given, lift, volts = heat.loads[0], heat.lifts[0], conductor.voltages[0]
+    cold, fields = first_guess(heat, conductor)
+    latest, patterns = cold, [conductor.pattern(cold)]
+    follows, change, moved = conductor.warms and follow is not False, 0.0, np.inf
+    for step in range(1, MOST_STEPS + 1):
         reduced = project(heat, conductor, fields, patterns)
         point = continuation.find(reduced)
-        own = reduced.basis @ point.a
-        while not conductor.conducts(lift + heat.whole(own)):
-            if not own.any():
-                raise NumericsError("the resistivity is not positive at the given temperatures")
-            own = BACK * own  # few fields may put the state beyond the law's reach; the full step then brings it back
-        rise = lift + heat.whole(own)
-        size = heat.norm(own) or 1.0
+        start = _within_the_law(heat, conductor, reduced.basis @ point.a)
+        rise = lift + heat.whole(start)
         if follows:
-            hot = conductor.solve(rise, conductor.voltages[0], potentials[-1].potential)
-            load = conductor.joule_load(hot.density, rise)
-            expected = point.fraction**-2 * conductor.joule_load(combined(patterns, point.c), rise)
+            hot = conductor.solve(rise, volts, latest.potential)
+            load = point.fraction**2 * conductor.joule_load(hot.density, rise)
             if step == 1:
-                change = heat.norm(heat.solve_steady((load - expected)[:n])) / size
-            if step == 1 and follow is None and change < UNIFORM * accuracy:
-                follows = False
-            else:
-                potentials = [hot]
-                # Away from a fold the latest pattern is the right one in the end; where a fold lies also depends on
-                # how the pattern changes along the way, and near it the iteration does.
-                patterns = (
-                    independent(conductor, [cold, hot]) if point.folded or step > SLOW else [conductor.pattern(hot)]
-                )
-                load *= point.fraction**2
-        if not follows:
+                by_pattern = load - conductor.joule_load(combined(patterns, point.c), rise)
+                moved_by_it = heat.norm(heat.solve_steady(by_pattern[: heat.free]))
+                change = moved_by_it / point.fraction**2 / (heat.norm(start) or 1.0)
+                follows = follow is not None or change >= UNIFORM * accuracy
+        if follows:
+            latest = hot
+            # Away from a fold the latest pattern is the right one in the end; where a fold lies also depends on how the
+            # pattern changes along the way, and near it the iteration does.
+            both = point.folded or step > SECOND_PATTERN
+            patterns = independent(conductor, [cold, hot]) if both else [conductor.pattern(hot)]
+        else:
             load = conductor.joule_load(combined(patterns, point.c), rise)
         source = load + given
-        answer = heat.solve_steady(source[:n])
-        moved = float(np.abs(answer - own).max(initial=0.0) / (np.abs(answer).max(initial=0.0) or 1.0))
-        stalled = moved < max(SETTLED * accuracy, ROUNDED) and moved > before / 2
-        before = moved
-        if moved < CONVERGED * accuracy or stalled or (point.folded and moved < 1e-4):
+        answer = heat.solve_steady(source[: heat.free])
+        before, moved = moved, _largest(answer - start) / (_largest(answer) or 1.0)
+        if converged(moved, before, accuracy) or (point.folded and moved < FOLD_KNOWN):
             break
-        fields = np.column_stack([fields, answer - own])
+        fields = np.column_stack([fields, answer - start])
     else:
         raise ConvergenceError(f"the coupled steady state does not converge at {voltage:g} V")
     if point.folded:
@@ -146,15 +130,62 @@ def coupled(
             f"thermal runaway: at {voltage:g} V no steady state exists, because the resistance falls as it heats; "
             f"the largest voltage with a steady state is {limit:.4g} V", limit,
         )  # fmt: skip
-    final = potentials[-1]
+    # A pattern that isn't followed is the cold one, at the current that the warmer resistance lets through.
     scale = 1.0 if follows else float(point.c[0])
-    density = scale * final.density
+    density, last = scale * latest.density, conductor.pattern(latest)
     joule = conductor.joule(density, rise)
-    last = conductor.pattern(final)
     return SteadyState(
         heat, conductor, heat.improve(lift + heat.whole(answer), source), source, joule,
         {name: scale * current for name, current in last.currents.items()},
-        float(sum(joule.values())), final.potential, np.column_stack([fields, answer]),
-        independent(conductor, [cold, final]) if follows else [last], change, follows, step,
+        float(sum(joule.values())), latest.potential, np.column_stack([fields, answer]),
+        independent(conductor, [cold, latest]) if follows else [last], change, follows, step,
         unsettled=moved + (0.0 if follows else 2 * change), density=density,
     )  # fmt: skip
+
+
+def first_guess(heat: HeatProblem, conductor: Conductor) -> tuple[Potential, np.ndarray]:
+    """The current at the given temperatures, and as the first field (free nodes, 1) the rise that it and all other
+    sources make."""
+    cold = conductor.solve(heat.lifts[0], conductor.voltages[0])
+    source = conductor.joule_load(cold.density, heat.lifts[0]) + heat.loads[0]
+    return cold, heat.solve_steady(source[: heat.free])[:, None]
+
+
+def converged(moved: float, before: float, accuracy: float) -> bool:
+    """Whether a step that changed the rise by ``moved`` of itself, the one ``before`` it by that, is the last."""
+    stalled = moved < max(SETTLED * accuracy, ROUNDED) and moved > before / 2
+    return moved < CONVERGED * accuracy or stalled
+
+
+def _within_the_law(heat: HeatProblem, conductor: Conductor, start: np.ndarray) -> np.ndarray:
+    """A rise (free nodes) at which the resistivity is positive everywhere: a state of few fields may lie beyond that,
+    and the full step then brings it back."""
+    while not conductor.conducts(heat.lifts[0] + heat.whole(start)):
+        if not start.any():
+            raise NumericsError("the resistivity is not positive at the given temperatures")
+        start = BACK * start
+    return start
+
+
+def _largest(field: np.ndarray) -> float:
+    return float(np.abs(field).max(initial=0.0))
+
+
+def _currents_alone(heat: HeatProblem, conductor: Conductor) -> SteadyState:
+    """The currents at the initial temperature, where nothing thermal is asked for."""
+    still = np.zeros(heat.size)
+    cold = conductor.solve(still, conductor.voltages[0])
+    pattern = conductor.pattern(cold)
+    joule = conductor.joule(cold.density, still)
+    return SteadyState(
+        heat, conductor, still, heat.loads[0], joule, pattern.currents, float(pattern.supply[0]), cold.potential,
+        np.empty((heat.free, 0)), [pattern], 0.0, False, 1, density=cold.density,
+    )  # fmt: skip
+
+
+def _heat_alone(heat: HeatProblem) -> SteadyState:
+    """The temperature where no current flows: K u = f, linear."""
+    given, lift = heat.loads[0], heat.lifts[0]
+    rise = heat.improve(lift + heat.whole(heat.solve_steady(given[: heat.free])), given)
+    fields = (rise - lift)[: heat.free, None]
+    return SteadyState(heat, None, rise, given, {}, {}, 0.0, None, fields, [], 0.0, False, 1)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem3d.problems.assembly import reactions
+from fem3d.problems.reactions import SharedReactions
 from fem3d.runs import scene as scene_run
 from scenes.free import from_dict
 from scenes.model import Boundary, Box, Material, Probe, Scene
@@ -121,6 +121,7 @@ def test_boundaries_that_meet_at_an_angle_are_in_doubt_and_still_add_up():
 def test_a_boundary_that_touches_no_other_takes_the_whole():
     space = problem(split(), grid_of(split(), BREAKS, 2)).domain
     hot = [b for b in space.scene.boundaries if b.name == "hot"]
-    parts, edges = reactions(["hot"], [310.0], [space.faces(hot[0])], space.space.unit)
+    reactions = SharedReactions.of(["hot"], [310.0], [space.faces(hot[0])], space.space.unit)
+    parts, edges = reactions.shares, reactions.edges
     assert set(parts["hot"].tolist()) == {0.0, 1.0}
     assert not edges.nnz

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -62,6 +62,22 @@ def of_device(device: Device, result: DeviceResult) -> tuple[str, ...]:
         at = int(np.argmax(trace))
         reached[name] = Hottest(float(trace[at]), float(times[at]))
     return warnings((sink.silicon, sink.oxide, device.gold, device.pdms), reached)
+
+
+def excess(
+    materials: Sequence[Material], ceiling: float, fields: Callable[[], Any], times: np.ndarray
+) -> tuple[float, str]:
+    """How far (K) the materials of a 3D run get past their valid_to at most, and which one does; at or below it the
+    name is empty, and the number says by how much the ``ceiling`` (K) of all temperatures stays below the least.
+    ``fields`` are asked for where that is not enough to tell, at some times (s) beside the steady state."""
+    limits = {m.name: m.valid_to for m in materials if m.valid_to is not None}
+    if not limits:
+        return float("-inf"), ""
+    if ceiling <= min(limits.values()):
+        return ceiling - min(limits.values()), ""
+    reached = by_material(fields(), times)
+    most, name = max((reached[name].temperature - limit, name) for name, limit in limits.items() if name in reached)
+    return most, name if most > 0 else ""
 
 
 def past(materials: Sequence[Material], fields: Any, times: np.ndarray) -> tuple[str, ...]:

@@ -115,10 +115,17 @@ def _map(table: Table, reduction: str) -> Figure:
         handles = [Patch(color=PARTS[i], label=n) for i, n in enumerate(names)]
         figure.legend(handles=handles, loc="lower right", ncols=4)
         axes[1].set_title("to blame beyond the tolerance", fontsize=10)
+    excess = (
+        table.cells.excess.ravel() if table.cells else table.columns.get("past_valid_to_K", np.full(len(table), np.nan))
+    )
+    molten = bool((excess > 0).any())
     crossed = percents[known].min() < 100 * tolerance < most
     for ax in axes:
         if crossed:
             ax.tricontour(net, percents, levels=[100 * tolerance], colors=[INK], linewidths=2.4)
+        if molten:
+            colder = np.where(np.isfinite(excess), excess, -1.0)
+            ax.tricontourf(net, colder, levels=[0.0, np.inf], colors="none", hatches=["//"])
         ax.plot(x[~ok], y[~ok], **_LOST)
         ax.set(xlim=(across.min(), across.max()), ylim=(up.min(), up.max()))
         for key, side in zip(table.keys, "xy", strict=True):
@@ -126,7 +133,12 @@ def _map(table: Table, reduction: str) -> Figure:
         ax.grid(False)
     axes[0].plot(x[ok], y[ok], "o", color="white", ms=2.2, mec=INK, mew=0.4, clip_on=False)
     line = f"bold: {100 * tolerance:g} %" if crossed else f"the line of {100 * tolerance:g} % is not in the range"
-    notes = [line, "dots: solved", *([] if ok.all() else ["crosses: no answer"])]
+    notes = [
+        line,
+        "dots: solved",
+        *(["hatched: hotter than a material's valid_to"] if molten else []),
+        *([] if ok.all() else ["crosses: no answer"]),
+    ]
     figure.text(0.012, 0.02, "; ".join(notes), fontsize=9, color=INK)
     figure.subplots_adjust(wspace=0.24)
     return figure

@@ -88,10 +88,36 @@ class Map:
         words[~np.isin(self.verdicts, VERDICTS)] = ""
         return words
 
+    @cached_property
+    def excess(self) -> np.ndarray:
+        """(n, m): how far (K) a material gets past its valid_to, interpolated between the cells that are solved; NaN
+        where there is no answer, or nothing says how far a material is valid."""
+        from scipy.interpolate import RBFInterpolator
 
-def _places(numbers: Iterable[int] | np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+        shape = self.value.shape
+        told = {n: row.values["past_valid_to_K"] for n, row in self.solved.items() if "past_valid_to_K" in row.values}
+        if len(told) < 3:
+            return np.full(shape, np.nan)
+        through = RBFInterpolator(_places(told, shape), np.array(list(told.values())), kernel="linear")
+        found = through(_places(np.arange(math.prod(shape)), shape)).reshape(shape)
+        return np.where(np.isin(self.verdicts, VERDICTS), found, np.nan)
+
+    @cached_property
+    def too_hot(self) -> np.ndarray:
+        """(n, m): the material that gets past its valid_to, that of the nearest such cell; "" where none does."""
+        from scipy.spatial import KDTree
+
+        hot, found = self.excess > 0, np.full(self.value.shape, "", object)
+        names = {n: row.values["too_hot"] for n, row in self.solved.items() if row.values.get("too_hot")}
+        if names and hot.any():
+            nearest = KDTree(_places(names, hot.shape)).query(np.argwhere(hot))[1]
+            found[hot] = np.array(list(names.values()), object)[nearest]
+        return found
+
+
+def _places(numbers: Iterable[int], shape: tuple[int, ...]) -> np.ndarray:
     """(k, 2): where some cells are."""
-    return np.column_stack(np.unravel_index(np.asarray(numbers), shape)).astype(float)
+    return np.column_stack(np.unravel_index(np.asarray(list(numbers)), shape)).astype(float)
 
 
 def refine(job: Job, store: Store, gather: Callable[[Iterable[Work], int, str], None]) -> Map:

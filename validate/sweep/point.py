@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import json
+import math
 import time
 from collections.abc import Collection, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, cast
 
+import numpy as np
+
+from scenes import physics
 from scenes.errors import RunawayError, SceneError, did_you_mean, quoted
 from scenes.plan import Request
 from scenes.sink import Sink
@@ -180,6 +184,7 @@ def _sink(
     """The columns of a sink, the parts of its difference, and its 3D result; solved again more accurately while a
     verdict is open."""
     from reduced1d.ladder.levels import Levels
+    from validate.run import hottest
     from validate.run.pipeline import compared
 
     request = Request(transient=not scope.steady, figures=False, reduction=scope.reductions[0])
@@ -207,8 +212,17 @@ def _sink(
         values |= {f"{model}{name}": given.value for name, given in (reduced.steady if reduced else {}).items()}
         for check in checks:
             values |= {f"{own}{check.id}_{name}": getattr(check, name) for name in ("difference", "u_num", "verdict")}
+    top = sink.room_temperature + fem3d.steady["peak_rise_K"].value
+    # Nothing is hotter than the peak, and a step's response nowhere hotter than the steady state.
+    hot = hottest.excess((sink.silicon, sink.oxide), top, lambda: fem3d.details["fields"].distinct, np.empty(0))
     parts = _parts(sink, scope, fem3d, levels) if scope.blame else None
-    return values | blame(parts) | {"accuracy": sink.accuracy}, parts, first
+    return values | too_hot(*hot) | blame(parts) | {"accuracy": sink.accuracy}, parts, first
+
+
+def too_hot(excess: float, material: str) -> dict[str, Any]:
+    """The material that gets hotter than it is valid to, "" where none does, and by how much (K; below zero by how much
+    it stays below); nothing where no material says how far it is valid."""
+    return {"too_hot": material, "past_valid_to_K": excess} if math.isfinite(excess) else {}
 
 
 def _of_another(sink: Sink, request: Request, fem3d: Result, levels: Levels) -> tuple[tuple[Check, ...], Result | None]:
@@ -256,6 +270,7 @@ def blame(parts: dict[str, float] | None) -> dict[str, Any]:
 def _free(scene: AnyScene) -> dict[str, Any]:
     """The columns of a free scene: every probe, at the end where it is over time."""
     from fem3d.runs import scene as scene_run
+    from validate.run import hottest
     from validate.run.pipeline import reported
 
     scene = reported(scene, Request(figures=False))
@@ -268,4 +283,8 @@ def _free(scene: AnyScene) -> dict[str, Any]:
         else:
             value, error = float(result.traces.values[probe.name][-1]), float(result.traces.errors[probe.name])
         values |= {f"fem3d_{probe.name}": value, f"fem3d_{probe.name}_error": error}
+    if physics.heat(scene):
+        fields, times = result.details["fields"], hottest.moments(result.traces)
+        hot = hottest.excess(physics.materials(scene), fields.ceiling(times), lambda: fields, times)
+        values |= too_hot(*hot)
     return values | {"accuracy": scene.accuracy}

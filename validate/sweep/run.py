@@ -194,12 +194,12 @@ def _page(folder: Path, found: Table, document: Mapping[str, Any]) -> str:
 def _data(found: Table) -> dict[str, Any]:
     """What the page draws: keys, values with errors, words, each a column over the points or the cells."""
     design, scope, columns = found.job.design, found.job.scope, found.columns
-    names = {f"{scope.check}_verdict": "verdict", "blame": "to blame", "status": "status"}
+    names = {f"{scope.check}_verdict": "verdict", "blame": "to blame", "too_hot": "too hot", "status": "status"}
     numbers = found.series()
     for reduction in scope.reductions[1:]:
         numbers |= {f"{reduction}_{name}": given for name, given in found.series(reduction).items()}
     if found.map:
-        columns, names = found.map, {"verdict": "verdict", "blame": "to blame", "how": "how"}
+        columns, names = found.map, {"verdict": "verdict", "blame": "to blame", "too_hot": "too hot", "how": "how"}
         numbers = {scope.check: (columns["difference"], columns["error"])}
     size = design.count
     some = np.unique(np.linspace(0, size - 1, min(size, MOST)).round().astype(int))

@@ -65,6 +65,7 @@ class Table:
             "verdict": cells.verdicts.ravel(),
             "how": how,
             "blame": cells.blames.ravel(),
+            "too_hot": cells.too_hot.ravel(),
         }
 
     @cached_property
@@ -118,7 +119,7 @@ def read(job: Job, store: Store, cells: Map | None) -> Table:
         for name, column in found.items():
             value = values.get(name)
             column.append(sys.intern(value) if isinstance(value, str) else value)
-    last = ("blame", "blame_share", "accuracy")
+    last = ("too_hot", "past_valid_to_K", "blame", "blame_share", "accuracy")
     columns = {name: array(found[name]) for name in sorted(found, key=lambda name: name in last)}
     return Table(job, job.design.columns(numbers), columns, cells)
 
@@ -128,8 +129,24 @@ def sentence(table: Table) -> str:
     words = table.map["verdict"] if table.map else table.columns["status"]
     lost = Counter(word for word in sorted(words.tolist()) if word not in ("ok", *VERDICTS))
     listed = ", ".join(f"{number} {word}" for word, number in lost.items())
-    said = _of_check(table) if table.relative else _of_probes(table)
+    said = (_of_check(table) if table.relative else _of_probes(table)) + _of_heat(table)
     return said + (f"; {lost.total()} without an answer ({listed})" if lost else "")
+
+
+def _of_heat(table: Table) -> str:
+    """How many designs, or cells, get hotter than a material is valid to, and by how much at most."""
+    of = (table.map or table.columns).get("too_hot")
+    names = Counter(name for name in (() if of is None else of.tolist()) if name)
+    if of is None or not names:
+        return ""
+    excess = table.columns["past_valid_to_K"]
+    n = int(np.nanargmax(excess))
+    most = f"{table.columns['too_hot'][n]} by up to {excess[n]:,.0f} K" if excess[n] > 0 else " and ".join(names)
+    what = "cells" if table.map else "designs"
+    return (
+        f"; too hot in {names.total()} of {len(of)} {what}: {most}, past its valid_to, where it softens, melts or "
+        "decomposes, and nothing here is true of a real part"
+    )
 
 
 def _of_check(table: Table) -> str:

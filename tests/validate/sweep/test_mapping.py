@@ -135,6 +135,17 @@ def solve_formula(work: Work) -> list[Row]:
     return [Row(work.numbers[0], "ok", "", 0.0, values)]
 
 
+def test_cells_between_solved_ones_are_too_hot_too(tmp_path: Path) -> None:
+    found, _, _ = mapped(SURFACES["a slope"], tmp_path / "m")
+    x, y = np.meshgrid(PLACES, PLACES, indexing="ij")
+    past = 300 * (x + y - 1.207)
+    for number, row in found.solved.items():
+        row.values["past_valid_to_K"] = float(past.flat[number])
+        row.values["too_hot"] = "silicon" if past.flat[number] > 0 else ""
+    assert ((found.too_hot == "silicon") != (past > 0)).mean() < 0.01
+    assert np.abs(found.excess - past).max() < 15
+
+
 def test_a_map_that_was_stopped_goes_on_as_it_would_have(tmp_path: Path) -> None:
     formula = SURFACES["an island"]
     whole, all_, _ = mapped(formula, tmp_path / "whole")

@@ -223,6 +223,27 @@ def test_points_without_an_answer_are_rows_that_say_why(tmp_path: Path) -> None:
     assert (tmp_path / "none" / "report.html").exists()
 
 
+@pytest.mark.usefixtures("anew")
+def test_designs_that_melt_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Silicon melts at 1687 K: at 20 V the beam is far hotter, at 1 V it is not; the figure of two keys is hatched."""
+    pytest.importorskip("distributed")
+    melting = ["sweep", "sink", "--steady", "--no-blame", "--workers", "2", "--vary", "drive.voltage=1,9,20", "--vary",
+               "sink.width=80um,100um,120um", "--out", str(tmp_path / "hot")]  # fmt: skip
+    assert main(melting) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "too hot in 3 of 9 designs: silicon by up to 2," in said, said
+    rows = table(tmp_path / "hot")
+    for row in rows:
+        hot = row["drive.voltage"] == "20.0"
+        assert row["too_hot"] == ("silicon" if hot else "")
+        assert (row["past_valid_to_K"] > 0) == hot
+        off = row["past_valid_to_K"] - (293 + row["fem3d_peak_rise_K"] - 1687)
+        assert abs(off) <= row["fem3d_peak_rise_K_error"]
+    assert "hotter than a material" in (tmp_path / "hot" / "figure_map.svg").read_text()
+    (free,) = solve(Work(base("bridge", ["material.polysilicon.valid_to=300K"]), Scope(), (), (0,), ((),)))
+    assert free.values["too_hot"] == "polysilicon"
+
+
 def test_a_point_that_takes_too_long_is_stopped_and_the_next_is_solved() -> None:
     sink = base("sink", ["run.accuracy=1e-2"])
     keys, points = ("run.accuracy", "sink.width"), ((1e-6, 57e-6), (1e-2, -1.0))

@@ -33,7 +33,7 @@ _STYLE: dict[Any, Any] = {
     "font.size": 10.0, "font.family": "sans-serif", "axes.edgecolor": INK, "axes.labelcolor": INK,
     "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "axes.axisbelow": True,
     "grid.color": "#dddddd", "grid.linewidth": 0.6, "axes.formatter.useoffset": False, "lines.linewidth": 1.8,
-    "legend.frameon": False, "svg.fonttype": "none", "svg.hashsalt": "validate",
+    "hatch.linewidth": 0.5, "legend.frameon": False, "svg.fonttype": "none", "svg.hashsalt": "validate",
 }  # fmt: skip
 _MEANS = {
     "fig4": "the 1D steady peak rise is off by {}",
