@@ -11,7 +11,7 @@ import os
 import re
 import shutil
 import uuid
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -22,11 +22,13 @@ from scenes.plan import Request
 from scenes.units import POWER, TIME, VOLTAGE
 from validate.run.pipeline import kind
 
+PICTURE = "scene.png"
+"""The picture of a scene that isn't solved yet: a folder that holds it alone is as good as empty."""
 SCHEMA = 1
 """The version of summary.json."""
 
 _OURS = re.compile(
-    r"summary\.json|(traces|sensitivities)\.csv|(figure\w+|islands|islands_runs|air|why|sensitivity|validation)"
+    r"scene\.png|summary\.json|(traces|sensitivities)\.csv|(figure\w+|islands|islands_runs|air|why|sensitivity|validation)"
     r"\.(png|svg)|fem3d\.(pvd|vtkhdf)|fem3d_\w+\.vtu|report\.html"
 )
 
@@ -77,6 +79,21 @@ class Folder:
         finally:
             self._clear()
 
+    def add(self, name: str, write: Callable[[Path], object]) -> Path:
+        """Writes one file into ``target`` as it is, made where it isn't there; raises SceneError as entering does."""
+        beside = self.target / f".{name}"
+        try:
+            self._check_target()
+            self.target.mkdir(parents=True, exist_ok=True)
+            write(beside)
+            return beside.replace(self.target / name)
+        except OSError as error:
+            raise SceneError(
+                f"output folder {quoted(self._given)} cannot be written ({reason(error)}): give another with --out"
+            ) from None
+        finally:
+            beside.unlink(missing_ok=True)
+
     def _check_target(self) -> None:
         target, shown = self.target, f"output folder {quoted(self._given)}"
         if not target.exists():
@@ -88,7 +105,7 @@ class Folder:
         here = Path(os.path.realpath(os.curdir))
         if os.path.ismount(target) or here.is_relative_to(target):
             raise SceneError(f"{shown} is where you are or a mount: give a folder inside it with --out")
-        if any(target.iterdir()) and not _run(target):
+        if any(entry.name != PICTURE for entry in target.iterdir()) and not _run(target):
             raise SceneError(
                 f"{shown} has files that are not a run of this program, and is left as it is: give a new or empty "
                 "folder with --out"

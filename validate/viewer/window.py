@@ -40,10 +40,8 @@ def start(request: dict[str, Any], progress: Callable[[str], None]) -> list[str]
     the machine cannot draw."""
     if not request["off_screen"] and sys.platform.startswith("linux"):
         if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-            raise NoGraphicsError(
-                "there is no display to open a window on: give --screenshot FILE or --movie FILE, or open the run's "
-                "report.html"
-            )
+            instead = "" if "parts" in request else " or --movie FILE, or open the run's report.html"
+            raise NoGraphicsError(f"there is no display to open a window on: give --screenshot FILE{instead}")
     progress("starting the viewer")
     # The packages may be importable here only because of where this process was started.
     root = str(Path(__file__).parents[2])
@@ -102,6 +100,11 @@ def main() -> int:
 
 
 def _show(request: dict[str, Any]) -> None:
+    if "parts" in request:
+        from validate.viewer import boxes
+
+        boxes.show(request)
+        return
     source = find(Path(request["path"]))
     first = source.grid(0)
     view = begin(request, source, first)

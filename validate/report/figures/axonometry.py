@@ -47,11 +47,15 @@ class Drawing:
 
     def place(self, points: np.ndarray) -> np.ndarray:
         """(n, 2): where points (n, 3) of the scene (m) are on paper; those outside of it at its rim."""
+        return _on_paper(self.stretched(points))
+
+    def stretched(self, points: np.ndarray) -> np.ndarray:
+        """(n, 3): how far points of the scene (m) are to the right, away and up, over the longest horizontal extent."""
         three = []
         for axis, planes, drawn in zip(self.axes, self.planes, self.drawn, strict=True):
             order = np.argsort(planes)
             three.append(np.interp(points[:, axis], planes[order], drawn[order]))
-        return _on_paper(np.column_stack(three))
+        return np.column_stack(three)
 
     def facing(self, lower: Point, upper: Point) -> bool:
         """Whether a flat box lies on sides of boxes that are turned to the eye."""

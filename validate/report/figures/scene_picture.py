@@ -4,6 +4,7 @@ probes, each with its name."""
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ from scenes.model import Boundary, Material, Point, Probe, Scene, Schedule, Valu
 from scenes.units import THERMAL_CONDUCTIVITY
 from validate.report.figures import INK, PARTS
 from validate.report.figures.axonometry import Drawing, drawing
-from validate.report.figures.drawing import new_figure
+from validate.report.figures.drawing import new_figure, style
 from validate.report.figures.labels import Label, columns, spread
 
 WIDE, COLUMN, HIGHEST = 13.0, 2.75, 14.0
@@ -45,13 +46,14 @@ PROBE = "#1a7a2e"
 def draw(scene: Scene) -> Figure:
     """The picture of a scene that was checked."""
     found = drawing(scene)
-    labels = _labels(scene, found)
+    labels = labels_of(scene, found)
     left, right = columns(labels[:MOST], MOST)
+    more = f"; {len(labels) - MOST} of {len(labels)} names left out" if len(labels) > MOST else ""
     inner = WIDE - 2 * COLUMN - AROUND[0]
     wide, tall = found.extent[1] - found.extent[0]
     needed = max(inner * tall / wide + AROUND[1], APART * (max(len(left), len(right)) + 1))
     high = float(min(max(needed + UNDER, 5.0), HIGHEST))
-    figure = new_figure(WIDE, high, _title(scene, found, len(labels)), [])
+    figure = new_figure(WIDE, high, title(scene, found) + more, [])
     figure.subplots_adjust(left=0.0, right=1.0, bottom=0.75 / high, top=1 - 0.6 / high)
     ax = figure.subplots()
     ax.set_axis_off()
@@ -60,7 +62,7 @@ def draw(scene: Scene) -> Figure:
     centre = (found.extent[0] + found.extent[1]) / 2 - np.array([0.0, 0.2 * inch])
     half = np.array([WIDE, high - UNDER]) / 2 * inch
     ax.set(xlim=(centre[0] - half[0], centre[0] + half[0]), ylim=(centre[1] - half[1], centre[1] + half[1]))
-    _faces(ax, scene, found, _colours(scene))
+    _faces(ax, scene, found)
     _sheets(ax, scene, found)
     for axis in range(3):
         _axis(ax, found, axis, inch)
@@ -70,17 +72,25 @@ def draw(scene: Scene) -> Figure:
     return figure
 
 
-def _colours(scene: Scene) -> dict[str, str]:
-    names = list(dict.fromkeys(material.name for material in physics.materials(scene)))
-    return {name: PARTS[n % len(PARTS)] for n, name in enumerate(names)}
+def save(scene: Scene, path: Path, pixels: int = 1430) -> None:
+    """Draws a scene that was checked to a file, so many pixels wide."""
+    with style():
+        draw(scene).savefig(path, dpi=pixels / WIDE)
 
 
-def _faces(ax: Any, scene: Scene, found: Drawing, colours: dict[str, str]) -> None:
+def colours(scene: Scene) -> dict[str, tuple[float, float, float]]:
+    """Of each material by its name (red, green, blue), pale, so that lines and sheets stand out from it."""
+    names = dict.fromkeys(material.name for material in physics.materials(scene))
+    pale = (0.45 + 0.55 * np.array([to_rgb(PARTS[n % len(PARTS)]) for n in range(len(names))])).tolist()
+    return {name: (red, green, blue) for name, (red, green, blue) in zip(names, pale, strict=True)}
+
+
+def _faces(ax: Any, scene: Scene, found: Drawing) -> None:
     """Faces and their edges, those that are farther first, and what is hidden of boxes that can't be seen at all."""
-    faces, polygons, fills, lines, widths = found.faces, [], [], [], []
+    faces, fill = found.faces, colours(scene)
+    polygons, fills, lines, widths = [], [], [], []
     for corners, owner, side, edges in zip(faces.corners, faces.owner, faces.side, faces.edges, strict=True):
-        # Pale, so that names' lines and sheets stand out.
-        rgb = (0.45 + 0.55 * np.array(to_rgb(colours[scene.boxes[owner].material.name]))) * SHADES[side]
+        rgb = np.array(fill[scene.boxes[owner].material.name]) * SHADES[side]
         polygons.append(corners)
         fills.append((*rgb, 1.0))
         lines.append((*rgb, 1.0))
@@ -129,7 +139,7 @@ def _outline(
         ax.fill(*places[[0, a, a | b, b]].T, color=colour, alpha=fill, lw=0, zorder=2)
 
 
-def _labels(scene: Scene, found: Drawing) -> list[Label]:
+def labels_of(scene: Scene, found: Drawing) -> list[Label]:
     """The names of all parts, at places where these can be seen."""
 
     def middle(part: Any) -> tuple[float, float]:
@@ -236,30 +246,24 @@ def _unit(found: Drawing) -> tuple[str, float]:
     return next(((u, s) for u, s in (("µm", 1e-6), ("mm", 1e-3)) if length < 2e4 * s), ("m", 1.0))
 
 
-def _title(scene: Scene, found: Drawing, names: int) -> str:
+def title(scene: Scene, found: Drawing) -> str:
+    """The name, what there is, and how much larger than in proportion it is drawn."""
     stretched = [
         f"{'xyz'[axis]} {factor:g} times" for axis, factor in zip(found.axes, found.factors, strict=True) if factor != 1
     ]
     said = [f"{', '.join(stretched)} as large"] * bool(stretched) + ["thin parts thicker"] * found.thickened
     drawn = f" (drawn with {' and '.join(said)})" if said else ""
-    more = f"; {names - MOST} of {names} names left out" if names > MOST else ""
-    counts = (
-        (scene.boxes, "box", "boxes"),
-        (scene.boundaries, "boundary", "boundaries"),
-        (scene.probes, "probe", "probes"),
-    )
-    parts = ", ".join(f"{len(items)} {one if len(items) == 1 else many}" for items, one, many in counts)
-    return f"{scene.name}: {parts}{drawn}{more}"
+    given = {"box": scene.boxes, "boundary": scene.boundaries, "probe": scene.probes}
+    many = {"box": "boxes", "boundary": "boundaries", "probe": "probes"}
+    counts = ", ".join(f"{len(items)} {one if len(items) == 1 else many[one]}" for one, items in given.items())
+    return f"{scene.name}: {counts}{drawn}"
 
 
 def _legend(figure: Figure, scene: Scene) -> None:
     """The materials with their conductivities, and what the colours of names mean."""
     materials = {material.name: material for material in physics.materials(scene)}
-    colours = _colours(scene)
-    handles: list[Any] = [
-        Patch(fc=0.45 + 0.55 * np.array(to_rgb(colours[n])), ec=INK, lw=0.6, label=_material(scene, m))
-        for n, m in materials.items()
-    ]
+    fill = colours(scene)
+    handles: list[Any] = [Patch(fc=fill[n], ec=INK, lw=0.6, label=_material(scene, m)) for n, m in materials.items()]
     kinds = {boundary.kind: BOUNDARY[boundary.kind] for boundary in scene.boundaries}
     handles += [Line2D([], [], color=colour, lw=2, label=kind.replace("_", " ")) for kind, colour in kinds.items()]
     if scene.probes:
