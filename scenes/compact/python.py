@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
 from importlib.resources import files
-from pathlib import Path
 from typing import Any
 
 from scenes.compact.facts import facts
@@ -27,12 +25,3 @@ def as_python(document: Mapping[str, Any]) -> str:
     text = json.dumps(document, separators=(",", ":"), allow_nan=False)
     rest = rest.replace("import warnings\n", "import json\nimport warnings\n", 1)
     return f'"""{head}\n"""{rest}\n\nmodel = CompactModel(json.loads({text!r}))\n'
-
-
-def write_module(path: Path, text: str) -> None:
-    """Writes a Python file that is newer than the one that it replaces by a second at least: Python tells whether its
-    compiled copy is stale by size and whole seconds alone. Raises OSError."""
-    before = int(path.stat().st_mtime) if path.exists() else 0
-    path.write_text(text, encoding="utf-8")
-    if int(path.stat().st_mtime) <= before:
-        os.utime(path, (before + 1, before + 1))

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from scenes.errors import SceneError, printable, quoted, reason
-from validate.cli.terminal import DIFFERS, FINE, INTERRUPTED, progress, show, style
+from validate.cli.terminal import DIFFERS, FINE, INTERRUPTED, NUMERICS, complain, progress, show, style
 
 if TYPE_CHECKING:
     from compare.against import Data
@@ -179,6 +179,8 @@ def run(
         show(" ".join(of(scene).headline(outcome, against, style()).split()))
     else:
         show(outcome_text(outcome, against, style(), planned))
+    if outcome.runs_away:
+        return complain(outcome.runs_away, NUMERICS)
     if outcome.interrupted:
         return INTERRUPTED
     return DIFFERS if against else FINE
@@ -186,11 +188,12 @@ def run(
 
 def _picture(scene: Any, folder: Path) -> None:
     """Draws a scene that is not solved, where it is one of boxes."""
+    from validate.folder import Folder
     from validate.report.figures.scene_picture import save
-    from validate.report.folder import PICTURE, Folder
+    from validate.report.folder import PICTURE, RUN
     from validate.viewer.boxes import of_boxes
 
-    show(f"Wrote {Folder(folder).add(PICTURE, partial(save, of_boxes(scene)))}\n")
+    show(f"Wrote {Folder(folder, RUN).add(PICTURE, partial(save, of_boxes(scene)))}\n")
 
 
 def out(arguments: argparse.Namespace) -> Path | None:

@@ -6,15 +6,18 @@ Nothing here imports numpy before the renderer's process has been started, which
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from scenes.compact import files
 from scenes.plan import Request, noted, step
+from validate.folder import Folder
 from validate.report import of
 from validate.report.figures.render import Renderer
-from validate.report.folder import Folder, folder_of
+from validate.report.folder import MODEL, RUN, folder_of, replaced
 from validate.run import plan
 from validate.run.outcome import Clock, Outcome
 from validate.run.pipeline import answer
@@ -37,21 +40,26 @@ def run(
     """Solve a scene as asked, compare, and write the results folder (``out``, or one named after the scene);
     ``then`` adds to what was found before it is written.
 
-    The folder is there, whole, when this returns, and as it was before when this raises. Raises SceneError for a folder
+    The folder is there, whole, when this returns, and so is that of a model which was to be exported; both are as they
+    were before when this raises. Raises SceneError for a folder
     that can't be used (before anything is solved), and what `validate.run.pipeline.answer` raises.
     """
     say, clock, drawn = progress or (lambda _: None), Clock(), draws_field(scene, request)
-    with Folder(out or folder_of(scene, request)) as folder, Renderer(drawn) as renderer:
+    model = nullcontext() if request.export is None else Folder(request.export.folder, MODEL)
+    with Folder(out or folder_of(scene, request), RUN) as folder, model as exports, Renderer(drawn) as renderer:
         outcome = answer(scene, request, say, data, clock)
         outcome = outcome if then is None else then(outcome)
         say("writing the results")
         outcome = write(outcome, folder.partial, renderer, clock)
-    return replace(outcome, folder=folder.target, replaced=folder.replaced, timing=clock.all())
+        if exports is not None and outcome.exported is not None:
+            with clock.stage("files"):
+                files.write(outcome.exported.document, exports.partial)
+    return replace(outcome, folder=folder.target, replaced=replaced(folder), timing=clock.all())
 
 
 def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, clock: Clock) -> Outcome[Any]:
     """Writes the files; the outcome comes back with their names and the plan as carried out."""
-    kind, files = of(outcome.scene), list[str]()
+    kind, written = of(outcome.scene), list[str]()
     planned = {line.step for line in outcome.plan if line.state == "done"}
     field = kind.field(outcome) if draws_field(outcome.scene, outcome.request) else None
     if field is not None:
@@ -62,11 +70,11 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, clock: Clock)
         for name, columns in tables.items():
             if columns:
                 _write_columns(folder / name, columns)
-                files.append(name)
+                written.append(name)
         if "field files" in planned:
             from validate.report.fields import write_fields
 
-            files += write_fields(folder, outcome.solved, outcome.scene.accuracy, *kind.stored(outcome))
+            written += write_fields(folder, outcome.solved, outcome.scene.accuracy, *kind.stored(outcome))
     if outcome.request.figures and (field is not None or planned & kind.FIGURES.keys()):
         from validate.report.figures.drawing import field_figure, save, style
 
@@ -82,9 +90,9 @@ def write(outcome: Outcome[Any], folder: Path, renderer: Renderer, clock: Clock)
                     note = step(name, field.instead, "" if field.instead else "no OpenGL to render with")
                     outcome = replace(outcome, plan=noted(outcome.plan, [note]))
                 if image is not None or field.instead:
-                    files += save(field_figure(field, image), folder, name.replace(" ", "_"))
-        files += drawn
-    outcome = replace(outcome, files=(*files, "report.html", "summary.json"), timing=clock.all())
+                    written += save(field_figure(field, image), folder, name.replace(" ", "_"))
+        written += drawn
+    outcome = replace(outcome, files=(*written, "report.html", "summary.json"), timing=clock.all())
     from validate.report.html.page import write_report
     from validate.report.summary import document, write_document
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from scenes.plan import Request, Step
 
@@ -31,15 +31,25 @@ S = TypeVar("S", covariant=True)
 
 
 @dataclass(frozen=True)
+class Exported:
+    """A compact model: what is said of it, its document, and the folder that its files go to."""
+
+    words: str
+    document: Mapping[str, Any]
+    folder: Path
+
+
+@dataclass(frozen=True)
 class Outcome(Generic[S]):
     """What a run found: the plan as carried out, each model's result (``None`` where not asked for), the checks, the
     remarks on the run, the answer in a sentence, how long each stage took (s), the folder with its files, which earlier
     run it replaced; and what was asked for beside: of a sink ``why`` (the budget of the 1D model's differences),
     ``varied`` (how those of a row run), the 3D result of one span alone (``single``), what the ``air`` does and a
-    user's own traces (``against``); of any the few-state model with its folder (``exported``), and what inputs do; of a
+    user's own traces (``against``); of any the few-state model (``exported``), and what inputs do; of a
     device its runs and a designer's answers. ``interrupted`` says that the user's own model was, and what stands here
     is without it. Of a free scene over time ``shown``: the time (s) whose field is drawn,
-    and whether it is then above the initial temperature.
+    and whether it is then above the initial temperature; ``runs_away`` says when its heating does, and that it is
+    solved until shortly before, ``scene`` ending then.
     """
 
     scene: S
@@ -55,7 +65,7 @@ class Outcome(Generic[S]):
     replaced: str = ""
     files: tuple[str, ...] = ()
     why: Budget | None = None
-    exported: tuple[str, Path] | None = None
+    exported: Exported | None = None
     varied: tuple[Varied, ...] = ()
     air: Air | None = None
     against: Data | None = None
@@ -69,6 +79,7 @@ class Outcome(Generic[S]):
     device_3d: Solved | None = None
     design: Design | None = None
     shown: tuple[float, bool] | None = None
+    runs_away: str = ""
     interrupted: bool = False
 
     @property

@@ -13,16 +13,14 @@ from typing import TYPE_CHECKING, Any, cast
 
 from scenes import physics
 from scenes.device import Device
-from scenes.errors import SceneError, listed
+from scenes.errors import RunawayInTimeError, SceneError, listed
 from scenes.model import AnyScene, GroupProbe, MeshScene, Probe, Schedule
 from scenes.plan import Export, Request, Step, noted
 from scenes.sink import Sink
 from validate.run import plan as plans
-from validate.run.outcome import Clock, Outcome
+from validate.run.outcome import Clock, Exported, Outcome
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from compare.against import Data
     from reduced1d.ladder.levels import Levels
     from scenes.loop.result import Runs
@@ -72,12 +70,14 @@ def answer(
         "free": _free,
     }
     if request.export is not None:
-        _check_export(_modelled(scene, request), request.export.folder)
+        from fem3d.compact.find import check
+
+        check(_modelled(scene, request))
     outcome: Outcome[Any] = ways[kind(scene)](run)
     if request.export is not None:
         with run.clock.stage("export"):
-            written = _exported(_modelled(outcome.scene, request), request.export, run.say)
-        outcome = replace(outcome, exported=written)
+            exported = _exported(_modelled(outcome.scene, request), request.export, run.say)
+        outcome = replace(outcome, exported=exported)
     return replace(outcome, timing=run.clock.all())
 
 
@@ -91,24 +91,15 @@ def _modelled(scene: Any, request: Request) -> AnyScene:
     return replace(found, probes=(*found.probes, current), steady=not request.transient)
 
 
-def _check_export(scene: AnyScene, folder: Path) -> None:
-    """SceneError for a model that there isn't, or a folder that can't be written, before anything is solved."""
-    from fem3d.compact.find import check
-    from scenes.compact import files
-
-    check(scene)
-    files.check(folder)
-
-
-def _exported(scene: AnyScene, export: Export, say: Callable[[str], None]) -> tuple[str, Path]:
-    """The compact model's own words, and the folder that it is written to."""
+def _exported(scene: AnyScene, export: Export, say: Callable[[str], None]) -> Exported:
+    """The compact model, and its own words."""
     from fem3d.compact.find import compact
-    from scenes.compact import files, fmu
+    from scenes.compact import fmu
     from scenes.compact.facts import validity
 
     document = compact(scene, export.states, export.accuracy, say)
     without = "" if fmu.available() else f"; {fmu.MISSING}"
-    return f"a compact model ({validity(document)}{without})", files.write(document, export.folder)
+    return Exported(f"a compact model ({validity(document)}{without})", document, export.folder)
 
 
 @dataclass(frozen=True)
@@ -313,11 +304,19 @@ def _free(run: _Run) -> Outcome[AnyScene]:
     model = _opened(scene, request)
     run.say("solving in 3D")
     with clock.stage("fem3d"):
-        result: Result = scene_run.solve(scene, run.say, whole=_followed(request))
+        runs_away = ""
+        try:
+            result: Result = scene_run.solve(scene, run.say, whole=_followed(request))
+        except RunawayInTimeError as error:
+            if request.export is not None or model is not None:
+                raise
+            from fem3d.runs.runaway import until
+
+            scene, result, runs_away = until(scene, error, run.say, whole=_followed(request))
         if model is not None and not scene.steady and not _varies(scene):
             still = replace(scene, steady=True, output_times=())
             result = replace(result, steady=scene_run.solve(still, run.say).steady)
-    shown, warnings = None, tuple(result.details.get("warnings", ()))
+    shown, warnings = None, tuple(filter(None, (runs_away, *result.details.get("warnings", ()))))
     with clock.stage("checks"):
         if physics.heat(scene):
             fields, times = result.details["fields"], hottest.moments(result.traces)
@@ -327,7 +326,7 @@ def _free(run: _Run) -> Outcome[AnyScene]:
     steps = plans.of_free(scene, request, tuple(result.details["plan"]))
     if model is None and scene.model is not None and scene.model.file:
         warnings += (f"the scene's model, {scene.model.file}, is a program, and runs only with --model scene",)
-    outcome = Outcome(scene, request, steps, result, warnings=warnings, shown=shown)
+    outcome = Outcome(scene, request, steps, result, warnings=warnings, shown=shown, runs_away=runs_away)
     return _with_inputs(run, outcome if model is None else _judged(run, outcome, *model))
 
 

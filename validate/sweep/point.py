@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import time
 from collections.abc import Collection, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -26,6 +27,9 @@ if TYPE_CHECKING:
 
 FINEST = 1e-4
 """The accuracy down to which a verdict is sought that the error leaves open; finer ones take seconds to minutes."""
+
+_NUMBER = re.compile("^fem3d_|_(difference|u_num|error)$")
+"""The columns of a point that figures and sentences take for numbers."""
 
 BLAMED = {"fig4": ("steady", "peak"), "fig6_peak": ("transient", "peak"), "fig6_end": ("transient", "end"),
           "fig7_current": ("transient", "current")}  # fmt: skip
@@ -55,6 +59,19 @@ class Row:
     seconds: float
     values: dict[str, Any]
     parts: dict[str, float] | None = None
+
+    @property
+    def sound(self) -> bool:
+        """Whether all of it has its type, as a row has that was stored and nobody changed."""
+        parts = {} if self.parts is None else self.parts
+        if not (type(self.point) is int and isinstance(self.values, dict) and isinstance(parts, dict)):
+            return False
+        numbers = [value for name, value in self.values.items() if _NUMBER.search(name) and value is not None]
+        return (
+            all(isinstance(word, str) for word in (self.status, self.because))
+            and all(isinstance(value, (int, float)) for value in (self.seconds, *parts.values(), *numbers))
+            and not any(isinstance(value, (list, dict)) for value in self.values.values())
+        )
 
 
 @dataclass(frozen=True)

@@ -270,7 +270,8 @@ def sweep(
     names = tuple(map(canonical, [reduction] if isinstance(reduction, str) else reduction))
     scope = Scope(names, steady, checked(found, check, steady, design.keys, names[0]), blame)
     job, say = Job(found, design, scope), progress or (lambda _: None)
-    with TemporaryDirectory() as folder, Store(Path(out or Path(folder, "sweep")), job.document(), fresh) as store:
+    asked, count = job.document(), job.design.count
+    with TemporaryDirectory() as folder, Store(Path(out or Path(folder, "sweep")), asked, fresh, count) as store:
         table, document = run(
             job, store, say, workers=workers, scheduler=scheduler, seconds=point_timeout, figures=figures
         )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -22,11 +23,12 @@ class Store:
     """A context in which a folder is ours alone: rows are appended to it, and those of an earlier run are there.
 
     A file of rows has one line a task, a list of its rows; what a kill leaves of a line is cut off, so that a task is
-    there whole or not at all. In memory are only the places of the lines.
+    there whole or not at all. Of a line that somebody has changed, so that it holds no rows of the ``count`` points,
+    nothing is taken. In memory are only the places of the lines.
     """
 
-    def __init__(self, folder: Path, asked: Mapping[str, Any], fresh: bool = False) -> None:
-        self.folder = Path(os.path.realpath(folder))
+    def __init__(self, folder: Path, asked: Mapping[str, Any], fresh: bool = False, count: int = sys.maxsize) -> None:
+        self.folder, self._count = Path(os.path.realpath(folder)), count
         self._shown, self._asked, self._fresh = quoted(folder), dict(asked), fresh
         self._places: dict[int, tuple[int, int]] = {}  # where a point's line begins, and which row of it is the point's
 
@@ -109,6 +111,11 @@ class Store:
                 if _OURS.fullmatch(path.name):
                     path.unlink()
         elif earlier is not None and earlier != self._asked:
+            if not earlier:
+                raise SceneError(
+                    f"{self._shown} holds a sweep whose {SUMMARY} is not as it was written: give another folder with "
+                    "--out, or --fresh to start over"
+                )
             other = next((key.replace("_", " ") for key in self._asked if earlier.get(key) != self._asked[key]), None)
             raise SceneError(
                 f"{self._shown} holds another sweep ({f'its {other} differs' if other else 'it says more'}): give "
@@ -124,22 +131,29 @@ class Store:
         """Finds the rows that are there; returns where the last whole task ends."""
         place = 0
         for line in self._rows:
-            try:
-                points = [row["point"] for row in json.loads(line)]
-            except (ValueError, KeyError, TypeError):
-                break
             if not line.endswith(b"\n"):
                 break
-            self._places |= {point: (place, n) for n, point in enumerate(points)}
+            rows = _rows(line)
+            if all(row.sound and 0 <= row.point < self._count for row in rows):
+                self._places |= {row.point: (place, n) for n, row in enumerate(rows)}
             place += len(line)
         return place
 
 
-def _asked(path: Path) -> Any:
-    """What an earlier run was asked; ``None`` where there was none, or its file is no longer readable."""
+def _rows(line: bytes) -> list[Row]:
+    """What a line holds, none where that is no rows."""
     try:
-        return json.loads(path.read_text(encoding="utf-8"))["asked"]
+        return [Row(**row) for row in json.loads(line)]
+    except (ValueError, TypeError, RecursionError):
+        return []
+
+
+def _asked(path: Path) -> dict[str, Any] | None:
+    """What an earlier run was asked, nothing where its file is no longer readable; ``None`` where there was none."""
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))["asked"]
     except FileNotFoundError:
         return None
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return {}
+    return found if isinstance(found, dict) else {}

@@ -202,7 +202,8 @@ def test_every_file_is_within_its_error_of_the_full_model(
     late = truth.traces.time >= document["range"]["from_s"]
     times = truth.traces.time[late]
     for name, made in (("right", document), ("wrong", wrong(document))):
-        folder = write(made, tmp_path / name)
+        folder = tmp_path / name
+        write(made, folder)
         over_time, steady = run(made, folder, times)
         if run is in_an_fmu:
             at = next(iter(over_time.values()))[0]

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +10,6 @@ import numpy as np
 import pytest
 
 from scenes.compact import files, fmu
-from scenes.compact.python import write_module
 from scenes.compact.runtime import CompactModel
 from tests.scenes.compact.test_runtime import document
 
@@ -57,12 +54,13 @@ def test_without_pythonfmu_the_rest_is_written(tmp_path: Path, monkeypatch: pyte
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["model.cir", "model.json", "model.py"]
 
 
-def test_a_file_over_another_is_the_one_that_is_imported(tmp_path: Path) -> None:
-    """Within a second and at equal size Python would take the compiled copy of the first for the second."""
-    found = []
-    for text in ("ROOM = 1.0", "ROOM = 2.0", "ROOM = 3.0"):
-        write_module(tmp_path / "stale.py", text)
-        command = [sys.executable, "-I", "-S", "-c", "import sys; sys.path.insert(0, sys.argv[1]); import stale; "
-                   "print(stale.ROOM)", str(tmp_path)]  # fmt: skip
-        found.append(subprocess.run(command, check=True, capture_output=True, text=True, timeout=60).stdout.strip())
-    assert found == ["1.0", "2.0", "3.0"]
+@needs_fmu
+def test_every_variable_has_a_unit_of_si(tmp_path: Path) -> None:
+    import fmpy
+
+    files.write(document(), tmp_path)
+    found = fmpy.read_model_description(str(tmp_path / "model.fmu"), validate=True)
+    assert {v.name: v.unit for v in found.modelVariables} == {"V": "V", "T": "K", "y": "W", "t": "K"}
+    powers = {unit.name: unit.baseUnit for unit in found.unitDefinitions}
+    assert powers["K"].K == 1
+    assert (powers["W"].kg, powers["W"].m, powers["W"].s) == (1, 2, -3)

@@ -39,6 +39,7 @@ DIFFERENT = {
     "solve": [
         "bridge", "plate", "bridge --set run.accuracy=1e-4", "bridge --accuracy 1e-5", "bridge --fields",
         "bridge --set boundary.left~electrode.voltage=-2", "bridge --set boundary.left~electrode.voltage=2",
+        "bridge --model model.csv",
         "bridge --steady", "hotplate", "hotplate --end-time 2ms", "hotplate --end-time 3ms", "bridge --sensitivities",
         "bridge --uncertain polysilicon.resistivity=1%",
         "bridge --uncertain polysilicon.resistivity=1% --uncertain oxide.thermal_conductivity=1%",
@@ -52,6 +53,7 @@ DIFFERENT = {
 def _somewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "here" / "sub").mkdir(parents=True)
     monkeypatch.chdir(tmp_path / "here")
+    Path("model.csv").write_text("probe,value\nmiddle,300\n")
     for name in ("a.csv", "b.csv", "sub/a.csv", "../a.csv"):
         Path(name).write_text("time (ms),peak (K)\n0,293\n1,294\n2,295\n3,296\n")
 

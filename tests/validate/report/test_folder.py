@@ -5,19 +5,24 @@ from __future__ import annotations
 import errno
 import json
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
+from scenes.compact import fmu
 from scenes.errors import SceneError
-from validate.report import folder as module
-from validate.report.folder import Folder
+from validate import folder as module
+from validate.cli import main
+from validate.folder import Folder
+from validate.report.folder import MODEL, RUN
 
 SUMMARY = json.dumps({"schema": 1, "plan": []})
 
 
 def run(target: Path, **files: str) -> None:
-    with Folder(target) as folder:
+    with Folder(target, RUN) as folder:
         for name, text in files.items():
             (folder.partial / name.replace("__", ".")).write_text(text)
 
@@ -42,11 +47,11 @@ def test_an_earlier_run_is_replaced_and_a_users_file_kept(
 
 def test_a_failure_leaves_everything_as_it_was(tmp_path: Path) -> None:
     target = tmp_path / "deep" / "run"
-    with pytest.raises(KeyboardInterrupt), Folder(target):
+    with pytest.raises(KeyboardInterrupt), Folder(target, RUN):
         raise KeyboardInterrupt
     assert names(tmp_path) == set()
     run(target, summary__json=SUMMARY)
-    with pytest.raises(FileNotFoundError), Folder(target) as folder:
+    with pytest.raises(FileNotFoundError), Folder(target, RUN) as folder:
         (folder.partial / "summary.json").rename(folder.partial / "missing" / "summary.json")
     assert (target / "summary.json").read_text() == SUMMARY
     assert names(target.parent) == {"run"}
@@ -56,7 +61,7 @@ def test_a_full_disk_names_the_file(tmp_path: Path) -> None:
     """The system names none where writing fails, as against opening."""
 
     def written(number: int, name: str | None) -> None:
-        with Folder(tmp_path / "run") as folder:
+        with Folder(tmp_path / "run", RUN) as folder:
             (folder.partial / "figure7.png").write_text("done")
             os.utime(folder.partial / "figure7.png", (0, 0))
             (folder.partial / "traces.csv").write_text("half")
@@ -78,17 +83,17 @@ def test_refused_before_anything_happens(there: str, target: str, tmp_path: Path
     (tmp_path / there).parent.mkdir(exist_ok=True)
     (tmp_path / there).write_text("mine")
     before = sorted(tmp_path.rglob("*"))
-    with pytest.raises(SceneError, match="output folder"), Folder(tmp_path / target):
+    with pytest.raises(SceneError, match="output folder"), Folder(tmp_path / target, RUN):
         pytest.fail("entered")
     assert sorted(tmp_path.rglob("*")) == before
 
 
 def test_neither_what_is_not_writable_nor_where_one_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The first by way of os.access, for root may write anywhere."""
-    with pytest.raises(SceneError, match="where you are"), Folder(Path(".")):
+    with pytest.raises(SceneError, match="where you are"), Folder(Path("."), RUN):
         pytest.fail("entered")
     monkeypatch.setattr(module.os, "access", lambda *_: False)
-    with pytest.raises(SceneError, match="not writable"), Folder(tmp_path):
+    with pytest.raises(SceneError, match="not writable"), Folder(tmp_path, RUN):
         pytest.fail("entered")
 
 
@@ -98,3 +103,93 @@ def test_an_empty_folder_and_a_link_are_used(tmp_path: Path) -> None:
     run(tmp_path / "link", summary__json=SUMMARY)
     assert (tmp_path / "link").is_symlink()
     assert names(tmp_path / "real") == {"summary.json"}
+
+
+def model(target: Path, text: str) -> None:
+    with Folder(target, MODEL) as folder:
+        (folder.partial / "model.json").write_text('{"scene": "s", "matrices": {}}')
+        (folder.partial / "model.py").write_text(text)
+
+
+def test_an_export_replaces_an_export_and_nothing_of_a_users(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mine = tmp_path / "mine"
+    mine.mkdir()
+    (mine / "model.py").write_text("mine")
+    assert main(["solve", "bridge", "--no-figures", "--quiet", "--export", str(mine)]) == 2
+    assert "has files that are not a model of this program, and is left as it is" in capsys.readouterr().err
+    assert [(entry.name, entry.read_text()) for entry in mine.iterdir()] == [("model.py", "mine")]
+    # Where the disk is full the earlier export stays, whole, and nothing else does.
+    model(tmp_path / "model", "ROOM = 1.0")
+    before = (tmp_path / "model" / "model.json").read_bytes()
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(fmu, "available", lambda: True)
+    monkeypatch.setattr(fmu, "write_fmu", full)
+    solve = ["solve", "bridge", "--no-figures", "--quiet", "--export", str(tmp_path / "model"), "--out"]
+    assert main([*solve, str(tmp_path / "run")]) == 2
+    assert "cannot be written (No space left on device): make room, or give a folder elsewhere with --export" in (
+        capsys.readouterr().err
+    )
+    assert (tmp_path / "model" / "model.json").read_bytes() == before
+    assert names(tmp_path) == {"mine", "model"}
+    # And where the two are one folder, it has both.
+    monkeypatch.setattr(fmu, "available", lambda: False)
+    both = ["solve", "bridge", "--no-figures", "--quiet", "--export", str(tmp_path / "b"), "--out", str(tmp_path / "b")]
+    for _ in range(2):
+        assert main(both) == 0
+        assert names(tmp_path / "b") == {"model.json", "model.cir", "model.py", "summary.json", "report.html"}
+
+
+def test_an_export_over_another_is_the_one_that_is_imported(tmp_path: Path) -> None:
+    """Within a second and at equal size Python would take the compiled copy of the first for the second."""
+    found = []
+    for text in ("ROOM = 1.0", "ROOM = 2.0", "ROOM = 3.0"):
+        model(tmp_path / "model", text)
+        command = [sys.executable, "-I", "-S", "-c", "import sys; sys.path.insert(0, sys.argv[1]); import model; "
+                   "print(model.ROOM)", str(tmp_path / "model")]  # fmt: skip
+        found.append(subprocess.run(command, check=True, capture_output=True, text=True, timeout=60).stdout.strip())
+    assert found == ["1.0", "2.0", "3.0"]
+
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from validate import folder
+from validate.report.folder import RUN
+how = sys.argv[2]
+if how != "exchange":
+    folder._exchange = lambda a, b: False
+move = folder.Folder._keep
+def die(*_): os.kill(os.getpid(), signal.SIGKILL)
+if how in ("exchange", "moved"):
+    folder.Folder._keep = die
+if how == "old":
+    rename = Path.rename
+    Path.rename = lambda self, to: rename(self, to) if to.suffix == ".old" or "new" in self.name else die()
+with folder.Folder(Path(sys.argv[1]), RUN) as new:
+    (new.partial / "summary.json").write_text('{"schema": 1, "plan": [], "new": true}')
+    if how == "written":
+        die()
+"""
+
+
+@pytest.mark.parametrize("how", ["written", "exchange", "moved", "old"])
+def test_what_a_killed_run_leaves_the_next_one_removes_and_nothing_of_a_users(how: str, tmp_path: Path) -> None:
+    """Killed before its folder is swapped in, between that and the move of a user's file, also where folders can't be
+    exchanged in one step, and where the earlier run has been moved away for that."""
+    target = tmp_path / "run"
+    run(target, summary__json=SUMMARY)
+    (target / "notes.txt").write_text("mine")
+    with Folder(tmp_path / "run", RUN) as other:  # which is at work, and is left alone
+        subprocess.run([sys.executable, "-c", KILLED, target, how], timeout=60)
+        assert len(names(tmp_path)) == 3
+        run(tmp_path / "run", summary__json=SUMMARY, traces__csv="")
+        assert names(tmp_path) == {"run", other.partial.name}
+        assert names(target) == {"summary.json", "traces.csv", "notes.txt"}
+        (other.partial / "summary.json").write_text(SUMMARY)
+    assert names(tmp_path) == {"run"}
+    assert (target / "notes.txt").read_text() == "mine"

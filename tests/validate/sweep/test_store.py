@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -35,6 +37,44 @@ def test_what_a_kill_leaves_of_a_task_is_cut_off(tmp_path: Path) -> None:
         assert file.read_bytes() == whole
     with Store(tmp_path / "s", SUMMARY) as store:
         assert list(store.rows()) == [row(n) for n in (0, 1, 2, 4)]
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        b"garbage", b"5", b"[{}]", b'{"point": 1}', pytest.param(b"[" * 100_000, id="deep"),
+        b'[{"point": 1}]', b"\xff\xfe",
+        *(f"[{json.dumps(asdict(row(1)) | change)}]".encode() for change in (
+            {"point": "a"}, {"point": None}, {"point": [1]}, {"point": -1}, {"point": 9}, {"point": True}, {"more": 1},
+            {"status": 5}, {"seconds": "x"}, {"values": None}, {"values": 5}, {"values": {"fig4_difference": "x"}},
+            {"values": {"blame": {}}}, {"parts": {"a": None}}, {"parts": []},
+        )),
+    ],
+)  # fmt: skip
+def test_a_line_that_somebody_changed_costs_its_own_points_alone(line: bytes, tmp_path: Path) -> None:
+    with Store(tmp_path / "s", SUMMARY, count=4) as store:
+        store.append([[row(0)], [row(1)], [row(2)]])
+    file = tmp_path / "s" / ROWS
+    first, _, last = file.read_bytes().splitlines(keepends=True)
+    file.write_bytes(first + line + b"\n" + last)
+    with Store(tmp_path / "s", SUMMARY, count=4) as store:
+        assert [r.point for r in store.rows()] == [0, 2]
+        store.append([[row(1)]])
+    with Store(tmp_path / "s", SUMMARY, count=4) as store:
+        assert list(store.rows()) == [row(0), row(1), row(2)]
+
+
+@pytest.mark.parametrize(
+    "text", ["5", "[", '{"asked": 5}', '{"asked": {}}', "null", pytest.param("[" * 100_000, id="deep"), "\udcff"]
+)
+def test_a_summary_that_somebody_changed_is_said(text: str, tmp_path: Path) -> None:
+    with Store(tmp_path / "s", SUMMARY) as store:
+        store.append([[row(1)]])
+    (tmp_path / "s" / "sweep.json").write_text(text, errors="surrogateescape")
+    with pytest.raises(SceneError, match=r"sweep\.json is not as it was written"), Store(tmp_path / "s", SUMMARY):
+        pass
+    with Store(tmp_path / "s", SUMMARY, fresh=True) as store:
+        assert len(store) == 0
 
 
 def test_a_row_that_is_there_is_not_written_again(tmp_path: Path) -> None:

@@ -1,0 +1,237 @@
+"""A folder that a command writes: made beside its place, swapped in whole, and never at the cost of a user's file."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import re
+import shutil
+import time
+import uuid
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from scenes.errors import SceneError, quoted, reason
+
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # what the system says where a disk, a quota or a file's size is full
+
+
+@dataclass(frozen=True)
+class Content:
+    """What such a folder holds: what that is called (``name``: "a run of this program"), what the folder is (``role``:
+    "output") and the ``option`` that names another; which ``files`` are its own; the ``document`` among them, JSON
+    with some ``keys``, that tells that it is there; and those ``before`` it: where they are alone there is nothing yet."""
+
+    name: str
+    role: str
+    option: str
+    files: re.Pattern[str]
+    document: str
+    keys: tuple[str, ...]
+    before: tuple[str, ...] = ()
+
+    def of(self, folder: Path) -> dict[str, Any]:
+        """The document in a folder; empty where it holds something else, or nothing."""
+        try:
+            found = json.loads((folder / self.document).read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return {}
+        return found if isinstance(found, dict) and all(key in found for key in self.keys) else {}
+
+    def among(self, folder: Path) -> set[str]:
+        """The names of its files there; all others are the user's."""
+        return {entry.name for entry in folder.iterdir() if self.files.fullmatch(entry.name)}
+
+
+class Folder:
+    """A context in which ``partial`` is a new folder to write into; on leaving, it takes the place of ``target``.
+
+    What it replaces there is ``replaced``, its document and the names of its files; what else a user has put into it
+    is kept. On an exception ``target`` stays as it was and ``partial`` is removed; where the process is killed, the
+    next one in that place removes it. Entering raises SceneError where ``target`` can't be written or is not ours to
+    replace: a file, or a folder with other content alone.
+    """
+
+    def __init__(self, target: Path, content: Content) -> None:
+        self._given, self._content = target, content
+        # A link stays a link: it is what it points to that is replaced.
+        self.target = Path(os.path.realpath(target))
+        self.partial = self.target.parent / f".{self.target.name}.{uuid.uuid4().hex[:8]}"
+        self._shown = f"{content.role} folder {quoted(target)}"
+        self._parents: list[Path] = []
+        self._lock: int | None = None
+        self.replaced: tuple[dict[str, Any], set[str]] = {}, set()
+
+    def __enter__(self) -> Folder:
+        try:
+            self._remove_abandoned()
+            self._check_target()
+            self._parents = [parent for parent in self.partial.parents if not parent.exists()]
+            new = self.partial.with_name(f"{self.partial.name}.new")  # by which nobody removes it before it is locked
+            new.mkdir(parents=True)
+            self._lock = _locked(new)
+            new.rename(self.partial)
+        except SceneError:
+            raise
+        except (OSError, ValueError) as error:
+            self._clear()
+            raise SceneError(
+                f"{self._shown} cannot be written ({reason(error)}): give another with {self._content.option}"
+            ) from None
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: object) -> None:
+        try:
+            if isinstance(value, OSError) and (value.filename is None or value.errno in _FULL):
+                file = quoted(self._given / self._last_written(value))
+                raise SceneError(
+                    f"{file} cannot be written ({reason(value)}): make room, or give a folder elsewhere with "
+                    f"{self._content.option}"
+                ) from None
+            if kind is None:
+                self._swap()
+        except OSError as error:
+            raise SceneError(f"{self._shown} cannot be replaced ({reason(error)})") from None
+        finally:
+            self._clear()
+
+    def add(self, name: str, write: Callable[[Path], object]) -> Path:
+        """Writes one file into ``target`` as it is, made where it isn't there. Raises SceneError as entering does."""
+        beside = self.target / f".{uuid.uuid4().hex[:8]}.{name}"
+        try:
+            self._check_target()
+            self.target.mkdir(parents=True, exist_ok=True)
+            write(beside)
+            return beside.replace(self.target / name)
+        except OSError as error:
+            raise SceneError(
+                f"{self._shown} cannot be written ({reason(error)}): give another with {self._content.option}"
+            ) from None
+        finally:
+            with suppress(OSError):
+                beside.unlink()
+
+    def _last_written(self, error: OSError) -> str:
+        """Where writing fails, as against opening, the system names no file: it is the one that was written last."""
+        if error.filename is not None:
+            return Path(os.fsdecode(error.filename)).name
+        return max(self.partial.iterdir(), key=lambda entry: entry.stat().st_mtime_ns, default=Path()).name
+
+    def _check_target(self) -> None:
+        target, option = self.target, self._content.option
+        if not target.exists():
+            return
+        if not target.is_dir():
+            raise SceneError(f"{self._shown} is a file: give a folder with {option}")
+        if not os.access(target, os.W_OK | os.X_OK):
+            raise PermissionError("it is not writable")
+        here = Path(os.path.realpath(os.curdir))
+        if os.path.ismount(target) or here.is_relative_to(target):
+            raise SceneError(f"{self._shown} is where you are or a mount: give a folder inside it with {option}")
+        others = {entry.name for entry in target.iterdir()} - {*self._content.before}
+        if others and not self._content.of(target):
+            raise SceneError(
+                f"{self._shown} has files that are not {self._content.name}, and is left as it is: give a new or empty "
+                f"folder with {option}"
+            )
+
+    def _swap(self) -> None:
+        """``partial`` at ``target``'s place; what was there is left at ``partial``'s, less what is the user's."""
+        if not self.target.exists():
+            self.partial.rename(self.target)
+            return
+        lock = _locked(self.target)  # under its other name it is ours too
+        try:
+            if not _exchange(self.partial, self.target):
+                # There is a moment without a folder then; if the second step fails, the first is undone.
+                old = self.partial.with_name(f"{self.partial.name}.old")
+                self.target.rename(old)
+                try:
+                    self.partial.rename(self.target)
+                except OSError:
+                    old.rename(self.target)
+                    raise
+                old.rename(self.partial)
+            self.replaced = self._content.of(self.partial), self._content.among(self.partial)
+            self._keep(self.partial)
+        finally:
+            if lock is not None:
+                os.close(lock)
+
+    def _keep(self, old: Path) -> None:
+        """Moves what is the user's in a folder that was replaced to the one that is there now."""
+        for name in {entry.name for entry in old.iterdir()} - self._content.among(old):
+            place = self.target / name
+            if os.path.lexists(place):  # of a run that ended meanwhile
+                place = place.with_name(f"{name}.{uuid.uuid4().hex[:8]}")
+            (old / name).rename(place)
+
+    def _remove_abandoned(self) -> None:
+        """Removes what killed processes left of this folder beside it; what is the user's there goes back to where it
+        was, and so does a whole folder that had just been moved away."""
+        pattern = re.compile(rf"\.{re.escape(self.target.name)}\.[0-9a-f]{{8}}(\.new|\.old)?")
+        with suppress(OSError):  # it is no reason not to run
+            for entry in list(self.target.parent.iterdir()):
+                if pattern.fullmatch(entry.name):
+                    self._remove(entry)
+
+    def _remove(self, abandoned: Path) -> None:
+        lock = _locked(abandoned)
+        if lock is None:
+            return
+        try:
+            if abandoned.suffix == ".new" and time.time() - abandoned.stat().st_mtime < 60:
+                return  # it is about to be locked
+            if abandoned.suffix == ".old" and not self.target.exists():
+                abandoned.rename(self.target)
+                return
+            if self.target.exists():
+                self._keep(abandoned)
+            if {entry.name for entry in abandoned.iterdir()} == self._content.among(abandoned):
+                shutil.rmtree(abandoned)
+        finally:
+            os.close(lock)
+
+    def _clear(self) -> None:
+        """Removes ``partial`` and the parents made for it that have remained empty."""
+        shutil.rmtree(self.partial, ignore_errors=True)
+        if self._lock is not None:
+            os.close(self._lock)
+        for parent in self._parents:
+            with suppress(OSError):
+                parent.rmdir()
+
+
+def _locked(folder: Path) -> int | None:
+    """A descriptor that keeps a folder locked as long as this process has it open; ``None`` where another has it locked
+    or the system has no locks of folders."""
+    try:
+        import fcntl
+    except ImportError:
+        return None
+    try:
+        held = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    except OSError:
+        return None
+    try:
+        fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(held)
+        return None
+    return held
+
+
+def _exchange(a: Path, b: Path) -> bool:
+    """Swaps two folders' names in one step, where the system can (Linux); False where it can't."""
+    import ctypes
+
+    try:
+        rename = ctypes.CDLL(None, use_errno=True).renameat2
+    except (OSError, AttributeError, TypeError):
+        return False
+    current_directory, exchange = -100, 2
+    return rename(current_directory, os.fsencode(a), current_directory, os.fsencode(b), exchange) == 0
