@@ -24,7 +24,7 @@ _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # what the system says where 
 class Content:
     """What such a folder holds: what that is called (``name``: "a run of this program"), what the folder is (``role``:
     "output") and the ``option`` that names another; which ``files`` are its own; the ``document`` among them, JSON
-    with some ``keys``, that tells that it is there; and those ``before`` it: where they are alone there is nothing yet."""
+    with some ``keys``, that tells that it is there; and files ``before`` it, which alone are nothing to be kept."""
 
     name: str
     role: str
