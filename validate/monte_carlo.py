@@ -46,7 +46,8 @@ def added(outcome: Outcome[Sink], count: int, say: Callable[[str], None]) -> Out
         raise SceneError(f"--monte-carlo {count}: only {len(rows)} samples have an answer: give smaller uncertainties")
     names = [n for n, v in rows[0].values.items() if isinstance(v, float)]
     columns = {n: np.array([row.values[n] for row in rows]) for n in names}
-    checks = {check.id: check.u_input for check in outcome.checks if check.u_input}
+    known = {check.id: check.u_input or 0.0 for check in outcome.checks}
+    checks = {name: u for name, u in known.items() if u > propagation.ROUNDING}
     sampled = propagation.spreads(columns, found, checks, count - len(rows))
     return replace(outcome, sampled=sampled, warnings=(*outcome.warnings, *sampled.warnings()))
 

@@ -261,8 +261,9 @@ def settling(device: Device, result: DeviceResult, quantity: str, fraction: floa
     """Settling of one quantity after the cold start and after the outer step, as far as the run has them.
 
     The band is ``fraction`` of the change in the steady state that the event asks for: of the set rise, or the power
-    from none, at the start; and of the step between the steady values after it. Where the step does not change the
-    steady value (the temperatures and the sink), the band after it is ``fraction`` of the one from cold.
+    from none, at the start; and of the step between the steady values after it. Where the step changes the steady value
+    by less than `BAND` of the change from cold (the temperatures and the sink), the band after it is ``fraction`` of
+    the latter: a part of almost no change says nothing, and not the same in two models.
     """
     external, time, values = device.external, result.time_s, result.trace(quantity)
     first, last = getattr(result.before, quantity), getattr(result.after, quantity)
@@ -272,7 +273,7 @@ def settling(device: Device, result: DeviceResult, quantity: str, fraction: floa
     if i > 1:
         found.append(_after(quantity, time[:i], values[:i], first, fraction * abs(first - cold)))
     if i < len(time) - 1:
-        change = abs(last - first) if abs(last - first) > 1e-9 * abs(last - cold) else abs(last - cold)
+        change = abs(last - first) if abs(last - first) > BAND * abs(last - cold) else abs(last - cold)
         found.append(_after(quantity, time[i:], values[i:], last, fraction * change))
     return tuple(found)
 

@@ -40,6 +40,7 @@ BALANCE = "energy"
 Estimates = Mapping[str, Estimate]
 SURELY, MATTERS = 3.0, 0.05  # standard errors, and part of u_input, from which on the linear propagation is off
 ROUNDING = 1e-9  # of a value: what differs by less between samples follows none of their inputs
+ROUNDING = 1e-9  # of a value: samples that spread by less spread by rounding
 FURTHEST = 0.95  # of a value that a sample takes off or adds: no size is negative
 
 

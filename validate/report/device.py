@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from compare.verdict import Check
+from compare.verdict import Check, relative
 from reduced1d.device.stability import largest_eigenvalue, shown
 from scenes.formats import kelvin, milliseconds, percent, quantity
 from scenes.loop.result import BAND, QUANTITIES, Run, settling
 from validate.report import analysed, checks
-from validate.report.checks import NAMES, off_by, sides
+from validate.report.checks import NAMES, sides
 from validate.report.table import Section, Style, Table, sentences, wrapped
 
 if TYPE_CHECKING:
@@ -86,7 +86,10 @@ def _in_3d(found: Sequence[Check]) -> str:
     """What 3D says of 1D, and of the claim that the device is built on."""
     said, by_id = [], {check.id: check for check in found}
     if power := by_id.get("dev3d_sink_power"):
-        said.append(f"In 3D the sink takes {off_by(power)[1:]} {'more' if power.difference < 0 else 'less'}")
+        more = relative(power.measured, power.predicted)
+        known = abs(power.difference) > power.u_num
+        size = f"{percent(abs(more))} {'more' if more > 0 else 'less'}" if known else "as much as in 1D"
+        said.append(f"In 3D the sink takes {size}")
     if claim := by_id.get("dev3d_claim_steady"):
         kept = "is" if claim.verdict == "agrees" else "is not"
         said.append(f"the sensor's power {kept} the heat through the polymer's top in the steady state")
@@ -140,8 +143,8 @@ def _quantities(run: Run, model: str) -> Section:
         said += f"Nothing settles to {percent(BAND, 1)} of its change before the run ends. "
     elif times:
         said += (
-            f"From cold, from step: how long until within {percent(BAND, 1)} of the change for good; 0 where it never "
-            "left that band. "
+            f"From cold, from step: how long until within {percent(BAND, 1)} of the change for good (of that from "
+            "cold, where the step changes less than that); 0 where it never left that band. "
         )
     errors = run.result.errors
     error, flow = max(errors[name] for name in ("sink_K", "sensor_K")), quantity(errors["polymer_flux_W"], "W", 2)

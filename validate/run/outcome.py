@@ -48,7 +48,8 @@ class Outcome(Generic[S]):
     user's own traces (``against``); of any the few-state model (``exported``), and what inputs do; of a
     device its runs and a designer's answers. ``interrupted`` says that the user's own model was, and what stands here
     is without it. Of a free scene over time ``shown``: the time (s) whose field is drawn,
-    and whether it is then above the initial temperature.
+    and whether it is then above the initial temperature; ``runs_away`` says when its heating does, and that it is
+    solved until shortly before, ``scene`` ending then.
     """
 
     scene: S
@@ -78,6 +79,7 @@ class Outcome(Generic[S]):
     device_3d: Solved | None = None
     design: Design | None = None
     shown: tuple[float, bool] | None = None
+    runs_away: str = ""
     interrupted: bool = False
 
     @property

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from scenes import physics
 from scenes.device import Device
-from scenes.errors import SceneError, listed
+from scenes.errors import RunawayInTimeError, SceneError, listed
 from scenes.model import AnyScene, GroupProbe, MeshScene, Probe, Schedule
 from scenes.plan import Export, Request, Step, noted
 from scenes.sink import Sink
@@ -304,11 +304,19 @@ def _free(run: _Run) -> Outcome[AnyScene]:
     model = _opened(scene, request)
     run.say("solving in 3D")
     with clock.stage("fem3d"):
-        result: Result = scene_run.solve(scene, run.say, whole=_followed(request))
+        runs_away = ""
+        try:
+            result: Result = scene_run.solve(scene, run.say, whole=_followed(request))
+        except RunawayInTimeError as error:
+            if request.export is not None or model is not None:
+                raise
+            from fem3d.runs.runaway import until
+
+            scene, result, runs_away = until(scene, error, run.say, whole=_followed(request))
         if model is not None and not scene.steady and not _varies(scene):
             still = replace(scene, steady=True, output_times=())
             result = replace(result, steady=scene_run.solve(still, run.say).steady)
-    shown, warnings = None, tuple(result.details.get("warnings", ()))
+    shown, warnings = None, tuple(filter(None, (runs_away, *result.details.get("warnings", ()))))
     with clock.stage("checks"):
         if physics.heat(scene):
             fields, times = result.details["fields"], hottest.moments(result.traces)
@@ -318,7 +326,7 @@ def _free(run: _Run) -> Outcome[AnyScene]:
     steps = plans.of_free(scene, request, tuple(result.details["plan"]))
     if model is None and scene.model is not None and scene.model.file:
         warnings += (f"the scene's model, {scene.model.file}, is a program, and runs only with --model scene",)
-    outcome = Outcome(scene, request, steps, result, warnings=warnings, shown=shown)
+    outcome = Outcome(scene, request, steps, result, warnings=warnings, shown=shown, runs_away=runs_away)
     return _with_inputs(run, outcome if model is None else _judged(run, outcome, *model))
 
 

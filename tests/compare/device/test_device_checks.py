@@ -19,9 +19,10 @@ from scenes.checks import DEVICE_TOLERANCES
 from scenes.device import Control, Device, External
 from scenes.keys import DEVICE
 from scenes.loading import load
-from scenes.loop.result import Run, Runs, sampled_slowly
+from scenes.loop.result import Run, Runs, sampled_slowly, settling
 from scenes.plan import Request
 from validate.report.checks import claimed, off_by
+from validate.report.device import _in_3d
 from validate.run.pipeline import simulated
 from validate.run.plan import needs
 
@@ -46,6 +47,29 @@ def test_settling_is_that_of_the_polymer(found: dict[str, Check]) -> None:
     time = np.log(2 / 0.01) * thickness**2 / (np.pi**2 * alpha)  # its slowest mode, at twice the step
     assert found["fig9_settling"].measured == pytest.approx(time, rel=0.01)
     assert found["fig9_settling"].verdict == "differs"
+
+
+@pytest.mark.parametrize("moved", [0.0, 1e-3, 9e-3])
+def test_a_step_that_changes_almost_nothing_is_held_to_the_change_from_cold(moved: float) -> None:
+    """The sink's voltage, which the outer step leaves as it is in 1D and moves by 0.1 % in 3D: its settling is alike in
+    both, and not that into 1 % of almost nothing."""
+    device = load("device", of=DEVICE)
+    result = solve(device)
+    time = settling(device, result, "sink_V")[-1].time
+    after = replace(result.after, sink_V=result.after.sink_V * (1 + moved))
+    late = result.time_s > device.external.step_time
+    shifted = replace(result, after=after, sink_V=result.sink_V * np.where(late, 1 + moved, 1.0))
+    assert settling(device, shifted, "sink_V")[-1].time == pytest.approx(time, rel=0.05)
+    assert settling(device, shifted, "sink_V")[-1].band == pytest.approx(0.01 * after.sink_V)
+
+
+@pytest.mark.parametrize(("one", "three", "said"), [
+    (4.2311e-3, 4.4105e-3, "takes 4.2 % more"), (4.4105e-3, 4.2311e-3, "takes 4.1 % less"),
+    (4.2311e-3, 4.2311e-3, "takes as much as in 1D"),
+])  # fmt: skip
+def test_how_much_more_the_sink_takes_is_of_what_1d_says(one: float, three: float, said: str) -> None:
+    check = Check("dev3d_sink_power", "", one, three, "W", one / three - 1, 0.02, 1e-6, "differs")
+    assert said in _in_3d([check])
 
 
 def test_steady_power_and_flow(found: dict[str, Check]) -> None:

@@ -110,6 +110,9 @@ def test_where_it_is_not_linear_is_said() -> None:
     off = propagation.Spread(1.0, 2.0, 0.1, 1.0)
     assert "+100 %" in propagation.Sampled(10, 0, {"peak_rise_K": off}, {}, {}).warnings()[0]
     assert propagation.Sampled(10, 0, {"peak_rise_K": replace(off, deviation=1.2)}, {}, {}).warnings() == ()
+    # Nothing of it follows the inputs: rounding has no shape.
+    rounding = propagation.Spread(1861.76, 1e-8, 1e-10, 2e-8)
+    assert propagation.Sampled(10, 0, {}, {"anchor_resistance_K_per_W": rounding}, {}).warnings() == ()
 
 
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

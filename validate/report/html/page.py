@@ -99,11 +99,15 @@ def _read(name: str) -> str:
 
 
 def _tally(document: Document) -> str:
-    found = ""
+    """The checks by their verdicts, as the headline counts them, and how many slopes differ."""
+    found, own = "", [c for c in document.get("checks", ()) if c.get("own", True)]
+    slopes = [c["verdict"] for c in own if c["id"].startswith("slope_")]
     for verdict, word in (("differs", "differ"), ("unresolved", "unresolved"), ("agrees", "agree")):
-        names = [c["id"] for c in document.get("checks", ()) if c.get("own", True) and c["verdict"] == verdict]
+        names = [c["id"] for c in own if c["verdict"] == verdict and not c["id"].startswith("slope_")]
         if names:
             found += f'<li><span class="{verdict} word">{len(names)} {word}</span>: {text(", ".join(names))}</li>'
+    if slopes:
+        found += f"<li>slopes by the scene's keys: {slopes.count('differs')} of {len(slopes)} differ</li>"
     return f'<ul class="tally">{found}</ul>' if found else ""
 
 

@@ -52,6 +52,20 @@ class Reader(HTMLParser):
             self.text.append(data)
 
 
+def test_slopes_are_counted_apart(tmp_path: Path) -> None:
+    """As in the headline, which counts the other checks alone."""
+    verdicts = {"fig4": "differs", "eq13": "agrees", "slope_sink.width": "differs", "slope_sink.length": "agrees"}
+    document = {
+        "checks": [
+            {"id": name, "verdict": verdict, "u_num": 0.0, "difference": 0.1} for name, verdict in verdicts.items()
+        ]
+    }
+    said = " ".join(Reader(page(tmp_path, "a", "b", (), document, None)).text)
+    assert re.search(r"1 differ\s+: fig4 ", said)
+    assert re.search(r"1 agree\s+: eq13 ", said)
+    assert "slopes by the scene's keys: 1 of 2 differ" in said
+
+
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The real run, steady and with figures: the folder."""
