@@ -136,7 +136,7 @@ def meant(text: str, powers: Powers) -> str | None:
     above, slash, below = (
         re.sub("[A-Za-z]+", lambda name: _apart(name[0]), part).strip(" ()") for part in match[3].partition("/")
     )
-    unit = f"{above}/({below})" if slash else above
+    unit = re.sub(r"(?<=\d)(?=[A-Za-z])", " ", f"{above}/({below})" if slash else above)
     try:
         fits = parse_unit(unit).powers == powers
     except UnitError:
