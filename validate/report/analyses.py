@@ -261,8 +261,9 @@ def why(found: Budget, outcome: Outcome[Any], style: Style) -> Section:
     from compare.blame import of_current
 
     over_time = found.transient
+    of = f"the {of_current(outcome.scene)}" if isinstance(outcome.scene, Sink) else "what else 3D finds"
     parts: list[Table | str] = [
-        f"in % of the final rise, or of the {of_current(outcome.scene)}",
+        f"in % of the final rise, or of {of}",
         _parts("steady state", found.steady, style),
     ]
     if over_time:
