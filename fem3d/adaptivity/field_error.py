@@ -38,7 +38,7 @@ def of(here: Level) -> float:
 def refined(here: Level) -> Grid:
     """The grid with the intervals refined that cause most of its field's error: towards singular planes they are cut,
     elsewhere they gain a degree, and are halved at the highest."""
-    grid, (gaps, _) = here.problems.domain.space.grid, _sampled(here)
+    grid, (gaps, _) = here.problems.bricks.grid, _sampled(here)
     marks = grading.features(here.problems.domain.scene)
     missing = []
     for d in range(3):
@@ -51,7 +51,7 @@ def refined(here: Level) -> Grid:
 
 def _sampled(here: Level) -> tuple[np.ndarray, np.ndarray]:
     """(x, y, z) twice: how far the two degrees are apart at points of the solid, zero outside, and the fine field."""
-    given, space = here.problems, here.problems.domain.space
+    given, space = here.problems, here.problems.bricks
     # Inside of cells, so that each point is of one cell alone.
     inner = (np.arange(POINTS) + 0.5) / POINTS
     inner = 0.5 - 0.499 * np.cos(np.pi * inner)

@@ -24,7 +24,7 @@ from fem3d.solution import transient
 from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base, Transient
 from meshes.symmetry import Symmetry
-from scenes.errors import NumericsError, RunawayError
+from scenes.errors import NumericsError, RunawayError, RunawayInTimeError
 
 # Times the change of the runaway voltage from mesh to mesh by which a voltage must exceed it: what all further changes
 # add up to if each is at most three quarters of the one before.
@@ -99,12 +99,13 @@ def solve(
     """Levels, of bricks if no ``mesh`` is given, until every estimated error is within the study's accuracy or the mesh
     is to be taken as it is; of the steady state, of the transient, or of both.
 
-    Raises RunawayError where no steady state exists, NumericsError where the accuracy can't be reached.
+    Raises RunawayError where no steady state exists, RunawayInTimeError where a transient runs away, NumericsError
+    where the accuracy can't be reached.
     """
     accuracy, here_on = study.accuracy, mesh or Bricks.of(study, over_time=not with_steady)
     # No trace is known better than where it ends, and its rows take their share.
     enough = accuracy * (1 - ROW_SHARE) if with_transient else accuracy
-    limit, slowest, generations = None, study.end, 0
+    limit, ran_away, slowest, generations = None, False, study.end, 0
     for number in range(1, MOST_LEVELS):
         given = here_on.problems()
         fine = here = response = None
@@ -135,7 +136,15 @@ def solve(
                 progress("transient")
                 g = transient.shift(transient.time_constant(here.fine.state), study.earliest)
                 bases = [Base.of_steady(solved.state) for solved in (here.fine, here.low)]
-            response = here_on.responded(study, given, bases, g, here, generations)
+            try:
+                response = here_on.responded(study, given, bases, g, here, generations)
+            except RunawayInTimeError:
+                # As a fold, it stands once another mesh agrees.
+                finer = None if ran_away else here_on.raised()
+                if finer is None:
+                    raise
+                ran_away, here_on = True, finer
+                continue
             if here is None:
                 slowest, generations = min(study.end, response.slowest), response.generations
             del bases

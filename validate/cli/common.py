@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from scenes.errors import SceneError, printable, quoted, reason
-from validate.cli.terminal import DIFFERS, FINE, INTERRUPTED, progress, show, style
+from validate.cli.terminal import DIFFERS, FINE, INTERRUPTED, NUMERICS, complain, progress, show, style
 
 if TYPE_CHECKING:
     from compare.against import Data
@@ -177,6 +177,8 @@ def run(
         show(" ".join(of(scene).headline(outcome, against, style()).split()))
     else:
         show(outcome_text(outcome, against, style(), planned))
+    if outcome.runs_away:
+        return complain(outcome.runs_away, NUMERICS)
     if outcome.interrupted:
         return INTERRUPTED
     return DIFFERS if against else FINE

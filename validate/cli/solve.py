@@ -42,7 +42,7 @@ OPTIONS = {
 
 def run(arguments: argparse.Namespace) -> int:
     from scenes.loading import load_free as load
-    from validate.run.pipeline import reported
+    from validate.run.kinds.free import reported
 
     if arguments.steady and arguments.end_time is not None:
         raise SceneError(f"--steady and --end-time {arguments.end_time} contradict each other: give one of them")

@@ -15,7 +15,6 @@ from scenes.loading import distinguishes, shortened
 from scenes.plan import Request
 from scenes.units import POWER, TIME, VOLTAGE
 from validate.folder import Content, Folder
-from validate.run.pipeline import kind
 
 SCHEMA = 1
 """The version of summary.json."""
@@ -62,9 +61,9 @@ def folder_of(scene: Any, request: Request, settings: Sequence[str] = (), data: 
     asked += [] if request.uncertain is None else ["uncertain", *request.uncertain.given]
     fields = ["fields"] * request.fields
     model = ["model", getattr(request.model, "__name__", str(request.model))] if request.model else []
-    if kind(scene) == "free":
+    if scene.kind == "free":
         return _safe(scene.name, *_words(settings), *model, *asked, *fields)
-    if kind(scene) == "sink":
+    if scene.kind == "sink":
         words = [request.reduction.replace(":", "")] * (request.reduction != "paper")
         words += ["3d"] * (request.models == ("fem3d",)) + ["1d"] * (request.models == ("reduced1d",))
         words += ["steady"] * (not request.transient) + ["why"] * request.why + ["air"] * request.air
