@@ -33,21 +33,22 @@ HEAD = """\
 
 Made by `python -m validate.bench.network_page`; every number here is that command's output.
 
-`validate solve SCENE --model network` makes of any union of boxes the model that one makes by hand, and judges it against 3D.
+`validate solve SCENE --model network` makes of any union of boxes the model that one makes by hand, and judges it
+against 3D.
 
 - Every box is a line along its longest side, its temperature one over the cross-section. What later boxes leave of an
   earlier one is cut into boxes, each a line.
 - Two boxes that touch are joined over the interval of each line that the face covers: a face at a line's end with no
-  resistance of its own, a face at its side with half the thickness, d/(2 k A), so that a slab crossed by heat has its whole
-  thickness. Temperatures, films and electrodes likewise; fluxes, sources and Joule heat act per length.
+  resistance of its own, a face at its side with half the thickness, d/(2 k A), so that a slab crossed by heat has its
+  whole thickness. Temperatures, films and electrodes likewise; fluxes, sources and Joule heat act per length.
 - Lines that run alike and touch along their sides exchange heat point by point (a fin), others by the means over their
   intervals. Currents flow by the same lines, and resistances follow the local temperature.
 
-It is solved with scikit-fem's line elements to far below what is judged. Along a line k A dT/ds is what flows, exactly, for
-the mean temperature over the cross-section; so all that the network gets wrong is at its joints and conditions. `--why`
-takes of each the resistance that 3D has there (the difference of the mean temperatures over the cross-sections that it
-joins, over the flow), puts in one after the other, and charges each with what that changes. What then remains is how flows
-spread over joints and how resistivities follow the local temperature, which lines cannot say.
+It is solved with scikit-fem's line elements to far below what is judged. Along a line k A dT/ds is what flows, exactly,
+for the mean temperature over the cross-section; so all that the network gets wrong is at its joints and conditions.
+`--why` takes of each the resistance that 3D has there (the difference of the mean temperatures over the cross-sections
+that it joins, over the flow), puts in one after the other, and charges each with what that changes. What then remains
+is how flows spread over joints and how resistivities follow the local temperature, which lines cannot say.
 """
 
 
