@@ -9,6 +9,7 @@ import re
 import shutil
 import time
 import uuid
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,8 +24,8 @@ _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 @dataclass(frozen=True)
 class Content:
     """What such a folder holds: what that is called (``name``: "a run of this program"), what the folder is (``role``:
-    "output") and the ``option`` that names another; which ``files`` are its own; and the ``document`` among them, JSON
-    with some ``keys``, that tells that it is there."""
+    "output") and the ``option`` that names another; which ``files`` are its own; the ``document`` among them, JSON
+    with some ``keys``, that tells that it is there; and files ``before`` it, which alone are nothing to be kept."""
 
     name: str
     role: str
@@ -32,6 +33,7 @@ class Content:
     files: re.Pattern[str]
     document: str
     keys: tuple[str, ...]
+    before: tuple[str, ...] = ()
 
     def of(self, folder: Path) -> dict[str, Any]:
         """The document in a folder; empty where it holds something else, or nothing."""
@@ -93,6 +95,22 @@ class Folder:
         finally:
             self._clear()
 
+    def add(self, name: str, write: Callable[[Path], object]) -> Path:
+        """Writes one file into ``target`` as it is, made where it isn't there. Raises SceneError as entering does."""
+        beside = self.target / f".{uuid.uuid4().hex[:8]}.{name}"
+        try:
+            self._check_target()
+            self.target.mkdir(parents=True, exist_ok=True)
+            write(beside)
+            return beside.replace(self.target / name)
+        except OSError as error:
+            raise SceneError(
+                f"{self._shown} cannot be written ({reason(error)}): give another with {self._content.option}"
+            ) from None
+        finally:
+            with suppress(OSError):
+                beside.unlink()
+
     def _check_target(self) -> None:
         target, option = self.target, self._content.option
         if not target.exists():
@@ -104,7 +122,8 @@ class Folder:
         here = Path(os.path.realpath(os.curdir))
         if os.path.ismount(target) or here.is_relative_to(target):
             raise SceneError(f"{self._shown} is where you are or a mount: give a folder inside it with {option}")
-        if any(target.iterdir()) and not self._content.of(target):
+        others = {entry.name for entry in target.iterdir()} - {*self._content.before}
+        if others and not self._content.of(target):
             raise SceneError(
                 f"{self._shown} has files that are not {self._content.name}, and is left as it is: give a new or empty "
                 f"folder with {option}"

@@ -16,9 +16,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.linalg import splu
 
 from reduced1d.network.elements import Elements, joined
 from reduced1d.network.lines import Condition, Joint, Layout, Touch
@@ -270,3 +272,9 @@ def weighted(matrix: sp.csr_matrix, factors: np.ndarray) -> sp.csr_matrix:
     """A matrix with its rows times some factors."""
     data = matrix.data * np.repeat(factors, np.diff(matrix.indptr))
     return sp.csr_matrix((data, matrix.indices, matrix.indptr), shape=matrix.shape)
+
+
+def factor(matrix: sp.csr_matrix) -> Any:
+    """The LU factors of a symmetric matrix, real or complex, along an order made for its pattern."""
+    options = {"SymmetricMode": True, "DiagPivotThresh": 0.01}
+    return splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", options=options)

@@ -15,9 +15,8 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.linalg import splu
 
-from reduced1d.network.circuit import Circuit, current_circuit, heat_circuit, weighted
+from reduced1d.network.circuit import Circuit, current_circuit, factor, heat_circuit, weighted
 from reduced1d.network.elements import Elements, nodes_of
 from reduced1d.network.lines import Layout
 from scenes import physics
@@ -171,12 +170,12 @@ class Model:
             return np.asarray(lift)
         across, free = circuit.free_across, circuit.free
         matrix = across.T @ weighted(across, (1 / resistance).mean(axis=1))
-        factor = splu(matrix.tocsc())
+        lu = factor(matrix)
         inner = np.zeros((free.shape[1], x.shape[1])) if guess is None else (free.T @ guess) / circuit.copies[:, None]
         given = circuit.across @ lift - circuit.given @ x
         size = np.inf
         for _ in range(REFINEMENTS):
-            change = factor.solve(across.T @ ((across @ inner + given) / resistance))
+            change = lu.solve(across.T @ ((across @ inner + given) / resistance))
             inner, before, size = inner - change, size, float(np.abs(change).max())
             largest = max(float(np.abs(inner).max()), float(np.abs(lift).max(initial=0.0)))
             if size <= ROUNDING * largest or (size <= 1e3 * ROUNDING * largest and size >= before / 2):
@@ -194,7 +193,7 @@ class Model:
         right = circuit.free.T @ (load - matrix @ lift)
         if not circuit.free.shape[1]:
             return np.asarray(lift)
-        inner = splu((circuit.free.T @ matrix @ circuit.free).tocsc()).solve(right)
+        inner = factor(circuit.free.T @ matrix @ circuit.free).solve(right)
         return np.asarray(lift + circuit.free @ inner)
 
     def currents(self, resistance: np.ndarray, potential: np.ndarray, x: np.ndarray) -> np.ndarray:

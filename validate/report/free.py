@@ -152,6 +152,7 @@ def entries(outcome: Outcome[AnyScene]) -> dict[str, Any]:
             "accurate_from_s": details.get("accurate_from_s"),
             "jumps": details.get("jumps", 0),
             "imbalance": details.get("transient_imbalance"),
+            "runs_away": outcome.runs_away or None,
             "time_s": times,
             "values": {probe.name: at(traces, probe.name, times) for probe in scene.probes},
             "range": {
