@@ -31,7 +31,7 @@ def progress(quiet: bool = False) -> Iterator[Callable[[str], None]]:
 
     def draw() -> None:
         spent = time.monotonic() - start
-        since = f" ({spent:.0f} s)" if spent >= _SLOW else ""
+        since = f" ({spent:.0f} s)" if said and spent >= _SLOW else ""
         line = printable(said, 70) + since
         with suppress(OSError, ValueError):
             print(f"\r\x1b[K{line}" if shown else line, end="" if shown else "\n", file=sys.stderr, flush=True)
