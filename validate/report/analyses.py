@@ -248,8 +248,9 @@ def why(found: Budget, outcome: Outcome[Any], style: Style) -> Section:
     from compare.blame import of_current
 
     over_time = found.transient
+    of = "what else 3D finds" if found.start == "network" else f"the {of_current(outcome.scene)}"
     parts: list[Table | str] = [
-        f"in % of the final rise, or of the {of_current(outcome.scene)}",
+        f"in % of the final rise, or of {of}",
         _parts("steady state", found.steady, style),
     ]
     if over_time:

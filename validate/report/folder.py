@@ -16,16 +16,18 @@ from scenes.plan import Request
 from scenes.units import POWER, TIME, VOLTAGE
 from validate.folder import Content, Folder
 
+PICTURE = "scene.png"
+"""The picture of a scene that isn't solved yet."""
 SCHEMA = 1
 """The version of summary.json."""
 
 RUN = Content(
     "a run of this program", "output", "--out",
     re.compile(
-        r"summary\.json|(traces|sensitivities)\.csv|(figure\w+|islands|islands_runs|air|why|sensitivity|validation)"
+        r"scene\.png|summary\.json|(traces|sensitivities)\.csv|(figure\w+|islands|islands_runs|air|why|sensitivity|validation)"
         r"\.(png|svg)|fem3d\.(pvd|vtkhdf)|fem3d_\w+\.vtu|report\.html"
     ),
-    "summary.json", ("schema", "plan"),
+    "summary.json", ("schema", "plan"), (PICTURE,),
 )  # fmt: skip
 
 MODEL = Content(

@@ -108,6 +108,12 @@ def _judged(run: Run, outcome: Outcome[AnyScene], model: Model, asked: Asked) ->
         both = Both(of, three, one)
         checks = evaluate(scene, both)
         said = answered(both, checks)
+    if run.request.why and three.steady:
+        from compare.network_blame import blame
+
+        with run.clock.stage("why"):
+            run.say("solving in 3D with the joints of the network")
+            outcome = replace(outcome, why=blame(scene, three, one))
     silent = one.details["silent"]
     left = (f"{model.name} says nothing of {listed(silent)}: no check is made of that",) if silent else ()
     return replace(outcome, reduced1d=one, checks=checks, answer=said, warnings=(*outcome.warnings, *left))
