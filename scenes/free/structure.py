@@ -11,6 +11,7 @@ import numpy as np
 from scenes import physics
 from scenes.errors import listed, quoted
 from scenes.formats import area, percent, quantity
+from scenes.free.cut import cut
 from scenes.free.grid import VOID, Grid, grid_of
 from scenes.model import Boundary, Scene
 from scenes.plan import Step
@@ -102,31 +103,6 @@ def losses(grid: Grid) -> list[str]:
             lost = percent(float(volumes[others].sum()))
             found.append(f"{quoted(box.name)} loses {lost} to {listed([boxes[n].name for n in others])}")
     return found
-
-
-def cut(grid: Grid) -> str:
-    """Where insulating boxes stand between electrodes of different voltages that no conductor joins, in words; nothing
-    where none does."""
-    labels, voltages = grid.electrified()
-    insulating = grid.parts(grid.solid & ~grid.conducting)
-    touched: dict[int, set[int]] = {}
-    between: dict[int, set[int]] = {}
-    for axis in range(3):
-        own, conductor, owner = (np.moveaxis(a, axis, 0) for a in (insulating, labels, grid.owner))
-        for a, b in ((slice(None, -1), slice(1, None)), (slice(1, None), slice(None, -1))):
-            at = (own[a] > 0) & (conductor[b] > 0)
-            for part, label, box in np.unique(
-                np.stack([own[a][at], conductor[b][at], owner[a][at]]), axis=1
-            ).T.tolist():
-                if label in voltages:
-                    touched.setdefault(part, set()).add(label)
-                    between.setdefault(part, set()).add(box)
-    for part, conductors in touched.items():
-        if len(set().union(*(voltages[label] for label in conductors))) > 1:
-            names = [grid.scene.boxes[n].name for n in sorted(between[part])]
-            which = "box {}, which does" if len(names) == 1 else "boxes {}, which do"
-            return f"the current is cut at {which.format(listed(names))} not conduct"
-    return ""
 
 
 def _conductors(grid: Grid) -> Iterable[str]:

@@ -10,8 +10,8 @@ import numpy as np
 
 from scenes import physics
 from scenes.errors import SceneError, listed, quoted
+from scenes.free.cut import cut
 from scenes.free.grid import ROUNDING, Grid, Sheet, grid_of
-from scenes.free.structure import cut
 from scenes.model import Boundary, Box, Point, Probe, Scene, Value, is_zero
 from scenes.units import extent, point
 

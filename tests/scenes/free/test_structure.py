@@ -9,8 +9,9 @@ import pytest
 
 from scenes.errors import SceneError
 from scenes.free import from_dict
+from scenes.free.cut import cut
 from scenes.free.grid import grid_of
-from scenes.free.structure import cut, remarks, steps, touches
+from scenes.free.structure import remarks, steps, touches
 from scenes.model import Scene
 from tests.scenes.free.test_refusals import beam, flat
 
