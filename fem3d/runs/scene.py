@@ -142,7 +142,8 @@ def plan(scene: AnyScene, whole: bool = False, mesh: Any = None) -> tuple[Step, 
     line = part.step
     if whole and part.planes:
         line = Step("symmetry", "skipped", "the whole is solved, for a number of one side changes that side alone")
-    return *structure.steps(scene), line, heat_step(scene), electric, *states(scene, reached)
+    told = (Step(what, "done", text) for what, text in structure.described(scene))
+    return *told, line, heat_step(scene), electric, *states(scene, reached)
 
 
 def heat_step(scene: AnyScene) -> Step:

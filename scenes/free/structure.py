@@ -14,23 +14,22 @@ from scenes.formats import area, percent, quantity
 from scenes.free.cut import cut
 from scenes.free.grid import VOID, Grid, grid_of
 from scenes.model import Boundary, Scene
-from scenes.plan import Step
 
 NARROW = 0.1  # of the thinner box beside it: a gap that is narrower is likely a slip, and is said
 MOST = 20  # bodies, boundaries and the like that one line names
 _LOST = 1e-6  # of a box's volume: less is rounding of its corners
 
 
-def steps(scene: Scene) -> tuple[Step, ...]:
-    """The lines of a plan."""
+def described(scene: Scene) -> list[tuple[str, str]]:
+    """What a plan says of a scene: of what, and what."""
     grid = grid_of(scene)
-    lines = [Step("bodies", "done", _bodies(grid))]
-    lines += [Step("gap", "done", text) for text in gaps(grid)]
+    lines = [("bodies", _bodies(grid))]
+    lines += [("gap", text) for text in gaps(grid)]
     if texts := losses(grid):
-        lines.append(Step("overlaps", "done", f"the later box wins: {_joined(texts)}"))
+        lines.append(("overlaps", f"the later box wins: {_joined(texts)}"))
     if physics.electric(scene):
-        lines.append(Step("conductors", "done", _joined(_conductors(grid))))
-    return (*lines, Step("boundaries", "done", _joined(_areas(grid))))
+        lines.append(("conductors", _joined(_conductors(grid))))
+    return [*lines, ("boundaries", _joined(_areas(grid)))]
 
 
 def remarks(scene: Scene) -> list[str]:

@@ -11,7 +11,7 @@ from scenes.errors import SceneError
 from scenes.free import from_dict
 from scenes.free.cut import cut
 from scenes.free.grid import grid_of
-from scenes.free.structure import remarks, steps, touches
+from scenes.free.structure import described, remarks, touches
 from scenes.model import Scene
 from tests.scenes.free.test_refusals import beam, flat
 
@@ -19,7 +19,7 @@ Document = dict[str, Any]
 
 
 def lines(document: Document) -> dict[str, str]:
-    return {step.step: step.reason for step in steps(scene(document))}
+    return dict(described(scene(document)))
 
 
 def scene(document: Document) -> Scene:
