@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from threading import Event, Thread
 from typing import TYPE_CHECKING
 
-from scenes.errors import SceneError, printable, reason
+from scenes.errors import SceneError, columns, printable, reason
 
 if TYPE_CHECKING:
     from validate.report.table import Style
@@ -31,7 +31,9 @@ def progress(quiet: bool = False) -> Iterator[Callable[[str], None]]:
     def draw() -> None:
         spent = time.monotonic() - start
         since = f" ({spent:.0f} s)" if spent >= _SLOW else ""
-        print(f"\r\x1b[K{printable(said, 70)}{since}", end="", file=sys.stderr, flush=True)
+        # A line that the terminal breaks could not be cleared.
+        room = columns(sys.stderr, 80) - len(since) - 1
+        print(f"\r\x1b[K{printable(said, room)}{since}", end="", file=sys.stderr, flush=True)
 
     def say(text: str) -> None:
         nonlocal said
