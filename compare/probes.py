@@ -137,6 +137,10 @@ def at(traces: Traces, name: str, times: np.ndarray) -> tuple[np.ndarray, np.nda
     return found, np.where(on_a_row, 0.0, bends(traces.time, values)[n])
 
 
+JUMP = 2e-9
+"""Of a run: rows closer than this are those just before a jump and after it, as the 3D model gives them."""
+
+
 def bends(time: np.ndarray, values: np.ndarray) -> np.ndarray:
     """(n - 1,): what straight lines between rows are off by, h^2/8 |y''|, with the larger of the second differences at
     both ends of the interval; nothing where a trace jumps."""
@@ -144,7 +148,7 @@ def bends(time: np.ndarray, values: np.ndarray) -> np.ndarray:
     if len(h) < 2:
         return np.abs(np.diff(values))
     with np.errstate(divide="ignore", invalid="ignore"):
-        slopes = np.where(h > 0, np.diff(values) / h, np.nan)
+        slopes = np.where(h > JUMP * (time[-1] - time[0]), np.diff(values) / h, np.nan)
         second = np.abs(2 * np.diff(slopes) / (h[1:] + h[:-1]))
     second = np.nan_to_num(second, nan=0.0, posinf=0.0)
     larger = np.maximum(np.append(second, second[-1]), np.append(second[0], second))

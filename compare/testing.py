@@ -16,10 +16,13 @@ from compare.verdict import COVERS, Check, Verdict, judge, relative, spread
 from scenes.checks import AGAINST_TOLERANCES, DEFAULT_TOLERANCES, OVER_TIME
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.formats import difference_text, percent, quantity, sink_text, with_error
+from scenes.kinds import Quantity
 from scenes.sink import OF_A_SINK, Sink
+from scenes.units import NUMBER
 
 QUANTITIES = {name: asked for name, asked in OF_A_SINK.items() if name != "heat_out"}
 """What can be asserted of the steady state, beside the checks by their ids."""
+_TOLERANCE = Quantity(NUMBER, 1e-15, 1.0, note="; it is relative: 0.05 is 5 %")
 
 
 def assert_reduction_agrees(
@@ -28,23 +31,23 @@ def assert_reduction_agrees(
     voltage: float | None = None,
     accuracy: float | None = None,
     uncertain: Mapping[str, str] | None = None,
-    **tolerances: float,
+    **tolerances: float | str,
 ) -> compare.Run:
     """Assert that the 1D model is within relative tolerances of the 3D one; returns the run.
 
-    ``tolerances`` are by quantity (``peak=0.05``; rises relative to the 3D rise) or by check (``eq13=0.001``,
-    ``fig6_peak=0.4``). With ``uncertain`` inputs, {"sink.width": "1%"}, the difference must be within the tolerance
-    wherever they may be: twice its u_input (95 %) counts with the 3D model's error. AssertionError where a tolerance is
-    exceeded, and where what is not known leaves it open.
-    SceneError for a name that there isn't.
+    ``tolerances`` are by quantity (``peak=0.05`` or ``peak="5 %"``; rises relative to the 3D rise) or by check
+    (``eq13=0.001``, ``fig6_peak=0.4``), at most 1. With ``uncertain`` inputs, {"sink.width": "1%"}, the difference must
+    be within the tolerance wherever they may be: twice its u_input (95 %) counts with the 3D model's error.
+    AssertionError where a tolerance is exceeded, and where what is not known leaves it open.
+    SceneError for a name or a tolerance that there isn't.
     """
     __tracebackhide__ = True
-    _known(tolerances, (*QUANTITIES, *DEFAULT_TOLERANCES))
-    steady = not set(tolerances) & set(OVER_TIME)
+    allowed = _read(tolerances, (*QUANTITIES, *DEFAULT_TOLERANCES))
+    steady = not set(allowed) & set(OVER_TIME)
     found = compare.run(scene, voltage=voltage, accuracy=accuracy, steady=steady, uncertain=uncertain)
     told = [
         _quantity(found, name, tolerance) if name in QUANTITIES else _check(found.check(name), tolerance)
-        for name, tolerance in tolerances.items()
+        for name, tolerance in allowed.items()
     ]
     _fail(f"the 1D model of {sink_text(found.scene)}", told)
     return found
@@ -57,7 +60,7 @@ def assert_traces_agree(
     voltage: float | None = None,
     accuracy: float | None = None,
     columns: Mapping[str, str] | None = None,
-    **tolerances: float,
+    **tolerances: float | str,
 ) -> compare.Run:
     """Assert that traces in a file (COMSOL table, CSV, ngspice) are within tolerances of the 3D model's over time.
 
@@ -66,21 +69,21 @@ def assert_traces_agree(
     ``power`` to itself. Raises as ``assert_reduction_agrees``, and SceneError for a quantity that the file has not.
     """
     __tracebackhide__ = True
-    _known(tolerances, tuple(name.removeprefix("against_") for name in AGAINST_TOLERANCES))
+    allowed = _read(tolerances, tuple(name.removeprefix("against_") for name in AGAINST_TOLERANCES))
     found = compare.run(scene, voltage=voltage, accuracy=accuracy, against=file, columns=columns)
-    told = [_check(found.check(f"against_{name}"), tolerance) for name, tolerance in tolerances.items()]
+    told = [_check(found.check(f"against_{name}"), tolerance) for name, tolerance in allowed.items()]
     _fail(f"{Path(file).name} for {sink_text(found.scene)}", told)
     return found
 
 
-def _known(tolerances: dict[str, float], known: tuple[str, ...]) -> None:
-    if not tolerances:
+def _read(given: Mapping[str, float | str], known: tuple[str, ...]) -> dict[str, float]:
+    """The tolerances as numbers; SceneError for a name or a value that there isn't."""
+    if not given:
         raise SceneError("nothing to assert: give at least one tolerance, such as peak=0.05")
-    for name, tolerance in tolerances.items():
+    for name in given:
         if name not in known:
             raise SceneError(f"{quoted(name)} can't be asserted: give {', '.join(known)}{did_you_mean(name, known)}")
-        if not 0 < tolerance < float("inf"):
-            raise SceneError(f"the tolerance {name} = {tolerance!r} must be a positive number, relative: 0.05 is 5 %")
+    return {name: float(_TOLERANCE.read(f"the tolerance {name}", value) or 0.0) for name, value in given.items()}
 
 
 def _quantity(found: compare.Run, name: str, tolerance: float) -> tuple[Verdict, str]:

@@ -30,6 +30,16 @@ class RunawayError(NumericsError):
         self.limit = limit
 
 
+class RunawayInTimeError(RunawayError):
+    """A transient that has no solution from some ``time`` (s) on: as the resistance falls, the heating grows beyond
+    all bounds, or the resistivity is used up. The largest voltage with a steady state is infinite where it isn't known.
+    """
+
+    def __init__(self, message: str, time: float, limit: float = float("inf")) -> None:
+        super().__init__(message, limit)
+        self.time = time
+
+
 def quoted(value: object) -> str:
     """A value as a person would have typed it, on one line and of bounded length; a path may be longer."""
     if isinstance(value, Path):

@@ -26,8 +26,10 @@ from meshes.symmetry import Symmetry
 from scenes import physics
 from scenes.errors import NumericsError
 
-OF_WORST = 0.5  # of the worst relative error of any temperature: none is taken to be known better (docs/stress.md)
-ROUNDING = 1e-10  # of the scale: nothing is known better than the solves
+# Every temperature's stated error is at least this fraction of the worst one, relative to their scales: small ones are
+# so by chance (docs/stress.md).
+OF_WORST = 0.5
+ROUNDING = 1e-10  # relative error that rounding in the solves leaves in every quantity
 
 Duals = dict[str, list[np.ndarray]]
 """For each thermal goal the dual solutions (functions,) in the two upper spaces, zero at fixed nodes."""
@@ -58,14 +60,14 @@ def examined(study: Study, given: Problems, fine: Solution, marks: Features) -> 
         low = solution(study, given, 1, fine.state.follows_pattern)
     except NumericsError:
         return None
-    judge = Estimator(given.domain.space.grid, marks)
+    judge = Estimator(given.bricks.grid, marks)
     scales = study.steady_scales(fine.out)
     own = of_part(study.part, study.goals, scales)
     duals = duals_of(study.goals, given, fine.state.rise, None)
     parts = steady_parts(study, given, fine, low, own, duals)
     goals = {name: judge.remains(each) for name, each in parts.items()}
     rest = tail(goals, parts, judge.most)
-    add_torn(goals, study.goals, given, fine.state.rise, own, None, duals, marks)
+    goals = summed(goals, at_contradictions(study.goals, given, fine.state.rise, own, None, duals, marks))
     power = judge.remains(given.electric_parts)
     joule = joule_parts(study.goals, given, _warmed(given, fine.state), own, duals)
     goals = with_current(goals, {name: judge.remains(each) for name, each in joule.items()}, power)
@@ -82,7 +84,7 @@ def of_part(part: Symmetry, goals: Mapping[str, str], scales: Mapping[str, float
 
 def with_current(goals: Mapping[str, Spread], joule: Mapping[str, Spread], power: Spread) -> dict[str, Spread]:
     """What goals miss, with what they miss of the Joule heat, or else of the power."""
-    return {n: [a + b for a, b in zip(own, joule.get(n, power), strict=True)] for n, own in goals.items()}
+    return summed(goals, {name: joule.get(name, power) for name in goals})
 
 
 def tail(goals: Mapping[str, Spread], parts: Mapping[str, Parts], most: float) -> float:
@@ -102,23 +104,47 @@ def _errors(
     unsettled: float,
     rest: float,
 ) -> dict[str, float]:
-    """Estimated error of each quantity of the fine solution, in its unit."""
-    errors = {}
-    for name, value in fine.quantities.items():
-        difference = abs(float(value - low.quantities[name]))
-        if name in goals:
-            errors[name] = max(difference, estimate.total(goals[name]) * scales[name])
-        else:
-            errors[name] = rest * difference + electric * scales[name]
-        errors[name] += unsettled * scales[name]
-        errors[name] += float(fine.out.get(f"doubt:{study.goals.get(name)}", 0.0))
+    """Estimated error of each quantity of the fine solution, in its unit: what space leaves, ``unsettled`` (relative)
+    of the coupled iteration, and the doubt of an extreme's place; then what quantities say of one another."""
+    space = _by_goals(fine, low, scales, goals) | _by_difference(fine, low, scales, goals, electric, rest)
+    doubts = {name: float(fine.out.get(f"doubt:{study.goals.get(name)}", 0.0)) for name in space}
+    errors = {name: space[name] + unsettled * scales[name] + doubts[name] for name in fine.quantities}
+    errors |= _no_rise_far_better(study, errors, scales)
+    return errors | _ratios_as_their_goals(study, errors, fine)
+
+
+def _by_goals(
+    fine: Solution, low: Solution, scales: Mapping[str, float], goals: Mapping[str, Spread]
+) -> dict[str, float]:
+    """What goals miss, at least what the last degree changed."""
+    changed = {name: abs(float(fine.quantities[name] - low.quantities[name])) for name in fine.quantities}
+    return {name: max(changed[name], estimate.total(goals[name]) * scales[name]) for name in changed if name in goals}
+
+
+def _by_difference(
+    fine: Solution,
+    low: Solution,
+    scales: Mapping[str, float],
+    goals: Mapping[str, Spread],
+    electric: float,
+    rest: float,
+) -> dict[str, float]:
+    """Of quantities without a goal of their own: what the last degree changed, times what is left over it for the
+    ``rest`` of the goals, and the relative error of the ``electric`` power."""
+    changed = {name: abs(float(fine.quantities[name] - low.quantities[name])) for name in fine.quantities}
+    return {name: rest * changed[name] + electric * scales[name] for name in changed if name not in goals}
+
+
+def _no_rise_far_better(study: Study, errors: Mapping[str, float], scales: Mapping[str, float]) -> dict[str, float]:
+    """Every rise's error is at least `OF_WORST` of the largest relative one of any rise."""
     worst = max((errors[name] / scales[name] for name in study.rises), default=0.0)
-    for name in study.rises:
-        errors[name] = max(errors[name], OF_WORST * worst * scales[name])
-    for name, goal in study.ratios.items():
-        share = errors[goal] / abs(float(fine.quantities[goal]))
-        errors[name] = max(errors[name], share * abs(float(fine.quantities[name])))
-    return errors
+    return {name: max(errors[name], OF_WORST * worst * scales[name]) for name in study.rises}
+
+
+def _ratios_as_their_goals(study: Study, errors: Mapping[str, float], fine: Solution) -> dict[str, float]:
+    """A ratio's relative error is at least that of the goal that it divides."""
+    values = {name: abs(float(value)) for name, value in fine.quantities.items()}
+    return {name: max(errors[name], errors[goal] / values[goal] * values[name]) for name, goal in study.ratios.items()}
 
 
 def steady_parts(
@@ -151,14 +177,14 @@ def thermal_parts(
 ) -> dict[str, Parts]:
     """For each thermal goal the parts that residuals (all nodes) of the two lower spaces tell, over its scale;
     ``rise``, ``time`` and ``duals`` as of `duals_of`."""
-    heat, domain, found = given.heat, given.domain, {}
-    depth, left = domain.space.depth[heat.order], heat.field(np.array(residuals))
+    heat, found = given.heat, dict[str, Parts]()
+    depth, left = given.bricks.depth[heat.order], heat.field(np.array(residuals))
     sizes = estimate.weights(heat.stiffness, rise, depth)
     if time is not None:
         sizes += estimate.weights(heat.mass, rise, depth) / time
     free = [h.order[: h.free] for h in given.heats]
     for name, dual in duals.items():
-        found[name] = parts_of(domain.space, free, np.array(dual) * left / scales[name], dual[-1] * heat.field(sizes))
+        found[name] = parts_of(given.bricks, free, np.array(dual) * left / scales[name], dual[-1] * heat.field(sizes))
     return found
 
 
@@ -195,7 +221,7 @@ def joule_parts(
     own = given.conductor
     if own is None or not duals or not any(phi.any() for phi in potentials):
         return {}
-    heat, space = given.heat, given.domain.space
+    heat, space = given.heat, given.bricks
     densities = [own.on.gradient(a + b) / (own.cold * own.stands_for) for a, b in pairwise(potentials)]
     residuals = [-(own.matrix @ phi) for phi in potentials[:-1]]
     weights = estimate.weights(own.matrix, potentials[-1], space.depth)
@@ -230,8 +256,7 @@ def _warmed(given: Problems, state: SteadyState) -> list[np.ndarray]:
     return [phi * np.sqrt(hot / max(power, 1e-300)) for phi in potentials]
 
 
-def add_torn(
-    spreads: Mapping[str, Spread],
+def at_contradictions(
     goals: Mapping[str, str],
     given: Problems,
     rise: np.ndarray,
@@ -239,31 +264,43 @@ def add_torn(
     time: float | None,
     duals: Duals,
     marks: Features,
-) -> None:
-    """Adds to what each thermal goal misses, over its scale, what edges take where given temperatures contradict each
-    other; ``rise``, ``time`` and ``duals`` as of `duals_of`.
+) -> dict[str, Spread]:
+    """For each thermal goal, over its scale, what edges take where given temperatures contradict each other; nothing
+    without such edges. ``rise``, ``time`` and ``duals`` as of `duals_of`.
 
     On a grid the jump is spread over the first interval beside the edge, and no degree changes that. What is wrong
-    there enters with the heat of the dual solution, of which the functions of the edge have that of both sides.
+    there enters with the heat of the dual solution, of which the functions of the edge have that of both sides: the
+    jump times the residual of the dual problem at its node, in equal parts to the intervals that end there.
     """
-    heat, space = given.heat, given.domain.space
+    heat, space = given.heat, given.bricks
     nodes = np.flatnonzero(heat.torn)
     if not len(nodes):
-        return
-    near = marks.near(space.grid)
+        return {}
     corner, cell = np.nonzero(np.isin(space.dofs[:8], heat.order[nodes]))
-    at = [space.ijk[d, cell] for d in range(3)]
-    beside = np.array([np.isfinite(near[d][at[d] + RefHex.p[d].astype(int)[corner]]) for d in range(3)])
-    for name, own in duals.items():
+    interval = [space.ijk[d, cell] for d in range(3)]
+    near = marks.near(space.grid)
+    ends_there = [np.isfinite(near[d][interval[d] + RefHex.p[d].astype(int)[corner]]) for d in range(3)]
+    vertices = space.dofs[corner, cell]
+    shares = np.maximum(np.bincount(vertices, np.sum(ends_there, axis=0), space.size), 1.0)
+    spreads = {}
+    for name, of_spaces in duals.items():
         row = goal_row(heat, given.domain.probes[goals[name]], rise)
         assert row is not None
-        dual, parts, into = heat.take(own[-1]), np.zeros(space.size), spreads[name]
-        left = row - heat.stiffness @ dual - (0.0 if time is None else heat.mass @ dual / time)
-        parts[heat.order[nodes]] = np.abs(heat.torn * left)[nodes] / scales[name]
-        shares = np.bincount(space.dofs[corner, cell], beside.sum(axis=0), space.size)
-        part = (parts / np.maximum(shares, 1.0))[space.dofs[corner, cell]]
-        for d in range(3):
-            np.add.at(into[d], at[d][beside[d]], part[beside[d]])
+        dual, jump_heat = heat.take(of_spaces[-1]), np.zeros(space.size)
+        residual = row - heat.stiffness @ dual - (0.0 if time is None else heat.mass @ dual / time)
+        jump_heat[heat.order[nodes]] = np.abs(heat.torn * residual)[nodes] / scales[name]
+        part = (jump_heat / shares)[vertices]
+        counts = map(len, space.grid.degrees)
+        spreads[name] = [
+            np.bincount(at[ends], part[ends], count)
+            for at, ends, count in zip(interval, ends_there, counts, strict=True)
+        ]
+    return spreads
+
+
+def summed(a: Mapping[str, Spread], b: Mapping[str, Spread]) -> dict[str, Spread]:
+    """The spreads of ``a`` with those of ``b`` of the same names added."""
+    return {n: [x + y for x, y in zip(own, b[n], strict=True)] if n in b else own for n, own in a.items()}
 
 
 def goal_row(heat: HeatProblem, probe: Any, rise: np.ndarray) -> np.ndarray | None:
@@ -279,7 +316,7 @@ def goal_row(heat: HeatProblem, probe: Any, rise: np.ndarray) -> np.ndarray | No
 
 def _potentials(study: Study, given: Problems, scales: Mapping[str, float]) -> dict[str, Parts]:
     """For each potential that is read inside the conductor the parts of its error, at the initial temperature."""
-    domain, own, space = given.domain, given.conductor, given.domain.space
+    domain, own, space = given.domain, given.conductor, given.bricks
     names = [n for n, p in study.goals.items() if domain.probes[p].quantity == "potential"]
     if own is None or not names:
         return {}

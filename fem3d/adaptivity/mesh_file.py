@@ -1,4 +1,4 @@
-"""A mesh file as the search for an accuracy sees it (`fem3d.adaptivity.loop.Mesh`): degree 2, refined once where that
+"""A mesh file as the search for an accuracy sees it (`fem3d.adaptivity.mesh.Mesh`): degree 2, refined once where that
 is cheap.
 
 The mesh is the user's, so its levels are few, and errors come from their differences: the difference of two levels
@@ -118,6 +118,9 @@ class FileMesh:
     def raised(self) -> FileMesh | None:
         """The same."""
         return FileMesh(replace(self.placed, mesh=refine(self.placed.mesh)), self) if self.refines else None
+
+    def refined_for_field(self, level: Level) -> None:
+        """Nothing is: the mesh is the user's."""
 
     def _errors(
         self,

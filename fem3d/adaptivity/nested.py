@@ -24,6 +24,7 @@ from fem3d.results.outputs import Outputs, of_steady
 from fem3d.results.study import Quantities, Study
 from fem3d.solution import steady
 from fem3d.solution.steady import SteadyState
+from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.domain import Domain
 from scenes import physics
 
@@ -34,7 +35,7 @@ SOLVED = 1e-3  # part of the accuracy: the error of potentials in the energy nor
 class Problems:
     """The heat problem and the conductor of a domain in its nested spaces, the lowest first."""
 
-    domain: Any
+    domain: Domain
     heats: tuple[HeatProblem, ...]
     conductors: tuple[Conductor | None, ...]
 
@@ -48,6 +49,12 @@ class Problems:
         """The conductor in the highest space."""
         return self.conductors[-1]
 
+    @property
+    def bricks(self) -> BrickSpace:
+        """The space on a grid of bricks, whose functions stand on known intervals of the axes."""
+        assert isinstance(self.domain.space, BrickSpace)
+        return self.domain.space
+
     def lifted(self, rise: np.ndarray, level: int) -> np.ndarray:
         """(..., all nodes of the highest space): fields of a lower one."""
         return self.heat.take(self.heats[level].field(rise))
@@ -57,8 +64,7 @@ class Problems:
         for heat, conductor in zip(self.heats[:-1], self.conductors[:-1], strict=True):
             heat.let_go(steady=True)
             if conductor is not None:
-                vars(conductor).pop("solve_cold", None)
-                vars(conductor).pop("preconditioner", None)
+                conductor.kept.let_go("solve_cold", "preconditioner")
 
     @property
     def cold_potentials(self) -> list[np.ndarray]:
@@ -68,7 +74,7 @@ class Problems:
     @cached_property
     def electric_parts(self) -> Parts:
         """What the degrees p - 1 and p take away of the power of the cold conductor, relative to it."""
-        space, own = self.domain.space, self.conductor
+        space, own = self.bricks, self.conductor
         if own is None:
             none = [np.zeros(len(d)) for d in space.grid.degrees]
             return Parts(none, none, none)

@@ -78,7 +78,7 @@ class Edges:
         """Raises NumericsError where no current will be known well enough, which the potential of the cold conductor
         tells before anything else is solved."""
         if any(p.quantity == "current" for p in given.domain.scene.probes):
-            grid = given.domain.space.grid
+            grid = given.bricks.grid
             missing = Estimator(grid, self._marks).remains(given.electric_parts)
             if self._kept(grid, missing)[0] > self._accuracy:
                 raise self._out_of_reach()

@@ -26,6 +26,7 @@ SPACE_SHARE = 0.1  # part of the accuracy for the reduced space
 ROUNDING = 1e-10  # of the scale: nothing is known better
 NOTHING = 1e-10  # of what would warm all from 0 K: less heat is none
 FIELDS, DROPPED, MOST_FIELDS = 6, 2, 60  # generations of Krylov fields: the first trial, how many fewer, the most
+ASKED = 200  # of the times that are asked for, at which errors are looked at: each costs a state of every space
 KNOTS = 12  # bends and jumps of the inputs after which errors are looked at closely
 
 
@@ -114,44 +115,67 @@ def respond(
     """The response of the first of ``bases``, with its error from those of the lower spaces: of degrees lower by one
     where the relative ``steady_errors`` are known, and by two where they aren't. ``steady_out`` are the outputs that
     scales are taken from, or else those of the response itself; ``generations`` of fields is where to start."""
-    accuracy, end, fine = study.accuracy, study.end, bases[0]
-    found = marched(study, fine, shift, steady_out, generations)
+    march = marched(study, bases[0], shift, steady_out, generations)
     # One space's factors at a time: these have made all their fields.
-    fine.heat.let_go()
-    answer, checked = found.answer, found.checked
-    out, there, scales, lost = found.out, found.there, found.scales, found.lost
-    lesser = [beside(study, base, shift, found.generations) for base in bases[1:]]
-    low = study.traces(outputs.of_transient(lesser[0], study.part, checked))
-    apart = distance(there, low)
-    # Where rises are known worst, and whatever is known worst of all: the heat that enters after a jump, it may be.
-    worst_known = max(apart, key=lambda n: apart[n] / scales[n])
-    at = [int(np.abs(there[n] - low[n]).argmax()) for n in {*study.trace_rises, worst_known}]
+    bases[0].heat.let_go()
+    lesser = [beside(study, base, shift, march.generations) for base in bases[1:]]
+    low = study.traces(outputs.of_transient(lesser[0], study.part, march.checked))
+    changed = distance(march.there, low)
     goals: dict[str, Spread] = {}
-    if lesser[1:] or max((apart[n] / scales[n] for n in apart), default=0.0) > (1 - ROW_SHARE) * accuracy:
-        looked_at = checked[sorted({len(checked) - 1, *at})]
-        goals = _remains(study, given, marks, (answer, *lesser), scales, looked_at)
-    judge = Estimator(given.domain.space.grid, marks)
-    of_power, joule = judge.remains(given.electric_parts), dict[str, Spread]()
-    if not steady_errors and given.conductor is not None:
-        # As if the largest voltages drove it from rest all the time.
-        driven = [given.heat.inputs.largest(end) @ phi for phi in given.cold_potentials]
-        (last,) = answer.rises(np.array([end]))
-        own_scales = goal_errors.of_part(study.part, study.trace_goals, scales)
-        duals = goal_errors.duals_of(study.trace_goals, given, last, end)
-        parts = goal_errors.joule_parts(study.trace_goals, given, driven, own_scales, duals)
-        joule = {name: judge.remains(own) for name, own in parts.items()}
+    largest = max((changed[n] / march.scales[n] for n in changed), default=0.0)
+    if lesser[1:] or largest > (1 - ROW_SHARE) * study.accuracy:
+        times = _when_worst(study, march, low, changed)
+        goals = _remains(study, given, marks, (march.answer, *lesser), march.scales, times)
+    judge = Estimator(given.bricks.grid, marks)
+    power = judge.remains(given.electric_parts)
+    # Steady errors have what the current is off by in them.
+    joule = {} if steady_errors else _of_joule_heat(study, given, judge, march)
+    electric = {n: 0.0 if steady_errors else estimate.total(joule.get(n, power)) for n in march.scales}
+    errors = _errors(study, march, changed, goals, electric, steady_errors)
+    return concluded(study, march, errors, [power, *goal_errors.with_current(goals, joule, power).values()])
+
+
+def _when_worst(study: Study, march: Marched, low: Quantities, changed: Mapping[str, float]) -> np.ndarray:
+    """Times (s) at which errors are looked at closely: the last, that at which the lower space changes each rise most,
+    and that for the trace which it changes most of all, which after a jump may be the heat that enters."""
+    worst = max(changed, key=lambda n: changed[n] / march.scales[n])
+    at = [int(np.abs(march.there[n] - low[n]).argmax()) for n in {*study.trace_rises, worst}]
+    times: np.ndarray = march.checked[sorted({len(march.checked) - 1, *at})]
+    return times
+
+
+def _of_joule_heat(study: Study, given: Problems, judge: Estimator, march: Marched) -> dict[str, Spread]:
+    """What each thermal trace misses of the Joule heat, as if the largest voltages drove it from rest all the time."""
+    if given.conductor is None:
+        return {}
+    potentials = [given.heat.inputs.largest(study.end) @ phi for phi in given.cold_potentials]
+    (last,) = march.answer.rises(np.array([study.end]))
+    scales = goal_errors.of_part(study.part, study.trace_goals, march.scales)
+    duals = goal_errors.duals_of(study.trace_goals, given, last, study.end)
+    parts = goal_errors.joule_parts(study.trace_goals, given, potentials, scales, duals)
+    return {name: judge.remains(each) for name, each in parts.items()}
+
+
+def _errors(
+    study: Study,
+    march: Marched,
+    changed: Mapping[str, float],
+    goals: Mapping[str, Spread],
+    electric: Mapping[str, float],
+    steady_errors: Mapping[str, float],
+) -> dict[str, float]:
+    """The error of each trace in its unit: of space the largest of what the lower space ``changed``, what its goal
+    misses and the relative error of its steady state; of the current (relative), of the fields, of an extreme's place.
+    """
     errors = {}
-    for name in scales:
-        known = max(
-            (e for q, e in steady_errors.items() if study.goals.get(q, q) == study.trace_goals.get(name, name)),
-            default=max(steady_errors.values(), default=0.0),
-        )
-        space_error = max(apart[name], known * scales[name], estimate.total(goals.get(name, [])) * scales[name])
-        doubt = float(np.max(out.get(f"doubt:{study.trace_goals.get(name)}", 0.0)))
-        # Steady errors have what the current is off by in them.
-        electric = 0.0 if steady_errors else estimate.total(joule.get(name, of_power))
-        errors[name] = space_error + electric * scales[name] + lost[name] + doubt
-    return concluded(study, found, errors, [of_power, *goal_errors.with_current(goals, joule, of_power).values()])
+    for name, scale in march.scales.items():
+        goal = study.trace_goals.get(name, name)
+        of_it = [e for q, e in steady_errors.items() if study.goals.get(q, q) == goal]
+        at_rest = max(of_it or steady_errors.values(), default=0.0)
+        of_space = max(changed[name], at_rest * scale, estimate.total(goals.get(name, [])) * scale)
+        doubt = float(np.max(march.out.get(f"doubt:{study.trace_goals.get(name)}", 0.0)))
+        errors[name] = of_space + electric[name] * scale + march.lost[name] + doubt
+    return errors
 
 
 def concluded(
@@ -176,7 +200,7 @@ def _remains(
 ) -> dict[str, Spread]:
     """For each thermal trace the worst of what is left at some times (s), each seen as that long after the last bend or
     jump of the inputs; ``transients`` are those of the spaces, the highest first."""
-    heat, judge, goals = given.heat, Estimator(given.domain.space.grid, marks), study.trace_goals
+    heat, judge, goals = given.heat, Estimator(given.bricks.grid, marks), study.trace_goals
     own_scales = goal_errors.of_part(study.part, goals, scales)
     rises = [given.lifted(t.rises(times), -1 - k) for k, t in enumerate(transients)]
     found: dict[str, Spread] = {}
@@ -188,9 +212,9 @@ def _remains(
         apart = [heat.stiffness @ u + heat.mass @ u / time for u in (low - lowest, fine - low)]
         duals = goal_errors.duals_of(goals, given, fine, time)
         parts = goal_errors.thermal_parts(given, fine, tuple(apart), own_scales, time, duals)
-        left = {name: judge.remains(own) for name, own in parts.items()}
-        goal_errors.add_torn(left, goals, given, fine, own_scales, time, duals, marks)
-        for name, remains in left.items():
+        smooth = {name: judge.remains(own) for name, own in parts.items()}
+        at_edges = goal_errors.at_contradictions(goals, given, fine, own_scales, time, duals, marks)
+        for name, remains in goal_errors.summed(smooth, at_edges).items():
             if name not in found or estimate.total(remains) > estimate.total(found[name]):
                 found[name] = remains
     return found
@@ -202,17 +226,22 @@ def instants(study: Study, heat: HeatProblem) -> np.ndarray:
     end, first = study.end, min(study.earliest, study.end)
     knots = heat.inputs.knots(end)
     found = [np.geomspace(first, end, 40), np.linspace(0, end, 21)[1:]]
-    found.append(np.array([t for t in study.instants if first <= t <= end]))
-    few = knots if len(knots) <= KNOTS else knots[np.unique(np.linspace(0, len(knots) - 1, KNOTS).astype(int))]
-    for knot in few:
+    asked = np.array([t for t in study.instants if first <= t <= end])
+    found.append(asked[_spread(asked, ASKED)])
+    for knot in knots[_spread(knots, KNOTS)]:
         following = knots[knots > knot]
         gap = (following[0] if len(following) else end) - knot
         found.append(knot + np.geomspace(min(first, gap / 2), gap * (1 - 1e-9), 6))
     times = np.unique(np.concatenate(found))
-    jumps = np.array([t for t in knots if heat.inputs.jump(float(t)).any()])
+    jumps = knots[np.any(heat.inputs.jumps(knots), axis=1)]
     for jump, gap in zip(jumps, np.diff(np.append(jumps, end)), strict=True):
         times = times[(times < jump) | (times >= jump + min(first, gap / 2) * (1 - 1e-9))]
     return times
+
+
+def _spread(times: np.ndarray, most: int) -> np.ndarray:
+    """Which of some times to take: all, or where there are more, so many that are spread over them."""
+    return np.unique(np.linspace(0, len(times) - 1, min(len(times), most)).astype(int))
 
 
 def repeat(study: Study, fine: Base, reduced: Reduced, steady_out: Outputs, before: Response) -> Response:
@@ -243,7 +272,8 @@ def with_rows(
 
     allowed = {name: ROW_SHARE * study.accuracy * scale for name, scale in scales.items()}
     drive = answer.base.heat.inputs
-    jumps = [float(t) for t in drive.knots(study.end) if drive.jump(float(t)).any()]
+    knots = drive.knots(study.end)
+    jumps = knots[np.any(drive.jumps(knots), axis=1)].tolist()
     times, found, between = trace_times.choose(answer.trajectory.steps, traces, allowed, jumps, study.instants)
     if answer.base.heat.lifts.any():
         _start(answer.base.heat.domain, found)
@@ -312,4 +342,4 @@ def _imbalance(study: Study, answer: Transient) -> float:
 def _jumps(answer: Transient, edges: np.ndarray) -> np.ndarray:
     """Which edges an input jumps at, the start among them."""
     drive = answer.base.heat.inputs
-    return np.array([i == 0 or bool(drive.jump(float(t)).any()) for i, t in enumerate(edges)])
+    return np.any(drive.jumps(edges), axis=1) | (np.arange(len(edges)) == 0)

@@ -16,10 +16,12 @@ from fem3d.adaptivity.nested import Problems
 from fem3d.problems.current import Conductor, Potential, combined, independent
 from fem3d.problems.heat import HeatProblem
 from fem3d.solution import transient
-from fem3d.solution.transient import Base, Krylov
+from fem3d.solution.transient import Base, Krylov, Transient
+from scenes.errors import RunawayInTimeError
 
 ROUGH, GENERATIONS = 1e-3, 6  # accuracy and generations of fields of a response that only shows where to look
 ROUNDS = 5
+BEFORE = 0.95  # of the time at which the heating runs away: there its rate is still finite
 SAME = 5e-2  # part of the accuracy below which what heating does to the currents is left out
 
 
@@ -94,13 +96,13 @@ def _searched(
     drive = heat.inputs
     times, size = _instants(drive.knots(end), end), 1e-300
     for turn in range(ROUNDS):
-        reduced = base.project(Krylov(base, shift).fields(GENERATIONS))
-        answer = transient.march(base, reduced, end, ROUGH)
+        answer = _rough(base, shift, end)
+        times = np.unique(np.minimum(times, answer.end))
         states, g = answer.trajectory(times)[0], drive.at(times)
         rises, c = answer.rises(times), answer.reduced.currents(states, g)
         found, changes = None, np.zeros(len(times))
         for i, rise in enumerate(rises):
-            if not (g[i] @ conductor.voltages).any():
+            if not ((g[i] @ conductor.voltages).any() and conductor.conducts(rise)):
                 continue
             state = Hot(rise, g[i], False)
             hot, load = _heated(conductor, state, potentials)
@@ -118,6 +120,16 @@ def _searched(
         # Currents that are known well enough stay so. One instant is always looked at again, its load having joined.
         times = times[matter | (changes == changes.max())]
     return base, joined
+
+
+def _rough(base: Base, shift: float, end: float) -> Transient:
+    """A rough response up to ``end`` (s), or to where the heating is about to run away: the response in as many fields
+    as the accuracy takes says whether it does."""
+    reduced = base.project(Krylov(base, shift).fields(GENERATIONS))
+    try:
+        return transient.march(base, reduced, end, ROUGH)
+    except RunawayInTimeError as runaway:
+        return transient.march(base, reduced, BEFORE * runaway.time, ROUGH)
 
 
 def _instants(knots: np.ndarray, end: float) -> np.ndarray:

@@ -34,7 +34,7 @@ def _missing(given: Problems, fine: Projected, low: Projected) -> Spread:
     A film's power heats what its resistance is measured by, so that a load F is the goal too: the last degree adds
     x (F - A y) to F x, summed over the functions that the lower space's solution y lacks.
     """
-    heat, space = given.heat, given.domain.space
+    heat, space = given.heat, given.bricks
     lower = given.heats[1]
     new = slice(lower.free, heat.free)
     worst = [np.zeros(len(d)) for d in space.grid.degrees]

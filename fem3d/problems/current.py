@@ -15,8 +15,10 @@ from scipy.sparse.linalg import LinearOperator, cg
 
 from fem3d.problems.cholesky import Factors, Ordering, part
 from fem3d.problems.heat import HeatProblem
+from fem3d.problems.kept import Kept
 from fem3d.problems.reactions import SharedReactions
 from fem3d.spaces.integrals import Cells, Faces
+from scenes.errors import NumericsError
 from scenes.model import Material
 
 SAME = 1e-9  # relative size below which a current field is taken for a sum of others
@@ -78,6 +80,7 @@ class Conductor:
     stands_for: np.ndarray
     ordering: Ordering
     solved: float = SOLVED
+    kept: Kept = field(init=False, default_factory=Kept)
 
     def lower(self, level: int, heat: HeatProblem) -> Conductor:
         """The problem in a lower space, for the heat problem there."""
@@ -98,11 +101,13 @@ class Conductor:
         """Whether the resistivity is positive everywhere."""
         return bool((self.resistivity(rise) > 0).all())
 
-    @cached_property
+    @property
     def solve_cold(self) -> Callable[[np.ndarray], np.ndarray]:
         """What gives the potential (free,) of the cold conductor for charges (free,) between earthed electrodes."""
         groups = self.heat.domain.space.entity[self.free]
-        return Factors(part(self.matrix, self.free), groups, self.ordering).solve
+        solve: Callable[[np.ndarray], np.ndarray]
+        solve = self.kept.get("solve_cold", lambda: Factors(part(self.matrix, self.free), groups, self.ordering).solve)
+        return solve
 
     @cached_property
     def cold_potentials(self) -> np.ndarray:
@@ -113,10 +118,11 @@ class Conductor:
                 phi[self.free] = -self.solve_cold((self.matrix @ phi)[self.free])
         return found
 
-    @cached_property
+    @property
     def preconditioner(self) -> Callable[[np.ndarray], np.ndarray]:
-        """What is next to `solve_cold`, and cheap."""
-        return self.solve_cold
+        """What solves nearly as `solve_cold` does, and is cheap: that itself, or that of a conductor next to this."""
+        solve: Callable[[np.ndarray], np.ndarray] = self.kept.get("preconditioner", lambda: self.solve_cold)
+        return solve
 
     def influence(self, row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """What a row (functions,) reads off the potential of any current density J, without solving for it.
@@ -150,9 +156,13 @@ class Conductor:
 
         The spectrum lies between the extremes of the cold over the hot resistivity, which bounds the error after any
         number of steps (Saad, Iterative Methods for Sparse Linear Systems, 2003, section 6.11); so many are taken.
+
+        Raises NumericsError where the resistivity is not positive.
         """
         free, start = self.free, voltage.copy()
         resistivity = self.resistivity(rise)
+        if not (resistivity > 0).all():
+            raise NumericsError("the resistivity is not positive at the temperatures that are reached")
 
         def charge(phi: np.ndarray) -> np.ndarray:
             return self.on.flow(self.on.gradient(phi) / resistivity)

@@ -9,7 +9,7 @@ of the free ones, any other one of all. Sources and given rises come as channels
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -17,6 +17,7 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from fem3d.problems.cholesky import Factors, Ordering, part
+from fem3d.problems.kept import Kept
 from fem3d.spaces.channels import Inputs
 from fem3d.spaces.domain import Domain
 from scenes.model import Value
@@ -69,6 +70,7 @@ class HeatProblem:
     domain: Domain
     order: np.ndarray
     torn: np.ndarray
+    kept: Kept = field(init=False, default_factory=Kept)
 
     def field(self, u: np.ndarray) -> np.ndarray:
         """(..., functions): a field (free or all nodes) as coefficients of the space's functions."""
@@ -106,25 +108,27 @@ class HeatProblem:
         """What probes have been worked out to, by name."""
         return {}
 
-    @cached_property
+    @property
     def inner_stiffness(self) -> csc_array:
         """The stiffness matrix of the free nodes."""
-        return self.stiffness[: self.free, : self.free]
+        return self.kept.get("inner_stiffness", lambda: self.stiffness[: self.free, : self.free])
 
-    @cached_property
+    @property
     def inner_mass(self) -> csc_array:
         """The mass matrix of the free nodes."""
-        return self.mass[: self.free, : self.free]
+        return self.kept.get("inner_mass", lambda: self.mass[: self.free, : self.free])
 
     def factors(self, matrix: csc_array) -> Factors:
         """The factors of a matrix of the free nodes."""
         return Factors(matrix, self.groups[: self.free], self.ordering)
 
-    @cached_property
+    @property
     def solve_steady(self) -> Callable[[np.ndarray], np.ndarray]:
         """What gives the rise at the free nodes with K rise = load (free nodes), by one factorization; without an exit
         for heat, the mean over the run's time with the capacity of the whole run in its place."""
-        return self.factors(self.steady_matrix).solve
+        solve: Callable[[np.ndarray], np.ndarray]
+        solve = self.kept.get("solve_steady", lambda: self.factors(self.steady_matrix).solve)
+        return solve
 
     @property
     def steady_matrix(self) -> csc_array:
@@ -134,25 +138,26 @@ class HeatProblem:
 
     def solve_shifted(self, shift: float) -> Callable[[np.ndarray], np.ndarray]:
         """What solves (M + shift K) u = b on the free nodes; the factors of the last shift are kept."""
-        if shift not in self._shifted:
-            self._shifted.clear()
-            self._shifted[shift] = self.factors(_combined(self.inner_mass, shift, self.inner_stiffness)).solve
-        return self._shifted[shift]
+        last, solve = self.kept.get("solve_shifted", lambda: (None, None))
+        if last != shift:
+            self.kept.let_go("solve_shifted")
+            solve = self.factors(_combined(self.inner_mass, shift, self.inner_stiffness)).solve
+            self.kept.tell(solve_shifted=(shift, solve))
+        made: Callable[[np.ndarray], np.ndarray] = solve
+        return made
 
     def let_go(self, steady: bool = False) -> None:
         """Lets go of the factors of the last shift, and of the ``steady`` ones too; what asks for them again makes them
         anew."""
-        self._shifted.clear()
-        if steady:
-            vars(self).pop("solve_steady", None)
+        self.kept.let_go("solve_shifted", *(["solve_steady"] if steady else []))
 
-    @cached_property
-    def _shifted(self) -> dict[float, Callable[[np.ndarray], np.ndarray]]:
-        return {}
-
-    @cached_property
+    @property
     def lifts(self) -> np.ndarray:
         """(channels, all nodes): for each channel the rise that its given temperatures alone keep up."""
+        lifts: np.ndarray = self.kept.get("lifts", self._lifts)
+        return lifts
+
+    def _lifts(self) -> np.ndarray:
         n = self.free
         found = np.zeros((self.inputs.count, self.size))
         found[:, n:] = self.given

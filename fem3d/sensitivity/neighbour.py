@@ -77,22 +77,23 @@ class Beside:
         else:
             found = assemble(domain)
             found = found if found.size == near.size else found.lower(self._level)
-        # What a problem works out when it is first asked for it is told beforehand.
-        known, alike = vars(found), found.stiffness is near.stiffness
+        same_stiffness = found.stiffness is near.stiffness
         if found.mass is near.mass:
-            known["inner_mass"] = near.inner_mass
-        if alike:
-            known["inner_stiffness"] = near.inner_stiffness
-        own = alike and found.anchored
-        known["solve_steady"] = near.solve_steady if own else _refined(found.steady_matrix, near.solve_steady)
-        if own and np.array_equal(found.given, near.given):
-            known["lifts"] = near.lifts
+            found.kept.tell(inner_mass=near.inner_mass)
+        if same_stiffness:
+            found.kept.tell(inner_stiffness=near.inner_stiffness)
+        same_factors = same_stiffness and found.anchored
+        solve = near.solve_steady if same_factors else _refined(found.steady_matrix, near.solve_steady)
+        found.kept.tell(solve_steady=solve)
+        if same_factors and np.array_equal(found.given, near.given):
+            found.kept.tell(lifts=near.lifts)
         elif found.anchored:
-            lifts = known["lifts"] = near.lifts.copy()
+            lifts = near.lifts.copy()
             lifts[:, n:] = found.given
             for lift in lifts:
                 for _ in range(ROUNDS if lift.any() else 0):
                     lift[:n] -= near.solve_steady((found.stiffness @ lift)[:n])
+            found.kept.tell(lifts=lifts)
         return found
 
     @property
@@ -156,7 +157,7 @@ class Beside:
         found = replace(found, heat=heat, free=own.free, solved=own.solved)
         alike = found.matrix is own.matrix
         solve = own.solve_cold if alike else _refined(part(found.matrix, found.free), own.solve_cold)
-        vars(found).update(solve_cold=solve, preconditioner=own.solve_cold)
+        found.kept.tell(solve_cold=solve, preconditioner=own.solve_cold)
         return found
 
 

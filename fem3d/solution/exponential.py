@@ -16,10 +16,12 @@ from typing import Protocol
 import numpy as np
 from numpy.polynomial import legendre
 
-from scenes.errors import NumericsError
+from scenes.errors import RunawayInTimeError
+from scenes.units import TIME
 
 FAST = 200.0  # beyond this decay over a step the convolution is summed by parts, below it by Gauss's rule of 48 points
 SWEEPS = 30
+HALVINGS = 20  # of the step in which something ceases to hold: its time is known to a millionth of that step
 
 
 @dataclass(frozen=True)
@@ -71,12 +73,14 @@ def integrate(
     degree: int = 6,
     start: np.ndarray | None = None,
     jumps: Mapping[float, np.ndarray] | None = None,
+    holds: Callable[[float, np.ndarray], bool] = lambda time, state: True,
 ) -> Trajectory:
     """From rest (or ``start``) to ``end`` (s), each step's collocation error below ``accuracy * size`` in the Euclidean
     norm.
 
     ``source(t)`` is the source from t on up to the next instant of ``jumps``, at each of which a step ends and the
-    state jumps. Raises NumericsError where the source outruns every step, as it does beyond thermal runaway.
+    state jumps. Raises RunawayInTimeError where the source outruns every step, or what ``holds``, of a time and the
+    state then, no longer does.
     """
     nodes = _lobatto(degree)
     to_legendre = np.linalg.inv(legendre.legvander(2 * nodes - 1, degree))
@@ -93,7 +97,7 @@ def integrate(
             last = length >= left * (1 - 1e-12)
             taken = left if last else length
             if taken < 1e-13 * end and not last:
-                raise NumericsError(f"the heating runs away at {time:.3g} s")
+                raise _runaway(time)
             times = time + taken * nodes
             kernel = convolve(rates * taken)
             decay = np.exp(-np.outer(nodes, rates * taken)) * state
@@ -117,12 +121,27 @@ def integrate(
             error = float(np.linalg.norm(tail, axis=1).max()) / (accuracy * size)
             if error <= 1.0:
                 steps.append(Step(time, taken, state, coefficients))
+                if not holds(time + taken, states[-1]):
+                    raise _runaway(_last(Trajectory(rates, steps[-1:]), holds))
                 time, state = stop if last else time + taken, states[-1]
             grown = taken * float(np.clip(0.8 * (error + 1e-30) ** (-1 / degree), 0.2, 6.0))
             # A step that a stop cut short says little against a longer one after it.
             length = max(grown, length) if last and error <= 1.0 else grown
         state = state + jumps[stop] if stop in jumps else state
     return Trajectory(rates, steps)
+
+
+def _runaway(time: float) -> RunawayInTimeError:
+    return RunawayInTimeError(f"the heating runs away at t = {TIME.show(float(f'{time:.3g}'))}", time)
+
+
+def _last(step: Trajectory, holds: Callable[[float, np.ndarray], bool]) -> float:
+    """The last time (s) of a step at which something holds, by bisection."""
+    low, high = step.steps[0].start, step.steps[0].start + step.steps[0].length
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        low, high = (middle, high) if holds(middle, step(np.array([middle]))[0][0]) else (low, middle)
+    return low
 
 
 class Convolution:

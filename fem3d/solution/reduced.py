@@ -64,10 +64,15 @@ class Reduced(JouleHeat):
         return _at(self.cold, g) + (a @ self.warm.reshape(m * m, -1).T).reshape(*a.shape[:-1], m, m)
 
     def currents(self, a: np.ndarray, g: np.ndarray | None = None) -> np.ndarray:
-        """(..., m): the coefficients c of the current fields at states a (..., r) and inputs g."""
+        """(..., m): the coefficients c of the current fields at states a (..., r) and inputs g; NaN where the
+        resistances are not positive, as no current answers a voltage there."""
         matrix, supply = self.dissipation(a, g), _at(self.supply, g)
         if matrix.shape[-1] == 1:
-            return supply / matrix[..., 0]
+            return supply / np.where(matrix > 0, matrix, np.nan)[..., 0]
+        try:
+            np.linalg.cholesky(matrix)
+        except np.linalg.LinAlgError:
+            return np.full(matrix.shape[:-1], np.nan)
         return np.linalg.solve(matrix, np.broadcast_to(supply, matrix.shape[:-1])[..., None])[..., 0]
 
     def joule(self, a: np.ndarray, c: np.ndarray, g: np.ndarray | None = None) -> np.ndarray:

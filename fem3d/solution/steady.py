@@ -145,7 +145,9 @@ def coupled(
 
 def first_guess(heat: HeatProblem, conductor: Conductor) -> tuple[Potential, np.ndarray]:
     """The current at the given temperatures, and as the first field (free nodes, 1) the rise that it and all other
-    sources make."""
+    sources make. Raises NumericsError where the resistivity is not positive at those temperatures."""
+    if not conductor.conducts(heat.lifts[0]):
+        raise NumericsError("the resistivity is not positive at the given temperatures")
     cold = conductor.solve(heat.lifts[0], conductor.voltages[0])
     source = conductor.joule_load(cold.density, heat.lifts[0]) + heat.loads[0]
     return cold, heat.solve_steady(source[: heat.free])[:, None]
@@ -161,8 +163,6 @@ def _within_the_law(heat: HeatProblem, conductor: Conductor, start: np.ndarray) 
     """A rise (free nodes) at which the resistivity is positive everywhere: a state of few fields may lie beyond that,
     and the full step then brings it back."""
     while not conductor.conducts(heat.lifts[0] + heat.whole(start)):
-        if not start.any():
-            raise NumericsError("the resistivity is not positive at the given temperatures")
         start = BACK * start
     return start
 

@@ -63,7 +63,7 @@ def stills(heat: HeatProblem) -> np.ndarray:
     """(free nodes, any number): the lifts of given temperatures that jump. At that instant the free nodes stay as they
     were, which the space holds only if it has what it takes to cancel the lift; what it lacks is heat from nowhere."""
     inputs = heat.inputs
-    jumps = [inputs.at(np.zeros(1))[0], *(inputs.jump(float(t)) for t in inputs.knots(heat.end_time))]
+    jumps = np.concatenate([inputs.at(np.zeros(1)), inputs.jumps(inputs.knots(heat.end_time))])
     jumping = np.any(jumps, axis=0) & heat.lifts.any(axis=1)
     return heat.lifts[jumping, : heat.free].T
 
@@ -140,6 +140,12 @@ class Krylov:
         return self._ends[generations] - self._ends[max(generations - fewer, 0)]
 
 
+# Of the cold resistivity, below which the heating counts as run away: where current has a way round,
+# it grows beyond all bounds within the next ten thousandth of the time, elsewhere the heat falls with the resistivity.
+LEAST = 1e-2
+# Of the cold resistivity: as long as it is larger at all vertices, it is larger than the least between them, of fields
+# that hold what they should.
+ENOUGH = 0.8
 GONE = 1e-9  # relative size below which a new field is taken for one that is there
 
 
@@ -165,11 +171,42 @@ def march(base: Base, reduced: Reduced, end: float, accuracy: float, drop: int =
     inputs = base.heat.inputs
     size = base.size or _size(modal, rates, inputs.largest(end), end)
     start = -inputs.at(np.zeros(1))[0] @ modal.inertia
-    jumps = {float(t): -inputs.jump(float(t)) @ modal.inertia for t in inputs.knots(end)}
+    knots = inputs.knots(end)
+    jumps = dict(zip(knots.tolist(), -inputs.jumps(knots) @ modal.inertia, strict=True))
     trajectory = integrate(
-        rates, lambda since: _source(base, modal, since), end, accuracy, size, start=start, jumps=jumps
-    )
+        rates, lambda since: _source(base, modal, since), end, accuracy, size, start=start, jumps=jumps,
+        holds=_Resistivity(base, modal),
+    )  # fmt: skip
     return Transient(base, modal, trajectory)
+
+
+class _Resistivity:
+    """Whether the law of the resistivity holds in modal states: told by the vertices of the conductor's cells as long
+    as the resistivity is close to the cold one there, else by all points of the quadrature."""
+
+    def __init__(self, base: Base, modal: Reduced) -> None:
+        heat, own = base.heat, base.conductor
+        self._base, self._modal = base, modal
+        change = np.zeros(1) if own is None else (own.warm / own.cold)[:, 0]
+        parts: list[tuple[float, np.ndarray]] = []
+        for each in np.unique(change[change != 0]):
+            assert own is not None
+            inside = heat.take(heat.domain.space.of(own.cells[change == each])) & (heat.unit == 1.0)
+            parts.append((float(each), np.flatnonzero(inside)))
+        fields = np.concatenate([heat.whole(modal.basis.T), heat.lifts]) if parts else np.empty((0, 0))
+        # (states and channels, vertices): how the resistivity over the cold one follows each.
+        self._change = np.hstack([each * fields[:, at] for each, at in parts]) if parts else None
+
+    def __call__(self, time: float, state: np.ndarray) -> bool:
+        if self._change is None:
+            return True
+        heat, own = self._base.heat, self._base.conductor
+        assert own is not None
+        g = heat.inputs.at(np.array([time]))[0]
+        if (1 + np.concatenate([state, g]) @ self._change).min(initial=1.0) > ENOUGH:
+            return True
+        rise = heat.whole(self._modal.basis @ state) + g @ heat.lifts
+        return bool((own.resistivity(rise) > LEAST * own.cold).all())
 
 
 def _source(base: Base, modal: Reduced, since: float) -> Source:

@@ -92,27 +92,28 @@ class Extreme:
 
     @staticmethod
     def _candidates(values: np.ndarray, points: np.ndarray) -> Iterator[tuple[int, int, np.ndarray]]:
-        """Cells with their best point of a lattice (times, cells, points), and the times at which each may hold the
-        extreme: a lattice may miss that much of each cell's top. A second top, of which the best point away from the
-        first tells, may be the higher one."""
-        top, point = values.max(axis=2), values.argmax(axis=2)
-        reach, highest = MISSED * (top - values.min(axis=2)), top.max(axis=1)
-        ranked = np.argsort(-top, axis=1)[:, :CANDIDATES]
-        possible = np.take_along_axis(top + reach, ranked, axis=1) >= highest[:, None]
-        cell = np.where(possible, ranked, -1)
-        for c in np.unique(cell[cell >= 0]).tolist():
-            times = np.flatnonzero((cell == c).any(axis=1))
-            for p in np.unique(point[times, c]).tolist():
-                at = times[point[times, c] == p]
-                yield c, p, at
-                away = np.flatnonzero((np.abs(points - points[p]) > APART).any(axis=1))
-                if not len(away):
-                    continue
-                others = values[at, c][:, away]
-                rivals = others.max(axis=1) + reach[at, c] >= highest[at]
-                second = away[others.argmax(axis=1)]
-                for q in np.unique(second[rivals]).tolist():
-                    yield c, q, at[rivals & (second == q)]
+        """Cells with a point of a lattice (times, cells, points), and the times at which the extreme may be near it.
+
+        Of each cell that is its best point, and the best of those away from that. The lattice may miss `MISSED` of
+        what the function spans on a cell of its top: the highest point of all is beaten where a point is no further
+        below it.
+        """
+        highest = values.max(axis=(1, 2))
+        missed = MISSED * np.ptp(values, axis=2)
+        best = values.argmax(axis=2)
+        ranked = np.argsort(-values.max(axis=2), axis=1)[:, :CANDIDATES]
+        for cell in np.unique(ranked).tolist():
+            in_reach = values[:, cell].max(axis=1) + missed[:, cell] >= highest
+            times = np.flatnonzero((ranked == cell).any(axis=1) & in_reach)
+            for first in np.unique(best[times, cell]).tolist():
+                same = times[best[times, cell] == first]
+                away = np.flatnonzero((np.abs(points - points[first]) > APART).any(axis=1))
+                second = away[values[same, cell][:, away].argmax(axis=1)] if len(away) else np.empty(0, int)
+                for tried in (np.full(len(same), first), second):
+                    at = same[: len(tried)]
+                    possible = values[at, cell, tried] + missed[at, cell] >= highest[at]
+                    for point in np.unique(tried[possible]).tolist():
+                        yield cell, point, at[possible & (tried == point)]
 
     def where(self, function: np.ndarray) -> Place:
         """Where that of a function (functions,) is."""

@@ -15,9 +15,8 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.linalg import splu
 
-from reduced1d.network.circuit import Circuit, current_circuit, heat_circuit, weighted
+from reduced1d.network.circuit import Circuit, current_circuit, factor, heat_circuit, weighted
 from reduced1d.network.elements import Elements, nodes_of
 from reduced1d.network.lines import Layout
 from scenes import physics
@@ -121,19 +120,13 @@ class Model:
         assert self.current is not None
         cold, slope = np.zeros(len(self.layout.lines)), np.zeros(len(self.layout.lines))
         for i in np.unique(self.current.line).tolist():
-            cold[i], slope[i] = self.resistivity(i, 0.0), self.resistivity(i, 1.0) - self.resistivity(i, 0.0)
+            cold[i] = self.layout.resistivity(i)
+            slope[i] = self.layout.resistivity(i, 1.0) - cold[i]
         return cold[self.current.line], slope[self.current.line]
 
     def thermal_resistivity(self, line: int) -> float:
         """Of a line's material, in m K/W."""
         return 1 / self.layout.lines[line].box.material.thermal_conductivity
-
-    def resistivity(self, line: int, rise: Any) -> Any:
-        """Of a line's material at a rise, in ohm m."""
-        m = self.layout.lines[line].box.material
-        assert m.resistivity is not None
-        warm = self.inputs.start + rise - m.reference_temperature
-        return m.resistivity * (1 + m.temperature_coefficient * warm)
 
     @property
     def couples(self) -> bool:
@@ -171,12 +164,12 @@ class Model:
             return np.asarray(lift)
         across, free = circuit.free_across, circuit.free
         matrix = across.T @ weighted(across, (1 / resistance).mean(axis=1))
-        factor = splu(matrix.tocsc())
+        lu = factor(matrix)
         inner = np.zeros((free.shape[1], x.shape[1])) if guess is None else (free.T @ guess) / circuit.copies[:, None]
         given = circuit.across @ lift - circuit.given @ x
         size = np.inf
         for _ in range(REFINEMENTS):
-            change = factor.solve(across.T @ ((across @ inner + given) / resistance))
+            change = lu.solve(across.T @ ((across @ inner + given) / resistance))
             inner, before, size = inner - change, size, float(np.abs(change).max())
             largest = max(float(np.abs(inner).max()), float(np.abs(lift).max(initial=0.0)))
             if size <= ROUNDING * largest or (size <= 1e3 * ROUNDING * largest and size >= before / 2):
@@ -194,7 +187,7 @@ class Model:
         right = circuit.free.T @ (load - matrix @ lift)
         if not circuit.free.shape[1]:
             return np.asarray(lift)
-        inner = splu((circuit.free.T @ matrix @ circuit.free).tocsc()).solve(right)
+        inner = factor(circuit.free.T @ matrix @ circuit.free).solve(right)
         return np.asarray(lift + circuit.free @ inner)
 
     def currents(self, resistance: np.ndarray, potential: np.ndarray, x: np.ndarray) -> np.ndarray:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 from typing import Any
 
@@ -16,11 +17,11 @@ import numpy as np
 
 from reduced1d.network.flows import Flows
 from reduced1d.network.lines import Layout, layout
-from reduced1d.network.model import Inputs, Model, build, remarks, scales
+from reduced1d.network.model import Model, build, remarks, scales
 from reduced1d.network.readings import Reader
 from reduced1d.network.steady import State, steady
-from reduced1d.network.transient import course
-from scenes.errors import NumericsError, RunawayError
+from reduced1d.network.transient import History, history
+from scenes.errors import NumericsError
 from scenes.model import AnyScene, Schedule
 from scenes.result import Estimate, Result, Traces
 
@@ -39,28 +40,34 @@ GROWTHS = ((2.0, 1.8), (1.7, 1.5), (1.5, 1.3))
 EARLY = 1e-3
 """Of the end time: for so long after the start and after a jump the errors of traces are not judged, as in 3D."""
 
-EARLIEST = 1e-6
-"""Of the end time: how soon after the start or a jump elements follow what happens."""
+SOONEST, FIRST = 0.1, 0.1
+"""Of the time from which on errors are judged: what elements follow; and of that the first step."""
 
 
-def solve(scene: AnyScene, times: np.ndarray | Sequence[float] | None = None) -> Result:
+def solve(scene: AnyScene, times: np.ndarray | Sequence[float] | None = None, steady_too: bool = True) -> Result:
     """The probes of a scene of boxes by the network of its lines, each with an estimated error of its discretization.
 
     In the steady state, at the last values of what varies in time; with ``times`` (s, ascending, not negative) over
-    time too, from the scene's initial temperature. Steady keys and trace names are the probes' names, temperatures in
-    K, potentials in V, flows in W, currents in A. A scene over time that has no steady state has none in its result.
+    time too, from the scene's initial temperature, or, without ``steady_too``, over time alone. Steady keys and trace
+    names are the probes' names, temperatures in K, potentials in V, flows in W, currents in A. A scene over time that
+    has no steady state has none in its result.
 
     Raises SceneError for a scene on a mesh file or one that lines cannot have, scenes.errors.RunawayError where the
     heating runs away, NumericsError where the numerics fail.
     """
-    shape = layout(scene)
+    return of_layout(layout(scene), times, steady_too)
+
+
+def of_layout(shape: Layout, times: np.ndarray | Sequence[float] | None = None, steady_too: bool = True) -> Result:
+    """The same of a scene's layout."""
     found: dict[str, Estimate] = {}
     over_time = None
     details: dict[str, Any] = {"warnings": []}
     try:
-        found, model, state = _steady(shape)
-        details |= {"model": model, "state": state, **remarks(model)}
-    except (NumericsError, RunawayError) as error:
+        if times is None or steady_too:
+            found, model, state = _steady(shape)
+            details |= {"model": model, "state": state, **remarks(model)}
+    except NumericsError as error:
         if times is None:
             raise
         details["no_steady_state"] = str(error)
@@ -100,38 +107,37 @@ def _steady(shape: Layout) -> tuple[dict[str, Estimate], Model, State]:
 
 def _over_time(shape: Layout, times: np.ndarray) -> tuple[Traces, Model, int]:
     scene, enough = shape.scene, max(BELOW * shape.scene.accuracy, FINEST_OVER_TIME)
-    earliest = _soonest(Inputs.of(scene), times)
-    judged = _judged(shape, times)
+    end = max(float(times[-1]) if len(times) else 0.0, 0.0 if scene.steady else scene.end_time)
+    judged = _judged(shape, times, end)
     for turn in range(len(DEGREES)):
-        each = []
-        for model, growth in zip(refined(shape, turn, earliest), GROWTHS[turn], strict=True):
-            run = course(model, times, growth)
-            each.append((Readings(model).values(run.rises, run.potentials, run.inputs), model, run.steps))
-        (coarse, _, _), (fine, model, steps) = each
-        errors = {n: float(np.abs(fine[n] - coarse[n])[judged].max(initial=0.0)) for n in fine}
-        sizes = measures(model, fine)
-        if all(errors[name] <= enough * sizes[name] for name in fine):
+        coarse, fine = histories(shape, end, turn)
+        one, other = (Readings(run.model).values(*run.at(times)) for run in (coarse, fine))
+        errors = {n: float(np.abs(other[n] - one[n])[judged].max(initial=0.0)) for n in other}
+        sizes = measures(fine.model, other)
+        if all(errors[name] <= enough * sizes[name] for name in other):
             break
     for p in scene.probes:
         if p.quantity == "temperature":
-            fine[p.name] = fine[p.name] + scene.initial_temperature
-    if not all(np.isfinite(v).all() for v in fine.values()):
+            other[p.name] = other[p.name] + scene.initial_temperature
+    if not all(np.isfinite(v).all() for v in other.values()):
         raise NumericsError("the network's traces are not finite")
-    return Traces(times, fine, errors), model, steps
+    return Traces(times, other, errors), fine.model, len(fine.values)
 
 
-def _soonest(inputs: Inputs, times: np.ndarray) -> float:
-    """The shortest time (s) after the start, or a jump or bend, at which anything is asked for."""
-    if not len(times) or not times[-1] > 0:
-        return 1.0
-    marks = np.array([0.0, *(t for t in inputs.breaks if t > 0)])
-    since = times - marks[np.searchsorted(marks, times, side="right") - 1]
-    return max(float(since[since > 0].min(initial=times[-1])), EARLIEST * float(times[-1]))
+@lru_cache(maxsize=6)
+def histories(shape: Layout, end: float, turn: int) -> tuple[History, History]:
+    """The coarse and the fine run over time. Kept, for a comparison asks for more times of the same run."""
+    asked = [t for t in shape.scene.output_times if t > 0]
+    soonest = SOONEST * min(EARLY * end, *asked, end)
+    coarse, fine = (
+        history(model, end, soonest * FIRST, growth)
+        for model, growth in zip(refined(shape, turn, soonest), GROWTHS[turn], strict=True)
+    )
+    return coarse, fine
 
 
-def _judged(shape: Layout, times: np.ndarray) -> np.ndarray:
+def _judged(shape: Layout, times: np.ndarray, end: float) -> np.ndarray:
     """(times,): which are not right after the start or a jump."""
-    end = float(times[-1]) if len(times) else 0.0
     drives = [v for b in shape.scene.boundaries for v in (b.value, b.ambient)]
     schedules = [v for v in (*drives, *(b.heat_source for b in shape.scene.boxes)) if isinstance(v, Schedule)]
     jumps = [0.0, *(t for s in schedules for t, after in pairwise(s.times) if t == after)]

@@ -12,8 +12,8 @@ from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
-from scipy.sparse.linalg import splu
 
+from reduced1d.network.circuit import factor
 from reduced1d.network.model import Model
 from reduced1d.radau import radau, within
 from scenes.errors import RunawayError
@@ -22,75 +22,73 @@ POINTS = 7
 """A step: values between its points are those of their polynomial, which is the largest error of a long one."""
 SWEEPS = 30
 SETTLED = 1e-11  # of the largest rise in a step: the change that ends the sweeps
-FIRST = 1e-3  # of the time from one change of the inputs to the next: the first step
-SOONER = 0.02  # of the time to the first instant that is asked for: the first step cannot follow a root of time
-BEND = 1e-2  # the same after a bend, which changes less at first than a jump
+ROUNDING = 1e-8  # of the largest rise in a step: changes below this that no longer shrink are rounding
 SHORTEST = 1e-10  # of the end time: a step that has to be shorter has run away
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
-    """Rises (n, times) and potentials (n, times), inputs (inputs, times), and how many ``steps`` were taken."""
+class History:
+    """A network from rest on: the ends of its steps (s), and in each the free rises (f, points + 1) at its start and
+    points."""
 
-    rises: np.ndarray
-    potentials: np.ndarray
-    inputs: np.ndarray
-    steps: int
+    model: Model
+    marks: tuple[float, ...]
+    values: tuple[np.ndarray, ...]
+
+    def at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Rises (n, times), potentials (n, times) and inputs (inputs, times) at ascending times (s); at a jump inputs
+        and held ends are those after it."""
+        model = self.model
+        x = np.array([model.inputs.at(t) for t in times.tolist()]).reshape(len(times), -1).T
+        rises = np.zeros((model.elements.size, len(times)))
+        if model.heat is not None:
+            found = np.zeros((model.heat.free.shape[1], len(times)))
+            for start, stop, values in zip(self.marks, self.marks[1:], self.values, strict=False):
+                here = slice(*np.searchsorted(times, [start, stop], side="right"))
+                found[:, here] = values @ within(POINTS, (times[here] - start) / (stop - start)).T
+            rises = model.heat.free @ found + model.heat.fixed @ x
+        potentials = np.zeros_like(rises) if model.current is None else model.potentials(rises, x)
+        return rises, potentials, x
 
 
-def course(model: Model, times: np.ndarray, growth: float) -> Course:
-    """The network at ``times`` (s, ascending, not negative), from rest at the initial temperature; at a jump inputs and
-    held ends are those after it. A step ends at ``growth`` times its start, since the last jump or bend of an input.
+def history(model: Model, end: float, first: float, growth: float) -> History:
+    """The network from rest at the initial temperature up to an ``end`` (s). A step ends at ``growth`` times its start,
+    since the last jump or bend of an input, and the ``first`` (s) after that.
 
     Raises RunawayError where the heating outruns every step.
     """
-    x = np.array([model.inputs.at(t) for t in times.tolist()]).reshape(len(times), -1).T
-    if model.heat is None:
-        rises, steps = np.zeros((model.elements.size, len(times))), 0
-    else:
-        march = _March(model, times)
-        march.run(growth)
-        rises, steps = march.heat.free @ march.found + march.heat.fixed @ x, march.steps
-    potentials = np.zeros_like(rises)
-    if model.current is not None:
-        potentials = model.potentials(rises, x)
-    return Course(rises, potentials, x, steps)
+    if model.heat is None or not end > 0:
+        return History(model, (0.0,), ())
+    march = _March(model, end)
+    march.run(growth, first)
+    return History(model, tuple(march.marks), tuple(march.values))
 
 
 class _March:
-    def __init__(self, model: Model, times: np.ndarray) -> None:
+    def __init__(self, model: Model, end: float) -> None:
         assert model.heat is not None
-        self.model, self.times, self.heat = model, times, model.heat
+        self.model, self.end, self.heat = model, end, model.heat
         free = self.heat.free
         self.capacity = (free.T @ model.capacity @ free).tocsc()
         self.stiffness = (free.T @ model.stiffness @ free).tocsc()
         self.lifted = free.T @ model.capacity @ self.heat.fixed
         self.entering = free.T @ (model.entering - model.stiffness @ self.heat.fixed)
-        self.mass = splu(self.capacity)
-        self.found = np.zeros((free.shape[1], len(times)))
-        self.steps = 0
+        self.mass = factor(self.capacity)
+        self.marks, self.values = [0.0], list[np.ndarray]()
         self.potentials: np.ndarray | None = None
 
-    def run(self, growth: float) -> None:
-        """Fills ``found`` (f, times), the free rises."""
-        end = float(self.times[-1]) if len(self.times) else 0.0
+    def run(self, growth: float, first: float) -> None:
+        """Fills ``marks`` and ``values``."""
         inputs = self.model.inputs
-        v, before = np.zeros(self.capacity.shape[0]), np.zeros(len(inputs.values))
-        v = self._jumped(v, before, inputs.at(0.0))
-        stops = [0.0, *(t for t in inputs.breaks if 0 < t < end), end]
-        jumped = True
-        for start, stop in pairwise(stops if end > 0 else []):
-            inside = self.times[(self.times > start) & (self.times <= stop)]
-            first = min((FIRST if jumped else BEND) * (stop - start), *(SOONER * (inside[:1] - start)))
-            count = max(int(np.ceil(np.log((stop - start) / first) / np.log(growth))), 1)
+        v = self._jumped(np.zeros(self.capacity.shape[0]), np.zeros(len(inputs.values)), inputs.at(0.0))
+        for start, stop in pairwise([0.0, *(t for t in inputs.breaks if 0 < t < self.end), self.end]):
+            count = max(int(np.ceil(np.log(max((stop - start) / first, 1.0)) / np.log(growth))), 1)
             marks = [start, *(start + (stop - start) * growth ** np.arange(1.0 - count, 0.0)), stop]
             # What is approached from within the interval: of a jump at its end the value before it.
             x0, x1 = inputs.at(start), self._until(start, stop)
             for a, b in pairwise(marks):
                 v = self._advanced(v, a, b, x0 + (x1 - x0) * (a - start) / (stop - start), (x1 - x0) / (stop - start))
-            after = inputs.at(stop)
-            jumped = bool(np.any(after != x1))
-            v = self._jumped(v, x1, after)
+            v = self._jumped(v, x1, inputs.at(stop))
 
     def _until(self, start: float, stop: float) -> np.ndarray:
         """The inputs at the end of an interval without jumps inside, before one there: they are linear in it."""
@@ -103,18 +101,16 @@ class _March:
         return v - self.mass.solve(step) if np.any(step) else v
 
     def _advanced(self, v: np.ndarray, start: float, stop: float, x: np.ndarray, slope: np.ndarray) -> np.ndarray:
-        """The free rises at the end of a step; fills ``found`` within it."""
+        """The free rises at the end of a step."""
         values = self._step(v, stop - start, x, slope)
         if values is None:
-            if stop - start < SHORTEST * self.times[-1]:
+            if stop - start < SHORTEST * self.end:
                 raise RunawayError(f"the network's heating runs away after {start:.3g} s (thermal runaway)", np.inf)
             middle = (start + stop) / 2
             v = self._advanced(v, start, middle, x, slope)
             return self._advanced(v, middle, stop, x + slope * (middle - start), slope)
-        self.steps += 1
-        here = slice(*np.searchsorted(self.times, [start, stop], side="right"))
-        part = (self.times[here] - start) / (stop - start)
-        self.found[:, here] = values @ within(POINTS, part).T
+        self.marks.append(stop)
+        self.values.append(values)
         return values[:, -1]
 
     def _step(self, v: np.ndarray, h: float, x: np.ndarray, slope: np.ndarray) -> np.ndarray | None:
@@ -124,21 +120,21 @@ class _March:
         inputs = x[:, None] + slope[:, None] * (h * places)
         given = self.entering @ inputs - (self.lifted @ slope)[:, None]
         start = (self.capacity @ v)[:, None]
-        factors = [splu((self.capacity + (h * r) * self.stiffness).astype(complex).tocsc()) if r.imag else
-                   splu((self.capacity + (h * r.real) * self.stiffness).tocsc()) for r in rates]  # fmt: skip
+        factors = [factor(self.capacity + (h * (r if r.imag else r.real)) * self.stiffness) for r in rates]
         stages, before = np.repeat(v[:, None], POINTS, axis=1), np.inf
         for _ in range(SWEEPS):
             heat = given + self._joule(stages, inputs)
             right = (start + h * heat @ matrix.T) @ inverse.T
             found = np.zeros((len(v), POINTS))
-            for r, factor, one, back in zip(rates, factors, right.T, vectors.T, strict=True):
-                part = factor.solve(one if r.imag else one.real)
+            for r, lu, one, back in zip(rates, factors, right.T, vectors.T, strict=True):
+                part = lu.solve(one if r.imag else one.real)
                 found += (2 if r.imag else 1) * np.real(np.outer(part, back))
             change, stages = float(np.abs(found - stages).max()), found
             largest = float(np.abs(found).max())
             if not np.isfinite(change):
                 return None
-            if change <= SETTLED * largest or not self.model.couples:
+            rounding = change <= ROUNDING * largest and change >= before / 4
+            if change <= SETTLED * largest or rounding or not self.model.couples:
                 return np.concatenate([v[:, None], stages], axis=1)
             if change > 2 * before:
                 return None

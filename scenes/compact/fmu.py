@@ -12,39 +12,64 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from scenes.compact import names
 from scenes.compact.python import as_python
 
 MISSING = "no FMU, which takes pythonfmu: pip install 'heated-microstructure-validation[fmu]'"
 
+_UNITS: dict[str, dict[str, int]] = {
+    "K": {"K": 1},
+    "V": {"kg": 1, "m": 2, "s": -3, "A": -1},
+    "A": {"A": 1},
+    "W": {"kg": 1, "m": 2, "s": -3},
+    "W/m2": {"kg": 1, "s": -3},
+    "W/m3": {"kg": 1, "m": -1, "s": -3},
+}
+"""The exponents of SI's base units in those of inputs and outputs."""
+
 _SLAVE = '''
 
-import re
+from xml.etree.ElementTree import Element, SubElement
 
 from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
 
 
 class CompactSlave(Fmi2Slave):
-    """The model with its inputs and outputs as variables, their names as in model.json but for signs and spaces."""
+    """The model with its inputs and outputs as variables."""
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
         self.description = {description!r}
         self.g, self.b = model.inputs_at(None, 0.0), np.zeros(model.states)
-        for k, entry in enumerate(model.inputs.values()):
-            self._register(entry, Fmi2Causality.input, lambda k=k: float(self.g[k]), k)
-        for name, entry in model.outputs.items():
-            self._register(entry, Fmi2Causality.output, lambda name=name: self._read()[name], None)
+        inputs, outputs = {names!r}
+        for k, (variable, entry) in enumerate(zip(inputs, model.inputs.values())):
+            self._register(variable, entry, Fmi2Causality.input, lambda k=k: float(self.g[k]), k)
+        for variable, (name, entry) in zip(outputs, model.outputs.items()):
+            self._register(variable, entry, Fmi2Causality.output, lambda name=name: self._read()[name], None)
 
-    def _register(self, entry, causality, getter, k):
+    def _register(self, variable, entry, causality, getter, k):
         def setter(value):
             self.g[k] = value
 
         start = None if k is None else float(self.g[k])
         self.register_variable(Real(
-            re.sub(r"\\W+", "_", entry["name"]), start=start, causality=causality, getter=getter,
+            variable, start=start, causality=causality, getter=getter,
             setter=None if k is None else setter, description=f"{{entry['name']}} in {{entry['unit']}}",
             variability=Fmi2Variability.continuous,
         ))
+
+    def to_xml(self, *args, **kwargs):
+        """With the units of the variables, which pythonfmu leaves out."""
+        root = super().to_xml(*args, **kwargs)
+        entries = [*model.inputs.values(), *model.outputs.values()]
+        units = Element("UnitDefinitions")
+        for unit in dict.fromkeys(entry["unit"] for entry in entries):
+            powers = {{base: str(power) for base, power in {units!r}.get(unit, {{}}).items()}}
+            SubElement(SubElement(units, "Unit", name=unit), "BaseUnit", powers)
+        root.insert([element.tag for element in root].index("CoSimulation") + 1, units)
+        for variable, entry in zip(root.iter("ScalarVariable"), entries):
+            variable.find("Real").set("unit", entry["unit"])
+        return root
 
     def _read(self):
         states = model.rest(self.g) if model.document["steady_only"] else self.b
@@ -70,7 +95,8 @@ def write_fmu(document: Mapping[str, Any], path: Path) -> None:
     with tempfile.TemporaryDirectory() as folder:
         script = Path(folder) / "compact_model_slave.py"
         description = f'Compact model of "{document["scene"]}" of {document["states"]} states'
-        text = as_python(document) + _SLAVE.format(description=description)
+        slave = _SLAVE.format(description=description, names=names.fmu(document), units=_UNITS)
+        text = as_python(document) + slave
         script.write_text(text, encoding="utf-8")
         try:
             FmuBuilder.build_FMU(script, dest=path)

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from scenes.compact import names
 from scenes.compact.facts import facts
 from scenes.compact.runtime import CompactModel
 
@@ -45,7 +46,7 @@ class _Netlist:
         warm = [o["rows"] for o in document["outputs"] if o["unit"] == "K"]
         warm += [[entry["port"]["row"]] for entry in self.inputs if entry["port"]["unit"] == "K"]
         self.model.Y[[row for rows in warm for row in rows], 0] -= start
-        self.pins = [_node("", entry["name"]) for entry in self.inputs]
+        self.pins, self.reads = names.spice(document)
         sources = [entry["kind"] in ("heat_flux", "heat_source") for entry in self.inputs]
         given = [
             f"(I(Vin{k + 1})/{_number(entry['port']['size'])})" if is_source else f"V({pin})"
@@ -53,7 +54,6 @@ class _Netlist:
         ]
         self.sources = sources
         self.z = ["", *given, *(f"V(b{k + 1})" for k in range(self.model.states))]
-        self.reads = [_node("out_", entry["name"]) for entry in document["outputs"]]
         self.lines: list[str] = []
 
     def text(self) -> str:
@@ -138,10 +138,6 @@ def _times(factor: str, terms: str) -> str:
 
 def _number(value: float) -> str:
     return f"{value:.12g}"
-
-
-def _node(prefix: str, name: str) -> str:
-    return prefix + re.sub(r"\W+", "_", name)
 
 
 def _wrapped(line: str) -> str:

@@ -7,6 +7,7 @@ import sys
 from html import unescape
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -66,7 +67,7 @@ def test_refusals() -> None:
 def test_within_and_outside() -> None:
     """The stand-in's end rise is off by 30 %, its mean by 9 %."""
     scene = scenes.load("sink")
-    assert_reduction_agrees(scene, mean=0.1, eq13=0.02)
+    assert_reduction_agrees(scene, mean="10 %", eq13=0.02)
     with pytest.raises(AssertionError) as caught:
         assert_reduction_agrees(scene, mean=0.1, end=0.05)
     text = str(caught.value)
@@ -86,8 +87,10 @@ def test_a_tolerance_within_the_numerical_error_is_undecided() -> None:
 
 @pytest.mark.parametrize(("tolerances", "said"), [
     ({}, "nothing to assert"), ({"peek": 0.1}, 'did you mean "peak"'), ({"peak": -1}, "5 %"),
+    ({"end": 40}, "end = 40 is out of range"), ({"end": "5 K"}, "is a temperature, not a plain number"),
+    ({"end": "much"}, "not a number"), ({"end": None}, "not a plain number"), ({"end": float("nan")}, "finite"),
 ])  # fmt: skip
-def test_what_cannot_be_asserted(tolerances: dict[str, float], said: str) -> None:
+def test_what_cannot_be_asserted(tolerances: dict[str, Any], said: str) -> None:
     with pytest.raises(SceneError, match=said):
         assert_reduction_agrees(scenes.load("sink"), **tolerances)
 

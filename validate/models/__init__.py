@@ -1,5 +1,5 @@
-"""1D and lumped models that somebody brings: a Python function, an ngspice netlist, an FMU or a table of
-values. Whatever it is, it is asked the same (`asked`) and answers as a Result.
+"""1D and lumped models that somebody brings: a Python function, an ngspice netlist, an FMU or a table of values; or the
+network that one makes by hand of the boxes. Whatever it is, it is asked the same (`asked`) and answers as a Result.
 
 A model sees the scene as plain numbers, the document that summary.json has of it. A netlist that could do more than
 describe a circuit is refused; a Python file and an FMU are programs, which run only where the user names them.
@@ -18,7 +18,7 @@ import numpy as np
 from scenes.errors import SceneError, quoted
 
 OF_THE_SCENE = "scene"
-_FORM = "give FILE.py:FUNCTION, FILE.cir, FILE.fmu, FILE.csv, or scene for the scene's own [model]"
+_FORM = "give FILE.py:FUNCTION, FILE.cir, FILE.fmu, FILE.csv, network, or scene for the scene's own [model]"
 _KINDS = {".py": "function", ".cir": "spice", ".net": "spice", ".sp": "spice", ".fmu": "fmu", ".csv": "values"}
 _PROGRAMS = ("function", "spice", "fmu")
 """The kinds of file that a program runs: not on the word of a scene that somebody sent."""
@@ -57,6 +57,8 @@ class Model(Protocol):
 
 def kind_of(given: str) -> str:
     """The module of this package that opens what is given; SceneError where none does."""
+    if given == "network":
+        return given
     file = given.rpartition(":")[0] if Path(given.rpartition(":")[0]).suffix == ".py" else given
     kind = _KINDS.get(Path(file).suffix.lower())
     if kind is None or (kind == "function" and file == given):

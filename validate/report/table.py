@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from compare.verdict import Check
+from scenes.compact import names
 from scenes.errors import columns
 from scenes.formats import cut
 from scenes.plan import Step
@@ -170,7 +171,10 @@ def outcome_text(
     changed = [step for step in outcome.plan if planned is not None and step not in planned]
     parts += [plan_text(changed, style, "As it turned out")] * bool(changed)
     if outcome.exported is not None:
-        parts.append(wrapped(f"Exported {outcome.exported.words} to {_shown(outcome.exported.folder)}/"))
+        exported = outcome.exported
+        rows = [tuple(entry.values()) for entry in names.listed(exported.document)]
+        said = wrapped(f"Exported {exported.words} to {_shown(exported.folder)}/")
+        parts.append(f"{said}\n{Table(('name', 'SPICE node', 'FMU variable'), rows).text(style)}")
     return "\n\n".join([*parts, _where(outcome)])
 
 

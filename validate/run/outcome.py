@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -48,7 +48,8 @@ class Outcome(Generic[S]):
     user's own traces (``against``); of any the few-state model (``exported``), and what inputs do; of a
     device its runs and a designer's answers. ``interrupted`` says that the user's own model was, and what stands here
     is without it. Of a free scene over time ``shown``: the time (s) whose field is drawn,
-    and whether it is then above the initial temperature.
+    and whether it is then above the initial temperature; ``runs_away`` says when its heating does, and that it is
+    solved until shortly before, ``scene`` ending then.
     """
 
     scene: S
@@ -78,6 +79,7 @@ class Outcome(Generic[S]):
     device_3d: Solved | None = None
     design: Design | None = None
     shown: tuple[float, bool] | None = None
+    runs_away: str = ""
     interrupted: bool = False
 
     @property
@@ -112,3 +114,13 @@ class Clock:
 
     def all(self) -> dict[str, float]:
         return {**self._stages, "total": time.perf_counter() - self._start}
+
+
+@dataclass(frozen=True)
+class Run:
+    """What is solved, what is asked of it, who is told of the progress, and the clock of its stages."""
+
+    scene: Any
+    request: Request
+    say: Callable[[str], None] = lambda _: None
+    clock: Clock = field(default_factory=Clock)

@@ -2,7 +2,8 @@
 
 Boxes are cells of a random grid of up to three by three by two, with voids between, re-entrant edges and corners, thin
 layers; one or two materials conduct, and the underside is held at a temperature. Three of twenty scenes run over time,
-under steps and ramps. Everything follows from a seed.
+under steps and ramps. In some scenes the resistivity falls with the temperature, over time fast enough for some to run
+away. Everything follows from a seed.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from scenes.model import Boundary, Box, Material, Point, Probe, Scene, Schedule
 from validate.verify.manufactured import face
 
 ROOM, RISE = 293.0, 10.0
+FALLING_STEADY, FALLING_OVER_TIME = 0.1, 0.3  # of scenes, whose resistivity falls with the temperature
 MATERIALS = (
     Material("silicon", 130.0, 2330.0, 712.0, 6e-5, 5e-4), Material("gold", 317.0, 19300.0, 129.0, 2.2e-8, 3.4e-3),
     Material("oxide", 1.38, 2200.0, 703.0), Material("nitride", 20.0, 3100.0, 700.0),
@@ -104,9 +106,21 @@ def draw(seed: int, accuracy: float = 1e-2) -> Drawn:
         if b.name != inner
     ]
     scene = Scene(f"random {seed}", tuple(boxes), tuple(boundaries), tuple(probes), ROOM, 1.0, accuracy, True)
+    falling = np.random.default_rng([seed, 2])
+    if falling.random() < (FALLING_STEADY, FALLING_OVER_TIME)[seed % 20 >= 17]:
+        scene = _falling(scene, -(10 ** float(falling.uniform(-4, -1.3))))
     if seed % 20 >= 17:
         scene = _over_time(more, scene, max(p[-1] - p[0] for p in planes))
     return Drawn(seed, scene, tuple(heats))
+
+
+def _falling(scene: Scene, coefficient: float) -> Scene:
+    """The scene with a resistivity of all conductors that falls with the temperature."""
+    made = {
+        b.material: replace(b.material, temperature_coefficient=coefficient if b.material.resistivity else 0.0)
+        for b in scene.boxes
+    }
+    return replace(scene, boxes=tuple(replace(b, material=made[b.material]) for b in scene.boxes))
 
 
 def _over_time(rng: np.random.Generator, scene: Scene, size: float) -> Scene:

@@ -19,18 +19,22 @@ SINGLE = (".vtu", ".vtk", ".vtkhdf", ".hdf")
 
 @dataclass
 class Source:
-    """States of one geometry: their ``times`` (s; ``None`` for a steady state), each loaded when it is first needed."""
+    """States of one geometry: their ``times`` (s; ``None`` for a steady state), each loaded when it is first needed;
+    ``reading`` is told of each before, and after with an empty text."""
 
     name: str
     times: tuple[float | None, ...]
     reduction: Reduction | None
     _load: Callable[[int], Any]
     _loaded: dict[int, Any] = field(default_factory=dict)
+    reading: Callable[[str], None] = lambda _: None
 
     def grid(self, k: int) -> Any:
         """The k-th state as a pyvista grid whose point data have at least "rise" (K)."""
         if k not in self._loaded:
+            self.reading(self.name if len(self.times) == 1 else f"{self.name}, state {k + 1} of {len(self.times)}")
             found = self._load(k)
+            self.reading("")
             short = {name: short for short, name in ARRAYS.items()}
             for data in (found.point_data, found.cell_data):
                 for name in set(data.keys()) & short.keys():
@@ -78,12 +82,18 @@ class Source:
         return Source(self.name, tuple(times.tolist()), self.reduction, load)
 
 
-def find(path: Path) -> Source:
-    """What is at a path; SceneError where there is nothing to see, saying what would make it so."""
+def present(path: Path) -> str:
+    """Words on a folder of fields beside a path, or nothing; SceneError where nothing is at the path itself."""
     beside = path.parent / f"{path.name}-fields"
     nearby = f"; there is {quoted(beside)}" if path.name and beside.is_dir() else ""
     if not path.exists():
         raise SceneError(f"{quoted(path)} does not exist{nearby}: give a results folder, or a .pvd or .vtu file")
+    return nearby
+
+
+def find(path: Path) -> Source:
+    """What is at a path; SceneError where there is nothing to see, saying what would make it so."""
+    nearby = present(path)
     if path.is_dir():
         for name in ("fem3d.pvd", "fem3d_steady.vtu"):
             if (path / name).exists():
@@ -158,4 +168,23 @@ def _grid(path: Path, step: int) -> Any:
         raise SceneError(f"{quoted(path)} cannot be read: {reason(error)}") from None
     if not getattr(found, "n_cells", 0) or not hasattr(found, "cast_to_unstructured_grid"):
         raise SceneError(f"{quoted(path)} holds no field")
-    return found.cast_to_unstructured_grid()
+    grid = found.cast_to_unstructured_grid()
+    if not _consistent(grid):
+        raise SceneError(f"{quoted(path)} has cells of points that it does not have: the file is damaged")
+    return grid
+
+
+def _consistent(grid: Any) -> bool:
+    """Whether cells have as many points as their type, of those that there are: VTK does not look before it reads."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkCommonDataModel import vtkGenericCell
+
+    points, sizes = grid.cell_connectivity, np.diff(vtk_to_numpy(grid.GetCells().GetOffsetsArray()))
+    if len(points) and not 0 <= points.min() <= points.max() < grid.n_points:
+        return False
+    for kind in np.unique(grid.celltypes).tolist():
+        cell = vtkGenericCell.InstantiateCell(kind)
+        # Of types with any number of points VTK says none, or the least.
+        if cell is not None and sizes[grid.celltypes == kind].min() < cell.GetNumberOfPoints():
+            return False
+    return True

@@ -20,11 +20,11 @@ import numpy as np
 
 from scenes.errors import SceneError, quoted
 from validate.report.figures import table
-from validate.viewer.source import find
+from validate.viewer.source import find, present
 from validate.viewer.state import KEYS, QUANTITIES, View
 
 FAULT = "fault: "
-FILM, NOTE = "film ", "note "
+FILM, NOTE, READS = "film ", "note ", "reads "
 STEPS_PER_SECOND = 4
 """Stored states that the window plays."""
 FRAMES, FRAMES_PER_SECOND, HOLD = 40, 10, 10
@@ -38,12 +38,11 @@ class NoGraphicsError(ArithmeticError):
 def start(request: dict[str, Any], progress: Callable[[str], None]) -> list[str]:
     """Draws what is asked and returns what there is to be said of it; SceneError for bad input, NoGraphicsError where
     the machine cannot draw."""
+    present(Path(request["path"]))
     if not request["off_screen"] and sys.platform.startswith("linux"):
         if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-            raise NoGraphicsError(
-                "there is no display to open a window on: give --screenshot FILE or --movie FILE, or open the run's "
-                "report.html"
-            )
+            instead = "" if "parts" in request else " or --movie FILE, or open the run's report.html"
+            raise NoGraphicsError(f"there is no display to open a window on: give --screenshot FILE{instead}")
     progress("starting the viewer")
     # The packages may be importable here only because of where this process was started.
     root = str(Path(__file__).parents[2])
@@ -54,7 +53,7 @@ def start(request: dict[str, Any], progress: Callable[[str], None]) -> list[str]
     assert process.stdin is not None
     assert process.stdout is not None
     assert process.stderr is not None
-    notes = []
+    notes, reading = [], ""
     try:
         process.stdin.write(json.dumps(request))
         process.stdin.close()
@@ -63,6 +62,8 @@ def start(request: dict[str, Any], progress: Callable[[str], None]) -> list[str]
                 progress(f"drawing {line.strip()}")
             elif line.startswith(NOTE):
                 notes.append(line.removeprefix(NOTE).strip())
+            elif line.startswith(READS):
+                reading = line.removeprefix(READS).strip()
         said = process.stderr.read()
         status = process.wait()
     except BaseException:
@@ -72,6 +73,10 @@ def start(request: dict[str, Any], progress: Callable[[str], None]) -> list[str]
     fault = next((line for line in said.splitlines() if line.startswith(FAULT)), None)
     if fault is not None:
         raise SceneError(fault.removeprefix(FAULT))
+    if status < 0 and reading:
+        raise SceneError(
+            f"{quoted(reading)} cannot be read: VTK ended at it ({_why(status, said)}); is the file whole?"
+        )
     if "Traceback" in said and "ImportError" not in said:
         # A fault here, which is not the machine's.
         raise RuntimeError(f"the viewer ended: {_why(status, said)}")
@@ -102,7 +107,13 @@ def main() -> int:
 
 
 def _show(request: dict[str, Any]) -> None:
+    if "parts" in request:
+        from validate.viewer import boxes
+
+        boxes.show(request)
+        return
     source = find(Path(request["path"]))
+    source.reading = lambda what: print(f"{READS}{what}", flush=True)
     first = source.grid(0)
     view = begin(request, source, first)
     if request["movie"]:

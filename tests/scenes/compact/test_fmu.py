@@ -52,3 +52,15 @@ def test_without_pythonfmu_the_rest_is_written(tmp_path: Path, monkeypatch: pyte
     monkeypatch.setattr(fmu, "available", lambda: False)
     files.write(document(), tmp_path)
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["model.cir", "model.json", "model.py"]
+
+
+@needs_fmu
+def test_every_variable_has_a_unit_of_si(tmp_path: Path) -> None:
+    import fmpy
+
+    files.write(document(), tmp_path)
+    found = fmpy.read_model_description(str(tmp_path / "model.fmu"), validate=True)
+    assert {v.name: v.unit for v in found.modelVariables} == {"V": "V", "T": "K", "y": "W", "t": "K"}
+    powers = {unit.name: unit.baseUnit for unit in found.unitDefinitions}
+    assert powers["K"].K == 1
+    assert (powers["W"].kg, powers["W"].m, powers["W"].s) == (1, 2, -3)

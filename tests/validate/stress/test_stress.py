@@ -43,6 +43,9 @@ def test_all_kinds_of_scenes_are_drawn():
         "plus" in n and "into plus" not in {p.name for p in s.probes} for n, s in zip(names, scenes, strict=True)
     )
     assert any(len({b.material for b in s.boxes if b.material.resistivity}) == 2 for s in scenes)
+    for steady in (True, False):
+        falling = [any(b.material.temperature_coefficient < 0 for b in s.boxes) for s in scenes if s.steady == steady]
+        assert 0 < sum(falling) < len(falling) / 2
 
 
 def bar(**changes):

@@ -57,6 +57,44 @@ def test_every_kind_of_file_is_found_with_its_times(run: Path, name: str) -> Non
     assert grid["rise_1d"].max() == pytest.approx(19.0 if name != "fem3d_03.vtu" else grid["rise_1d"].max(), abs=0.3)
 
 
+CELL = """<?xml version="1.0"?><VTKFile type="UnstructuredGrid" version="0.1" byte_order="LittleEndian">
+<UnstructuredGrid><Piece NumberOfPoints="{points}" NumberOfCells="1"><PointData>
+<DataArray type="Float64" Name="temperature" format="ascii">1 2 3 4</DataArray></PointData><Points>
+<DataArray type="Float64" NumberOfComponents="3" format="ascii">0 0 0 1 0 0 0 1 0 0 0 1</DataArray></Points><Cells>
+<DataArray type="Int64" Name="connectivity" format="ascii">0 1 2 {last}</DataArray>
+<DataArray type="Int64" Name="offsets" format="ascii">4</DataArray>
+<DataArray type="UInt8" Name="types" format="ascii">{kind}</DataArray></Cells></Piece></UnstructuredGrid></VTKFile>"""
+"""A tetrahedron (type 10) of four points, the last number 3."""
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"last": 99_999_999}, "of points that it does not have"), ({"last": -99_999_999}, "of points that it"),
+        ({"kind": 12}, "of points that it does not have"),  # a hexahedron has eight
+        ({"points": 99_999_999_999}, "cannot be read: VTK ended at it"),
+    ],
+)  # fmt: skip
+def test_a_file_that_ends_vtk_is_not_taken_for_a_lack_of_graphics(
+    change: dict[str, int], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("good.vtu").write_text(CELL.format(points=4, last=3, kind=10))
+    Path("bad.vtu").write_text(CELL.format(**{"points": 4, "last": 3, "kind": 10} | change))
+    assert find(Path("good.vtu")).grid(0).n_cells == 1
+    assert main(["view", "bad.vtu", "--screenshot", "a.png"]) == 2
+    assert said in capsys.readouterr().err
+    assert not Path("a.png").exists()
+
+
+def test_what_is_not_there_is_said_where_there_is_no_display(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    assert main(["view", "nowhere"]) == 2
+    assert '"nowhere" does not exist' in capsys.readouterr().err
+
+
 def test_a_time_beyond_the_end_is_refused_and_one_between_stored_times_is_named(
     run: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -1,0 +1,77 @@
+"""What is left of a transient that runs away: its course until shortly before."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from fem3d.runs import scene as scene_run
+from fem3d.solution import transient
+from fem3d.spaces import channels
+from scenes.errors import NumericsError, RunawayError, RunawayInTimeError
+from scenes.model import AnyScene, Boundary, GroupBoundary, Scene, Value
+from scenes.result import Result
+from scenes.units import TIME
+
+# Of the time t at which the heating runs away, up to which the course is kept. The rise nears its last value like
+# (1 - time / t)^(1/2), so that there its error is some three times that of t itself.
+KEPT = 0.95
+TRIES = 4  # as a finer mesh may run away earlier
+ROUGH = 1e-2  # accuracy of the steady state that is asked for the largest voltage
+STEPS = 1e-2  # part of the accuracy for the steps that find the time
+
+
+def until(
+    scene: AnyScene, runaway: RunawayInTimeError, progress: Callable[[str], None] | None = None, whole: bool = False
+) -> tuple[AnyScene, Result, str]:
+    """The scene up to shortly before it runs away, its result (`fem3d.runs.scene.solve`), and a sentence: when it runs
+    away, up to when the result goes, and the largest voltage with a steady state, where a rough one tells that.
+
+    Raises the ``runaway`` itself where not even that can be solved.
+    """
+    time = runaway.time
+    for _ in range(TRIES):
+        end = float(f"{KEPT * time:.2e}")
+        kept = replace(scene, end_time=end, output_times=(*(t for t in scene.output_times if t < end), end))
+        try:
+            result = scene_run.solve(kept, progress, whole)
+            break
+        except RunawayInTimeError as earlier:
+            time = min(earlier.time, end)
+        except NumericsError:
+            raise runaway from None
+    else:
+        raise runaway
+    said = str(runaway)
+    try:
+        fields = result.details["transient"]
+        transient.march(fields.base, fields.reduced, scene.end_time, STEPS * scene.accuracy)
+    except RunawayInTimeError as known:
+        said = str(known)
+    limit = _limit(scene, runaway.time)
+    most = f"; the largest voltage with a steady state is {limit:.4g} V" if np.isfinite(limit) else ""
+    return kept, result, f"{said}; it is solved up to {TIME.show(end)}{most}"
+
+
+def _limit(scene: AnyScene, time: float) -> float:
+    """The largest voltage with a steady state under what holds at a ``time`` (s); infinite where it isn't known."""
+
+    def then(value: Value) -> float:
+        return float(channels.value(value, np.array([time]))[0])
+
+    def held(b: Boundary | GroupBoundary) -> Any:
+        return replace(b, value=then(b.value), ambient=then(b.ambient))
+
+    heated = "boxes" if isinstance(scene, Scene) else "sources"
+    sources = tuple(replace(s, heat_source=then(s.heat_source)) for s in getattr(scene, heated))
+    given: dict[str, Any] = {heated: sources, "boundaries": tuple(map(held, scene.boundaries))}
+    try:
+        scene_run.solve(replace(scene, **given, steady=True, output_times=(), accuracy=ROUGH))
+    except RunawayError as error:
+        return error.limit
+    except NumericsError:
+        pass
+    return float("inf")

@@ -1,0 +1,119 @@
+"""Transients that have no solution from some time on: when that is, by a closed form, and what of them is kept."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fem3d.problems import current as conductors
+from fem3d.runs.runaway import KEPT, until
+from fem3d.runs.scene import solve
+from fem3d.solution.transient import LEAST
+from scenes.errors import NumericsError, RunawayError, RunawayInTimeError
+from scenes.model import Boundary, Box, Material, Probe, Scene
+from tests.fem3d import off, plain_grid, problem, steady_on
+from validate.cli import main
+
+SLOPE, VOLTS, LENGTH = 4e-3, 2.0, 50e-6
+FALLING = Material("falling", 100.0, 2000.0, 700.0, 1e-5, -SLOPE)
+HEATED = VOLTS**2 / (LENGTH**2 * FALLING.resistivity)
+RUNS_AWAY = FALLING.heat_capacity * (1 - LEAST**2) / (2 * SLOPE * HEATED)
+"""When (s) the resistivity of an insulated bar is used up: of the rise T, c dT/dt = HEATED / (1 - SLOPE T)."""
+
+
+def bar(end_time, *more, accuracy=1e-3):
+    """A bar between electrodes, insulated but for ``more``."""
+    low, high = (0.0, 0.0, 0.0), (LENGTH, 5e-6, 2e-6)
+    ends = [((x, 0.0, 0.0), (x, 5e-6, 2e-6)) for x in (0.0, LENGTH)]
+    electrodes = (Boundary("in", "voltage", *ends[0], VOLTS), Boundary("out", "voltage", *ends[1], 0.0))
+    probes = (Probe("mean", low, high), Probe("current", *ends[0], "current"))
+    box = Box("bar", FALLING, low, high)
+    return Scene("bar", (box,), (*electrodes, *more), probes, 293.0, end_time, accuracy)
+
+
+def test_a_bar_that_keeps_its_heat_runs_away_when_its_equation_does():
+    with pytest.raises(RunawayInTimeError, match="the heating runs away at t = ") as caught:
+        solve(bar(10 * RUNS_AWAY))
+    # Ends of the current's law are as exact as the time steps, a hundredth of the accuracy.
+    assert off(caught.value.time, RUNS_AWAY) < 1e-4
+    assert off(caught.value.time, 1.01 * RUNS_AWAY) > 1e-4
+    before = solve(bar(0.9 * RUNS_AWAY)).over_time
+    rise = (1 - np.sqrt(1 - 0.9 * (1 - LEAST**2))) / SLOPE
+    assert abs(before.values["mean"][-1] - 293.0 - rise) < before.errors["mean"]
+
+
+def test_what_is_solved_until_then_is_kept_and_the_largest_voltage_named():
+    cold = Boundary("cold", "temperature", (0.0, 0.0, 0.0), (0.0, 5e-6, 2e-6), 293.0)
+    scene = replace(bar(100 * RUNS_AWAY, cold, accuracy=1e-2), output_times=(0.1 * RUNS_AWAY, 50 * RUNS_AWAY))
+    with pytest.raises(RunawayInTimeError) as caught:
+        solve(scene)
+    kept, result, said = until(scene, caught.value)
+    time, traces = caught.value.time, result.over_time
+    # A finer mesh runs away a little earlier, which takes one more try.
+    assert traces.time[-1] == kept.end_time
+    assert 0.9 * KEPT**2 * time < kept.end_time < 1.01 * KEPT * time
+    assert kept.output_times == (0.1 * RUNS_AWAY, kept.end_time)
+    assert all(np.isfinite(v).all() for v in traces.values.values())
+    assert (np.diff(traces.values["current"]) > 0).all()
+    with pytest.raises(RunawayError) as steady:
+        solve(replace(scene, steady=True, output_times=()))
+    assert f"the largest voltage with a steady state is {steady.value.limit:.4g} V" in said
+
+
+def test_the_command_ends_with_status_3_and_leaves_what_was_solved(tmp_path, capsys):
+    text = f"""
+[scene]
+name = "bar"
+[run]
+end_time = {20 * RUNS_AWAY}
+accuracy = 1e-2
+[[material]]
+name = "falling"
+thermal_conductivity = 100
+density = 2000
+specific_heat = 700
+resistivity = 1e-5
+temperature_coefficient = {-SLOPE}
+[[box]]
+name = "bar"
+material = "falling"
+lower = [0, 0, 0]
+upper = ["50 um", "5 um", "2 um"]
+[[boundary]]
+name = "in"
+lower = [0, 0, 0]
+upper = [0, "5 um", "2 um"]
+voltage = {VOLTS}
+[[boundary]]
+name = "out"
+lower = ["50 um", 0, 0]
+upper = ["50 um", "5 um", "2 um"]
+voltage = 0
+[[probe]]
+name = "middle"
+at = ["25 um", "2.5 um", "1 um"]
+"""
+    (tmp_path / "bar.toml").write_text(text)
+    assert main(["solve", str(tmp_path / "bar.toml"), "--out", str(tmp_path / "out"), "--no-figures"]) == 3
+    printed = capsys.readouterr()
+    assert "the heating runs away at t = " in printed.err
+    assert "middle" in printed.out
+    rows = np.genfromtxt(tmp_path / "out" / "traces.csv", delimiter=",", names=True)
+    assert rows["time_s"][-1] == pytest.approx(KEPT * RUNS_AWAY, rel=1e-2)
+    assert "runs away" in (tmp_path / "out" / "summary.json").read_text()
+
+
+def test_no_potential_is_solved_for_where_the_resistivity_is_not_positive():
+    scene = bar(1.0)
+    heat = problem(scene, plain_grid(scene))
+    conductor = conductors.find(heat)
+    assert conductor.solve(0.9 / SLOPE * heat.unit, conductor.voltages[0]).potential.max() == VOLTS
+    with pytest.raises(NumericsError, match="resistivity is not positive"):
+        conductor.solve(1.1 / SLOPE * heat.unit, conductor.voltages[0])
+
+
+def test_given_temperatures_beyond_the_law_of_the_resistivity_are_refused_at_once():
+    hot = Boundary("hot", "temperature", (0.0, 0.0, 0.0), (0.0, 5e-6, 2e-6), 293.0 + 1.1 / SLOPE)
+    scene = replace(bar(1.0, hot), steady=True)
+    with pytest.raises(NumericsError, match="not positive at the given temperatures"):
+        steady_on(scene, plain_grid(scene), VOLTS)

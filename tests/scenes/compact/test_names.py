@@ -1,0 +1,82 @@
+"""Names that a format takes for one: each run by the program whose format it is."""
+
+from __future__ import annotations
+
+import importlib.util
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from scenes.compact import files, fmu, names
+from scenes.compact.runtime import CompactModel
+from tests.scenes.compact.test_runtime import document
+
+
+def alike() -> dict[str, Any]:
+    """Inputs that differ in case alone, outputs in a sign alone, and names that a netlist has of its own."""
+    made = document(steady=True)
+    made["inputs"][0]["name"], made["inputs"][1]["name"] = "Drive.voltage", "drive.voltage"
+    made["outputs"] = [
+        {"name": name, "unit": "W", "rows": [row], "reduce": "mean"}
+        for name, row in (("x.y", 0), ("x y", 1), ("X Y", 0), ("drive voltage", 1), ("1", 0), ("µ", 1), ("Ω", 0))
+    ]
+    made["error"] = {"the scene": {"steady": {"x.y": {"error": 0.0, "relative": 0.0}}}}
+    return made
+
+
+def test_each_is_told_apart_by_the_rule_of_its_format() -> None:
+    made = alike()
+    pins, reads = names.spice(made)
+    assert pins == ["Drive_voltage", "drive_voltage_2"]
+    assert reads == ["out_x_y", "out_x_y_2", "out_X_Y_3", "out_drive_voltage", "out_1", "out__", "out___2"]
+    assert len({node.lower() for node in (*pins, *reads)}) == 9
+    inputs, outputs = names.fmu(made)
+    assert inputs == ["Drive_voltage", "drive_voltage"]
+    assert outputs == ["x_y", "x_y_2", "X_Y", "drive_voltage_2", "_1", "_", "__2"]
+    made["inputs"][0]["name"], made["inputs"][1]["name"] = "B1", "gnd"
+    assert names.spice(made)[0] == ["B1_2", "gnd_2"]
+
+
+@pytest.mark.skipif(shutil.which("ngspice") is None, reason="no ngspice")
+def test_in_ngspice(tmp_path: Path) -> None:
+    made = alike()
+    expected = CompactModel(made).steady({"Drive.voltage": 1.2, "drive.voltage": 2.6})
+    files.write(made, tmp_path)
+    nodes = {entry["name"]: entry["spice"] for entry in names.listed(made)}
+    circuit = [
+        "* all of them", ".include model.cir", f"X1 {' '.join(nodes.values())} compact_model",
+        f"V1 {nodes['Drive.voltage']} 0 1.2", f"V2 {nodes['drive.voltage']} 0 0.6", ".control", "op",
+        *(f"print v({nodes[name]})" for name in expected), "quit", ".endc", ".end",
+    ]  # fmt: skip
+    (tmp_path / "op.cir").write_text("\n".join(circuit) + "\n")
+    run = subprocess.run(["ngspice", "-b", "op.cir"], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    for name, value in expected.items():
+        said = run.stdout.lower().split(f"v({nodes[name].lower()}) = ")[1].split()[0]
+        assert float(said) == pytest.approx(value, rel=1e-4), (
+            name
+        )  # Newton's last step is below 1e-3, its error the square of that
+    assert expected["x.y"] != pytest.approx(expected["x y"], rel=1e-2)
+
+
+@pytest.mark.skipif(
+    not fmu.available() or importlib.util.find_spec("fmpy") is None, reason="pythonfmu and fmpy are not installed"
+)
+def test_in_fmpy(tmp_path: Path) -> None:
+    import fmpy
+
+    made = alike()
+    expected = CompactModel(made).steady({"Drive.voltage": 1.2, "drive.voltage": 2.6})
+    files.write(made, tmp_path)
+    variables = {entry["name"]: entry["fmu"] for entry in names.listed(made)}
+    fmpy.read_model_description(str(tmp_path / "model.fmu"), validate=True)
+    driven = [("time", float), *((variables[name], float) for name in ("Drive.voltage", "drive.voltage"))]
+    given = np.array([(0.0, 1.2, 2.6)], dtype=driven)
+    found = fmpy.simulate_fmu(
+        str(tmp_path / "model.fmu"), stop_time=1.0, input=given, output=[variables[n] for n in expected]
+    )
+    for name, value in expected.items():
+        assert found[variables[name]][-1] == pytest.approx(value, rel=1e-9), name

@@ -1,0 +1,41 @@
+"""The network of lines that one makes by hand of a scene's boxes (`reduced1d.network`), as a model of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from reduced1d.network import solve
+from scenes.free import from_dict
+from scenes.model import AnyScene
+from validate.models import Answer, Asked
+
+NAME = "network"
+
+
+@dataclass
+class Network:
+    """The network of the scene that it is asked about."""
+
+    name: str = NAME
+
+    def rows(self, asked: Asked) -> np.ndarray:
+        return np.empty(0)
+
+    def steady(self, asked: Asked) -> Answer:
+        found = solve(_scene(asked)).steady
+        return {name: e.value for name, e in found.items()}, {name: e.error for name, e in found.items()}
+
+    def over_time(self, asked: Asked, times: np.ndarray) -> Answer:
+        traces = solve(_scene(asked), times, steady_too=False).over_time
+        return traces.values, traces.errors
+
+
+def opened(given: str, folder: str) -> Network:
+    """The network."""
+    return Network()
+
+
+def _scene(asked: Asked) -> AnyScene:
+    return from_dict(asked.document, asked.name)
