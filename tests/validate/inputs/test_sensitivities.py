@@ -51,7 +51,7 @@ def test_the_worst_in_a_sentence(one: float, said: str) -> None:
 def test_a_slope_that_the_error_leaves_open_is_counted_and_explained() -> None:
     """0.2002 of 2, with errors of 1e-3 of that: on either side of the tolerance of 10 %."""
     found = made(width=(2.0, 2.0), length=(-0.5, -0.5 - 0.20002))
-    checks = sensitivities.checks(Sink(), found)
+    checks = sensitivities.checks(Sink(), found, sensitivities.QUANTITIES)
     assert [check.verdict for check in checks] == ["agrees", "unresolved"]
     assert "as far as the errors tell: 1 of 2 are open" in sensitivities.sentence(checks)
     outcome: Any = SimpleNamespace(scene=Sink(), sensitivities=found, checks=checks)
