@@ -44,7 +44,7 @@ class Table:
     @property
     def relative(self) -> bool:
         """Whether there is a 1D model to compare with: series are relative differences, else values of probes."""
-        return self.job.base.kind == "sink"
+        return self.job.base.kind == "sink" or bool(self.job.scope.model)
 
     @property
     def ok(self) -> np.ndarray:
@@ -86,7 +86,8 @@ class Table:
         scope = self.job.scope
         if self.relative:
             own = "" if reduction in ("", scope.reductions[0]) else f"{reduction}_"
-            checks = (*DEFAULT_TOLERANCES, *ISLAND_TOLERANCES)
+            ends = (name.removesuffix("_difference") for name in self.columns if name.endswith("_difference"))
+            checks = tuple(ends) if scope.model else (*DEFAULT_TOLERANCES, *ISLAND_TOLERANCES)
             names = {check: (f"{own}{check}_difference", f"{own}{check}_u_num") for check in checks}
         else:
             probes = (name.removesuffix("_error") for name in self.columns if name.endswith("_error"))
@@ -183,7 +184,9 @@ def _of_check(table: Table) -> str:
     if verdicts is None or blamed is None or check not in table.series():
         return f"none of {total} {what} has an answer"
     subject = "the paper's reduction" if name == "paper" else name
+    subject = f"the model {name}" if table.job.scope.model else subject
     of = f" of 3D in {TITLES[check]}" if check in TITLES else f" of 3D as {check} has it"
+    of = f" of 3D at {check}" if table.job.scope.model else of
     within, beyond = (verdicts == "agrees").sum(), verdicts == "differs"
     said = f"{subject} is within {100 * table.tolerances[check]:g} %{of} in {within} of {total} {what}"
     if table.map:
