@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from reduced1d.network.lines import layout
+from scenes.compact.runtime import CompactModel
 from scenes.loading import load
 from scenes.plan import Request
 from validate.cli import main
@@ -48,3 +49,16 @@ def test_the_picture_has_every_line_and_joint() -> None:
         assert len(lines) == len(shape.lines)
     beam = axes[0].lines[0]
     assert [float(x) for x in beam.get_xdata()] == pytest.approx([0, 200])
+
+
+def test_the_network_is_exported(tmp_path: Path) -> None:
+    """As JSON, Python and SPICE, by what exports compact models."""
+    out, folder = tmp_path / "run", tmp_path / "few"
+    command = ["solve", "plate", "--model", "network", "--no-figures", "--out", str(out), "--export", str(folder)]
+    assert main(command) == 0
+    assert {"model.json", "model.py", "model.cir"} <= {entry.name for entry in folder.iterdir()}
+    document = json.loads((folder / "model.json").read_text(encoding="utf-8"))
+    one = json.loads((out / "summary.json").read_text(encoding="utf-8"))["reduced1d"]["steady"]
+    found = CompactModel(document).steady()
+    assert found["E"] == pytest.approx(one["E"]["value"], rel=1e-7)
+    assert "the network of its boxes" in (folder / "model.cir").read_text(encoding="utf-8")
