@@ -18,6 +18,7 @@ from reduced1d.network.lines import layout
 from reduced1d.network.places import Place, places
 from reduced1d.network.solution import of_layout
 from scenes import physics
+from scenes.errors import NumericsError
 from scenes.formats import percent, signed
 from scenes.model import UNITS, AnyScene, Scene
 from scenes.result import Estimate, Result
@@ -25,8 +26,9 @@ from scenes.result import Estimate, Result
 REST = "what lines cannot say"
 FELT = 1e-3
 """Of the largest rise or potential at any joint: a resistance that changes the drop over it by less stays."""
-KNOWN = 0.1
-"""The accuracy of 3D's temperatures and flows at joints: a finer one costs much where flows crowd at edges."""
+KNOWN = (3e-3, 0.1)
+"""The accuracy of 3D's temperatures and flows at joints, and that where the first takes too large a mesh, as flows
+crowd at edges."""
 LEAST = 0.02
 """Of the largest flow: a joint that less passes, by hand, is not measured in 3D."""
 
@@ -42,7 +44,7 @@ def blame(given: AnyScene, fem3d: Result, network: Result) -> Budget:
     largest = {kind: max([abs(by_hand[p.flow.name].value) for p in found if p.flow.quantity == kind], default=0.0)
                for kind in ("heat_flow", "current")}  # fmt: skip
     found = [p for p in found if abs(by_hand[p.flow.name].value) > LEAST * largest[p.flow.quantity]]
-    there = solve_3d(replace(_probed(shape.scene, found), accuracy=max(scene.accuracy, KNOWN))).steady
+    there = _measured(_probed(shape.scene, found))
     changes = _changes(scene, found, there, by_hand)
     results, measured = [network.steady], list[tuple[tuple[str, int], float]]()
     for place, resistance, _ in changes:
@@ -51,6 +53,16 @@ def blame(given: AnyScene, fem3d: Result, network: Result) -> Budget:
     names = [(place.called, unsure) for place, _, unsure in changes]
     splits = [_split(scene, name, [*(r[name] for r in results), fem3d.steady[name]], names) for name in network.steady]
     return Budget(network.model, tuple(splits), (), None, {}, _sentence(splits))
+
+
+def _measured(scene: Scene) -> dict[str, Estimate]:
+    """The probes in 3D, as accurately as its size allows."""
+    for accuracy in KNOWN[:-1]:
+        try:
+            return solve_3d(replace(scene, accuracy=max(scene.accuracy, accuracy))).steady
+        except NumericsError:
+            continue
+    return solve_3d(replace(scene, accuracy=max(scene.accuracy, KNOWN[-1]))).steady
 
 
 def _probed(scene: Scene, found: list[Place]) -> Scene:
