@@ -18,7 +18,7 @@ from typing import Any, Protocol
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.model import Schedule, Value
 from scenes.parameters import quantity
-from scenes.units import LENGTH, PLAIN, TEMPERATURE, TIME, Dimension, UnitError, called, parse_quantity
+from scenes.units import LENGTH, PLAIN, TEMPERATURE, TIME, Dimension, UnitError, called, meant, parse_quantity
 
 
 class Kind(Protocol):
@@ -84,9 +84,12 @@ class Quantity(Kind):
             try:
                 value, powers = quantity(given)
             except UnitError as error:
-                return 0.0, str(error)
+                near = meant(given, self.dimension.powers)
+                return 0.0, f'{str(error).partition(", did")[0]}, did you mean "{near}"' if near else str(error)
             if powers is not None and powers != self.dimension.powers:
-                return 0.0, f"is {called(powers)}, not {self.dimension.name}"
+                near = meant(given, self.dimension.powers)
+                hint = f', did you mean "{near}"' if near else ""
+                return 0.0, f"is {called(powers)}, not {self.dimension.name}{hint}"
             return value, ""
         if isinstance(given, bool) or not isinstance(given, Real):
             return 0.0, f"is {_type_name(given)}, not {self.dimension.name}"

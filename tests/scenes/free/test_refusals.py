@@ -278,7 +278,7 @@ def test_transient_needs_no_exit_but_something_that_acts() -> None:
     ("setting", "said"),
     [
         ("boundary.lft electrode.voltage=1", ('no boundary "lft electrode"', 'did you mean "left electrode"?')),
-        ("boundry.left.voltage=1", ("boundry.left.voltage", 'did you mean "boundary"?')),
+        ("boundry.left.voltage=1", ("boundry.left.voltage", 'did you mean "boundary.left electrode.voltage"?')),
         ("run.acuracy=1", ("unknown key run.acuracy", 'did you mean "run.accuracy"?')),
         ("box.beam=1", ("box.beam names no item", "give box.NAME.KEY")),
         ("run.accuracy=1", ("run.accuracy = 1 is out of range",)),

@@ -14,15 +14,19 @@ from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import psutil
 import pytest
 
+from scenes.loading import builtin_text
 from tests import browser
 from validate.cli import main
+from validate.cli.arguments import parse
+from validate.cli.sweep import scene
 from validate.pool import pool
 from validate.sweep import cluster as cluster_of
-from validate.sweep.design import Design, base
-from validate.sweep.point import Row, Scope, Work, ready, solve
+from validate.sweep.design import Axis, Design, base
+from validate.sweep.point import Job, Row, Scope, Work, ready, solve
 
 SWEEP = [
     "sweep", "sink", "--steady", "--no-blame", "--no-figures", "--workers", "2",
@@ -223,6 +227,24 @@ def test_points_without_an_answer_are_rows_that_say_why(tmp_path: Path) -> None:
     assert (tmp_path / "none" / "report.html").exists()
 
 
+def test_why_shares_by_key_are_left_out_is_said(tmp_path: Path) -> None:
+    """Of three keys they take 30 points; 24 are none without a word."""
+    from validate.sweep import figures, table
+
+    keys = ("sink.width", "sink.length", "sink.thickness")
+    sink, drawn = base("sink"), np.random.default_rng(0)
+    for count, said in ((24, "takes 30 points with an answer, and there are 24"), (32, "")):
+        design = Design(tuple(Axis(key, (0.5e-4, 2e-4), range=True) for key in keys), count)
+        job = Job(sink, design, Scope(steady=True, blame=False))
+        values = {"fig4_difference": drawn.normal(size=count), "fig4_u_num": np.zeros(count)}
+        columns = {"status": np.array(["ok"] * count, object), "blame": np.array([""] * count, object), **values}
+        columns["fig4_verdict"] = np.array(["agrees"] * count, object)
+        of = table.Table(job, {key: drawn.random(count) for key in keys}, columns)
+        assert said in table.sentence(of)
+        assert ("Sobol'" in table.sentence(of)) == bool(said)
+        assert ("figure_indices" in figures.draw(of)) == (not said)
+
+
 @pytest.mark.usefixtures("anew")
 def test_designs_that_melt_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Silicon melts at 1687 K: at 20 V the beam is far hotter, at 1 V it is not; the figure of two keys is hatched."""
@@ -350,3 +372,12 @@ def test_a_cluster_that_is_slow_to_end_is_no_failure() -> None:
 
     with cluster_of.Cluster(1, None, None) as cluster:
         cluster._started.callback(close)
+
+
+def test_steady_is_taken_as_solve_takes_it() -> None:
+    """Of a scene over time, too."""
+    text = builtin_text("hotplate").replace("voltage = { times", 'voltage = "1 V" # { times')
+    Path("plate.toml").write_text(text)
+    command = ["sweep", "plate.toml", "--vary", "run.accuracy=0.01,0.02"]
+    assert not scene(parse(command)).at(()).steady  # type: ignore[union-attr]
+    assert scene(parse([*command, "--steady"])).at(()).steady  # type: ignore[union-attr]
