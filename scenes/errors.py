@@ -3,8 +3,10 @@ of."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import TextIO
 
 _LONGEST = 60
 _LONGEST_REASON = 200
@@ -61,6 +63,15 @@ def printable(text: str, longest: int = _LONGEST) -> str:
     return safe if len(safe) <= longest else safe[: longest - 3] + "..."
 
 
+def columns(stream: TextIO, most: int) -> int:
+    """How many columns a line has on the terminal that a stream goes to, at most so many, and at least 20; ``most``
+    where it goes to none."""
+    try:
+        return max(min(os.get_terminal_size(stream.fileno()).columns or most, most), 20)
+    except (OSError, ValueError, AttributeError):
+        return most
+
+
 def nearest(word: str, known: Iterable[str]) -> str | None:
     """The known word that is spelled most like this one, if any is at all like it."""
     import difflib
@@ -76,11 +87,11 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     return f', did you mean "{near}"?' if near else ""
 
 
-def listed(names: Sequence[str]) -> str:
-    """Names in quotation marks, at most four of them."""
-    shown = [quoted(name) for name in names[:_MOST]]
-    if len(names) > _MOST:
-        shown.append(f"{len(names) - _MOST} more")
+def listed(names: Sequence[str], most: int = _MOST) -> str:
+    """Names in quotation marks, at most four of them where nothing else is said."""
+    shown = [quoted(name) for name in names[:most]]
+    if len(names) > most:
+        shown.append(f"{len(names) - most} more")
     return " and ".join(filter(None, (", ".join(shown[:-1]), shown[-1])))
 
 

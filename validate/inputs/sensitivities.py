@@ -224,12 +224,14 @@ def checks(scene: Any, found: Sensitivities, called: Mapping[str, str]) -> tuple
 def sentence(made: Iterable[Check]) -> str:
     """The worst of the checks of slopes in a sentence; empty where there are none."""
     own = [check for check in made if check.id.startswith(PREFIX)]
-    worst = max(own, key=lambda check: abs(check.difference), default=None)
-    if worst is None:
+    if not own:
         return ""
-    if worst.verdict == "agrees":
-        return "The 1D model follows every key as 3D does."
-    return f"The 1D model {worst.because}."
+    differ = [check for check in own if check.verdict == "differs"]
+    if differ:
+        return f"The 1D model {max(differ, key=lambda check: abs(check.difference)).because}."
+    open_ = sum(check.verdict == "unresolved" for check in own)
+    said = "The 1D model follows every key as 3D does"
+    return f"{said}, as far as the errors tell: {open_} of {len(own)} are open." if open_ else f"{said}."
 
 
 def _said(called: str, key: str, in_3d: float, in_1d: float) -> str:

@@ -4,6 +4,7 @@ runs of every kind say in the terminal: the answer, the plan, what was found, an
 from __future__ import annotations
 
 import re
+import sys
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ from typing import Any
 
 from compare.verdict import Check
 from scenes.compact import names
+from scenes.errors import columns
 from scenes.formats import cut
 from scenes.plan import Step
 from validate.report import of
@@ -141,9 +143,11 @@ def sentences(found: Sequence[str]) -> list[str]:
 
 
 def wrapped(text: str, first: str = "", then: str = "  ") -> str:
-    """Lines of at most 80 columns in which no number loses its unit."""
+    """Lines of at most 80 columns, and no more than the terminal has, in which no number loses its unit."""
     kept = re.sub(r"(?<=\d) (?=[A-Za-z%±])|(?<=±) ", "\N{NO-BREAK SPACE}", text)
-    filled = textwrap.fill(kept, WIDTH, initial_indent=first, subsequent_indent=then, break_on_hyphens=False)
+    filled = textwrap.fill(
+        kept, columns(sys.stdout, WIDTH), initial_indent=first, subsequent_indent=then, break_on_hyphens=False
+    )
     return filled.replace("\N{NO-BREAK SPACE}", " ")
 
 
@@ -159,13 +163,10 @@ def warnings_text(outcome: Outcome[Any]) -> list[str]:
     return [wrapped(f"Warning: {text.rstrip('.')}.") for text in outcome.warnings]
 
 
-def outcome_text(
-    outcome: Outcome[Any], contrary: Sequence[Check], style: Style, planned: tuple[Step, ...] | None = None
-) -> str:
-    """The same, and where it is kept; of a plan that has been printed (``planned``) what turned out otherwise."""
-    parts = [found_text(outcome, contrary, style)]
+def kept_text(outcome: Outcome[Any], style: Style, planned: tuple[Step, ...] | None = None) -> str:
+    """Where a run is kept; before that, of a plan that has been printed (``planned``), what turned out otherwise."""
     changed = [step for step in outcome.plan if planned is not None and step not in planned]
-    parts += [plan_text(changed, style, "As it turned out")] * bool(changed)
+    parts = [plan_text(changed, style, "As it turned out")] * bool(changed)
     if outcome.exported is not None:
         exported = outcome.exported
         rows = [tuple(entry.values()) for entry in names.listed(exported.document)]
