@@ -143,7 +143,7 @@ REFUSED: dict[str, tuple[Change, tuple[str, ...]]] = {
     "electrodes that touch": (put("boundary", 3, group="plus"), ("touch on a conductor with different voltages",)),
     "no voltage": (
         lambda d: (d["boundary"].pop(3), d["boundary"].pop(2)),
-        ("conducts, but no boundary fixes a voltage",),
+        ('probe "current" asks for a current in a conductor that no electrode touches',),
     ),
     "no exit": (
         lambda d: (d["boundary"].pop(1), d["boundary"].pop(0), d["probe"].pop(3)),
