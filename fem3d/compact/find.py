@@ -25,11 +25,11 @@ from scenes import physics
 from scenes.errors import NumericsError, SceneError, quoted
 from scenes.model import AnyScene, MeshScene, Schedule
 
-TRUTH, SPACE = 0.5, 0.02  # parts of the accuracy: of the runs it is held against, and of the fields
+TRUTH, SPACE = 0.5, 0.02  # fractions of the accuracy: for the runs that a model is held against, and for its fields
 # Times the accuracy, for which a mesh for all inputs at once is made first, as the runs tell what it is good for; by
 # how much less where it isn't fine enough; and how many there are.
 MESH, FINER, TURNS = 3.0, 0.3, 4
-LONG = 20.0  # times the slowest response: when a steady state is reached
+LONG = 20.0  # a steady state is reached after this many times the slowest response
 
 
 def compact(

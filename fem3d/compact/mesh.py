@@ -18,8 +18,9 @@ from meshes.symmetry import Symmetry
 from scenes import physics
 from scenes.model import AnyScene, MeshScene, Value
 
-LESS = 0.8  # of one given temperature's step the next one's, of the other sign: equal ones would cancel out
-FARTHEST = 0.2  # by which a step of a temperature changes a resistivity, at most
+# Each given temperature's step is this fraction of the one before, of the other sign: equal ones would cancel out.
+LESS = 0.8
+FARTHEST = 0.2  # a step of a temperature changes a resistivity by at most this fraction
 
 
 def problem(
