@@ -11,7 +11,6 @@ import numpy as np
 from fem3d.adaptivity import transient_base
 from fem3d.adaptivity.goal_errors import goal_row
 from fem3d.compact import fields
-from fem3d.compact.channels import OWN, Channel, channels, driven, scenarios
 from fem3d.compact.judge import MOST_PLACES, Judge, Truth, first_time, rise_of
 from fem3d.compact.mesh import problem
 from fem3d.compact.tensors import Structure, tensors
@@ -22,6 +21,7 @@ from fem3d.solution import transient
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.transient import Base
 from scenes import physics
+from scenes.compact.channels import OWN, Channel, channels, driven, scenarios
 from scenes.errors import NumericsError, SceneError, quoted
 from scenes.model import AnyScene, MeshScene, Schedule
 

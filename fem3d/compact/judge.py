@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from fem3d.adaptivity.goal_errors import goal_row
-from fem3d.compact.channels import OWN, UNITS, Channel, channels
 from fem3d.compact.tensors import Structure, Tensors, tensors
 from fem3d.runs.probe_quantities import EARLY, LATE, OF_FLOW
 from fem3d.solution.reduced import Reduced
 from scenes import physics
+from scenes.compact.channels import OWN, UNITS, Channel, channels
 from scenes.compact.runtime import CompactModel
 from scenes.model import UNITS as PROBE_UNITS
 from scenes.model import AnyScene, Schedule, Value

@@ -7,7 +7,6 @@ from typing import Any
 
 from fem3d.adaptivity import loop
 from fem3d.adaptivity.mesh_file import FileMesh
-from fem3d.compact.channels import Channel, apart, driven
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Outputs
@@ -16,6 +15,7 @@ from fem3d.runs import scene as scene_run
 from meshes import symmetry
 from meshes.symmetry import Symmetry
 from scenes import physics
+from scenes.compact.channels import Channel, apart, driven
 from scenes.model import AnyScene, MeshScene, Value
 
 # Each given temperature's step is this fraction of the one before, of the other sign: equal ones would cancel out.
