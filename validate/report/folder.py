@@ -64,7 +64,7 @@ def folder_of(scene: Any, request: Request, settings: Sequence[str] = (), data: 
     fields = ["fields"] * request.fields
     model = ["model", getattr(request.model, "__name__", str(request.model))] if request.model else []
     if scene.kind == "free":
-        return _safe(scene.name, *_words(settings), *model, *asked, *fields)
+        return _safe(scene.name, *_words(settings), *model, *["why"] * request.why, *asked, *fields)
     if scene.kind == "sink":
         words = [request.reduction.replace(":", "")] * (request.reduction != "paper")
         words += ["3d"] * (request.models == ("fem3d",)) + ["1d"] * (request.models == ("reduced1d",))
