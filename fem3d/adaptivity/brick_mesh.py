@@ -69,12 +69,12 @@ class Bricks:
             given.let_go()
         return trace_errors.respond(study, given, bases, shift, self.marks, out, relative, generations)
 
-    def refined(self, goals: Collection[Spread], worst: float, enough: float) -> Bricks:
+    def refined(self, goals: Collection[Spread], falls: Spread, worst: float, enough: float) -> Bricks:
         self.edges.check(self.grid, goals, enough)
         missing = estimate.worst(goals)
         known = max(estimate.total(missing), 1e-300)
         missing = [m * max(worst / known, 1.0) for m in missing]
-        return self._finer(grading.refined(self.grid, missing, AIM * enough, self.marks))
+        return self._finer(grading.refined(self.grid, missing, AIM * enough, self.marks, falls))
 
     def raised(self) -> Bricks:
         return self._finer(grading.raised(self.grid))

@@ -49,9 +49,10 @@ class Mesh(Protocol):
         """The response of the first of ``bases``, those of the spaces from the highest on, with its errors; ``steady``
         is the level of its steady state, where that is known, ``generations`` of fields where to start."""
 
-    def refined(self, goals: Collection[Spread], worst: float, enough: float) -> Mesh | None:
-        """Refined for what goals miss, or for as much more as the ``worst`` error says, until that is expected to be
-        ``enough``; None where it is to be taken as it is. NumericsError where no refinement reaches that."""
+    def refined(self, goals: Collection[Spread], falls: Spread, worst: float, enough: float) -> Mesh | None:
+        """Refined for what goals miss, each degree taking away less than the one before by the factors ``falls``
+        (`estimate.falling`), or for as much more as the ``worst`` error says, until that is expected to be ``enough``;
+        None where it is to be taken as it is. NumericsError where no refinement reaches that."""
 
     def raised(self) -> Mesh | None:
         """A little finer everywhere, or None."""
@@ -153,7 +154,8 @@ def solve(
             return found if with_transient or here is None else _for_the_field(study, found, here, progress)
         goals = [*(response.goals if response else ()), *(here.goals.values() if here else ())]
         worst = response.worst if response else here.worst if here else np.inf
-        finer = here_on.refined(goals, worst, enough)
+        falls = response.falls if response else here.falls if here else []
+        finer = here_on.refined(goals, falls, worst, enough)
         if finer is None:
             return found
         # The next level's matrices take the place of these.
