@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 from scenes import checks as known
 from scenes.checks import FIRST_TIME
 from scenes.device import Device
@@ -19,37 +22,53 @@ LATE = ("figure11", "figure12", "figure13")
 """The figures of a device that need runs of their own, which the paper's scheme does not make."""
 
 
+def _of_sink(sink: Sink) -> tuple[str, ...]:
+    """Of a sink of one span those of the paper's equations and figures, of several those of their equivalence, and the
+    peak's."""
+    return tuple(known.DEFAULT_TOLERANCES) if sink.spans == 1 else (*known.ISLAND_TOLERANCES, "fig4", "energy")
+
+
+def _skipped_of_device(device: Device, request: Request) -> dict[str, str]:
+    left = not_about(request)
+    skipped = {check: left[figure_of(check)] for check in known.DEVICE_TOLERANCES if figure_of(check) in left}
+    if request.about:
+        skipped |= {check: only(request) for check in known.DEVICE_TOLERANCES if check.startswith("meter")}
+    if not device.steps_outside:
+        needing = ("fig9_settling", "fig9_balance", "fig10_steady", "fig11_slow")
+        skipped |= dict.fromkeys(needing, "the run ends before the outer step, or there is none")
+    return skipped
+
+
+def _skipped_of_sink(sink: Sink, request: Request) -> dict[str, str]:
+    if "fem3d" not in request.models:
+        return dict.fromkeys(_of_sink(sink), "they need the 3D model")
+    skipped: dict[str, str] = {}
+    if not request.transient:
+        skipped |= dict.fromkeys(known.OVER_TIME, "they need the transient")
+    elif sink.end_time <= FIRST_TIME:
+        skipped |= dict.fromkeys(known.OVER_TIME, "they compare from 10 us on, and the run ends before")
+    if "reduced1d" not in request.models:
+        skipped |= dict.fromkeys(known.OF_THE_REDUCTION, "they need the 1D model")
+    if sink.spans == 2:
+        skipped |= {check: "both of two spans are outer ones" for check in known.ISLAND_TOLERANCES if "inner" in check}
+    return {check: skipped[check] for check in _of_sink(sink) if check in skipped}
+
+
+_CHECKS: dict[str, tuple[Callable[[Any], tuple[str, ...]], Callable[[Any, Request], dict[str, str]]]] = {
+    "sink": (_of_sink, _skipped_of_sink),
+    "device": (lambda _: tuple(known.DEVICE_TOLERANCES), _skipped_of_device),
+}
+"""By the kind of scene: the checks that there are, and those that a run can't make."""
+
+
 def checks_of(scene: Sink | Device) -> tuple[str, ...]:
-    """The checks that there are, in the order in which they are reported: of a sink of one span those of the paper's
-    equations and figures, of several those of their equivalence, and the peak's."""
-    if isinstance(scene, Device):
-        return tuple(known.DEVICE_TOLERANCES)
-    return tuple(known.DEFAULT_TOLERANCES) if scene.spans == 1 else (*known.ISLAND_TOLERANCES, "fig4", "energy")
+    """The checks that there are, in the order in which they are reported."""
+    return _CHECKS[scene.kind][0](scene)
 
 
 def skipped_checks(scene: Sink | Device, request: Request) -> dict[str, str]:
     """The checks that a run can't make, each with the reason."""
-    skipped: dict[str, str] = {}
-    if isinstance(scene, Device):
-        left = not_about(request)
-        skipped = {check: left[figure_of(check)] for check in known.DEVICE_TOLERANCES if figure_of(check) in left}
-        if request.about:
-            skipped |= {check: only(request) for check in known.DEVICE_TOLERANCES if check.startswith("meter")}
-        if not scene.steps_outside:
-            needing = ("fig9_settling", "fig9_balance", "fig10_steady", "fig11_slow")
-            skipped |= dict.fromkeys(needing, "the run ends before the outer step, or there is none")
-        return skipped
-    if "fem3d" not in request.models:
-        return dict.fromkeys(checks_of(scene), "they need the 3D model")
-    if not request.transient:
-        skipped |= dict.fromkeys(known.OVER_TIME, "they need the transient")
-    elif scene.end_time <= FIRST_TIME:
-        skipped |= dict.fromkeys(known.OVER_TIME, "they compare from 10 us on, and the run ends before")
-    if "reduced1d" not in request.models:
-        skipped |= dict.fromkeys(known.OF_THE_REDUCTION, "they need the 1D model")
-    if scene.spans == 2:
-        skipped |= {check: "both of two spans are outer ones" for check in known.ISLAND_TOLERANCES if "inner" in check}
-    return {check: skipped[check] for check in checks_of(scene) if check in skipped}
+    return _CHECKS[scene.kind][1](scene, request)
 
 
 def made_checks(scene: Sink | Device, request: Request) -> tuple[str, ...]:

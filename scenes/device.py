@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 from scenes.checks import DEVICE_3D_TOLERANCES, DEVICE_TOLERANCES, SLOPE_TOLERANCES
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
@@ -48,6 +49,7 @@ class Device:
     checks are not used. ``tolerances`` and ``expected_to_differ`` are as those of a sink, for the device's checks.
     """
 
+    kind: ClassVar[str] = "device"
     sink: Sink = field(default_factory=Sink)
     sensor_thickness: float = 0.2e-6
     insulator_thickness: float = 10e-6

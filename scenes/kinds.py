@@ -18,7 +18,7 @@ from typing import Any, Protocol
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.model import Schedule, Value
 from scenes.parameters import quantity
-from scenes.units import LENGTH, PLAIN, TEMPERATURE, TIME, Dimension, UnitError, called, parse_quantity
+from scenes.units import LENGTH, PLAIN, TEMPERATURE, TIME, Dimension, UnitError, called, meant, parse_quantity
 
 
 class Kind(Protocol):
@@ -84,9 +84,12 @@ class Quantity(Kind):
             try:
                 value, powers = quantity(given)
             except UnitError as error:
-                return 0.0, str(error)
+                near = meant(given, self.dimension.powers)
+                return 0.0, f'{str(error).partition(", did")[0]}, did you mean "{near}"' if near else str(error)
             if powers is not None and powers != self.dimension.powers:
-                return 0.0, f"is {called(powers)}, not {self.dimension.name}"
+                near = meant(given, self.dimension.powers)
+                hint = f', did you mean "{near}"' if near else ""
+                return 0.0, f"is {called(powers)}, not {self.dimension.name}{hint}"
             return value, ""
         if isinstance(given, bool) or not isinstance(given, Real):
             return 0.0, f"is {_type_name(given)}, not {self.dimension.name}"
@@ -248,6 +251,13 @@ class Place(Kind):
         return x, y, z
 
 
+MOST_TIMES = 10_000
+"""Output times: each is a row of traces.csv."""
+MOST_POINTS = 2_000
+"""Points of a schedule: at each the drive bends and a time step ends. One of 1,000 takes half a minute, most of it to
+find its error."""
+
+
 @dataclass(frozen=True)
 class Instants(Kind):
     """A list of times; the value has each once, ascending."""
@@ -255,6 +265,11 @@ class Instants(Kind):
     def read(self, path: str, given: object) -> tuple[float, ...]:
         if not isinstance(given, (list, tuple)) or not given:
             raise SceneError(f'{path} = {quoted(given)} is not a list of times: give some, such as [0.1, "200 ms"]')
+        if len(given) > MOST_TIMES:
+            raise SceneError(
+                f"{path} has {len(given)} times: give at most {MOST_TIMES}; whatever is given here, traces.csv has as "
+                "many rows as the accuracy takes"
+            )
         return tuple(sorted({INSTANT.read(f"{path}[{i}]", t) or 0.0 for i, t in enumerate(given, 1)}))
 
 
@@ -274,6 +289,11 @@ class Varying(Kind):
             if not isinstance(found, (list, tuple)) or not found:
                 shown = f"{path}.{name} = {quoted(found)} is not" if name in given else f"{path}.{name} is missing, not"
                 raise SceneError(f"{shown} a list: give {{times = [0, 1e-3], values = [0, 1]}}, or one value")
+            if len(found) > MOST_POINTS:
+                raise SceneError(
+                    f"{path}.{name} has {len(found)} points: give at most {MOST_POINTS}, between which the value is "
+                    "linear; of measured ones every so many are enough"
+                )
             lists.append(found)
         times = tuple(INSTANT.read(f"{path}.times[{i}]", t) or 0.0 for i, t in enumerate(lists[0], 1))
         values = tuple(self.quantity.read(f"{path}.values[{i}]", v) or 0.0 for i, v in enumerate(lists[1], 1))

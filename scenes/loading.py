@@ -4,6 +4,7 @@ distinguishes one from the built-in one, in a few words that are safe in the nam
 from __future__ import annotations
 
 import re
+import shlex
 import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -50,6 +51,8 @@ def load(source: str | Path, overrides: Sequence[str] = (), *, of: SceneType[Any
     (``expected_to_differ`` is then ``None``), unless an override says what is expected now. Raises SceneError.
     """
     found, name, folder = document(source, (of.name,) if of else known_names())
+    if of is not None:
+        _check_kind(source, found, of)
     of = of or type_of_file(found)
     if of is None:
         from scenes import free
@@ -63,7 +66,25 @@ def load_free(source: str | Path, overrides: Sequence[str] = ()) -> AnyScene:
     read here, lies beside it."""
     from scenes import free
 
-    return free.from_dict(*document(source, examples()), overrides)
+    found, name, folder = document(source, examples())
+    _check_kind(source, found, None)
+    return free.from_dict(found, name, folder, overrides)
+
+
+def _check_kind(source: str | Path, found: Mapping[str, Any], of: SceneType[Any] | None) -> None:
+    """SceneError where a document is plainly of another type than this one, ``None`` being a free scene's; a sink's
+    may become a device's by its overrides."""
+    from scenes.free.document import BOXES
+
+    kind = type_of_file(found)
+    if kind is None:
+        wrong = of is not None
+    else:
+        of_its_own = set(kind.schema.sections[""]) - set(BOXES.sections[""])
+        wrong = bool(of_its_own & set(found)) and (of is None or (of is SINK and kind is DEVICE))
+    if wrong:
+        called, command = ("free scene", "solve") if kind is None else (f"{kind.name}'s scene", kind.name)
+        raise SceneError(f"{quoted(Path(source))} is a {called}: validate {command} {shlex.quote(str(source))}")
 
 
 def type_of_file(found: Mapping[str, Any]) -> SceneType[Any] | None:
@@ -191,6 +212,9 @@ def file_text(source: str | Path, known: Sequence[str]) -> str:
     except SceneError:
         raise
     except FileNotFoundError:
+        if source in known_names():
+            command = source if source in TYPES else f"solve {source}"
+            raise SceneError(f"{shown} is a scene of another command: validate {command}") from None
         hint = did_you_mean(str(source), known)
         raise SceneError(f"{shown} is no file: give a TOML file, or the built-in {instead}{hint}") from None
     except IsADirectoryError:

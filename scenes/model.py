@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import ClassVar, Literal
 
 from scenes.parameters import Parameters
 
@@ -135,6 +135,7 @@ class Declared:
     """What a scene says of a model of itself: which ``model``, the ``tolerances`` of checks by their ids, and the
     checks that are expected to differ (``None`` where nothing is said of that)."""
 
+    kind: ClassVar[str] = "free"
     model: OwnModel | None = field(default=None, kw_only=True)
     tolerances: dict[str, float] = field(default_factory=dict, hash=False, kw_only=True)
     expected_to_differ: tuple[str, ...] | None = field(default=None, kw_only=True)

@@ -10,7 +10,7 @@ what has been read from that. Any type of file may have "parameters", of which t
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf
@@ -25,6 +25,14 @@ from scenes.units import TIME
 
 T = TypeVar("T")
 _HOW_LONG = ("run.end_time", "run.output_times")
+_MEANT = {
+    "electrical_conductivity": "resistivity, its inverse", "sigma": "resistivity, the inverse of sigma",
+    "conductivity": "thermal_conductivity, or resistivity of an electrical one", "heat_capacity": "specific_heat",
+    "capacity": "specific_heat", "cp": "specific_heat", "tcr": "temperature_coefficient",
+    "rho": "density, or resistivity",
+    "k": "thermal_conductivity", "power": "heat_source, per volume", "h": "convection",
+}  # fmt: skip
+"""What is meant by names that are spelled like another key, or like none."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +124,7 @@ class Schema:
                 if key not in kinds:
                     raise SceneError(
                         f"unknown key {label}.{printable(str(key))} = {quoted(value)}: [[{table}]] takes "
-                        f"{', '.join(kinds)}{did_you_mean(str(key), kinds)}"
+                        f"{', '.join(kinds)}{_hint(str(key), kinds)}"
                     )
             values = {key: kinds[key].read(f"{label}.{key}", value) for key, value in item.items()}
             for key in self.required[table]:
@@ -151,6 +159,8 @@ class Schema:
         candidates |= {name: f"{section}.{name}".lstrip(".") for name in self.sections[section]}
         near = nearest(first, candidates)
         hint = f', did you mean "{candidates[near]}"?' if near else ""
+        if any(_MEANT.get(first, "").startswith(name) for name in candidates):
+            hint = _hint(first, candidates)
         if isinstance(given, Mapping):
             what = f"section [{printable(path)}]"
         elif self.lists and isinstance(given, list):
@@ -163,6 +173,12 @@ class Schema:
         name = f"[{section}]" if section else self.called
         taken = (f"[[{n}]]" if not section and n in self.lists else n for n in self.sections[section])
         return f"{name} takes {', '.join(taken)}"
+
+
+def _hint(key: str, known: Iterable[str]) -> str:
+    """The end of a message, with the known key that is meant, or is spelled most like this one."""
+    said = _MEANT.get(key.lower(), "")
+    return f": give {said}" if any(said.startswith(name) for name in known) else did_you_mean(key, known)
 
 
 def label_of(table: str, number: int, given: Mapping[str, object]) -> tuple[str, str]:
@@ -216,7 +232,7 @@ def override(flat: Mapping[str, object], settings: Sequence[str], schema: Schema
             result[table] = copy.deepcopy(result.get(table, []))
             _put(*_find(table, rest, result[table]), value)
             continue
-        path, item = locate(key, value, schema)
+        path, item = locate(key, value, schema, result)
         given.add(path)
         if item and path == SECTION:
             value = put(result.get(path), item, value)
@@ -244,9 +260,11 @@ def _of_one_length(flat: dict[str, object], given: set[str]) -> dict[str, object
     return flat
 
 
-def locate(key: str, value: object, schema: Schema) -> tuple[str, str]:
+def locate(
+    key: str, value: object, schema: Schema, flat: Mapping[str, object] | None = None
+) -> tuple[str, str]:  # fmt: skip
     """The path that a key stands for, given a value or None, and the item within it where that is a table of
-    tolerances or of parameters. Raises SceneError."""
+    tolerances or of parameters. Raises SceneError, with the nearest key of the items of a ``flat`` scene too."""
     section, _, name = key.partition(".")
     if section == SECTION:
         return section, name
@@ -264,7 +282,31 @@ def locate(key: str, value: object, schema: Schema) -> tuple[str, str]:
             return path, key.removeprefix(f"{path}.")
         if isinstance(entry.kind, Numbers) and head and path.endswith(f".{head}"):
             return path, item
+    near = _near(key, item_keys(flat or {}, schema))
+    if near:
+        raise SceneError(f"unknown key {printable(key)} = {quoted(value)}: did you mean {near}?")
     raise schema.unknown(key, value)
+
+
+def item_keys(flat: Mapping[str, object], schema: Schema) -> list[str]:
+    """The keys of the items of a flat scene by their full names, "boundary.left.voltage": those that they have."""
+    found = []
+    for table in schema.lists:
+        items = flat.get(table)
+        for number, item in enumerate(items if isinstance(items, list) else [], 1):
+            if isinstance(item, dict):
+                found += [f"{table}.{label_of(table, number, item)[0]}.{key}" for key in item if key != "name"]
+    return found
+
+
+def _near(key: str, known: Sequence[str]) -> str:
+    """Keys of items that end like one, or the one that is spelled most like it, where that is near enough."""
+    ends = [name for name in known if name.endswith(f".{key}")]
+    if ends:
+        more = f" or {len(ends) - 3} more" * (len(ends) > 3)
+        return " or ".join(map(quoted, ends[:3])) + more
+    near = nearest(key, known) if "." in key else None
+    return quoted(near) if near else ""
 
 
 def _find(table: str, rest: str, items: object) -> tuple[dict[str, Any], list[str]]:
@@ -276,7 +318,10 @@ def _find(table: str, rest: str, items: object) -> tuple[dict[str, Any], list[st
     for name in sorted(names, key=len, reverse=True):
         if rest.startswith(f"{name}."):
             return names[name], rest.removeprefix(f"{name}.").split(".")
-    wanted = rest.rpartition(".")[0]
+    # Of "bem.upper.x" the name is "bem", or "bem.upper": the one that is more like a name that there is.
+    parts = rest.split(".")
+    starts = [".".join(parts[:n]) for n in range(1, len(parts))]
+    wanted = next((start for start in starts if nearest(start, names)), starts[-1])
     known = f"give {', '.join(map(quoted, names))}" if names else "it has none"
     raise SceneError(f"the scene has no {table} {quoted(wanted)}: {known}{did_you_mean(wanted, names)}")
 

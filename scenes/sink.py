@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Literal, NamedTuple
+from typing import ClassVar, Literal, NamedTuple
 
 from scenes.checks import SINK_TOLERANCES, SLOPE_TOLERANCES
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene
@@ -46,6 +46,7 @@ class Sink:
     ``uncertainties`` are relative and standard, by key: what is typical of the materials.
     """
 
+    kind: ClassVar[str] = "sink"
     length: float = 1000e-6
     width: float = 100e-6
     thickness: float = 2e-6

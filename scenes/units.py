@@ -62,7 +62,8 @@ LEADING_UNIT = re.compile(
     rf"\s*(?:1\s*/\s*)?{_FACTOR}(?:(?:\s*/\s*|\s+){_FACTOR}|\s*/\s*\(\s*{_FACTOR}(?:\s+{_FACTOR})*\s*\))*", re.ASCII
 )
 """A unit in front of something else, with signs as `spelled` has them: as far as there are known ones."""
-_MEANT = {"c": "degC", "celsius": "degC", "kelvin": "K", "micron": "um", "sec": "s", "volt": "V"}
+_MEANT = {"c": "degC", "celsius": "degC", "kelvin": "K", "micron": "um", "mu": "um", "sec": "s", "volt": "V",
+          "s": "1/ohm", "siemens": "1/ohm"}  # fmt: skip
 """What is meant by words that are spelled like another unit, or like none."""
 _LONGEST = 100
 
@@ -124,6 +125,35 @@ def spelled(text: str) -> str:
 def _plain(text: str) -> str:
     """A quantity without signs of powers and products: powers right behind their unit, factors apart."""
     return re.sub(r"(?<=[A-Za-z])(\*\*|\^)", "", spelled(text)).replace("*", " ")
+
+
+def meant(text: str, powers: Powers) -> str | None:
+    """The quantity of some base units that a text would be with its factors apart, and all that is behind a slash below
+    it: "200 W/(m K)" for "200 W/mK", which divides by millikelvins, and for "200 W/m K". ``None`` where it is none."""
+    match = _NUMBER.fullmatch(_plain(text)) if len(text) <= _LONGEST else None
+    if match is None:
+        return None
+    above, slash, below = (
+        re.sub("[A-Za-z]+", lambda name: _apart(name[0]), part).strip(" ()") for part in match[3].partition("/")
+    )
+    unit = re.sub(r"(?<=\d)(?=[A-Za-z])", " ", f"{above}/({below})" if slash else above)
+    try:
+        fits = parse_unit(unit).powers == powers
+    except UnitError:
+        return None
+    return f"{text[: match.start(3)].strip()} {unit}" if fits else None
+
+
+def _apart(name: str) -> str:
+    """Two units that stand close to one another apart: "m K", "kg K", "ohm m"; anything else as it is."""
+    for at in range(1, len(name)):
+        try:
+            _named(name[:at])
+            _named(name[at:])
+        except UnitError:
+            continue
+        return f"{name[:at]} {name[at:]}"
+    return name
 
 
 def _product(tokens: list[str]) -> Unit:

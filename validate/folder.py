@@ -9,6 +9,7 @@ import re
 import shutil
 import time
 import uuid
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,8 +23,8 @@ _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # what the system says where 
 @dataclass(frozen=True)
 class Content:
     """What such a folder holds: what that is called (``name``: "a run of this program"), what the folder is (``role``:
-    "output") and the ``option`` that names another; which ``files`` are its own; and the ``document`` among them, JSON
-    with some ``keys``, that tells that it is there."""
+    "output") and the ``option`` that names another; which ``files`` are its own; the ``document`` among them, JSON
+    with some ``keys``, that tells that it is there; and files ``before`` it, which alone are nothing to be kept."""
 
     name: str
     role: str
@@ -31,6 +32,7 @@ class Content:
     files: re.Pattern[str]
     document: str
     keys: tuple[str, ...]
+    before: tuple[str, ...] = ()
 
     def of(self, folder: Path) -> dict[str, Any]:
         """The document in a folder; empty where it holds something else, or nothing."""
@@ -97,6 +99,22 @@ class Folder:
         finally:
             self._clear()
 
+    def add(self, name: str, write: Callable[[Path], object]) -> Path:
+        """Writes one file into ``target`` as it is, made where it isn't there. Raises SceneError as entering does."""
+        beside = self.target / f".{uuid.uuid4().hex[:8]}.{name}"
+        try:
+            self._check_target()
+            self.target.mkdir(parents=True, exist_ok=True)
+            write(beside)
+            return beside.replace(self.target / name)
+        except OSError as error:
+            raise SceneError(
+                f"{self._shown} cannot be written ({reason(error)}): give another with {self._content.option}"
+            ) from None
+        finally:
+            with suppress(OSError):
+                beside.unlink()
+
     def _last_written(self, error: OSError) -> str:
         """Where writing fails, as against opening, the system names no file: it is the one that was written last."""
         if error.filename is not None:
@@ -114,7 +132,8 @@ class Folder:
         here = Path(os.path.realpath(os.curdir))
         if os.path.ismount(target) or here.is_relative_to(target):
             raise SceneError(f"{self._shown} is where you are or a mount: give a folder inside it with {option}")
-        if any(target.iterdir()) and not self._content.of(target):
+        others = {entry.name for entry in target.iterdir()} - {*self._content.before}
+        if others and not self._content.of(target):
             raise SceneError(
                 f"{self._shown} has files that are not {self._content.name}, and is left as it is: give a new or empty "
                 f"folder with {option}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from html import escape
+from importlib import import_module
 from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
@@ -15,6 +16,7 @@ from scenes.plan import Request
 from scenes.sink import Sink
 from validate.processes import single_threaded
 from validate.report import of
+from validate.run import kinds
 from validate.run.outcome import Outcome
 from validate.run.plan import declared
 
@@ -257,7 +259,7 @@ def solve(
     {"box.beam.upper.z": "0.1um"}. Only into the folder ``out`` is anything written. Raises SceneError for bad input,
     ArithmeticError where the numerics fail.
     """
-    from validate.run.pipeline import reported
+    from validate.run.kinds.free import reported
 
     found = _scene(scene, None, overrides, {"run.accuracy": accuracy})
     # Without a folder a scene without probes reports every part's mean temperature.
@@ -295,15 +297,15 @@ def device(
     return DeviceRun(_outcome(found, Request(figures=figures, **asked), out))
 
 
-def _scene(given: Any, kind: type | None, overrides: Overrides, more: Mapping[str, float | None]) -> Any:
+def _scene(given: Any, kind: Any, overrides: Overrides, more: Mapping[str, float | None]) -> Any:
     """The scene, with overrides, of the kind wanted (None for a free one)."""
     listed = [f"{k}={v}" for k, v in overrides.items()] if isinstance(overrides, Mapping) else list(overrides)
     listed += [f"{key}={float(value)!r}" for key, value in more.items() if value is not None]
     found = load(given, listed) if isinstance(given, (str, Path)) else overridden(given, listed)
-    own: type | None = type(found) if isinstance(found, (Sink, Device)) else None
-    if own is not kind:
-        use: dict[type | None, str] = {Sink: "compare.run", Device: "compare.device", None: "compare.solve"}
-        raise SceneError(f"{quoted(found.name)} is no scene for {use[kind]}: use {use[own]}")
+    own, wanted = kinds.of(found).PYTHON, "free" if kind is None else kind.kind
+    if found.kind != wanted:
+        use = import_module(f"validate.run.kinds.{wanted}").PYTHON
+        raise SceneError(f"{quoted(found.name)} is no scene for {use}: use {own}")
     return found
 
 

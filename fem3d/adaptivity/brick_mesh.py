@@ -1,4 +1,4 @@
-"""A grid of bricks as the search for an accuracy sees it (`fem3d.adaptivity.loop.Mesh`)."""
+"""A grid of bricks as the search for an accuracy sees it (`fem3d.adaptivity.mesh.Mesh`)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from fem3d.adaptivity import estimate, goal_errors, nested, reach, trace_errors
+from fem3d.adaptivity import estimate, field_error, goal_errors, nested, reach, trace_errors
 from fem3d.adaptivity.estimate import Spread
 from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.nested import Problems, Solution
@@ -69,15 +69,22 @@ class Bricks:
             given.let_go()
         return trace_errors.respond(study, given, bases, shift, self.marks, out, relative, generations)
 
-    def refined(self, goals: Collection[Spread], falls: Spread, worst: float, enough: float) -> Bricks:
+    def refined(self, goals: Collection[Spread], falls: Spread | None, worst: float, enough: float) -> Bricks:
         self.edges.check(self.grid, goals, enough)
         missing = estimate.worst(goals)
         known = max(estimate.total(missing), 1e-300)
         missing = [m * max(worst / known, 1.0) for m in missing]
-        return self._finer(grading.refined(self.grid, missing, AIM * enough, self.marks, falls))
+        finer = grading.refined(self.grid, missing, AIM * enough, self.marks, falls)
+        if finer.same(self.grid):
+            raise not_reached(self.accuracy, reach.because(self.marks))
+        return replace(self, grid=finer)
 
-    def raised(self) -> Bricks:
-        return self._finer(grading.raised(self.grid))
+    def raised(self) -> Bricks | None:
+        finer = grading.raised(self.grid)
+        return None if finer.same(self.grid) else replace(self, grid=finer)
+
+    def refined_for_field(self, level: Level) -> Bricks:
+        return replace(self, grid=field_error.refined(level))
 
     def fields(
         self, heat: HeatProblem, part: Symmetry, state: SteadyState | None, transient: Transient | None
@@ -89,8 +96,3 @@ class Bricks:
 
     def warnings(self, study: Study, relative: dict[str, float]) -> list[str]:
         return []
-
-    def _finer(self, finer: Grid) -> Bricks:
-        if finer.same(self.grid):
-            raise not_reached(self.accuracy, reach.because(self.marks))
-        return replace(self, grid=finer)

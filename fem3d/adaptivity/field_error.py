@@ -7,12 +7,19 @@ relative to the largest rise, at points of every cell.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 
+from fem3d.adaptivity import nested
 from fem3d.adaptivity.goal_errors import Level
+from fem3d.adaptivity.mesh import Answer
+from fem3d.results.study import Study
 from meshes import grading
 from meshes.grading import RATIO
 from meshes.grid import Grid
+from scenes.errors import NumericsError
 
 # The error over the difference of the two degrees, at most, once it is small: `validate stress` divides by it in its
 # row "field away from the probes".
@@ -26,6 +33,33 @@ MOST_GROWTH, FREELY, MOST = 2.0, 3_000, 30_000
 def most(size: int) -> float:
     """How many nodes a level for the field may have: some times those that the probes need (``size``), more of few."""
     return max(min(MOST_GROWTH * size, MOST), FREELY)
+
+
+def improved(study: Study, answer: Answer, level: Level, progress: Callable[[str], None]) -> Answer:
+    """A few more levels where the probes need none, for a field that can be looked at, if that costs no more than a few
+    times what they did; the answer says how far off it is."""
+    assert study.field is not None
+    best = replace(answer, field=of(level))
+    most_nodes = most(best.heat.size)
+    for number in range(best.levels + 1, best.levels + 1 + MOST_LEVELS):
+        mesh = best.mesh.refined_for_field(level) if best.field > study.field else None
+        if mesh is None:
+            break
+        try:
+            problems = mesh.problems()
+            if problems.heat.size > most_nodes:
+                break
+            fine = nested.solution(study, problems)
+            finer = mesh.examined(study, problems, fine)
+        except NumericsError:
+            break
+        if finer is None:
+            break
+        level = finer
+        progress(f"level {number}, for the field: {problems.heat.size} unknowns")
+        if level.worst <= study.accuracy and (error := of(level)) < best.field:
+            best = Answer(mesh, problems.heat, problems.conductor, fine, level.errors, None, number, error)
+    return best
 
 
 def of(here: Level) -> float:

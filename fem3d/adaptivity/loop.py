@@ -1,11 +1,14 @@
-"""Refining until every quantity is known well enough, level by level (`fem3d.adaptivity.goal_errors`), on any
-`Mesh`."""
+"""Refining until every quantity is known well enough, level by level, on any `fem3d.adaptivity.mesh.Mesh`.
+
+A level is solved and judged; the verdict is to accept its answer, to refine the mesh for what its readings miss, to
+raise it a little everywhere, or to ask another mesh whether heating really runs away.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -13,81 +16,34 @@ from fem3d.adaptivity import field_error, nested, transient_base
 from fem3d.adaptivity.brick_mesh import Bricks
 from fem3d.adaptivity.estimate import Spread
 from fem3d.adaptivity.goal_errors import Level
-from fem3d.adaptivity.nested import Problems, Solution
+from fem3d.adaptivity.mesh import Answer, Mesh
+from fem3d.adaptivity.nested import Problems
 from fem3d.adaptivity.reach import not_reached
 from fem3d.adaptivity.trace_errors import ROW_SHARE, Response
-from fem3d.problems.current import Conductor
-from fem3d.problems.heat import HeatProblem
-from fem3d.results.fields.fields import RunFields
 from fem3d.results.study import Study
 from fem3d.solution import transient
-from fem3d.solution.steady import SteadyState
-from fem3d.solution.transient import Base, Transient
-from meshes.symmetry import Symmetry
-from scenes.errors import NumericsError, RunawayError, RunawayInTimeError
+from fem3d.solution.transient import Base
+from scenes.errors import RunawayError, RunawayInTimeError
 
-# Times the change of the runaway voltage from mesh to mesh by which a voltage must exceed it: what all further changes
-# add up to if each is at most three quarters of the one before.
+# A voltage above that of the fold runs away on any mesh if it lies further above it than this many times the change of
+# the fold's voltage from the mesh before: what all further changes add up to, each at most 2/3 of the one before.
 SURELY = 3.0
 MOST_LEVELS = 40
 Progress = Callable[[str], None]
 
 
-class Mesh(Protocol):
-    """What a scene is solved on, as the search for an accuracy sees it: a grid of bricks (`Bricks`) or a mesh file
-    (`fem3d.adaptivity.mesh_file.FileMesh`). They differ in where errors come from and in how they are refined."""
+class Verdict(NamedTuple):
+    """What is to be done after a level: "accept" its ``answer``; "refine" the mesh for what its ``goals`` miss, which
+    ``falls`` with the degree (`estimate.falling`), or for as much more as the ``worst`` relative error says; "raise" it, as a lower space has no steady state although the
+    fine one has; or see whether another mesh confirms the ``runaway``."""
 
-    def problems(self) -> Problems:
-        """The problems on it, in nested spaces."""
-
-    def examined(self, study: Study, given: Problems, fine: Solution) -> Level | None:
-        """The level of a fine solution; None where a lower space has no steady state although the fine one has."""
-
-    def responded(
-        self, study: Study, given: Problems, bases: Sequence[Base], shift: float, steady: Level | None, generations: int
-    ) -> Response:
-        """The response of the first of ``bases``, those of the spaces from the highest on, with its errors; ``steady``
-        is the level of its steady state, where that is known, ``generations`` of fields where to start."""
-
-    def refined(self, goals: Collection[Spread], falls: Spread, worst: float, enough: float) -> Mesh | None:
-        """Refined for what goals miss, each degree taking away less than the one before by the factors ``falls``
-        (`estimate.falling`), or for as much more as the ``worst`` error says, until that is expected to be ``enough``;
-        None where it is to be taken as it is. NumericsError where no refinement reaches that."""
-
-    def raised(self) -> Mesh | None:
-        """A little finer everywhere, or None."""
-
-    def fields(
-        self, heat: HeatProblem, part: Symmetry, state: SteadyState | None, transient: Transient | None
-    ) -> RunFields:
-        """The fields of a run on it."""
-
-    def statistics(self, heat: HeatProblem) -> dict[str, Any]:
-        """What a result says of it."""
-
-    def warnings(self, study: Study, relative: dict[str, float]) -> list[str]:
-        """What is to be said of it, and of the ``relative`` errors that it leaves."""
-
-
-@dataclass(frozen=True, eq=False)
-class Answer:
-    """What the last level gives: its mesh and problem, the steady solution and its errors by name, the response over
-    time, and the error of the steady field over its largest rise (infinite where the study doesn't ask for it)."""
-
-    mesh: Mesh
-    heat: HeatProblem
-    conductor: Conductor | None
-    steady: Solution | None
-    errors: dict[str, float]
-    response: Response | None
-    levels: int
-    field: float = np.inf
-
-    @property
-    def fine(self) -> Solution:
-        """The steady solution that is there."""
-        assert self.steady is not None
-        return self.steady
+    action: Literal["accept", "refine", "raise", "runaway"]
+    answer: Answer | None = None
+    level: Level | None = None
+    goals: Sequence[Spread] = ()
+    falls: Spread | None = None
+    worst: float = np.inf
+    runaway: RunawayError | None = None
 
 
 def solve(
@@ -103,90 +59,100 @@ def solve(
     Raises RunawayError where no steady state exists, RunawayInTimeError where a transient runs away, NumericsError
     where the accuracy can't be reached.
     """
-    accuracy, here_on = study.accuracy, mesh or Bricks.of(study, over_time=not with_steady)
-    # No trace is known better than where it ends, and its rows take their share.
-    enough = accuracy * (1 - ROW_SHARE) if with_transient else accuracy
-    limit, ran_away, slowest, generations = None, False, study.end, 0
+    search = Search(study, with_steady, with_transient, progress)
+    mesh = mesh or Bricks.of(study, over_time=not with_steady)
     for number in range(1, MOST_LEVELS):
-        given = here_on.problems()
-        fine = here = response = None
-        try:
-            if with_steady:
-                fine = nested.solution(study, given)
-                here = here_on.examined(study, given, fine)
-        except RunawayError as runaway:
-            # The voltage of the fold is a number of this mesh; it stands once another one agrees with it.
-            known_to = np.inf if limit is None else abs(runaway.limit - limit)
-            finer = None if abs(study.voltage) - runaway.limit > SURELY * known_to else here_on.raised()
-            if finer is None:
-                raise
-            limit, here_on = runaway.limit, finer
-            continue
-        progress(f"level {number}: {given.heat.size} unknowns")
-        if with_steady and here is None:
-            finer = here_on.raised()
-            if finer is None:
-                break
-            here_on = finer
-            continue
-        if with_transient and (here is None or here.worst <= enough):
-            if here is None:
-                g = transient.shift(slowest, study.earliest)
-                bases = transient_base.nested(given, g, study.end, accuracy)
-            else:
-                progress("transient")
-                g = transient.shift(transient.time_constant(here.fine.state), study.earliest)
-                bases = [Base.of_steady(solved.state) for solved in (here.fine, here.low)]
-            try:
-                response = here_on.responded(study, given, bases, g, here, generations)
-            except RunawayInTimeError:
-                # As a fold, it stands once another mesh agrees.
-                finer = None if ran_away else here_on.raised()
-                if finer is None:
-                    raise
-                ran_away, here_on = True, finer
-                continue
-            if here is None:
-                slowest, generations = min(study.end, response.slowest), response.generations
-            del bases
-        found = Answer(here_on, given.heat, given.conductor, fine, here.errors if here else {}, response, number)
-        if response.accepted if response else here is not None and here.worst <= enough:
-            return found if with_transient or here is None else _for_the_field(study, found, here, progress)
-        goals = [*(response.goals if response else ()), *(here.goals.values() if here else ())]
-        worst = response.worst if response else here.worst if here else np.inf
-        falls = response.falls if response else here.falls if here else []
-        finer = here_on.refined(goals, falls, worst, enough)
+        verdict = search.judge(mesh, number)
+        if verdict.action == "accept":
+            assert verdict.answer is not None
+            if study.field is None or verdict.level is None or with_transient:
+                return verdict.answer
+            return field_error.improved(study, verdict.answer, verdict.level, progress)
+        finer: Mesh | None
+        if verdict.action == "refine":
+            finer = mesh.refined(verdict.goals, verdict.falls, verdict.worst, search.enough)
+        elif verdict.action == "runaway" and search.confirms(verdict.runaway):
+            finer = None
+        else:
+            finer = mesh.raised()
         if finer is None:
-            return found
-        # The next level's matrices take the place of these.
-        del given, fine, here, response, found
-        here_on = finer
-    raise not_reached(accuracy)
-
-
-def _for_the_field(study: Study, best: Answer, here: Level, progress: Progress) -> Answer:
-    """A few more levels where the probes need none, for a field that can be looked at, if that costs no more than a few
-    times what they did; the answer says how far off it is."""
-    if study.field is None:
-        return best
-    best = replace(best, field=field_error.of(here))
-    most = field_error.most(best.heat.size)
-    for number in range(best.levels + 1, best.levels + 1 + field_error.MOST_LEVELS):
-        if best.field <= study.field:
-            break
-        mesh = replace(best.mesh, grid=field_error.refined(here))  # type: ignore[type-var]
-        try:
-            given = mesh.problems()
-            if given.heat.size > most:
+            if verdict.runaway is not None:
+                raise verdict.runaway
+            if verdict.answer is None:
                 break
-            fine = nested.solution(study, given)
-            found = mesh.examined(study, given, fine)
-        except NumericsError:
-            break
-        if found is None:
-            break
-        here = found
-        progress(f"level {number}, for the field: {fine.state.heat.size} unknowns")
-        if here.worst <= study.accuracy and (off := field_error.of(here)) < best.field:
-            best = Answer(mesh, given.heat, given.conductor, fine, here.errors, None, number, off)
-    return best
+            return verdict.answer
+        mesh = finer
+        # The next level's matrices take the place of these.
+        del verdict
+    raise not_reached(study.accuracy)
+
+
+@dataclass
+class Search:
+    """What one level hands to the next: the voltage of the last mesh's fold (V), whether a transient ran away, and the
+    slowest time constant (s) and the generations of fields of a transient without steady state."""
+
+    study: Study
+    with_steady: bool
+    with_transient: bool
+    progress: Progress
+    fold: float | None = None
+    ran_away: bool = False
+    slowest: float = np.inf
+    generations: int = 0
+
+    @property
+    def enough(self) -> float:
+        """The relative error that a level may have: no trace is known better than where it ends, and its rows take
+        their share."""
+        return self.study.accuracy * (1 - ROW_SHARE) if self.with_transient else self.study.accuracy
+
+    def judge(self, mesh: Mesh, number: int) -> Verdict:
+        """The verdict on a mesh, from its steady level, and from its response where that level is good enough."""
+        problems = mesh.problems()
+        fine = level = response = None
+        try:
+            if self.with_steady:
+                fine = nested.solution(self.study, problems)
+                level = mesh.examined(self.study, problems, fine)
+            self.progress(f"level {number}: {problems.heat.size} unknowns")
+            if self.with_steady and level is None:
+                return Verdict("raise")
+            if self.with_transient and (level is None or level.worst <= self.enough):
+                response = self._respond(mesh, problems, level)
+        except RunawayError as runaway:
+            return Verdict("runaway", runaway=runaway)
+        errors = level.errors if level else {}
+        answer = Answer(mesh, problems.heat, problems.conductor, fine, errors, response, number)
+        worst = response.worst if response else level.worst if level else np.inf
+        if response.accepted if response else worst <= self.enough:
+            return Verdict("accept", answer, level)
+        goals = [*(response.goals if response else ()), *(level.goals.values() if level else ())]
+        falls = response.falls if response else level.falls if level else None
+        return Verdict("refine", answer, goals=goals, falls=falls, worst=worst)
+
+    def _respond(self, mesh: Mesh, problems: Problems, level: Level | None) -> Response:
+        """The response on a mesh, in fields about its steady state; where that isn't asked for, about what the slowest
+        time constant of the mesh before tells."""
+        study = self.study
+        if level is not None:
+            self.progress("transient")
+            shift = transient.shift(transient.time_constant(level.fine.state), study.earliest)
+            bases = [Base.of_steady(solution.state) for solution in (level.fine, level.low)]
+            return mesh.responded(study, problems, bases, shift, level, self.generations)
+        shift = transient.shift(min(study.end, self.slowest), study.earliest)
+        bases = transient_base.nested(problems, shift, study.end, study.accuracy)
+        response = mesh.responded(study, problems, bases, shift, None, self.generations)
+        self.slowest, self.generations = response.slowest, response.generations
+        return response
+
+    def confirms(self, runaway: RunawayError | None) -> bool:
+        """Whether a runaway is the scene's and not a mesh's own: the second mesh that a transient runs away on; of a
+        steady state, a voltage that lies far above the fold, for how much that differs from the mesh before."""
+        if isinstance(runaway, RunawayInTimeError):
+            before, self.ran_away = self.ran_away, True
+            return before
+        assert runaway is not None
+        change = np.inf if self.fold is None else abs(runaway.limit - self.fold)
+        self.fold = runaway.limit
+        return abs(self.study.voltage) - runaway.limit > SURELY * change

@@ -1,4 +1,4 @@
-"""A mesh file as the search for an accuracy sees it (`fem3d.adaptivity.loop.Mesh`): degree 2, refined once where that
+"""A mesh file as the search for an accuracy sees it (`fem3d.adaptivity.mesh.Mesh`): degree 2, refined once where that
 is cheap.
 
 The mesh is the user's, so its levels are few, and errors come from their differences: the difference of two levels
@@ -111,13 +111,16 @@ class FileMesh:
             errors[n] += fine.lost[n] + float(np.max(fine.out.get(f"doubt:{n}", 0.0)))
         return trace_errors.concluded(study, fine, errors, [], [], as_it_is=not self.refines)
 
-    def refined(self, goals: Collection[Spread], falls: Spread, worst: float, enough: float) -> FileMesh | None:
+    def refined(self, goals: Collection[Spread], falls: Spread | None, worst: float, enough: float) -> FileMesh | None:
         """Every cell in eight, once, whatever is missing."""
         return self.raised()
 
     def raised(self) -> FileMesh | None:
         """The same."""
         return FileMesh(replace(self.placed, mesh=refine(self.placed.mesh)), self) if self.refines else None
+
+    def refined_for_field(self, level: Level) -> None:
+        """Nothing is: the mesh is the user's."""
 
     def _errors(
         self,

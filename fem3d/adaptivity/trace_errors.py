@@ -26,6 +26,7 @@ SPACE_SHARE = 0.1  # part of the accuracy for the reduced space
 ROUNDING = 1e-10  # of the scale: nothing is known better
 NOTHING = 1e-10  # of what would warm all from 0 K: less heat is none
 FIELDS, DROPPED, MOST_FIELDS = 6, 2, 60  # generations of Krylov fields: the first trial, how many fewer, the most
+ASKED = 200  # of the times that are asked for, at which errors are looked at: each costs a state of every space
 KNOTS = 12  # bends and jumps of the inputs after which errors are looked at closely
 
 
@@ -235,17 +236,22 @@ def instants(study: Study, heat: HeatProblem) -> np.ndarray:
     end, first = study.end, min(study.earliest, study.end)
     knots = heat.inputs.knots(end)
     found = [np.geomspace(first, end, 40), np.linspace(0, end, 21)[1:]]
-    found.append(np.array([t for t in study.instants if first <= t <= end]))
-    few = knots if len(knots) <= KNOTS else knots[np.unique(np.linspace(0, len(knots) - 1, KNOTS).astype(int))]
-    for knot in few:
+    asked = np.array([t for t in study.instants if first <= t <= end])
+    found.append(asked[_spread(asked, ASKED)])
+    for knot in knots[_spread(knots, KNOTS)]:
         following = knots[knots > knot]
         gap = (following[0] if len(following) else end) - knot
         found.append(knot + np.geomspace(min(first, gap / 2), gap * (1 - 1e-9), 6))
     times = np.unique(np.concatenate(found))
-    jumps = np.array([t for t in knots if heat.inputs.jump(float(t)).any()])
+    jumps = knots[np.any(heat.inputs.jumps(knots), axis=1)]
     for jump, gap in zip(jumps, np.diff(np.append(jumps, end)), strict=True):
         times = times[(times < jump) | (times >= jump + min(first, gap / 2) * (1 - 1e-9))]
     return times
+
+
+def _spread(times: np.ndarray, most: int) -> np.ndarray:
+    """Which of some times to take: all, or where there are more, so many that are spread over them."""
+    return np.unique(np.linspace(0, len(times) - 1, min(len(times), most)).astype(int))
 
 
 def repeat(study: Study, fine: Base, reduced: Reduced, steady_out: Outputs, before: Response) -> Response:
@@ -276,7 +282,8 @@ def with_rows(
 
     allowed = {name: ROW_SHARE * study.accuracy * scale for name, scale in scales.items()}
     drive = answer.base.heat.inputs
-    jumps = [float(t) for t in drive.knots(study.end) if drive.jump(float(t)).any()]
+    knots = drive.knots(study.end)
+    jumps = knots[np.any(drive.jumps(knots), axis=1)].tolist()
     times, found, between = trace_times.choose(answer.trajectory.steps, traces, allowed, jumps, study.instants)
     if answer.base.heat.lifts.any():
         _start(answer.base.heat.domain, found)
@@ -345,4 +352,4 @@ def _imbalance(study: Study, answer: Transient) -> float:
 def _jumps(answer: Transient, edges: np.ndarray) -> np.ndarray:
     """Which edges an input jumps at, the start among them."""
     drive = answer.base.heat.inputs
-    return np.array([i == 0 or bool(drive.jump(float(t)).any()) for i, t in enumerate(edges)])
+    return np.any(drive.jumps(edges), axis=1) | (np.arange(len(edges)) == 0)

@@ -14,7 +14,7 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from fem3d.adaptivity.loop import Answer
+from fem3d.adaptivity.mesh import Answer
 from fem3d.runs.span_quantities import OF_SPAN
 from scenes.result import Estimate, Traces
 from scenes.sink import SLOWEST, Sink, decay, different

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from fem3d.adaptivity import goal_errors, trace_errors
-from fem3d.adaptivity.loop import Answer
+from fem3d.adaptivity.mesh import Answer
 from fem3d.adaptivity.nested import Solution
 from fem3d.problems.current import combined
 from fem3d.results import outputs

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from fem3d.adaptivity import loop
-from fem3d.adaptivity.loop import Answer
+from fem3d.adaptivity.mesh import Answer
 from fem3d.results import outputs
 from fem3d.results.study import Study
 from fem3d.runs import currents, probe_quantities

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from fem3d.adaptivity import loop
-from fem3d.adaptivity.loop import Answer
+from fem3d.adaptivity.mesh import Answer
 from fem3d.results.fields.row_fields import RowFields
 from fem3d.results.study import Study
 from fem3d.runs import long_rows, rescaled, sink_quantities, span_quantities

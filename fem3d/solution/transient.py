@@ -63,7 +63,7 @@ def stills(heat: HeatProblem) -> np.ndarray:
     """(free nodes, any number): the lifts of given temperatures that jump. At that instant the free nodes stay as they
     were, which the space holds only if it has what it takes to cancel the lift; what it lacks is heat from nowhere."""
     inputs = heat.inputs
-    jumps = [inputs.at(np.zeros(1))[0], *(inputs.jump(float(t)) for t in inputs.knots(heat.end_time))]
+    jumps = np.concatenate([inputs.at(np.zeros(1)), inputs.jumps(inputs.knots(heat.end_time))])
     jumping = np.any(jumps, axis=0) & heat.lifts.any(axis=1)
     return heat.lifts[jumping, : heat.free].T
 
@@ -171,7 +171,8 @@ def march(base: Base, reduced: Reduced, end: float, accuracy: float, drop: int =
     inputs = base.heat.inputs
     size = base.size or _size(modal, rates, inputs.largest(end), end)
     start = -inputs.at(np.zeros(1))[0] @ modal.inertia
-    jumps = {float(t): -inputs.jump(float(t)) @ modal.inertia for t in inputs.knots(end)}
+    knots = inputs.knots(end)
+    jumps = dict(zip(knots.tolist(), -inputs.jumps(knots) @ modal.inertia, strict=True))
     trajectory = integrate(
         rates, lambda since: _source(base, modal, since), end, accuracy, size, start=start, jumps=jumps,
         holds=_Resistivity(base, modal),

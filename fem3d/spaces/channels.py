@@ -7,6 +7,7 @@ matrices and loads are assembled once and time enters through a handful of numbe
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -38,8 +39,8 @@ class Inputs:
 
     def knots(self, end: float) -> np.ndarray:
         """The instants (s) inside (0, end) at which a schedule bends or jumps."""
-        found = sorted({t for s in self.schedules for t in s.times if 0.0 < t < end})
-        return np.array(found)
+        found = np.unique(np.concatenate([np.empty(0), *(knots for knots, _ in self._points)]))
+        return found[(found > 0.0) & (found < end)]
 
     def piece(self, time: float) -> tuple[np.ndarray, np.ndarray]:
         """(channels,) twice: the values at a time (after a jump there) and their rates (1/s) up to the next knot."""
@@ -47,15 +48,24 @@ class Inputs:
 
     def jump(self, time: float) -> np.ndarray:
         """(channels,): by how much the values jump at a time."""
-        return self.at(np.array([time]))[0] - self.at(np.array([time]), "left")[0]
+        return self.jumps(np.array([time]))[0]
+
+    def jumps(self, times: np.ndarray) -> np.ndarray:
+        """(times, channels): by how much the values jump at some times."""
+        return self.at(times) - self.at(times, "left")
 
     def at(self, times: np.ndarray, side: Side = "right") -> np.ndarray:
         """(times, channels): the values, after a jump there, or on its "left"."""
-        return np.column_stack([np.ones(len(times)), *(_on(s, times, side)[0] for s in self.schedules)])
+        return np.column_stack([np.ones(len(times)), *(_on(*points, times, side)[0] for points in self._points)])
 
     def rates(self, times: np.ndarray) -> np.ndarray:
         """(times, channels): the rates (1/s), after a bend there."""
-        return np.column_stack([np.zeros(len(times)), *(_on(s, times)[1] for s in self.schedules)])
+        return np.column_stack([np.zeros(len(times)), *(_on(*points, times)[1] for points in self._points)])
+
+    @cached_property
+    def _points(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Of each schedule the times and the values: steps ask for them thousands of times."""
+        return [(np.array(s.times), np.array(s.values)) for s in self.schedules]
 
     def largest(self, end: float) -> np.ndarray:
         """(channels,): the largest absolute value of each up to ``end``."""
@@ -65,15 +75,19 @@ class Inputs:
 
 def value(given: Value, times: np.ndarray) -> np.ndarray:
     """(times,): a value at some times (s)."""
-    return _on(given, times)[0] if isinstance(given, Schedule) else np.full(len(times), float(given))
+    if not isinstance(given, Schedule):
+        return np.full(len(times), float(given))
+    return _on(np.array(given.times), np.array(given.values), times)[0]
 
 
-def _on(s: Schedule, times: np.ndarray, side: Side = "right") -> tuple[np.ndarray, np.ndarray]:
-    """(times,) twice: values, and rates (1/s); at a knot those of what follows, or comes before."""
-    knots, values = np.array(s.times), np.array(s.values)
+def _on(
+    knots: np.ndarray, values: np.ndarray, times: np.ndarray, side: Side = "right"
+) -> tuple[np.ndarray, np.ndarray]:
+    """(times,) twice: the values that a schedule has at some times, and its rates (1/s); at a knot those of what
+    follows, or comes before."""
     after = np.searchsorted(knots, times, side=side)
     inside = (after > 0) & (after < len(knots))
-    low, high = np.clip(after - 1, 0, None), np.clip(after, None, len(knots) - 1)
+    low, high = np.maximum(after - 1, 0), np.minimum(after, len(knots) - 1)
     gap = np.where(inside, knots[high] - knots[low], 1.0)
     rate = np.where(inside, (values[high] - values[low]) / gap, 0.0)
     return values[low] + rate * (times - knots[low]), rate

@@ -92,8 +92,12 @@ class Circuit:
 class Builder:
     """Collects the branches of a circuit: first those of lines, then joints and conditions."""
 
-    def __init__(self, layout: Layout, elements: Elements, inputs: int) -> None:
-        self.layout, self.elements, self.inputs = layout, elements, inputs
+    def __init__(self, layout: Layout, elements: Elements, inputs: int, electric: bool) -> None:
+        self.layout, self.elements, self.inputs, self.electric = layout, elements, inputs, electric
+        kinds = {"joint": "joint", "condition": "condition"}
+        if electric:
+            kinds = {"wire": "joint", "electrode": "condition"}
+        self.measured = {(kinds[kind], n): value for (kind, n), value in layout.measured if kind in kinds}
         self.across: list[sp.csr_matrix] = []
         self.given: list[sp.csr_matrix] = []
         self.halves: list[sp.csr_matrix] = []
@@ -115,7 +119,11 @@ class Builder:
         given: int | None = None,
         extra: np.ndarray | float = 0.0,
     ) -> None:
-        m = across.shape[0]
+        m, extra = across.shape[0], np.broadcast_to(extra, across.shape[0]).astype(float)
+        if key in self.measured:
+            each = sum((size * self.cold(line) for line, _, size in halves), extra)
+            factor = self.measured[key] * float((1 / each).sum())
+            halves, extra = [(line, values, size * factor) for line, values, size in halves], extra * factor
         self.rows[key] = slice(self.count, self.count + m)
         self.across.append(across)
         column = np.zeros((m, self.inputs))
@@ -127,8 +135,14 @@ class Builder:
             self.of.append(self.count + np.arange(m))
             self.line.append(np.full(m, line))
             self.size.append(size)
-        self.extra.append(np.broadcast_to(extra, m).astype(float))
+        self.extra.append(extra)
         self.count += m
+
+    def cold(self, line: int) -> float:
+        """The resistivity of a line's material at the start, in m K/W or ohm m."""
+        if self.electric:
+            return float(self.layout.resistivity(line))
+        return 1 / self.layout.lines[line].box.material.thermal_conductivity
 
     def along(self, number: int) -> None:
         """A line of its own."""
@@ -139,7 +153,7 @@ class Builder:
     def joint(self, number: int, joint: Joint) -> None:
         """What two lines exchange where they touch; two ends become one unknown."""
         one, other = joint.one, joint.other
-        if joint.kind == "ends":
+        if joint.kind == "ends" and not self.measured.get(("joint", number)):
             assert one.end is not None
             assert other.end is not None
             self.same.append((self.elements.end(one.line, one.end), self.elements.end(other.line, other.end)))
@@ -148,6 +162,8 @@ class Builder:
         halves = [
             (t.line, values, size) for t, (values, size) in zip((one, other), sides, strict=True) if t.end is None
         ]
+        if joint.kind == "ends":
+            halves = [(one.line, sides[0][0], np.ones(1))]  # what was measured, at the first line's end
         self._add(("joint", number), sides[0][0] - sides[1][0], halves)
 
     def side(self, touch: Touch, by_point: bool) -> tuple[sp.csr_matrix, np.ndarray]:
@@ -169,14 +185,16 @@ class Builder:
         """A given temperature or voltage, or behind a film (W/(m2 K)) what surrounds it."""
         touch, given = condition.touch, condition.boundary
         b = self.layout.scene.boundaries[given]
-        if touch.end is not None and film is None:
+        key = ("condition", number)
+        if touch.end is not None and film is None and not self.measured.get(key):
             self._hold(self.elements.end(touch.line, touch.end), given, b.name, b.value, touch.line)
             return
         values, size = self.side(touch, True)
         q = self.elements.inside(touch.line, touch.start, touch.stop)
         areas = np.array([touch.area]) if touch.end is not None else self._areas(touch, q)
-        halves = [(touch.line, values, size)] if touch.end is None else []
-        self._add(("condition", number), values, halves, given, 0.0 if film is None else 1 / (film * areas))
+        held = touch.end is not None and film is None
+        halves = [(touch.line, values, size + held)] if touch.end is None or held else []
+        self._add(key, values, halves, given, 0.0 if film is None else 1 / (film * areas))
 
     def _hold(self, dof: int, given: int, name: str, value: Value, line: int) -> None:
         self.held.setdefault(dof, (name, given, value))
@@ -237,7 +255,7 @@ class Builder:
 
 def heat_circuit(layout: Layout, elements: Elements, inputs: int, sources: dict[str, int]) -> Circuit:
     """The circuit of the heat, in W and K; ``sources`` are the columns of boxes with a heat source."""
-    builder = Builder(layout, elements, inputs)
+    builder = Builder(layout, elements, inputs, False)
     for i, line in enumerate(layout.lines):
         builder.along(i)
         if line.box.name in sources:
@@ -257,7 +275,7 @@ def heat_circuit(layout: Layout, elements: Elements, inputs: int, sources: dict[
 
 def current_circuit(layout: Layout, elements: Elements, inputs: int) -> Circuit:
     """The circuit of the current, in A and V, of the lines that conduct."""
-    builder = Builder(layout, elements, inputs)
+    builder = Builder(layout, elements, inputs, True)
     conducts = [line.box.material.resistivity is not None for line in layout.lines]
     for i in np.flatnonzero(conducts).tolist():
         builder.along(i)

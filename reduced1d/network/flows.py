@@ -52,7 +52,7 @@ class Flows:
             if not self.electric:
                 along[k] *= -line.area / model.thermal_resistivity(i)
             elif line.box.material.resistivity is not None:
-                along[k] *= -line.area / model.resistivity(i, warm[k])
+                along[k] *= -line.area / self.layout.resistivity(i, warm[k])
         return np.concatenate([through, along])
 
     def through(self, probe: Probe) -> tuple[np.ndarray, np.ndarray]:
@@ -136,7 +136,7 @@ class Flows:
     def _joint(self, j: int, lower: Point, upper: Point) -> tuple[np.ndarray, np.ndarray]:
         """What passes a joint, from its first line to the other, in a part of space."""
         joint = self.joints[j]
-        if joint.kind == "ends":
+        if ("joint", j) not in self.circuit.rows:
             return _scaled(self._at_ends["joint", j], _part(joint.one, lower, upper))
         return self._branch(("joint", j), joint.one, joint.kind == "along", lower, upper)
 
@@ -185,7 +185,7 @@ class Flows:
         everywhere = ((-np.inf,) * 3, (np.inf,) * 3)
         for j, joint in enumerate(self.joints):
             one, other = (joint.one.line, joint.one.end), (joint.other.line, joint.other.end)
-            if joint.kind == "ends":
+            if ("joint", j) not in self.circuit.rows:
                 keys.append(("joint", j))
                 columns.append({one: -1.0, other: 1.0})
                 areas.append(joint.one.area)
@@ -197,7 +197,8 @@ class Flows:
             at = (condition.touch.line, condition.touch.end)
             if at not in arriving:
                 continue
-            if self.layout.scene.boundaries[condition.boundary].kind in ("temperature", "voltage"):
+            held = self.layout.scene.boundaries[condition.boundary].kind in ("temperature", "voltage")
+            if held and ("condition", c) not in self.circuit.rows:
                 keys.append(("condition", c))
                 columns.append({at: 1.0})
                 areas.append(condition.touch.area)

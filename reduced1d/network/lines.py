@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -100,7 +101,10 @@ class Condition:
 
 @dataclass(frozen=True)
 class Layout:
-    """The lines of a scene; joints and conditions of the heat, and joints and electrodes of the current."""
+    """The lines of a scene; joints and conditions of the heat, and joints and electrodes of the current.
+
+    ``measured`` are resistances (K/W or ohm) that stand in the place of those by hand, by ("joint" | "condition" |
+    "wire" | "electrode", number)."""
 
     scene: Scene
     lines: tuple[Line, ...]
@@ -108,6 +112,14 @@ class Layout:
     conditions: tuple[Condition, ...]
     wires: tuple[Joint, ...]
     electrodes: tuple[Condition, ...]
+    measured: tuple[tuple[tuple[str, int], float], ...] = ()
+
+    def resistivity(self, line: int, rise: Any = 0.0) -> Any:
+        """Of a line's material at a rise above the initial temperature, in ohm m."""
+        m = self.lines[line].box.material
+        assert m.resistivity is not None
+        warm = self.scene.initial_temperature + rise - m.reference_temperature
+        return m.resistivity * (1 + m.temperature_coefficient * warm)
 
     def places(self, line: int) -> list[float]:
         """Where something begins or ends along a line (m), its own ends first and last, in order."""

@@ -120,19 +120,13 @@ class Model:
         assert self.current is not None
         cold, slope = np.zeros(len(self.layout.lines)), np.zeros(len(self.layout.lines))
         for i in np.unique(self.current.line).tolist():
-            cold[i], slope[i] = self.resistivity(i, 0.0), self.resistivity(i, 1.0) - self.resistivity(i, 0.0)
+            cold[i] = self.layout.resistivity(i)
+            slope[i] = self.layout.resistivity(i, 1.0) - cold[i]
         return cold[self.current.line], slope[self.current.line]
 
     def thermal_resistivity(self, line: int) -> float:
         """Of a line's material, in m K/W."""
         return 1 / self.layout.lines[line].box.material.thermal_conductivity
-
-    def resistivity(self, line: int, rise: Any) -> Any:
-        """Of a line's material at a rise, in ohm m."""
-        m = self.layout.lines[line].box.material
-        assert m.resistivity is not None
-        warm = self.inputs.start + rise - m.reference_temperature
-        return m.resistivity * (1 + m.temperature_coefficient * warm)
 
     @property
     def couples(self) -> bool:

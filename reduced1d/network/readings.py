@@ -127,7 +127,7 @@ class Reader:
 
     def _resistivity(self, line: int) -> float:
         """Of a line's material, at the start: m K/W or ohm m."""
-        return self.model.resistivity(line, 0.0) if self.electric else self.model.thermal_resistivity(line)
+        return self.layout.resistivity(line) if self.electric else self.model.thermal_resistivity(line)
 
     def _extreme(self, probe: Probe, shares: list[tuple[int, Point, Point]]) -> Reading:
         """The largest or smallest along the lines in a probe, sampled element by element."""

@@ -55,7 +55,11 @@ def solve(scene: AnyScene, times: np.ndarray | Sequence[float] | None = None, st
     Raises SceneError for a scene on a mesh file or one that lines cannot have, scenes.errors.RunawayError where the
     heating runs away, NumericsError where the numerics fail.
     """
-    shape = layout(scene)
+    return of_layout(layout(scene), times, steady_too)
+
+
+def of_layout(shape: Layout, times: np.ndarray | Sequence[float] | None = None, steady_too: bool = True) -> Result:
+    """The same of a scene's layout."""
     found: dict[str, Estimate] = {}
     over_time = None
     details: dict[str, Any] = {"warnings": []}

@@ -43,7 +43,7 @@ def _line(layout: Layout, i: int, electric: bool) -> Row:
         formula = f"{m.density:g} kg/m3 x {m.specific_heat:g} J/(kg K) x {_um2(area)} x {_um(length)}"
         _put(found, "J/K", formula, m.heat_capacity * area * length)
     if electric and m.resistivity is not None:
-        r = _resistivity(layout, i)
+        r = layout.resistivity(i)
         _put(found, "ohm", f"{r:.6g} ohm m x {_um(length)} / {_um2(area)}", r * length / area)
     source = line.box.heat_source
     if source:
@@ -65,7 +65,7 @@ def _joint(layout: Layout, heat: Joint | None, wire: Joint | None) -> Row:
         halves = " + ".join(f"{_um(half)}/{k:g} W/(m K)" for half, k in each)
         _put(found, "W/K", f"{_um2(one.area)} / ({halves})", one.area / sum(half / k for half, k in each))
     if wire and touches:
-        parts = [(t.half, _resistivity(layout, t.line)) for t in touches]
+        parts = [(t.half, layout.resistivity(t.line)) for t in touches]
         halves = " + ".join(f"{_um(half)} x {r:.6g} ohm m" for half, r in parts)
         _put(found, "ohm", f"({halves}) / {_um2(one.area)}", sum(half * r for half, r in parts) / one.area)
     return found
@@ -93,7 +93,7 @@ def _condition(layout: Layout, condition: Condition, electric: bool) -> Row:
     found: Row = {"what": f"{b.name} | {line.name}", "how": place}
     if electric:
         if touch.end is None:
-            r = _resistivity(layout, touch.line)
+            r = layout.resistivity(touch.line)
             _put(found, "ohm", f"{_um(touch.half)} x {r:.6g} ohm m / {_um2(touch.area)}", touch.half * r / touch.area)
     elif b.kind == "heat_flux":
         _put(found, "W", f"{_given(b.value, 'W/m2')} x {_um2(touch.area)}", _times(b.value, touch.area))
@@ -109,13 +109,6 @@ def _condition(layout: Layout, condition: Condition, electric: bool) -> Row:
 
 def _film(touch: Touch, k: float) -> float:
     return touch.area * k / touch.half
-
-
-def _resistivity(layout: Layout, i: int) -> float:
-    m = layout.lines[i].box.material
-    assert m.resistivity is not None
-    warm = layout.scene.initial_temperature - m.reference_temperature
-    return m.resistivity * (1 + m.temperature_coefficient * warm)
 
 
 def _put(row: Row, unit: str, formula: str, value: float | None) -> None:

@@ -22,7 +22,7 @@ from scenes.loading import load
 from scenes.plan import Request
 from scenes.validity import cause
 from validate.cli import main
-from validate.run.pipeline import compared
+from validate.run.kinds.sink import compared
 
 SINKS = {
     "built-in": [],

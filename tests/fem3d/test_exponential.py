@@ -1,12 +1,22 @@
 """Exponential collocation against a dense accurate solver, its convolutions against quadrature, and the rows."""
 
+import time
+
 import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
+from fem3d.adaptivity import trace_errors
+from fem3d.problems.assembly import assemble
 from fem3d.results import trace_times
+from fem3d.runs import probe_quantities
+from fem3d.runs.scene import solve
 from fem3d.solution.exponential import Convolution, integrate
+from fem3d.spaces.channels import Inputs
+from fem3d.spaces.domain import boxes
+from meshes import grading, symmetry
 from scenes.errors import NumericsError
+from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
 
 RATES = np.array([3.0, 40.0, 900.0, 2e5])
 GAIN = np.array([1.0, 2.0, -1.0, 0.5])
@@ -100,3 +110,38 @@ def test_lines_between_rows_stay_within_their_share_with_few_rows(share):
     assert abs(times[-1] - 1) < 1e-11
     assert (np.diff(times) > 0).all()
     assert len(times) < 30 / np.sqrt(share)
+
+
+def test_a_schedule_of_thousands_of_points_costs_little_a_time() -> None:
+    """Every step asks for values at a few times: making arrays of the points each time took 2 ms for 20,000 of them,
+    and their jumps, one by one, 40 s. What is found is that of a schedule of few points."""
+    few = Schedule((0.0, 1.0, 1.0, 3.0), (0.0, 2.0, 5.0, 1.0))
+    times = np.concatenate([np.linspace(0.0, 1.0, 10_000), np.linspace(1.0, 3.0, 10_000)])
+    values = np.concatenate([2 * times[:10_000], 5 - 2 * (times[10_000:] - 1)])
+    many = Inputs((Schedule(tuple(times.tolist()), tuple(values.tolist())),))
+    started = time.process_time()
+    at = np.array([0.3, 1.0, 2.5, 4.0])
+    for _ in range(1000):
+        found, rates = many.at(at), many.rates(at[:3])
+    jumps = many.jumps(many.knots(2.9))
+    assert time.process_time() - started < 1.0
+    assert found == pytest.approx(Inputs((few,)).at(at), abs=1e-9)
+    assert rates == pytest.approx(Inputs((few,)).rates(at[:3]), abs=1e-6)
+    assert jumps[:, 1].max() == pytest.approx(3.0, abs=1e-9)
+    assert (np.abs(jumps) > 1e-9).sum() == 1
+
+
+def test_errors_are_looked_at_in_some_of_many_output_times() -> None:
+    """At each a state of every space is made: 1e5 took minutes. All are rows."""
+    conductor = Material("m", 100.0, 2000.0, 700.0)
+    box = Box("b", conductor, (0.0, 0.0, 0.0), (1e-4, 1e-5, 1e-5), heat_source=1e12)
+    base = Boundary("base", "temperature", (0.0, 0.0, 0.0), (0.0, 1e-5, 1e-5), 293.0)
+    tip = Probe("tip", (1e-4, 5e-6, 5e-6), (1e-4, 5e-6, 5e-6))
+    asked = tuple(1e-6 * n for n in range(1, 2001))
+    scene = Scene("s", (box,), (base,), (tip,), end_time=2e-3, output_times=asked)
+    study = probe_quantities.study(scene, symmetry.uncut(scene, ["b"]))
+    heat = assemble(boxes(scene, grading.first_grid(scene, 1e-3, grading.features(scene))))
+    assert len(study.instants) == 2000
+    assert len(trace_errors.instants(study, heat)) < 300
+    times = solve(scene).traces.time
+    assert np.isin(asked, times).all()

@@ -124,7 +124,7 @@ def test_a_refused_override_says_what_is_allowed(setting, parts):
         ("[snik]\nwidth = 1\n", ["unknown section [snik]", 'did you mean "sink"?']),
         ("[materials.silicone]\ndensity = 1\n", ["unknown section [materials.silicone]", '"materials.silicon"?']),
         ("[materials]\nsilicon = 3\n", ["materials.silicon = 3 must be a section", "thermal_conductivity"]),
-        ("[[box]]\nname = 'a'\n", ["unknown key box = ", "a scene file takes scene, sink, anchor"]),
+        ("[[box]]\nname = 'a'\n", ["is a free scene: validate solve"]),
         ("[[sink]]\nwidth = 1\n", ["sink = [{'width': 1}] must be a section"]),
         ("voltage = 2\n", ["unknown key voltage = 2", 'did you mean "drive.voltage"?']),
         ("[sink]\n'a\\nb' = 2\n", ["unknown key sink.a", "length, width"]),

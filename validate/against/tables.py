@@ -33,7 +33,7 @@ _UNITS = (
     re.compile(r"(?:^|(?<=\s))\(([^()\[\]]{1,20})\)"),
     re.compile(r"\[([^()\[\]]{1,20})\]"),
     re.compile(r"\(([^()\[\]]{1,20})\)"),
-    re.compile(r"\s*/\s*([^\s/()\[\]]{1,20})$"),
+    re.compile(r"(?<!\s)\s*+/\s*+([^\s/()\[\]]{1,20})$"),
     re.compile(r"_([^\W_]{1,20})$"),
 )
 """Where a unit stands, the surest place first: "maxop1(T) (K)", "peak [K]", "T(K)", "T / K", "peak_K"."""
@@ -41,12 +41,13 @@ _UNITS = (
 _SPACED = (
     r"\t+|\s{2,}",
     # Each name but the first starts after what closes the one before, a unit or a place.
-    r"(?<=[)\]])\s+(?=[A-Za-z])",
+    r"(?<=[)\]])\s++(?=[A-Za-z])",
     # Each name but the first stands before a unit.
-    r"\s+(?=\S+ [(\[])",
+    r"(?<!\s)\s++(?=\S+ [(\[])",
     r"\s+",
 )
-"""Where one name ends and the next begins in a row of names apart by blank space."""
+"""Where one name ends and the next begins in a row of names apart by blank space, which is taken whole or not at all
+(++): else a long one is tried at each of its lengths, from each of its places."""
 _PRINTED = re.compile(r"^Index\s+time\s+\S", re.MULTILINE)
 _WRDATA = re.compile(r"(?:[ -]\d\.\d+e[+-]\d{2,3} )+")
 _VECTOR = re.compile(r"[vi]\(|.*#branch$|@", re.IGNORECASE)

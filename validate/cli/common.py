@@ -27,7 +27,7 @@ _SHARED = {
     "--steady": "the steady state only, no transient",
     "--no-figures": "no figures",
     "--explain": "print first what will be solved and what is skipped, and why; then run",
-    "--dry-run": "print that plan alone: nothing is solved or written",
+    "--dry-run": "print that plan alone: nothing is solved, or written but a picture of the scene in --out DIR",
     "--strict": "exit with 1 for any check not as declared (undeclared: expected to agree), or unresolved",
     "--jobs N": "processes at once (default: one a processor)",
     "--markdown FILE": "write the table as a page of the documentation too",
@@ -161,6 +161,8 @@ def run(
         from validate.run.pipeline import plan
 
         planned = plan(scene, request, data)
+        if arguments.dry_run and arguments.out:
+            _picture(scene, folder)
         show(plan_text(planned, style()) + ("\n" if arguments.explain else ""))
     if arguments.dry_run:
         return FINE
@@ -182,6 +184,16 @@ def run(
     if outcome.interrupted:
         return INTERRUPTED
     return DIFFERS if against else FINE
+
+
+def _picture(scene: Any, folder: Path) -> None:
+    """Draws a scene that is not solved, where it is one of boxes."""
+    from validate.folder import Folder
+    from validate.report.figures.scene_picture import save
+    from validate.report.folder import PICTURE, RUN
+    from validate.viewer.boxes import of_boxes
+
+    show(f"Wrote {Folder(folder, RUN).add(PICTURE, partial(save, of_boxes(scene)))}\n")
 
 
 def out(arguments: argparse.Namespace) -> Path | None:

@@ -28,6 +28,7 @@ OPTIONS = {
     "--steady": "the steady state, whatever the scene says of time",
     "--model M": "a 1D model of your own to judge: FILE.py:FUNCTION, FILE.cir (ngspice), FILE.fmu, FILE.csv, "
     "network (lines made of the boxes, as by hand), or scene for the scene's own [model]",
+    "--why": "with --model network: which joint of it is to blame for what, by putting 3D's own resistance into it",
     "--end-time T": "over time from the start to T, such as 2ms, whatever the scene says of it",
     "--out DIR": "", "--no-figures": "", "--strict": "",
     "--fields": "write the 3D temperature fields (fem3d.pvd with .vtu files)",
@@ -41,12 +42,14 @@ OPTIONS = {
 
 def run(arguments: argparse.Namespace) -> int:
     from scenes.loading import load_free as load
-    from validate.run.pipeline import reported
+    from validate.run.kinds.free import reported
 
     if arguments.steady and arguments.end_time is not None:
         raise SceneError(f"--steady and --end-time {arguments.end_time} contradict each other: give one of them")
     until = ("run.end_time", arguments.end_time)
     settings = common.settings(arguments, ("run.steady", "true" if arguments.steady else None), until)
+    if arguments.why and arguments.model != "network":
+        raise SceneError("--why asks which joint of the network is to blame: give --model network with it")
     scene = load(arguments.scene, settings)
     request = common.request(arguments, scene, scene.accuracy, model=arguments.model or "")
     scene = reported(scene, request)

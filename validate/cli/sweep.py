@@ -79,7 +79,9 @@ def scene(arguments: argparse.Namespace) -> Base:
     if not keys & {"run.accuracy", "accuracy"}:
         given = [f"run.accuracy={ACCURACY}", *given]
     found = base(arguments.scene, given)
-    for option in ("voltage", "reduction", "steady"):
+    if found.kind == "free" and getattr(arguments, "steady", False):
+        found = base(arguments.scene, [*given, "run.steady=true"])
+    for option in ("voltage", "reduction"):
         if getattr(arguments, option, None) and found.kind == "free":
             raise SceneError(f"--{option} is for a sink: set the keys of {quoted(arguments.scene)} with --set")
     return found

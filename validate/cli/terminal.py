@@ -17,30 +17,34 @@ if TYPE_CHECKING:
 
 FINE, DIFFERS, BAD_INPUT, NUMERICS, INTERRUPTED = 0, 1, 2, 3, 130
 _SLOW = 2.0  # seconds from which on it is said how long something takes
+_EVERY = 10.0  # seconds between the lines of progress in a file or a pipe
 
 
 @contextmanager
 def progress(quiet: bool = False) -> Iterator[Callable[[str], None]]:
-    """What says on a terminal's last line what is being done, and from two seconds on for how long; the line is cleared
-    at the end. Says nothing elsewhere, nor where it is to be ``quiet``."""
-    if quiet or not sys.stderr.isatty():
+    """What says what is being done: on a terminal's last line, from two seconds on for how long, and cleared at the
+    end; where standard error goes elsewhere, in a line every ten seconds. Says nothing where it is to be ``quiet``."""
+    if quiet:
         yield lambda _: None
         return
-    start, said, done = time.monotonic(), "", Event()
+    start, said, done, shown = time.monotonic(), "", Event(), sys.stderr.isatty()
 
     def draw() -> None:
         spent = time.monotonic() - start
         since = f" ({spent:.0f} s)" if spent >= _SLOW else ""
-        print(f"\r\x1b[K{printable(said, 70)}{since}", end="", file=sys.stderr, flush=True)
+        line = printable(said, 70) + since
+        with suppress(OSError, ValueError):
+            print(f"\r\x1b[K{line}" if shown else line, end="" if shown else "\n", file=sys.stderr, flush=True)
 
     def say(text: str) -> None:
         nonlocal said
         said = text
-        draw()
+        if shown:
+            draw()
 
     def tick() -> None:
-        while not done.wait(0.5):
-            if time.monotonic() - start >= _SLOW:
+        while not done.wait(0.5 if shown else _EVERY):
+            if said and time.monotonic() - start >= _SLOW:
                 draw()
 
     ticker = Thread(target=tick, daemon=True)
@@ -50,7 +54,8 @@ def progress(quiet: bool = False) -> Iterator[Callable[[str], None]]:
     finally:
         done.set()
         ticker.join()
-        print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+        if shown:
+            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
 
 
 def fill_streams() -> None:

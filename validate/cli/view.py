@@ -1,7 +1,10 @@
 """Look at the 3D fields of a run (made with --fields) in pyvista: over time, clipped, along a line, and beside
-the 1D model painted on the same geometry. In the window every key is listed.
+the 1D model painted on the same geometry. In the window every key is listed. Of a scene file, before it is solved:
+its boxes, boundaries, electrodes and probes by name.
 
 examples:
+  validate view bridge --screenshot bridge.png
+  validate view mine.toml --set parameters.w=12um
   validate sink --fields && validate view results/sink-1V-fields
   validate view results/sink-1V-fields --show compare --screenshot compare.png
   validate view results/sink-1V-fields --movie heating.gif
@@ -16,10 +19,12 @@ import re
 from pathlib import Path
 
 from scenes.errors import SceneError, quoted
+from validate.cli.common import refuse
 from validate.cli.terminal import FINE, progress, show
 
 OPTIONS = {
-    "path RUN_OR_FILE": "a results folder, or a .pvd, .vtu or .vtkhdf file",
+    "path RUN_OR_FILE": "a results folder, a .pvd, .vtu or .vtkhdf file; or a scene: its file, or bridge, sink ...",
+    "--set KEY=VALUE ...": "of a scene, override a key, as often as needed",
     "--show {rise,temperature,potential,current_density,heat_source,compare}":
         "what to show first (default: rise); compare is 3D, 1D, difference",
     "--time T": "the stored time nearest to T, such as 0.5ms (default: the last)",
@@ -43,6 +48,9 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.off_screen and not files:
         raise SceneError("--off-screen shows nothing by itself: give --screenshot FILE or --movie FILE")
     _ending("--screenshot", arguments.screenshot, (".png", ".jpg", ".jpeg"))
+    if is_scene(arguments.path):
+        return _scene(arguments)
+    refuse((arguments.set, f"--set is for a scene, and {quoted(Path(arguments.path))} is none: leave it out"))
     _ending("--movie", arguments.movie, (".gif", ".mp4"))
     asked = vars(arguments) | {
         "path": str(Path(arguments.path)),
@@ -58,6 +66,34 @@ def run(arguments: argparse.Namespace) -> int:
         notes = start(asked, say)
     for line in (*notes, *(f"Wrote {name}" for name in files)):
         show(line)
+    return FINE
+
+
+def is_scene(path: str) -> bool:
+    """Whether a path is that of a scene file, or the name of a built-in scene, and none of a run."""
+    from scenes.loading import known_names
+
+    return path.endswith(".toml") or (path in known_names() and not Path(path).exists())
+
+
+def _scene(arguments: argparse.Namespace) -> int:
+    """A scene that isn't solved yet: its picture, or a window with it."""
+    from scenes.loading import load
+    from validate.viewer.boxes import of_boxes, parts
+    from validate.viewer.window import start
+
+    given = vars(arguments)
+    for name in ("show", "time", "exaggerate", "clip", "probe", "edges", "movie"):
+        refuse((given[name], f"--{name} is for fields, and {quoted(Path(arguments.path))} is a scene: leave it out"))
+    size, scene = _size(arguments.size or "1400x800"), of_boxes(load(arguments.path, arguments.set))
+    if arguments.screenshot:
+        from validate.report.figures.scene_picture import save
+
+        save(scene, Path(arguments.screenshot), size[0])
+        show(f"Wrote {arguments.screenshot}")
+        return FINE
+    with progress() as say:
+        start({"off_screen": False, "screenshot": None, "movie": None, "size": size, **parts(scene)}, say)
     return FINE
 
 

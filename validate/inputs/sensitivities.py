@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +10,6 @@ import numpy as np
 
 from compare.sink_checks import fig5
 from compare.verdict import Check, Models, judge
-from reduced1d.slopes import OF_DEVICE
 from scenes.device import Device
 from scenes.formats import percent
 from scenes.model import AnyScene
@@ -187,10 +186,10 @@ def of_device(device: Device, in_3d: Model | None) -> Sensitivities:
     return Sensitivities(numbers(device), steady, left_out=left_out)
 
 
-def checks(scene: Sink | Device, found: Sensitivities) -> tuple[Check, ...]:
-    """For each key that anything follows the check whether 1D follows it as 3D does: the largest difference of their
-    slopes over quantities, of the largest slope of that quantity."""
-    made, called = [], OF_DEVICE if isinstance(scene, Device) else QUANTITIES
+def checks(scene: Any, found: Sensitivities, called: Mapping[str, str]) -> tuple[Check, ...]:
+    """For each key that any of the quantities (``called`` so) follows the check whether 1D follows it as 3D does: the
+    largest difference of their slopes over quantities, of the largest slope of that quantity."""
+    made = []
     largest = {name: found.largest(name) for name in called}
     tolerance = scene.tolerance("slope")
     for key in found.sorted(called):

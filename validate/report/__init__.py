@@ -12,8 +12,6 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from validate.run.pipeline import kind
-
 if TYPE_CHECKING:
     from validate.report.table import Section, Style
     from validate.run.outcome import Outcome
@@ -23,7 +21,7 @@ _ANALYSES = ("propagated", "fit", "validation", "air", "sensitivities", "why")
 
 def of(scene: Any) -> Any:
     """The module that tells of a scene's kind of run."""
-    return import_module(f"validate.report.{kind(scene)}")
+    return import_module(f"validate.report.{scene.kind}")
 
 
 def analysed(outcome: Outcome[Any], style: Style) -> list[Section]:

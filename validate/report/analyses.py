@@ -4,22 +4,20 @@ what the air does, and the budget of a difference."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from compare import against
-from compare.verdict import COVERS, unit_of
-from scenes.device import Device
+from compare.verdict import COVERS
 from scenes.formats import cut, difference_text, percent, quantity, signed, span
-from scenes.model import UNITS
 from scenes.parameters import SECTION
-from scenes.sink import OF_A_SINK, Sink
 from scenes.varied import kind_of
-from validate.inputs.sensitivities import PREFIX, QUANTITIES
+from validate.inputs.sensitivities import PREFIX
 from validate.report.table import Row, Section, Style, Table
+from validate.run import kinds
 
 if TYPE_CHECKING:
     from compare.blame import Budget, Part, Split
@@ -30,10 +28,6 @@ if TYPE_CHECKING:
     from validate.inputs.validation import Validation
     from validate.run.outcome import Outcome
 
-SHOWN = ("peak_rise_K", "end_rise_K", "current_A", "sink_power_W", "sensor_power_W", "sensor_V")
-"""Quantities of which a terminal and a figure have room; the page and the summary have all."""
-_OF_A_SINK = {q.steady: (q.called, q.unit) for q in OF_A_SINK.values()} | {"heat_out_W": ("heat out", "W")}
-"""A sink's quantities, with what they are called where there is little room, and their units."""
 MOST = 3
 """Of a free scene's probes so many are shown there."""
 _LEAST = 5e-5
@@ -58,14 +52,11 @@ def short(key: str) -> str:
 
 def followed(outcome: Outcome[Any], full: bool = False) -> dict[str, str]:
     """The quantities whose sensitivities are shown, with what they are called."""
-    known = QUANTITIES
-    if isinstance(outcome.scene, Device):
-        from reduced1d.slopes import OF_DEVICE as known  # noqa: N811
-    elif not isinstance(outcome.scene, Sink):
-        found = outcome.sensitivities
-        names = [p.name for p in outcome.scene.probes if found is None or p.name in found.values]
-        return {name: name for name in (names if full else names[:MOST])}
-    return {name: called for name, called in known.items() if full or name in SHOWN}
+    kind, found = kinds.of(outcome.scene), outcome.sensitivities
+    known = {name: called for name, (called, _) in kind.quantities(outcome).items()}
+    if found is not None and found.values:
+        known = {name: called for name, called in known.items() if name in found.values}
+    return known if full else {name: known[name] for name in kind.SHOWN or list(known)[:MOST]}
 
 
 def sensitivities(found: Sensitivities, outcome: Outcome[Any], style: Style) -> Section:
@@ -114,16 +105,12 @@ def propagated(found: Propagated, outcome: Outcome[Any], style: Style) -> Sectio
     difference, and the key that adds most; then those of the checks, and what samples say."""
     given = ", ".join(f"{short(key)} {percent(u)}" for key, u in found.uncertain.relative.items())
     correlated = "".join(f"; {short(a)} and {short(b)} {r:+g}" for (a, b), r in found.uncertain.correlations.items())
-    quantities = _OF_A_SINK
-    if isinstance(outcome.scene, Device):
-        quantities = {name: (called, unit_of(name)) for name, called in followed(outcome, True).items()}
-    elif not isinstance(outcome.scene, Sink):
-        quantities = {p.name: (cut(p.name, 30), UNITS[p.quantity]) for p in outcome.scene.probes}
+    quantities = kinds.of(outcome.scene).quantities(outcome)
     heads, rows = ["u_input of", "3D", "1D", "1D/3D - 1", "most by"], []
     for name, (called, unit) in quantities.items():
         both = [quantity(of[name], unit, 2) if name in of else "" for of in (found.fem3d, found.reduced1d)]
         off = percent(found.difference[name]) if name in found.difference else ""
-        rows.append([called, *both, off, short(found.most.get(name, ""))])
+        rows.append([cut(called, 30), *both, off, short(found.most.get(name, ""))])
     if not found.reduced1d:
         heads, *rows = [[*row[:2], row[4]] for row in (heads, *rows)]
     known = [f"{check.id} {percent(check.u_input)}" for check in outcome.checks if check.u_input is not None]
@@ -132,14 +119,14 @@ def propagated(found: Propagated, outcome: Outcome[Any], style: Style) -> Sectio
         Table(heads, rows),
         f"of the differences: {', '.join(known)}" if known else "",
     ]
-    parts += [] if outcome.sampled is None else [_samples(outcome.sampled)]
+    parts += [] if outcome.sampled is None else [_samples(outcome.sampled, quantities)]
     return Section("Uncertain inputs", parts, headed=False)
 
 
-def _samples(found: Sampled) -> Table:
+def _samples(found: Sampled, quantities: Mapping[str, tuple[str, str]]) -> Table:
     """What the samples spread by, beside what linear propagation makes of it."""
     rows = []
-    for name, (called, unit) in _OF_A_SINK.items():
+    for name, (called, unit) in quantities.items():
         row = [called]
         for own in (found.fem3d, found.reduced1d):
             spread = own.get(name)
@@ -261,8 +248,9 @@ def why(found: Budget, outcome: Outcome[Any], style: Style) -> Section:
     from compare.blame import of_current
 
     over_time = found.transient
+    of = "what else 3D finds" if found.start == "network" else f"the {of_current(outcome.scene)}"
     parts: list[Table | str] = [
-        f"in % of the final rise, or of the {of_current(outcome.scene)}",
+        f"in % of the final rise, or of {of}",
         _parts("steady state", found.steady, style),
     ]
     if over_time:

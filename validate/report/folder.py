@@ -15,18 +15,19 @@ from scenes.loading import distinguishes, shortened
 from scenes.plan import Request
 from scenes.units import POWER, TIME, VOLTAGE
 from validate.folder import Content, Folder
-from validate.run.pipeline import kind
 
+PICTURE = "scene.png"
+"""The picture of a scene that isn't solved yet."""
 SCHEMA = 1
 """The version of summary.json."""
 
 RUN = Content(
     "a run of this program", "output", "--out",
     re.compile(
-        r"summary\.json|(traces|sensitivities)\.csv|(figure\w+|islands|islands_runs|air|why|sensitivity|validation)"
+        r"scene\.png|summary\.json|(traces|sensitivities)\.csv|(figure\w+|islands|islands_runs|air|why|sensitivity|validation)"
         r"\.(png|svg)|fem3d\.(pvd|vtkhdf)|fem3d_\w+\.vtu|report\.html"
     ),
-    "summary.json", ("schema", "plan"),
+    "summary.json", ("schema", "plan"), (PICTURE,),
 )  # fmt: skip
 
 MODEL = Content(
@@ -62,9 +63,9 @@ def folder_of(scene: Any, request: Request, settings: Sequence[str] = (), data: 
     asked += [] if request.uncertain is None else ["uncertain", *request.uncertain.given]
     fields = ["fields"] * request.fields
     model = ["model", getattr(request.model, "__name__", str(request.model))] if request.model else []
-    if kind(scene) == "free":
+    if scene.kind == "free":
         return _safe(scene.name, *_words(settings), *model, *asked, *fields)
-    if kind(scene) == "sink":
+    if scene.kind == "sink":
         words = [request.reduction.replace(":", "")] * (request.reduction != "paper")
         words += ["3d"] * (request.models == ("fem3d",)) + ["1d"] * (request.models == ("reduced1d",))
         words += ["steady"] * (not request.transient) + ["why"] * request.why + ["air"] * request.air

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -57,7 +58,14 @@ def headline(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style
 def sections(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style) -> list[Section]:
     """The probes, those of a transient at the times asked for, and how far a model is from them."""
     judged = checks.sections(checks.without_slopes(outcome.checks), contrary, style)
-    return [_probes(outcome, style), *_at_times(outcome, style), *judged, *analysed(outcome, style)]
+    found = [_probes(outcome, style), *_at_times(outcome, style), *judged, *analysed(outcome, style)]
+    return [*found, network.section(outcome.scene, style)] if (network := _network(outcome)) else found
+
+
+def _network(outcome: Outcome[AnyScene]) -> Any:
+    """The module that tells of the network, where that is the model."""
+    is_one = outcome.reduced1d is not None and outcome.reduced1d.model == "network"
+    return import_module("validate.report.network") if is_one else None
 
 
 def value_text(probe: Probe | GroupProbe, result: Result, style: Style) -> str:
@@ -165,6 +173,7 @@ def entries(outcome: Outcome[AnyScene]) -> dict[str, Any]:
     model: dict[str, Any] = {"model": one.model}
     model["steady"] = {name: {"value": e.value, "error": e.error} for name, e in one.steady.items()}
     model |= {"errors": one.traces.errors} if one.traces is not None else {}
+    model |= {"network": network.entries(scene)} if (network := _network(outcome)) else {}
     judged = [check_document(check) for check in outcome.checks]
     return {"answer": outcome.answer, "fem3d": found, "reduced1d": model, "checks": judged}
 

@@ -18,7 +18,7 @@ from validate.folder import Folder
 from validate.report import of
 from validate.report.figures.render import Renderer
 from validate.report.folder import MODEL, RUN, folder_of, replaced
-from validate.run import plan
+from validate.run import kinds
 from validate.run.outcome import Clock, Outcome
 from validate.run.pipeline import answer
 
@@ -110,7 +110,7 @@ def _drawn(place: str, outcome: Outcome[Any]) -> Figure:
 
 def draws_field(scene: Any, request: Request) -> bool:
     name = of(scene).FIELD_FIGURE.removeprefix("figure ")
-    return bool(name) and name not in plan.skipped_figures(scene, request)
+    return bool(name) and name not in kinds.of(scene).skipped_figures(scene, request)
 
 
 def _write_columns(path: Path, columns: dict[str, np.ndarray]) -> None:

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 
 from validate.report import of
 from validate.report.folder import SCHEMA
-from validate.run.pipeline import kind
 
 if TYPE_CHECKING:
     from compare.verdict import Check
@@ -34,7 +33,7 @@ def write_document(path: Path, found: dict[str, Any]) -> None:
 
 def document(outcome: Outcome[Any]) -> dict[str, Any]:
     """The summary as JSON types: full precision, and null for what is not a finite number."""
-    reader = import_module("scenes.free" if kind(outcome.scene) == "free" else "scenes.loading")
+    reader = import_module("scenes.free" if outcome.scene.kind == "free" else "scenes.loading")
     found: dict[str, Any] = {
         "schema": SCHEMA,
         "command": outcome.request.command or None,

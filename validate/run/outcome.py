@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -114,3 +114,13 @@ class Clock:
 
     def all(self) -> dict[str, float]:
         return {**self._stages, "total": time.perf_counter() - self._start}
+
+
+@dataclass(frozen=True)
+class Run:
+    """What is solved, what is asked of it, who is told of the progress, and the clock of its stages."""
+
+    scene: Any
+    request: Request
+    say: Callable[[str], None] = lambda _: None
+    clock: Clock = field(default_factory=Clock)

@@ -50,7 +50,7 @@ def declared(scene: Any, request: Request) -> Any:
 
 def of_sink(sink: Sink, request: Request, solver: tuple[Step, ...], data: Data | None = None) -> tuple[Step, ...]:
     """The plan of a sink around the lines of the 3D ``solver``."""
-    in_3d, left = "fem3d" in request.models, skipped_figures(sink, request)
+    in_3d, left = "fem3d" in request.models, skipped_of_sink(sink, request)
     steps = [*solver, _reduction(request), *_checks(sink, request), *_figures(figures_of(sink), left)]
     steps.append(step("traces.csv", "every quantity against time", "" if request.transient else _STEADY))
     # What is done only when asked for, and so has no line where it isn't.
@@ -83,7 +83,7 @@ def of_device(device: Device, request: Request) -> tuple[Step, ...]:
         "accurate": "all layers at once, exact between samples but for V2/R, its error estimated",
         "paper": "the paper's own: partitioned, Crank-Nicolson and Runge-Kutta; the accurate one beside it",
     }
-    in_3d, left = "" if request.in_3d else "not asked for (--3d)", skipped_figures(device, request)
+    in_3d, left = "" if request.in_3d else "not asked for (--3d)", skipped_of_device(device, request)
     found = [
         step("3D model", f"a few states of the whole device, known to {device.accuracy_3d:g}", in_3d),
         step("1D device", f"{scheme[request.scheme]}; from cold to {device.end_time:g} s"),
@@ -114,7 +114,7 @@ def of_device(device: Device, request: Request) -> tuple[Step, ...]:
 
 def of_free(scene: AnyScene, request: Request, solver: tuple[Step, ...]) -> tuple[Step, ...]:
     """The plan of a free scene around the lines of the 3D ``solver``."""
-    skipped, when = skipped_figures(scene, request), "steady" if scene.steady else "hottest moment's"
+    skipped, when = skipped_of_free(scene, request), "steady" if scene.steady else "hottest moment's"
     steps = [*solver, *_own_model(scene, request), *_uncertain(request)]
     if request.sensitivities:
         how = "by dual solutions" if scene.steady else "in the reduced space, widened by dual fields"
@@ -168,17 +168,21 @@ def figures_of(sink: Sink) -> dict[str, str]:
     return SINK_FIGURES if sink.spans == 1 else {n: w for n, w in SINK_FIGURES.items() if n != "figure5"} | ROW_FIGURES
 
 
-def skipped_figures(scene: Sink | Device | AnyScene, request: Request) -> dict[str, str]:
-    """The figures that a run doesn't draw, each with the reason."""
-    if isinstance(scene, Device):
-        return not_about(request) if request.figures else dict.fromkeys(DEVICE_FIGURES, _NO_FIGURES)
-    if not isinstance(scene, Sink):
-        found = {"field": _no_heat(scene), "traces": _no_traces(scene)}
-        return {
-            name: why if request.figures else _NO_FIGURES for name, why in found.items() if why or not request.figures
-        }
+def skipped_of_device(device: Device, request: Request) -> dict[str, str]:
+    """The figures that a run of a device doesn't draw, each with the reason."""
+    return not_about(request) if request.figures else dict.fromkeys(DEVICE_FIGURES, _NO_FIGURES)
+
+
+def skipped_of_free(scene: AnyScene, request: Request) -> dict[str, str]:
+    """The same of a free scene."""
+    found = {"field": _no_heat(scene), "traces": _no_traces(scene)}
+    return {name: why if request.figures else _NO_FIGURES for name, why in found.items() if why or not request.figures}
+
+
+def skipped_of_sink(sink: Sink, request: Request) -> dict[str, str]:
+    """The same of a sink."""
     if not request.figures:
-        return dict.fromkeys(figures_of(scene), _NO_FIGURES)
+        return dict.fromkeys(figures_of(sink), _NO_FIGURES)
     skipped: dict[str, str] = {}
     if not request.why:
         skipped["islands_runs"] = "other rows are solved for it only with --why"
@@ -186,7 +190,7 @@ def skipped_figures(scene: Sink | Device | AnyScene, request: Request) -> dict[s
         skipped |= dict.fromkeys(("figure4", "figure5", *ROW_FIGURES), _NO_FIELD)
     if not request.transient:
         skipped |= dict.fromkeys(("figure6", "figure7"), _STEADY)
-    return {name: why for name, why in skipped.items() if name in figures_of(scene)}
+    return {name: why for name, why in skipped.items() if name in figures_of(sink)}
 
 
 def _figures(all_: Mapping[str, str], left: Mapping[str, str]) -> list[Step]:
@@ -200,7 +204,7 @@ def needs(device: Device, request: Request, *figures: str) -> bool:
 
 
 def drawn(device: Device, request: Request, *figures: str) -> bool:
-    return not skipped_figures(device, request).keys() >= set(figures)
+    return not skipped_of_device(device, request).keys() >= set(figures)
 
 
 def design_reason(request: Request) -> str:

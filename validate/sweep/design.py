@@ -103,10 +103,10 @@ class Base:
 
 def base(source: str | Path | Sink | AnyScene, settings: Sequence[str] = ()) -> Base:
     """What a scene, its name or its file stands for. Raises SceneError."""
-    if isinstance(source, Sink):
-        return Base("sink", source.name, written(source), settings=tuple(settings))
     if not isinstance(source, str | Path):
-        return Base("free", source.name, written(source), str(Path.cwd()), tuple(settings))
+        given: Any = source
+        own = getattr(getattr(given, "model", None), "folder", "") or getattr(given, "folder", "")
+        return Base(given.kind, given.name, written(given), str(Path(own).resolve()), tuple(settings))
     found, name, folder = document(source, known_names())
     of = type_of_file(found)
     if of is DEVICE:

@@ -166,8 +166,8 @@ def solve(work: Work, seconds: float | None = None) -> list[Row]:
         parts, status, because = None, "failed", ""
         try:
             with within(seconds):
-                scene = work.base.at(settings(work.keys, point))
-                if isinstance(scene, Sink):
+                scene: Any = work.base.at(settings(work.keys, point))
+                if work.base.kind == "sink":
                     values, parts, result = _sink(scene, work.scope, earlier)
                     earlier = earlier or result
                 else:
@@ -202,7 +202,7 @@ def _sink(
     verdict is open."""
     from reduced1d.ladder.levels import Levels
     from validate.run import hottest
-    from validate.run.pipeline import compared
+    from validate.run.kinds.sink import compared
 
     request = Request(transient=not scope.steady, figures=False, reduction=scope.reductions[0])
     # Which part is the largest the coarser models of the ladder tell; a reduction that stands on it needs both.
@@ -288,7 +288,7 @@ def _free(scene: AnyScene) -> dict[str, Any]:
     """The columns of a free scene: every probe, at the end where it is over time."""
     from fem3d.runs import scene as scene_run
     from validate.run import hottest
-    from validate.run.pipeline import reported
+    from validate.run.kinds.free import reported
 
     scene = reported(scene, Request(figures=False))
     result = scene_run.solve(scene)

@@ -41,10 +41,8 @@ def start(request: dict[str, Any], progress: Callable[[str], None]) -> list[str]
     present(Path(request["path"]))
     if not request["off_screen"] and sys.platform.startswith("linux"):
         if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-            raise NoGraphicsError(
-                "there is no display to open a window on: give --screenshot FILE or --movie FILE, or open the run's "
-                "report.html"
-            )
+            instead = "" if "parts" in request else " or --movie FILE, or open the run's report.html"
+            raise NoGraphicsError(f"there is no display to open a window on: give --screenshot FILE{instead}")
     progress("starting the viewer")
     # The packages may be importable here only because of where this process was started.
     root = str(Path(__file__).parents[2])
@@ -109,6 +107,11 @@ def main() -> int:
 
 
 def _show(request: dict[str, Any]) -> None:
+    if "parts" in request:
+        from validate.viewer import boxes
+
+        boxes.show(request)
+        return
     source = find(Path(request["path"]))
     source.reading = lambda what: print(f"{READS}{what}", flush=True)
     first = source.grid(0)

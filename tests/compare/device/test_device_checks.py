@@ -23,7 +23,7 @@ from scenes.loop.result import Run, Runs, sampled_slowly, settling
 from scenes.plan import Request
 from validate.report.checks import claimed, off_by
 from validate.report.device import _in_3d
-from validate.run.pipeline import simulated
+from validate.run.kinds.device import simulated
 from validate.run.plan import needs
 
 SLOPE = 0.15 * 1e-3 * 100e-6 / 100e-6

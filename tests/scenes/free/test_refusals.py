@@ -124,6 +124,12 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
                                                               "ambient": 1}}),
         ('boundary "air".convection.coefficient may not vary in time',),
     ),
+    "schedule of 2,001 points": (
+        put("boundary", 1, voltage={"times": [n / 1e3 for n in range(2001)], "values": [1] * 2001}),
+        ('boundary "left".voltage.times has 2001 points: give at most 2000',),
+    ),
+    "10,001 output times": (run(output_times=[n / 1e3 for n in range(10_001)]),
+        ("run.output_times has 10001 times: give at most 10000",)),
     "no ambient": (add("boundary", {"name": "air", **LID, "convection": {"coefficient": 1}}),
         ("convection.ambient is missing",)),
     "electrode on oxide": (add("boundary", flat("low", [0, 0, -1], [1, 1, -1], voltage=1)),
@@ -272,7 +278,7 @@ def test_transient_needs_no_exit_but_something_that_acts() -> None:
     ("setting", "said"),
     [
         ("boundary.lft electrode.voltage=1", ('no boundary "lft electrode"', 'did you mean "left electrode"?')),
-        ("boundry.left.voltage=1", ("boundry.left.voltage", 'did you mean "boundary"?')),
+        ("boundry.left.voltage=1", ("boundry.left.voltage", 'did you mean "boundary.left electrode.voltage"?')),
         ("run.acuracy=1", ("unknown key run.acuracy", 'did you mean "run.accuracy"?')),
         ("box.beam=1", ("box.beam names no item", "give box.NAME.KEY")),
         ("run.accuracy=1", ("run.accuracy = 1 is out of range",)),

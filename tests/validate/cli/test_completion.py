@@ -71,7 +71,7 @@ ROOT = Path(__file__).parents[3]
 CODE = """
 import sys, time
 from validate.cli import terminal
-terminal._SLOW = 0.2
+terminal._SLOW, terminal._EVERY = 0.2, 0.4
 with terminal.progress(quiet={quiet}) as say:
     say("solving in 3D")
     time.sleep({seconds})
@@ -115,6 +115,14 @@ def test_quiet_is_quiet() -> None:
     assert on_a_terminal(True, 0.1) == ""
 
 
-def test_a_pipe_is_told_nothing() -> None:
-    found = subprocess.run(command(False, 0.1), capture_output=True, text=True, cwd=ROOT, check=True)
-    assert (found.stdout, found.stderr) == ("done\n", "")
+def in_a_pipe(quiet: bool, seconds: float) -> str:
+    return subprocess.run(command(quiet, seconds), capture_output=True, text=True, cwd=ROOT, check=True).stderr
+
+
+def test_a_pipe_is_told_every_now_and_then() -> None:
+    """Whole lines, for a log: none of what is soon done, and none where it is to be quiet."""
+    lines = in_a_pipe(False, 1.0).splitlines()
+    assert lines[0] == "solving in 3D (0 s)"
+    assert len(lines) == 2
+    assert in_a_pipe(False, 0.1) == ""
+    assert in_a_pipe(True, 1.0) == ""

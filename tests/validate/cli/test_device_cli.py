@@ -28,8 +28,8 @@ from tests.validate.cli import summary
 from validate.cli import main
 from validate.report.figures import device_figures as own
 from validate.report.table import Style, Table
+from validate.run.kinds.device import simulated
 from validate.run.outcome import Outcome
-from validate.run.pipeline import simulated
 
 QUICK = ("--set", "control.sample_time=1ms", "--set", "control.sink_gain=0.5")
 

@@ -62,10 +62,13 @@ def test_strict_asks_nothing_of_a_better_model_that_is_the_papers(capsys: pytest
 @pytest.fixture
 def _fewer_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figure 7 alone beside the budget's: the others take seconds."""
-    monkeypatch.setattr(
-        "validate.run.plan.skipped_figures",
-        lambda _, request: dict.fromkeys(("figure4", "figure5", "figure6") if request.figures else FIGURES, "not now"),
-    )
+    for name in ("validate.run.plan.skipped_of_sink", "validate.run.kinds.sink.skipped_figures"):
+        monkeypatch.setattr(
+            name,
+            lambda _, request: dict.fromkeys(
+                ("figure4", "figure5", "figure6") if request.figures else FIGURES, "not now"
+            ),
+        )
 
 
 @pytest.mark.usefixtures("_fewer_figures")

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from scenes.loading import builtin_text
 from validate.cli import main
 
 VARIED = "--vary sink.width=10um:200um:3"
@@ -79,7 +80,7 @@ REFUSED = {
     f"sweep sink {VARIED} --seed 1": "give --sample N too",
     f"sweep sink {VARIED} --workers 1 --scheduler tcp://x:1": "give one of the two",
     f"sweep device {VARIED}": "has no 3D model to sweep",
-    "sweep bridge --vary box.bem.upper.x=1um:2um:2": 'the scene has no box "bem.upper"',
+    "sweep bridge --vary box.bem.upper.x=1um:2um:2": 'the scene has no box "bem"',
     "sweep bridge --vary box.beam.upper.x=1V:2V:2": "is a voltage, not a length",
     f"sweep bridge {BEAM} --check midle": 'did you mean "middle"?',
     f"sweep bridge {BEAM} --voltage 2": "--voltage is for a sink", f"map sink {TWO}": "--check",
@@ -97,6 +98,22 @@ REFUSED = {
         "run.end_time = 0.0140375 s is before the last of run.output_times, 0.0140376 s",
     "solve bridge --set box.beam.material=gold": '"gold" is not in the scene',
     "solve bridge --accuracy 2": "run.accuracy", "solve bridge --air": "unknown option",
+    # another command's scene, another key's name, another spelling of a unit
+    "solve sink": "another command: validate sink", "sink bridge": "another command: validate solve bridge",
+    "device hotplate": "another command: validate solve hotplate", "solve device": "another command: validate device",
+    "solve sink.toml": "is a sink's scene: validate sink sink.toml",
+    "sink 'my bridge.toml'": "is a free scene: validate solve 'my bridge.toml'",
+    "device 'my bridge.toml'": "is a free scene: validate solve",
+    "solve device.toml": "is a device's scene: validate device", "sink device.toml": "is a device's scene: validate",
+    "solve bridge --set voltage=1": '"boundary.left electrode.voltage" or "boundary.right electrode.voltage"',
+    "solve bridge --set bx.beam.upper.x=1um": 'did you mean "box.beam.upper"?',
+    "solve bridge --set box.bem.upper.x=1um": '"left foot", "right foot", did you mean "beam"',
+    "solve bridge --set material.polysilicon.thermal_conductivity='200 W/mK'": 'did you mean "200 W/(m K)"',
+    "solve bridge --set material.polysilicon.electrical_conductivity=1": "give resistivity, its inverse",
+    "sink --set materials.silicon.electrical_conductivity=1": "give resistivity, its inverse",
+    "sink --set materials.silicon.specific_heat='700 J/kgK'": 'did you mean "700 J/(kg K)"',
+    "sink --set materials.silicon.resistivity='1 S/m'": 'unknown unit "S", did you mean "1/ohm"',
+    "sink --set sink.width='300 mu'": 'unknown unit "mu", did you mean "um"',
     # studies
     "verify --jobs 0": "--jobs", "verify --jobs two": "--jobs", "verify --only all": "invalid choice",
     "stress --quick --scenes 0": "--scenes", "stress --quick --seed x": "--seed", "stress --quick --jobs -1": "--jobs",
@@ -114,11 +131,15 @@ REFUSED = {
 
 @pytest.mark.parametrize("command", REFUSED)
 def test_bad_input_is_one_sentence(command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scenes = {"my bridge.toml": "bridge", "sink.toml": "sink", "device.toml": "device"}
     (tmp_path / "file").write_text("")
+    for name in (name for name in scenes if name in command):
+        (tmp_path / name).write_text(builtin_text(scenes[name]))
+    names = {path.name for path in tmp_path.iterdir()}
     assert main(shlex.split(command)) == 2
     out, err = capsys.readouterr()
     assert out == ""
     assert err.startswith("validate: ")
     assert err.count("\n") == 1
     assert REFUSED[command] in err
-    assert [entry.name for entry in tmp_path.iterdir()] == ["file"]
+    assert {path.name for path in tmp_path.iterdir()} == names

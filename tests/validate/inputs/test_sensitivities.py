@@ -23,7 +23,9 @@ def made(**slopes: tuple[float, float]) -> Sensitivities:
 
 
 def test_a_slope_is_judged_by_the_largest_of_its_quantity() -> None:
-    found = sensitivities.checks(Sink(), made(voltage=(2.0, 2.0), width=(0.5, 0.65), length=(-0.5, -0.75)))
+    found = sensitivities.checks(
+        Sink(), made(voltage=(2.0, 2.0), width=(0.5, 0.65), length=(-0.5, -0.75)), sensitivities.QUANTITIES
+    )
     verdicts = {check.id: check.verdict for check in found}
     assert verdicts == {"slope_voltage": "agrees", "slope_width": "agrees", "slope_length": "differs"}
     by_id = {check.id: check for check in found}
@@ -38,19 +40,19 @@ def test_a_slope_is_judged_by_the_largest_of_its_quantity() -> None:
     (0.0, "does not see how the end rise follows width"),
 ])  # fmt: skip
 def test_the_worst_in_a_sentence(one: float, said: str) -> None:
-    checks = sensitivities.checks(Sink(), made(width=(2.0, one), length=(-0.5, -0.5)))
+    checks = sensitivities.checks(Sink(), made(width=(2.0, one), length=(-0.5, -0.5)), sensitivities.QUANTITIES)
     assert said in sensitivities.sentence(checks)
 
 
 def test_nothing_to_say_where_they_agree() -> None:
-    checks = sensitivities.checks(Sink(), made(width=(2.0, 2.0)))
+    checks = sensitivities.checks(Sink(), made(width=(2.0, 2.0)), sensitivities.QUANTITIES)
     assert sensitivities.sentence(checks) == "The 1D model follows every key as 3D does."
     assert sensitivities.sentence(()) == ""
 
 
 def test_a_tolerance_of_ones_own() -> None:
     sink = Sink(tolerances={"slope": 0.5})
-    assert sensitivities.checks(sink, made(width=(2.0, 1.5)))[0].verdict == "agrees"
+    assert sensitivities.checks(sink, made(width=(2.0, 1.5)), sensitivities.QUANTITIES)[0].verdict == "agrees"
 
 
 def test_columns() -> None:

@@ -17,8 +17,11 @@ from typing import Any
 import psutil
 import pytest
 
+from scenes.loading import builtin_text
 from tests import browser
 from validate.cli import main
+from validate.cli.arguments import parse
+from validate.cli.sweep import scene
 from validate.pool import pool
 from validate.sweep import cluster as cluster_of
 from validate.sweep.design import Design, base
@@ -350,3 +353,12 @@ def test_a_cluster_that_is_slow_to_end_is_no_failure() -> None:
 
     with cluster_of.Cluster(1, None, None) as cluster:
         cluster._started.callback(close)
+
+
+def test_steady_is_taken_as_solve_takes_it() -> None:
+    """Of a scene over time, too."""
+    text = builtin_text("hotplate").replace("voltage = { times", 'voltage = "1 V" # { times')
+    Path("plate.toml").write_text(text)
+    command = ["sweep", "plate.toml", "--vary", "run.accuracy=0.01,0.02"]
+    assert not scene(parse(command)).at(()).steady  # type: ignore[union-attr]
+    assert scene(parse([*command, "--steady"])).at(()).steady  # type: ignore[union-attr]

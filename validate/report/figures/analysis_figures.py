@@ -15,6 +15,7 @@ from scenes.formats import cut, sink_text
 from scenes.sink import Sink
 from validate.report.figures import INK, LINES, PARTS
 from validate.report.figures.drawing import band, kept, legend, logarithmic, new_figure
+from validate.run import kinds
 
 if TYPE_CHECKING:
     from compare.blame import Budget
@@ -124,7 +125,7 @@ def sensitivity(outcome: Outcome[Any]) -> Figure:
     if any(s.reduced1d is not None for s in slopes):
         models["reduced1d"] = outcome.reduced1d.model if outcome.reduced1d else "1D"
     both = len(models) > 1
-    whose = sink_text(outcome.scene) if isinstance(outcome.scene, Sink) else outcome.scene.name
+    whose = kinds.of(outcome.scene).text(outcome.scene)
     who = "the models follow" if both else f"{next(iter(models.values()), '3D')} follows"
     text, said = f"How {who} each key, {whose}: % for each percent", sentence(outcome.checks)
     height, bottom = 1.5 + _ROW * max(len(keys), 3), 0.75 if both else 0.4

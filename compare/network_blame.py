@@ -1,0 +1,111 @@
+"""Which joint of a network of lines is to blame for its difference from 3D: for each the resistance that 3D has there,
+put in one after the other.
+
+3D's resistance of a joint is the difference of the mean temperatures over the cross-sections that it joins, over what
+flows from one to the other; of a condition that to what is given. As the heat flow along a line follows the mean over
+its cross-section exactly, what then remains is how flows spread over joints and how resistivities follow the local
+temperature, which lines cannot say. The parts add up to the whole difference.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+from compare.blame import Budget, Part, Split
+from fem3d.runs.scene import solve as solve_3d
+from reduced1d.network.lines import layout
+from reduced1d.network.places import Place, places
+from reduced1d.network.solution import of_layout
+from scenes import physics
+from scenes.formats import percent, signed
+from scenes.model import UNITS, AnyScene, Scene
+from scenes.result import Estimate, Result
+
+REST = "what lines cannot say"
+FELT = 1e-3
+"""Of the largest rise or potential at any joint: a resistance that changes the drop over it by less stays."""
+LEAST = 1e-6
+"""Of the largest flow: what passes less has no resistance that could be measured."""
+
+
+def blame(given: AnyScene, fem3d: Result, network: Result) -> Budget:
+    """The budget of a network's steady differences from a 3D result of the same scene. 3D is solved once more, with the
+    mean temperatures and flows of all joints. Raises what both models raise."""
+    assert isinstance(given, Scene)
+    scene = replace(given, steady=True, output_times=())
+    shape = layout(scene)
+    found = places(shape, bool(shape.electrodes) and physics.electric(scene))
+    asked = {p.name: p for place in found for p in (place.one, place.other, place.flow) if p is not None}
+    more = replace(shape.scene, probes=(*shape.scene.probes, *asked.values()))
+    there, by_hand = solve_3d(more).steady, of_layout(replace(shape, scene=more)).steady
+    changes = _changes(scene, found, there, by_hand)
+    results, measured = [network.steady], list[tuple[tuple[str, int], float]]()
+    for place, resistance, _ in changes:
+        measured.append((place.key, resistance))
+        results.append(of_layout(replace(shape, measured=tuple(measured))).steady)
+    names = [(place.called, unsure) for place, _, unsure in changes]
+    splits = [_split(scene, name, [*(r[name] for r in results), fem3d.steady[name]], names) for name in network.steady]
+    return Budget(network.model, tuple(splits), (), None, {}, _sentence(splits))
+
+
+def _changes(
+    scene: Scene, found: list[Place], there: dict[str, Estimate], by_hand: dict[str, Estimate]
+) -> list[tuple[Place, float, float]]:
+    """The joints with 3D's resistances (K/W or ohm) and to what part their change is unsure, those first whose drop is
+    the most wrong."""
+
+    def drop(place: Place, values: dict[str, Estimate]) -> float:
+        if place.other is not None:
+            return values[place.one.name].value - values[place.other.name].value
+        assert place.given is not None
+        b = scene.boundaries[place.given]
+        return values[place.one.name].value - float(b.ambient if b.kind == "convection" else b.value)  # type: ignore
+
+    most: dict[str, float] = {}
+    for place in found:
+        kind = place.flow.quantity
+        most[kind] = max(most.get(kind, 0.0), abs(there[place.flow.name].value), abs(by_hand[place.flow.name].value))
+    rows, largest = [], {"temperature": 0.0, "potential": 0.0}
+    for place in found:
+        flow, own = place.sign * there[place.flow.name].value, place.sign * by_hand[place.flow.name].value
+        if min(abs(flow), abs(own)) <= LEAST * most[place.flow.quantity]:
+            continue
+        resistance = drop(place, there) / flow
+        change = resistance - drop(place, by_hand) / own
+        error = sum(there[side.name].error for side in (place.one, place.other) if side is not None) / abs(flow)
+        error += abs(resistance) * there[place.flow.name].error / abs(flow)
+        base = scene.initial_temperature if place.one.quantity == "temperature" else 0.0
+        largest[place.one.quantity] = max(largest[place.one.quantity], abs(there[place.one.name].value - base))
+        rows.append((abs(change * flow), place, resistance, min(error / abs(change), 1.0) if change else 1.0))
+    felt = [row for row in rows if row[0] > FELT * largest[row[1].one.quantity]]
+    felt.sort(key=lambda row: -row[0] / largest[row[1].one.quantity])
+    return [row[1:] for row in felt]
+
+
+def _split(scene: Scene, name: str, values: list[Estimate], names: list[tuple[str, float]]) -> Split:
+    """The parts of one probe's difference, relative to its 3D rise, or to its 3D value."""
+    quantity = next(p.quantity for p in scene.probes if p.name == name)
+    base = scene.initial_temperature if quantity == "temperature" else 0.0
+    drops = [(a.value - b.value, a.error + b.error) for a, b in pairwise(values)]
+    sure = [abs(drop) * unsure for (drop, _), (_, unsure) in zip(drops, names, strict=False)]
+    errors = [error + more for (_, error), more in zip(drops, [*sure, sum(sure)], strict=True)]
+    called = [*(name for name, _ in names), REST]
+    parts = tuple(Part(c, d[0], e) for c, d, e in zip(called, drops, errors, strict=True))
+    total = values[0].value - values[-1].value
+    return Split(name, UNITS[quantity], abs(values[-1].value - base), total, values[0].error + values[-1].error, parts)
+
+
+def _sentence(splits: list[Split]) -> str:
+    """The largest part, relative to its scale."""
+    known = [(split, part) for split in splits if split.scale for part in split.parts]
+    split, part = max(known, key=lambda pair: abs(pair[1].value) / pair[0].scale)
+    if abs(part.value) <= part.error:
+        return "nothing is to blame: no part of the difference is larger than its numerical error"
+    of = (
+        f"{signed(part.value, split.unit)} of {split.quantity}, {percent(abs(part.value) / split.scale)} of what 3D has"
+    )
+    rest = signed(split.total - part.value, split.unit)
+    if part.blame == REST:
+        return f"the largest part is what lines cannot say: {of}; all joints together make {rest}"
+    return f"the largest part is the joint {part.blame}: {of}; all the rest together makes {rest}"

@@ -1,0 +1,108 @@
+"""What the search for an accuracy does with each verdict, on meshes that only say what was measured on them."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from fem3d.adaptivity import loop, nested
+from scenes.errors import NumericsError, RunawayError, RunawayInTimeError
+
+ACCURACY = 1e-2
+
+
+class Meshes:
+    """Meshes by number: ``told[k]`` is the relative error of the steady level on mesh k, None where a lower space has
+    no steady state, or what is raised there; there are no more than are told of."""
+
+    def __init__(self, told: list[Any], number: int = 0, way: tuple[str, ...] = ()) -> None:
+        self.told, self.number, self.way = told, number, way
+
+    def problems(self) -> Any:
+        return SimpleNamespace(heat=SimpleNamespace(size=10), conductor=None, told=self.told[self.number])
+
+    def examined(self, study: Any, given: Any, fine: Any) -> Any:
+        error = self.told[self.number]
+        return error and SimpleNamespace(
+            worst=error, errors={"probe": error}, goals={"probe": []}, falls=None, fine=fine, low=fine
+        )
+
+    def _next(self, how: str) -> Meshes | None:
+        last = self.number + 1 == len(self.told)
+        return None if last else Meshes(self.told, self.number + 1, (*self.way, how))
+
+    def raised(self) -> Meshes | None:
+        return self._next("raised")
+
+    def refined(self, goals: Any, falls: Any, worst: float, enough: float) -> Meshes | None:
+        assert worst == self.told[self.number] > enough
+        return self._next("refined")
+
+
+@pytest.fixture(autouse=True)
+def _told(monkeypatch: pytest.MonkeyPatch) -> None:
+    def solution(study: Any, given: Any) -> str:
+        if isinstance(given.told, Exception):
+            raise given.told
+        return "fine"
+
+    monkeypatch.setattr(nested, "solution", solution)
+
+
+def solved(told: list[Any], voltage: float = 1.0) -> Any:
+    study: Any = SimpleNamespace(accuracy=ACCURACY, field=None, voltage=voltage)
+    mesh: Any = Meshes(told)
+    return loop.solve(study, False, mesh=mesh)
+
+
+def fold(limit: float) -> RunawayError:
+    return RunawayError("runaway", limit)
+
+
+@pytest.mark.parametrize(
+    ("told", "way"),
+    [
+        ([0.009], ()),
+        ([0.5, 0.02, 0.009], ("refined", "refined")),
+        ([None, 0.009], ("raised",)),
+        # A mesh that can't be refined any more is taken as it is.
+        ([0.5, 0.02], ("refined",)),
+        # A fold on one mesh alone is that mesh's own.
+        ([fold(0.9), 0.009], ("raised",)),
+        # Two meshes whose folds differ by more than a third of the distance to the voltage don't confirm it.
+        ([fold(0.9), fold(0.95), 0.009], ("raised", "raised")),
+    ],
+)
+def test_a_mesh_is_refined_raised_or_accepted(told: list[Any], way: tuple[str, ...]) -> None:
+    answer = solved(told)
+    assert answer.mesh.way == way
+    assert answer.levels == len(told)
+    assert answer.errors == {"probe": told[-1]}
+
+
+def test_a_runaway_is_one_where_another_mesh_confirms_it() -> None:
+    with pytest.raises(RunawayError) as caught:
+        solved([fold(0.90), fold(0.91), 0.009])
+    assert caught.value.limit == 0.91
+
+
+@pytest.mark.parametrize("told", [[fold(0.9)], [RunawayInTimeError("runs away", 1e-3)]])
+def test_a_runaway_on_the_last_mesh_there_is(told: list[Any]) -> None:
+    with pytest.raises(RunawayError, match="run"):
+        solved(told)
+
+
+def test_a_transient_runs_away_where_two_meshes_say_so() -> None:
+    told = [RunawayInTimeError("first", 1e-3), RunawayInTimeError("second", 2e-3), 0.009]
+    with pytest.raises(RunawayInTimeError, match="second"):
+        solved(told)
+    assert solved(told[1:]).levels == 2
+
+
+def test_no_mesh_is_left() -> None:
+    with pytest.raises(NumericsError, match="isn't reached"):
+        solved([None])
+    with pytest.raises(NumericsError, match="isn't reached"):
+        solved([0.5] * loop.MOST_LEVELS)

@@ -1,0 +1,25 @@
+"""What tells one kind of scene from another, a module for each, called as the scenes' ``kind``:
+
+    PYTHON            the function that solves it from Python
+    text(scene)       what figures call it
+    plan, answer      what a run does (scene, request, data), and does (run, data)
+    skipped_figures   the figures that a run doesn't draw, each with the reason
+    exported          the scene of boxes that a compact model is of
+    quantities        of an outcome: what is followed and uncertain, by name what it is called and its unit; ``SHOWN``
+    are those that a terminal has room for (empty: as many as fit)
+    sensitivities     how the quantities follow the keys; steady: their values in 3D and in 1D
+    judged            the checks with what uncertain inputs make of them, and warnings
+
+All that is done to a result is written once, for these. How a run is told and kept is in `validate.report`, a module of
+the same name.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+
+def of(scene: Any) -> Any:
+    """The module of a scene's kind."""
+    return import_module(f"validate.run.kinds.{scene.kind}")

@@ -1,0 +1,158 @@
+"""A scene of boxes, or on a mesh: its probes, and a 1D model of the user's own where one is given."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from scenes import physics
+from scenes.errors import RunawayInTimeError, SceneError, listed
+from scenes.model import UNITS, AnyScene, GroupProbe, MeshScene, Probe, Schedule
+from scenes.plan import Request, Step
+from validate.run import plan as plans
+from validate.run.kinds import inputs
+from validate.run.outcome import Outcome, Run
+
+if TYPE_CHECKING:
+    from compare.verdict import Check
+    from scenes.result import Result
+    from validate.inputs.propagation import Estimates, Propagated
+    from validate.inputs.sensitivities import Sensitivities
+    from validate.models import Asked, Model
+
+PYTHON = "compare.solve"
+SHOWN = ()
+"""All that there is room for."""
+skipped_figures = plans.skipped_of_free
+
+
+def text(scene: AnyScene) -> str:
+    return scene.name
+
+
+def plan(scene: AnyScene, request: Request, data: object) -> tuple[Step, ...]:
+    from fem3d.runs import scene as scene_run
+
+    return plans.of_free(scene, request, scene_run.plan(scene, whole=inputs.followed(request)))
+
+
+def exported(scene: AnyScene, request: Request) -> AnyScene:
+    """What a compact model is of."""
+    return scene
+
+
+def answer(run: Run, data: object) -> Outcome[AnyScene]:
+    """The probes, the warnings, also of what gets too hot, and the time whose field is drawn."""
+    from validate.run import hottest
+
+    scene, request, clock = run.scene, run.request, run.clock
+    with clock.stage("imports"):
+        from fem3d.runs import scene as scene_run
+    model = _opened(scene, request)
+    run.say("solving in 3D")
+    with clock.stage("fem3d"):
+        runs_away = ""
+        try:
+            result: Result = scene_run.solve(scene, run.say, whole=inputs.followed(request))
+        except RunawayInTimeError as error:
+            if request.export is not None or model is not None:
+                raise
+            from fem3d.runs.runaway import until
+
+            scene, result, runs_away = until(scene, error, run.say, whole=inputs.followed(request))
+        if model is not None and not scene.steady and not _varies(scene):
+            still = replace(scene, steady=True, output_times=())
+            result = replace(result, steady=scene_run.solve(still, run.say).steady)
+    shown, warnings = None, tuple(filter(None, (runs_away, *result.details.get("warnings", ()))))
+    with clock.stage("checks"):
+        if physics.heat(scene):
+            fields, times = result.details["fields"], hottest.moments(result.traces)
+            warnings += hottest.past(physics.materials(scene), fields, times)
+            if result.traces is not None and "field" not in skipped_figures(scene, request):
+                shown = hottest.farthest(fields, times, scene.initial_temperature)
+    steps = plans.of_free(scene, request, tuple(result.details["plan"]))
+    if model is None and scene.model is not None and scene.model.file:
+        warnings += (f"the scene's model, {scene.model.file}, is a program, and runs only with --model scene",)
+    outcome = Outcome(scene, request, steps, result, warnings=warnings, shown=shown, runs_away=runs_away)
+    return inputs.told(run, outcome if model is None else _judged(run, outcome, *model))
+
+
+def _opened(scene: AnyScene, request: Request) -> tuple[Model, Asked] | None:
+    """The user's own model, and what it is asked; ``None`` where there is none to run."""
+    given = plans.own_model(scene, request)
+    if given is None:
+        return None
+    from validate import models
+    from validate.models.asked import of_scene
+
+    return models.opened(*given), of_scene(scene)
+
+
+def _judged(run: Run, outcome: Outcome[AnyScene], model: Model, asked: Asked) -> Outcome[AnyScene]:
+    """With the user's own model held against 3D; where that is interrupted, what 3D found as it is."""
+    from compare.probe_answer import answered
+    from compare.probes import Both, Quantities, evaluate
+    from validate.models import asked as of_model
+
+    scene, three = outcome.scene, outcome.solved
+    try:
+        with run.clock.stage("reduced1d"):
+            one = of_model.solve(model, asked, three, scene.accuracy, bool(three.steady), run.say)
+    except KeyboardInterrupt:
+        said = f"{model.name} was interrupted: what 3D found is kept, and nothing is compared with it"
+        return replace(outcome, warnings=(*outcome.warnings, said), interrupted=True)
+    with run.clock.stage("checks"):
+        start = three.details.get("accurate_from_s", 0.0)
+        jumps, edges = physics.temperature_jumps(scene), physics.jumps(physics.driving(scene))
+        of = Quantities(asked.over_time, scene.initial_temperature, start, jumps, edges)
+        both = Both(of, three, one)
+        checks = evaluate(scene, both)
+        said = answered(both, checks)
+    if run.request.why and three.steady:
+        from compare.network_blame import blame
+
+        with run.clock.stage("why"):
+            run.say("solving in 3D with the joints of the network")
+            outcome = replace(outcome, why=blame(scene, three, one))
+    silent = one.details["silent"]
+    left = (f"{model.name} says nothing of {listed(silent)}: no check is made of that",) if silent else ()
+    return replace(outcome, reduced1d=one, checks=checks, answer=said, warnings=(*outcome.warnings, *left))
+
+
+def _varies(scene: AnyScene) -> bool:
+    """Whether anything that drives a scene varies in time, so that it has no one steady state."""
+    return any(isinstance(value, Schedule) for value in physics.driving(scene))
+
+
+def reported(scene: AnyScene, request: Request) -> AnyScene:
+    """The scene with something to report: where it has no probes and field files are asked for, every box's mean
+    temperature (on a mesh that of every material's groups), which then also says how accurate the fields are. Raises
+    SceneError for a run that reports nothing."""
+    if scene.probes:
+        return scene
+    if plans.fields_reason(request, "" if physics.heat(scene) else "no temperature"):
+        raise SceneError("the scene has no [[probe]], so there is nothing to report: add one, or give --fields")
+    if isinstance(scene, MeshScene):
+        groups = dict.fromkeys(group for body in scene.bodies for group in body.groups)
+        return replace(scene, probes=tuple(GroupProbe(f"mean {name}", group=name) for name in groups))
+    return replace(scene, probes=tuple(Probe(f"mean {b.name}", b.lower, b.upper) for b in scene.boxes))
+
+
+def quantities(outcome: Outcome[AnyScene]) -> dict[str, tuple[str, str]]:
+    """What is followed and uncertain, by name: what it is called, and its unit."""
+    return {probe.name: (probe.name, UNITS[probe.quantity]) for probe in outcome.scene.probes}
+
+
+def sensitivities(outcome: Outcome[AnyScene]) -> Sensitivities:
+    from validate.inputs.sensitivities import of_free
+
+    return of_free(outcome.scene, outcome.solved)
+
+
+def steady(outcome: Outcome[AnyScene], found: Sensitivities) -> tuple[Estimates | None, Estimates | None]:
+    """What the slopes are of, temperatures as rises; a model has no part in it."""
+    return found.values or outcome.solved.steady, None
+
+
+def judged(outcome: Outcome[AnyScene], propagated: Propagated, run: Run) -> tuple[tuple[Check, ...], tuple[str, ...]]:
+    return outcome.checks, ()

@@ -1,0 +1,209 @@
+"""The sink: its quantities, the paper's model and the ladder of better ones, its own checks."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from scenes.formats import sink_text
+from scenes.model import AnyScene, Probe
+from scenes.plan import Request, Step, noted
+from scenes.sink import OF_A_SINK, Sink
+from validate.run import plan as plans
+from validate.run.kinds import inputs
+from validate.run.outcome import Outcome, Run
+
+if TYPE_CHECKING:
+    from compare.against import Data
+    from compare.verdict import Check
+    from reduced1d.ladder.levels import Levels
+    from scenes.result import Result
+    from validate.inputs.propagation import Estimates, Propagated
+    from validate.inputs.sensitivities import Sensitivities
+
+PYTHON = "compare.run"
+SHOWN = ("peak_rise_K", "end_rise_K", "current_A")
+"""Quantities of which a terminal and a figure have room; the page and the summary have all."""
+skipped_figures = plans.skipped_of_sink
+text = sink_text
+
+
+def plan(sink: Sink, request: Request, data: Data | None) -> tuple[Step, ...]:
+    from reduced1d.ladder import refuse
+
+    refuse(sink, request.reduction)
+    steps: tuple[Step, ...] = (plans.ONLY_1D,)
+    if "fem3d" in request.models:
+        from fem3d.runs.sink import plan as plan_3d
+
+        steps = plan_3d(sink, request)
+    return plans.of_sink(sink, request, steps, data)
+
+
+def exported(sink: Sink, request: Request) -> AnyScene:
+    """What a compact model is of: the 3D problem, with the current as a probe too."""
+    found = sink.scene()
+    inlet = next(b for b in found.boundaries if b.kind == "voltage")
+    current = Probe("current", inlet.lower, inlet.upper, "current")
+    return replace(found, probes=(*found.probes, current), steady=not request.transient)
+
+
+def answer(run: Run, data: Data | None) -> Outcome[Sink]:
+    """Both models, the checks, with those of a user's own ``data``, and the answer."""
+    from compare.blame import answered
+    from reduced1d.ladder import refuse
+
+    sink, request, clock = run.scene, run.request, run.clock
+    refuse(sink, request.reduction)
+    fit = None
+    if request.calibrate and data is not None:
+        from validate.inputs import calibration
+
+        run.say("fitting")
+        with clock.stage("fit"):
+            keys = calibration.keys_of(sink, request.calibrate, data)
+            fit = calibration.fit(sink, data, keys, calibration.in_3d)
+        sink = fit.scene
+        run = replace(run, scene=sink)
+    levels = _levels(sink, request)
+    outcome = _compared(run, levels, data=data)
+    with clock.stage("checks"):
+        from validate.run import hottest
+
+        hot = hottest.of_sink(sink, outcome.fem3d, outcome.reduced1d)
+    with clock.stage("answer"):
+        said, reason = answered(sink, outcome.fem3d, outcome.reduced1d, outcome.checks, outcome.why, levels)
+    steps = noted(outcome.plan, [Step(plans.BLAME, "skipped", reason)] if reason else [])
+    outcome = replace(outcome, answer=said, plan=steps, warnings=(*outcome.warnings, *hot))
+    if request.air:
+        from validate.inputs.air import of_sink as air_of
+
+        with clock.stage("air"):
+            air = air_of(sink, run.say, request.transient)
+        outcome = replace(outcome, air=air, checks=(*outcome.checks, *air.checks))
+    outcome = inputs.told(run, outcome)
+    if data is None or outcome.fem3d is None:
+        return outcome
+    from compare.against import definitions, evaluate
+
+    against = evaluate(sink, data, outcome.fem3d)
+    if request.uncertain is not None and outcome.propagated is not None:
+        from compare.verdict import Models
+        from validate.inputs.propagation import judged
+
+        followed = outcome.propagated.sensitivities
+        held = Models(sink, outcome.fem3d, None)
+        against = judged(against, held, request.uncertain, followed, definitions(data, outcome.fem3d))
+    of_data = (f"{data.name}: {text}" for text in data.warnings)
+    warnings = (*outcome.warnings, *of_data, *(fit.warnings() if fit else ()))
+    outcome = replace(outcome, checks=(*outcome.checks, *against), warnings=warnings, against=data, fit=fit)
+    if request.uncertain is None and not data.u:
+        return outcome
+    from validate.inputs import validation
+
+    models = [(name, result) for name, result in (("3D", outcome.fem3d), ("1D", outcome.reduced1d)) if result]
+    return replace(outcome, validation=validation.validate(sink, data, models, outcome.propagated))
+
+
+def compared(sink: Sink, request: Request, earlier: Result | None = None) -> Outcome[Sink]:
+    """Both models and the checks alone: no answer in words, no warnings of what gets too hot. ``earlier`` is the 3D
+    result of the same sink at another voltage, whose meshes and fields may serve again. Raises as `answer` does."""
+    return _compared(Run(sink, request), _levels(sink, request), earlier)
+
+
+def _compared(
+    run: Run, levels: Levels | None, earlier: Result | None = None, data: Data | None = None
+) -> Outcome[Sink]:  # fmt: skip
+    sink, request, clock, say = run.scene, run.request, run.clock, run.say
+    solver_steps: tuple[Step, ...] = (plans.ONLY_1D,)
+    outcome = Outcome(sink, request, ())
+    fem3d = reduced1d = single = None
+    if "fem3d" in request.models:
+        with clock.stage("imports"):
+            from fem3d.runs.sink import solve as solve_3d
+            from scenes.errors import NumericsError, RunawayError
+            from scenes.validity import cause
+        say("solving in 3D")
+        with clock.stage("fem3d"):
+            try:
+                fem3d = solve_3d(sink, request, say) if earlier is None else solve_3d(sink, request, say, earlier)
+            except NumericsError as error:
+                if isinstance(error, RunawayError):
+                    raise
+                hint = cause(sink, ", ask for less with --accuracy 1e-2, or see --only 1d")
+                raise NumericsError(f"{error}{hint}") from None
+        solver_steps = tuple(fem3d.details["plan"])
+    if "reduced1d" in request.models:
+        with clock.stage("reduced1d"):
+            reduced1d = _reduction(sink, request, fem3d, levels)
+    if fem3d is not None:
+        from compare.checks import evaluate, varied
+
+        with clock.stage("checks"):
+            if sink.spans > 1:
+                single = solve_3d(replace(sink, spans=1), request, say)
+            outcome = replace(outcome, checks=evaluate(sink, request, fem3d, reduced1d, single), single=single)
+        if request.why and levels is not None:
+            from compare.blame import budget
+
+            with clock.stage("why"):
+                outcome = replace(outcome, why=budget(sink, request.reduction, fem3d, levels, say))
+                if single is not None:
+                    outcome = replace(outcome, varied=varied(sink, request.reduction, single, say))
+    warnings = tuple(text for model in (fem3d, reduced1d) if model for text in model.details.get("warnings", ()))
+    steps = plans.of_sink(sink, request, solver_steps, data)
+    return replace(outcome, plan=steps, fem3d=fem3d, reduced1d=reduced1d, warnings=warnings)
+
+
+def _levels(sink: Sink, request: Request) -> Levels | None:
+    """The plate, where any of what is asked for stands on it; it is solved when first used."""
+    if request.reduction == "paper" and not request.why:
+        return None
+    from reduced1d.ladder.levels import Levels
+
+    return Levels(sink)
+
+
+def _reduction(sink: Sink, request: Request, fem3d: Result | None, levels: Levels | None) -> Result:
+    """The 1D model, at the times of the 3D model's traces where there are any."""
+    from reduced1d.ladder import solve as solve_1d
+    from scenes.errors import RunawayError
+
+    times = fem3d.traces.time if fem3d is not None and fem3d.traces is not None else None
+    try:
+        return solve_1d(sink, request.reduction, steady_only=not request.transient, times=times, levels=levels)
+    except RunawayError as error:
+        if fem3d is None:
+            raise
+        raise RunawayError(f"in 1D (3D has a steady state, see --only 3d) {error}", error.limit) from None
+
+
+def quantities(outcome: Outcome[Sink]) -> dict[str, tuple[str, str]]:
+    """What is followed and uncertain, by name: what it is called, and its unit."""
+    return {asked.steady: (asked.called, asked.unit) for asked in OF_A_SINK.values()}
+
+
+def sensitivities(outcome: Outcome[Sink]) -> Sensitivities:
+    from validate.inputs.sensitivities import of_sink
+
+    return of_sink(outcome.scene, outcome.fem3d, outcome.reduced1d, outcome.request.uncertain is not None)
+
+
+def steady(outcome: Outcome[Sink], found: Sensitivities) -> tuple[Estimates | None, Estimates | None]:
+    """The steady values in 3D and in 1D, ``None`` of a model that was not asked for."""
+    three, one = outcome.fem3d, outcome.reduced1d
+    return (three.steady if three is not None else None), (one.steady if one is not None else None)
+
+
+def judged(outcome: Outcome[Sink], propagated: Propagated, run: Run) -> tuple[tuple[Check, ...], tuple[str, ...]]:
+    """The checks with their u_input, and the keys whose uncertainty is too large for it."""
+    from compare.verdict import Models
+    from validate.inputs import propagation
+
+    checks, warnings = outcome.checks, tuple[str, ...]()
+    if outcome.fem3d is not None and checks:
+        models = Models(outcome.scene, outcome.fem3d, outcome.reduced1d, outcome.single)
+        checks = propagation.judged(checks, models, propagated.uncertain, propagated.sensitivities)
+    if outcome.reduced1d is not None and outcome.reduced1d.model == "paper":
+        warnings = propagation.bent(outcome.scene, propagated)
+    return checks, warnings
