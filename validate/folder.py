@@ -17,7 +17,8 @@ from typing import Any
 
 from scenes.errors import SceneError, quoted, reason
 
-_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # what the system says where a disk, a quota or a file's size is full
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+"""What the system says where a disk, a quota or the size of a file is full, and where writing fails otherwise."""
 
 
 @dataclass(frozen=True)
@@ -86,12 +87,7 @@ class Folder:
 
     def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: object) -> None:
         try:
-            if isinstance(value, OSError) and (value.filename is None or value.errno in _FULL):
-                file = quoted(self._given / self._last_written(value))
-                raise SceneError(
-                    f"{file} cannot be written ({reason(value)}): make room, or give a folder elsewhere with "
-                    f"{self._content.option}"
-                ) from None
+            check_room(value, self.partial, self._given, f"or give a folder elsewhere with {self._content.option}")
             if kind is None:
                 self._swap()
         except OSError as error:
@@ -114,12 +110,6 @@ class Folder:
         finally:
             with suppress(OSError):
                 beside.unlink()
-
-    def _last_written(self, error: OSError) -> str:
-        """Where writing fails, as against opening, the system names no file: it is the one that was written last."""
-        if error.filename is not None:
-            return Path(os.fsdecode(error.filename)).name
-        return max(self.partial.iterdir(), key=lambda entry: entry.stat().st_mtime_ns, default=Path()).name
 
     def _check_target(self) -> None:
         target, option = self.target, self._content.option
@@ -204,6 +194,20 @@ class Folder:
         for parent in self._parents:
             with suppress(OSError):
                 parent.rmdir()
+
+
+def check_room(error: object, folder: Path, shown: Path, otherwise: str) -> None:
+    """Raises SceneError, which names the file in the folder (``shown`` to the user), for an error that says that there
+    is no room to write it; any other passes."""
+    if not isinstance(error, OSError) or (error.filename is not None and error.errno not in _FULL):
+        return
+    if error.filename is not None:
+        file = Path(os.fsdecode(error.filename))
+    else:  # where writing fails, as against opening, the system names none: it is the one that was written last
+        file = max(folder.iterdir(), key=lambda entry: entry.stat().st_mtime_ns, default=Path())
+    raise SceneError(
+        f"{quoted(shown / file.name)} cannot be written ({reason(error)}): make room, {otherwise}"
+    ) from None
 
 
 def _locked(folder: Path) -> int | None:

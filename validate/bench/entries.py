@@ -14,8 +14,8 @@ UNIFORM, FULL = "uniform", "full"
 WHOLE, GIVEN = "this toolkit, whole run", "this toolkit, mesh given"
 OURS = (WHOLE, GIVEN)
 REDUCTION = "reductions"
-SCIKIT_FEM, NGSOLVE, FREEFEM = "scikit-fem", "NGSolve", "FreeFEM"
-PEERS = (SCIKIT_FEM, NGSOLVE, FREEFEM)
+SCIKIT_FEM, NGSOLVE = "scikit-fem", "NGSolve"
+PEERS = (SCIKIT_FEM, NGSOLVE)
 REDUCTIONS = ("paper", "anchored", "fin-massless", "fin", "plate", "moments:4")
 ACCURACIES = (1e-2, 1e-3, 1e-4, 3e-5, 1e-5)
 KINDS = {
@@ -24,7 +24,6 @@ KINDS = {
     "tools.ngsolve_sink": (
         NGSOLVE, "order ", ("order", "layers", "grading", "electric", "steps", "method", "tolerance"),
     ),
-    "tools.freefem_sink": (FREEFEM, "P", ("order", "grading", "cuts", "steps", "method")),
 }  # fmt: skip
 """By module the tool, what its elements are called by before their degree, and what its rows of SETTINGS are.
 
@@ -61,14 +60,6 @@ SETTINGS: dict[tuple[str, bool], tuple[tuple[Any, ...], ...]] = {
         (4, 2, 1e-5, UNIFORM, 0, 2, 1e-5), (4, 2, 1e-5, FULL, 0, 2, 1e-5), (5, 2, 1e-4, UNIFORM, 0, 2, 1e-6),
         (6, 2, 1e-4, UNIFORM, 0, 2, 1e-6),
     ),
-    (FREEFEM, True): (
-        (2, 1e-2, 1, 1, 3), (2, 1e-3, 1, 1, 4), (3, 1e-2, 1, 1, 4), (3, 1e-3, 1, 1, 4), (2, 1e-3, 2, 1, 4),
-        (3, 1e-3, 2, 2, 4), (3, 1e-4, 3, 3, 4),
-    ),
-    (FREEFEM, False): (
-        (2, 1e-2, 1, 0, 3), (2, 1e-3, 1, 0, 3), (3, 1e-2, 1, 0, 3), (2, 1e-3, 2, 0, 3), (3, 1e-3, 1, 0, 3),
-        (3, 1e-3, 2, 0, 3), (3, 1e-4, 2, 0, 3), (3, 1e-4, 3, 0, 3),
-    ),
 }  # fmt: skip
 """By tool and whether it is the transient."""
 
@@ -93,8 +84,7 @@ def sink_entries(transient: bool, quick: bool, installed: frozenset[str]) -> lis
         found.append(Entry(REDUCTION, name, "tools.reduction", {"transient": transient, "reduction": name}))
     for module, (tool, _, _) in KINDS.items():
         if tool == SCIKIT_FEM or tool in installed:
-            most = 1 if quick and tool == FREEFEM else two
-            found += [_entry(module, transient, *s) for s in SETTINGS[tool, transient][:most]]
+            found += [_entry(module, transient, *s) for s in SETTINGS[tool, transient][:two]]
     return found
 
 

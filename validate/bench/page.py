@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from validate.bench import work
-from validate.bench.entries import FREEFEM, GIVEN, NGSOLVE, OURS, REDUCTION, SCIKIT_FEM, WHOLE
+from validate.bench.entries import GIVEN, NGSOLVE, OURS, REDUCTION, SCIKIT_FEM, WHOLE
 from validate.report.table import Row, Section, Style, Table
 
 Lines = list[str]
@@ -18,7 +18,7 @@ Parts = list[str | Table]  # of a page
 SHORT = {WHOLE: "whole run", GIVEN: "mesh given"}
 WORK = {"transient": "The whole transient of the sink", "steady": "The sink's steady state"}
 LOOKS = {
-    WHOLE: ("#8b1a1a", "o"), GIVEN: ("#d1495b", "P"), NGSOLVE: ("#3a86c8", "s"), FREEFEM: ("#5e3c99", "^"),
+    WHOLE: ("#8b1a1a", "o"), GIVEN: ("#d1495b", "P"), NGSOLVE: ("#3a86c8", "s"),
     SCIKIT_FEM: ("#f0a030", "D"),
 }  # fmt: skip
 HOLLOW = "x+sDov"  # marks of reductions
@@ -63,7 +63,6 @@ def _table(
 
 def _preface(found: Mapping[str, Any]) -> Parts:
     machine = found["machine"]
-    absent = [tool for tool, key in ((NGSOLVE, "ngsolve"), (FREEFEM, FREEFEM)) if machine[key] == "not installed"]
     parts: Parts = [
         f"Made by `validate bench{' --quick' if found['quick'] else ''}`. Scene: the default sink at 1 V. Each entry "
         "runs in processes of its own, in turns with the others. A time is the median over them, in seconds of "
@@ -72,7 +71,9 @@ def _preface(found: Mapping[str, Any]) -> Parts:
         "a process warms up and does not count where it takes less than a second on the wall.",
         Table(("", ""), list(machine.items())),
     ]
-    return parts + ([f"Not installed here, so not compared: {' and '.join(absent)}."] if absent else [])
+    return parts + (
+        [f"Not installed here, so not compared: {NGSOLVE}."] if machine["ngsolve"] == "not installed" else []
+    )
 
 
 WHAT_EACH_DOES = (
@@ -83,9 +84,8 @@ WHAT_EACH_DOES = (
     f"- *{GIVEN}* gets what the other programs get: the cells, one degree in x and y and one in z, and settings of "
     "the iterations and of the time integration that were found by trial beforehand. It seeks no mesh and estimates "
     "no error: that is known here only from the reference.",
-    "- NGSolve, FreeFEM and scikit-fem get the same cells (FreeFEM each cut into six tetrahedra), and their settings "
-    "were found by trial in the same way. NGSolve may have another order in z too; FreeFEM and scikit-fem have none "
-    "but one order for all directions, and end at order 3 and 2.",
+    "- NGSolve and scikit-fem get the same cells, and their settings were found by trial in the same way. NGSolve may "
+    "have another order in z too; scikit-fem has one order for all directions, and ends at order 2.",
     "- All solve the same quarter of the sink. Where the mesh is given, so is the quarter: no time includes finding "
     "the symmetry, or making the mesh in the program's own form. Whole runs find the symmetry too.",
     "- Whole runs of this toolkit always solve the electric problem, at the initial temperature and at the hot state, "

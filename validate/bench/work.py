@@ -5,8 +5,6 @@ from __future__ import annotations
 
 import platform
 import re
-import shutil
-import subprocess
 from collections.abc import Callable, Mapping, Sequence
 from importlib import metadata
 from importlib.util import find_spec
@@ -14,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from validate.bench import device, entries, growth, measure, whole_runs
-from validate.bench.entries import FREEFEM, GIVEN, NGSOLVE, OURS, PEERS, WHOLE
+from validate.bench.entries import GIVEN, NGSOLVE, OURS, PEERS, WHOLE
 from validate.bench.problem import errors
 from validate.processes import processors
 
@@ -110,8 +108,7 @@ def run(
     """The parts asked for, in the order of PARTS, ``count`` rounds each, and those that ``earlier`` has.
 
     Raises ArithmeticError where a reference cannot be made; an entry that fails is a row that says so."""
-    there = {NGSOLVE: find_spec("ngsolve") is not None, FREEFEM: shutil.which("FreeFem++") is not None}
-    installed = frozenset(tool for tool in there if there[tool])
+    installed = frozenset([NGSOLVE] if find_spec("ngsolve") is not None else [])
     jobs: dict[str, Callable[[], Any]] = {
         "transient": lambda: work_precision(True, count, quick, installed, progress),
         "steady": lambda: work_precision(False, count, quick, installed, progress),
@@ -139,8 +136,4 @@ def _machine() -> dict[str, str]:
             found[package] = metadata.version(package)
         except metadata.PackageNotFoundError:
             found[package] = "not installed"
-    if shutil.which("FreeFem++") is None:
-        return found | {FREEFEM: "not installed"}
-    done = subprocess.run(["FreeFem++"], capture_output=True, text=True, check=False, timeout=30)
-    version = re.search(r"version\s+([\d.]+)", done.stdout + done.stderr)
-    return found | {FREEFEM: version[1] if version else "unknown"}
+    return found

@@ -1,5 +1,5 @@
 """Run time against error on the default sink and device: this toolkit's whole runs and its solver on a
-given mesh, the 1D reductions, scikit-fem and, where installed, NGSolve and FreeFEM; growth with the
+given mesh, the 1D reductions, scikit-fem and, where installed, NGSolve; growth with the
 unknowns; what each skip of the plan saves; start-up. Takes half an hour; --quick a minute.
 
 examples:

@@ -1,16 +1,21 @@
-"""The 3D fields as files: a .vtu for each stored time with a .pvd over them, and all of it in one VTKHDF file, which
-VTK itself writes (9.4 or newer)."""
+"""The 3D fields as files: a .vtu for each stored time with a .pvd over them, and all of it in one VTKHDF file."""
 
 from __future__ import annotations
 
+import errno
+import pickle
+import subprocess
+import sys
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO, cast
 
 import numpy as np
 
 from reduced1d.painted import Reduction
 from scenes.checks import FIRST_TIME
 from scenes.result import Result
+from validate.report import vtkhdf
 
 _TYPES = {"tetra": 10, "hexahedron": 12, "tetra10": 24, "hexahedron20": 25, "hexahedron27": 29}
 """VTK's numbers of meshio's types."""
@@ -46,11 +51,13 @@ def write_fields(
 
     fields = result.details["fields"]
     cells = fields.quadratic(times, accuracy)
-    bare = pv.UnstructuredGrid({_TYPES[getattr(cells, "cell_type", "hexahedron27")]: cells.hexes}, cells.points)
-    bare.cell_data["material"] = np.asarray(cells.material, np.int32)
+    kind = _TYPES[getattr(cells, "cell_type", "hexahedron27")]
+    bare = pv.UnstructuredGrid({kind: cells.hexes}, cells.points)
+    for number, material in enumerate(cells.material_names):
+        bare.field_data[f"material_{material}"] = np.array([number], np.int32)
     moments = [*[None] * fields.has_steady, *map(float, times)]
     names = [*["fem3d_steady.vtu"] * fields.has_steady, *(f"fem3d_{k:02d}.vtu" for k in range(len(times)))]
-    grids = []
+    at_points, at_cells = [], []
     for k, (name, time) in enumerate(zip(names, moments, strict=True)):
         found, grid = cells.snapshot(k), bare.copy(deep=False)
         rise = found.temperature - ambient
@@ -58,14 +65,14 @@ def write_fields(
         if reduction is not None:
             painted = reduction.rise(cells.points, time)
             point |= {"rise_1d": painted, "difference": painted - rise}
-        for array, values in point.items():
-            grid.point_data[ARRAYS[array]] = values
-        for array in ("current_density", "heat_source"):
-            grid.cell_data[ARRAYS[array]] = getattr(found, array)
-        grids.append(grid.copy(deep=False))
-        for number, material in enumerate(cells.material_names):
-            grid.field_data[f"material_{material}"] = np.array([number], np.int32)
-        grid.save(folder / name)
+        at_points.append({ARRAYS[array]: values for array, values in point.items()})
+        means = {ARRAYS[array]: getattr(found, array) for array in ("current_density", "heat_source")}
+        at_cells.append({"material": np.asarray(cells.material, np.int32)} | means)
+        for array, values in at_points[-1].items():
+            grid.point_data[array] = values
+        for array, values in at_cells[-1].items():
+            grid.cell_data[array] = values
+        (folder / name).write_text(_as_xml(grid), encoding="utf-8")
     first = int(fields.has_steady and len(times) > 0)
     shown = [time or 0.0 for time in moments[first:]]
     rows = "".join(
@@ -79,8 +86,9 @@ def write_fields(
         f"  <Collection>\n{rows}  </Collection>\n</VTKFile>\n",
         encoding="utf-8",
     )
-    whole = ["fem3d.vtkhdf"] * _write_all(folder / "fem3d.vtkhdf", shown, grids[first:])
-    return ["fem3d.pvd", *names, *whole]
+    field = vtkhdf.Field(points=cells.points, cells=cells.hexes, kind=kind, times=shown,
+                         at_points=at_points[first:], at_cells=at_cells[first:])  # fmt: skip
+    return ["fem3d.pvd", *names, *["fem3d.vtkhdf"] * _write_all(folder / "fem3d.vtkhdf", field)]
 
 
 def stored_times(end_time: float, asked: tuple[float, ...] = ()) -> np.ndarray:
@@ -92,45 +100,30 @@ def stored_times(end_time: float, asked: tuple[float, ...] = ()) -> np.ndarray:
     return np.unique(np.concatenate([[0.0], spaced, np.asarray(asked, dtype=float)]))
 
 
-def _write_all(path: Path, times: list[float], grids: list[Any]) -> bool:
-    """Writes the grids at all times (s) into one file, their geometry once; False where VTK here cannot."""
-    try:
-        from vtkmodules.vtkIOHDF import vtkHDFWriter
-    except ImportError:
+def _write_all(path: Path, field: vtkhdf.Field) -> bool:
+    """Writes a field at all its times into one file, read back before it gets its name; False where VTK here is too
+    old. Raises OSError where it can't be written."""
+    partial, nowhere = path.with_name(f"{path.name}.part"), subprocess.DEVNULL
+    program = [sys.executable, "-P", vtkhdf.__file__, str(partial)]
+    process = subprocess.Popen(program, stdin=subprocess.PIPE, stdout=nowhere, stderr=nowhere)
+    with process, suppress(BrokenPipeError), cast("BinaryIO", process.stdin) as given:
+        pickle.dump(field, given, protocol=5)
+    if process.returncode == vtkhdf.TOO_OLD:
         return False
-    if not hasattr(vtkHDFWriter, "SetWriteAllTimeSteps"):
-        return False
-    from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
-    from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkUnstructuredGrid
-    from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as Pipeline
+    if process.returncode:
+        raise OSError(errno.EIO, "VTK did not write it whole", str(path))
+    partial.replace(path)
+    return True
 
-    class Source(VTKPythonAlgorithmBase):
-        """What VTK's pipeline asks for the grid at each of its times."""
 
-        def __init__(self) -> None:
-            super().__init__(nInputPorts=0, nOutputPorts=1, outputType="vtkUnstructuredGrid")
+def _as_xml(grid: Any) -> str:
+    """The text of a .vtu file: VTK's own writing would end the process where a disk is full."""
+    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
-        def RequestInformation(self, request: Any, given: Any, out: Any) -> int:  # noqa: N802
-            information = out.GetInformationObject(0)
-            information.Set(Pipeline.TIME_STEPS(), times, len(times))
-            information.Set(Pipeline.TIME_RANGE(), [times[0], times[-1]], 2)
-            return 1
-
-        def RequestData(self, request: Any, given: Any, out: Any) -> int:  # noqa: N802
-            information = out.GetInformationObject(0)
-            asked = Pipeline.UPDATE_TIME_STEP()
-            time = information.Get(asked) if information.Has(asked) else times[0]
-            k = int(np.abs(np.array(times) - time).argmin())
-            found = vtkUnstructuredGrid.GetData(out)
-            found.ShallowCopy(grids[k])
-            found.GetInformation().Set(vtkDataObject.DATA_TIME_STEP(), times[k])
-            return 1
-
-    source, writer = Source(), vtkHDFWriter()
-    writer.SetInputConnection(source.GetOutputPort())
-    writer.SetFileName(str(path))
-    writer.SetWriteAllTimeSteps(True)
-    writer.SetCompressionLevel(4)
-    # Large enough for few pieces, small enough not to fill a file of one coarse mesh with empty ones.
-    writer.SetChunkSize(max(1000, grids[0].n_points))
-    return bool(writer.Write())
+    writer = vtkXMLUnstructuredGridWriter()
+    writer.SetInputData(grid)
+    writer.SetDataModeToBinary()
+    writer.SetWriteToOutputString(True)
+    writer.Write()
+    text: str = writer.GetOutputString()
+    return text

@@ -7,12 +7,13 @@ import os
 import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, TextIO
 
 from scenes.errors import SceneError, quoted, reason
+from validate.folder import check_room
 from validate.sweep.point import Row
 
 ROWS, SUMMARY = "points.jsonl", "sweep.json"
@@ -29,7 +30,7 @@ class Store:
 
     def __init__(self, folder: Path, asked: Mapping[str, Any], fresh: bool = False, count: int = sys.maxsize) -> None:
         self.folder, self._count = Path(os.path.realpath(folder)), count
-        self._shown, self._asked, self._fresh = quoted(folder), dict(asked), fresh
+        self._given, self._shown, self._asked, self._fresh = folder, quoted(folder), dict(asked), fresh
         self._places: dict[int, tuple[int, int]] = {}  # where a point's line begins, and which row of it is the point's
 
     def __enter__(self) -> Store:
@@ -53,15 +54,23 @@ class Store:
             ) from None
         try:
             self._begin()
-        except BaseException:
+        except BaseException as error:
             self._lock.release()
+            self._check_room(error)
             raise
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, kind: object, error: object, trace: object) -> None:
         # The file of the lock stays: were it removed, two others could each lock one of that name.
-        self._rows.close()
-        self._lock.release()
+        try:
+            self._check_room(error)
+        finally:
+            with suppress(OSError):  # of what could not be written there is some left
+                self._rows.close()
+            self._lock.release()
+
+    def _check_room(self, error: object) -> None:
+        check_room(error, self.folder, self._given, "and the same command goes on: what is solved is stored")
 
     def __contains__(self, point: int) -> bool:
         return point in self._places

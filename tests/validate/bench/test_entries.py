@@ -1,6 +1,5 @@
 """Entries in processes of their own: what they find agrees where it must."""
 
-import shutil
 from importlib import import_module
 
 import numpy as np
@@ -100,40 +99,6 @@ def test_ngsolve_finds_what_the_others_find_and_its_uniform_current_nearly_what_
 def test_ngsolve_with_another_order_across_the_layers_has_the_unknowns_of_a_tensor_product():
     assert ngsolve(3, "uniform", layers=1)["unknowns"] == unknowns(3, 1)
     assert ngsolve(3, "uniform")["unknowns"] == unknowns(3, 3) != unknowns(3, 1)
-
-
-@pytest.mark.skipif(shutil.which("FreeFem++") is None, reason="FreeFEM is not installed")
-def test_freefem_on_the_same_bricks_cut_in_six_gets_nearer_with_its_order(plain):
-    first, second, third = (found("freefem_sink", order=order, method=3, **CELLS) for order in (1, 2, 3))
-    # P2 lacks the mixed terms of the bricks' space: near, not equal; P1 is far off on these cells.
-    assert apart(second, plain) < 1e-2 < 2e-2 < apart(first, plain)
-    fine = given(5, 3)
-    assert apart(third, fine) < 1e-3 < apart(second, fine)
-
-
-def test_tetrahedra_fill_the_bricks_and_cover_the_faces(tmp_path):
-    from validate.bench.tools import freefem_sink as tetrahedra
-
-    sink = Sink()
-    mesh = problem.graded(symmetry.reduce(sink.scene()).scene, 1e-2, 1, 1)
-    tetrahedra.write_mesh(mesh, tmp_path / "quarter.mesh")
-    lines = (tmp_path / "quarter.mesh").read_text().splitlines()
-
-    def block(name):
-        at = lines.index(name)
-        return np.array([line.split() for line in lines[at + 2 : at + 2 + int(lines[at + 1])]], dtype=float)
-
-    points, tetra, triangles = block("Vertices")[:, :3], block("Tetrahedra"), block("Triangles")
-    corners = points[tetra[:, :4].astype(int) - 1]
-    volumes = np.linalg.det(corners[:, 1:] - corners[:, :1]) / 6
-    assert (volumes > 0).all()
-    expected = (1000 * 100 * 2 / 4, 150 * 150 * 2 / 2, 50 * 50 * 2 / 2)  # um3, a quarter of the beam, half an anchor
-    for region, volume in enumerate(expected):
-        assert abs(volumes[tetra[:, 4] == region + 1].sum() / volume - 1) < 1e-12
-    sides = points[triangles[:, :3].astype(int) - 1]
-    areas = np.linalg.norm(np.cross(sides[:, 1] - sides[:, 0], sides[:, 2] - sides[:, 0]), axis=1) / 2
-    for label, area in ((tetrahedra.SUBSTRATE, 50 * 50 / 2), (tetrahedra.END, 100 * 2 / 2)):
-        assert abs(areas[triangles[:, 3] == label].sum() / area - 1) < 1e-12
 
 
 def test_growth_is_measured_without_the_making_of_the_mesh_and_on_the_same_unknowns_but_ours(monkeypatch):

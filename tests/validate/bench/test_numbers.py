@@ -8,7 +8,7 @@ from fem3d.spaces import element
 from meshes import connected
 from scenes.sink import Sink
 from validate.bench import growth, measure, page, problem, work
-from validate.bench.entries import FREEFEM, GIVEN, NGSOLVE, OURS, REDUCTION, SCIKIT_FEM, WHOLE
+from validate.bench.entries import GIVEN, NGSOLVE, OURS, REDUCTION, SCIKIT_FEM, WHOLE
 from validate.verify.methods import METHODS, march
 
 
@@ -57,11 +57,11 @@ def row(tool, seconds, off, failure=""):
 def test_the_fastest_at_an_error_counts_and_a_peer_is_held_against_both_of_ours():
     rows = [
         row(WHOLE, 1.0, 5e-3), row(WHOLE, 3.0, 5e-5), row(GIVEN, 0.25, 5e-3), row(NGSOLVE, 0.5, 9e-3),
-        row(NGSOLVE, 6.0, 9e-5), row(NGSOLVE, 0.1, 2e-2), row(FREEFEM, 0, 0, "took too long"),
+        row(NGSOLVE, 6.0, 9e-5), row(NGSOLVE, 0.1, 2e-2), row(SCIKIT_FEM, 0, 0, "took too long"),
     ]  # fmt: skip
     percent, tenth, hundredth, last = work.targets(rows)
     none = dict.fromkeys(OURS)
-    assert percent["ratios"] == {SCIKIT_FEM: none, NGSOLVE: {WHOLE: 0.5, GIVEN: 2.0}, FREEFEM: none}
+    assert percent["ratios"] == {SCIKIT_FEM: none, NGSOLVE: {WHOLE: 0.5, GIVEN: 2.0}}
     assert tenth["ratios"][NGSOLVE] == hundredth["ratios"][NGSOLVE] == {WHOLE: 2.0, GIVEN: None}
     assert last["fastest"] == dict.fromkeys((*OURS, *work.PEERS))
     said = work.verdict(percent["fastest"][NGSOLVE], percent["fastest"])
