@@ -8,8 +8,9 @@ A failure shows both values, their difference, the tolerance, and the numerical 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import compare
 from compare.verdict import COVERS, Check, Verdict, judge, relative, spread
@@ -17,7 +18,11 @@ from scenes.checks import AGAINST_TOLERANCES, DEFAULT_TOLERANCES, OVER_TIME
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.formats import difference_text, percent, quantity, sink_text, with_error
 from scenes.kinds import Quantity
+from scenes.model import OVER_TIME as PROBE_OVER_TIME
 from scenes.sink import OF_A_SINK, Sink
+
+if TYPE_CHECKING:
+    from scenes.model import AnyScene
 from scenes.units import NUMBER
 
 QUANTITIES = {name: asked for name, asked in OF_A_SINK.items() if name != "heat_out"}
@@ -50,6 +55,36 @@ def assert_reduction_agrees(
         for name, tolerance in allowed.items()
     ]
     _fail(f"the 1D model of {sink_text(found.scene)}", told)
+    return found
+
+
+def assert_model_agrees(
+    scene: AnyScene | str | Path,
+    model: str | Path | Callable[..., Any],
+    *,
+    accuracy: float | None = None,
+    uncertain: Mapping[str, str] | None = None,
+    **tolerances: float | str,
+) -> compare.Solution:
+    """Assert that a 1D model of one's own is within relative tolerances of 3D, for any scene; returns the run.
+
+    ``model`` is a function f(scene, times) -> {probe: values}, or what `validate solve --model` takes. ``tolerances``
+    are by probe, which then holds in the steady state and over time (``heater=0.05``, or ``**{"beam mean": "5 %"}``),
+    or by check (``heater_over_time=0.1``). Raises as `assert_reduction_agrees`, and SceneError for a model without an
+    answer.
+    """
+    __tracebackhide__ = True
+    found = compare.solve(scene, model=model, accuracy=accuracy, uncertain=uncertain)
+    known = [check for check in found.checks if not check.startswith("slope_")]
+    probes = dict.fromkeys(check.removesuffix(PROBE_OVER_TIME) for check in known)
+    allowed = _read(tolerances, tuple(dict.fromkeys([*probes, *known])))
+    told = [
+        _check(check, tolerance)
+        for name, tolerance in allowed.items()
+        for check in found.checks.values()
+        if check.id in (name, f"{name}{PROBE_OVER_TIME}")
+    ]
+    _fail(f"{found.reduced1d.model} for {found.scene.name}", told)
     return found
 
 

@@ -3,8 +3,10 @@ of."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import TextIO
 
 _LONGEST = 60
 _LONGEST_REASON = 200
@@ -59,6 +61,15 @@ def printable(text: str, longest: int = _LONGEST) -> str:
     """The text without anything that would break a line or a terminal, cut to a bounded length."""
     safe = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
     return safe if len(safe) <= longest else safe[: longest - 3] + "..."
+
+
+def columns(stream: TextIO, most: int) -> int:
+    """How many columns a line has on the terminal that a stream goes to, at most so many, and at least 20; ``most``
+    where it goes to none."""
+    try:
+        return max(min(os.get_terminal_size(stream.fileno()).columns or most, most), 20)
+    except (OSError, ValueError, AttributeError):
+        return most
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:

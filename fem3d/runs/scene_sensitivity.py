@@ -59,12 +59,12 @@ def _steady(scene: AnyScene, result: Result, others: Mapping[str, AnyScene]) -> 
     besides = {key: partial(_study, other) for key, other in others.items()}
     by, left_out = steady_slopes.motions(study, state.heat.domain, besides)
     rises = [p.name for p in scene.probes if p.quantity == "temperature"]
-    floor = _floor(scene, scene)
+    floor = floor_of(scene, scene)
     found = {n: Estimate(e.value - floor * (n in rises), e.error) for n, e in result.steady.items()}
     known, none = _known(found)
     # What is read is above the initial temperature.
     above = floor - scene.initial_temperature
-    moved = {key: (_floor(scene, o) - o.initial_temperature - above) / STEP for key, o in others.items()}
+    moved = {key: (floor_of(scene, o) - o.initial_temperature - above) / STEP for key, o in others.items()}
     zero = {key: dict.fromkeys(rises, by_key) for key, by_key in moved.items()}
     table, without = steady_slopes.steady_table(study, state, Known(known, zero), by)
     return Slopes(table, known, left_out | none | {f"probe {quoted(n)}": why for n, why in without.items()})
@@ -108,7 +108,7 @@ def _known(found: Mapping[str, Estimate]) -> tuple[dict[str, Estimate], dict[str
     return known, {f"probe {quoted(n)}": why for n in found if n not in known}
 
 
-def _floor(scene: AnyScene, other: AnyScene) -> float:
+def floor_of(scene: AnyScene, other: AnyScene) -> float:
     """What temperatures are above: the mean in another scene of those that are the coldest given ones in this."""
     pairs: list[tuple[Any, Any]] = []
     both: Iterable[tuple[Any, Any]] = zip(scene.boundaries, other.boundaries, strict=True)

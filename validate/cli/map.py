@@ -23,7 +23,7 @@ CELLS, SOLVES = 100, 400
 
 OPTIONS = {
     **sweep.shared("KEY=FROM:TO[:log], twice"),
-    "--check ID!": "the check whose line is wanted: fig4, fig6_end, eq14 ...",
+    "--check ID!": "the check whose line is wanted: fig4, fig6_end, eq14 ...; of a model of your own a probe",
     "--tolerance T": "its tolerance, 5%% (default: the scene's)",
     "--cells N": f"cells along either key, or NxM (default {CELLS})",
     "--solves N": f"at most so many 3D solutions (default {SOLVES})",
@@ -41,16 +41,16 @@ def run(arguments: argparse.Namespace) -> int:
     cells = [common.whole("--cells", part, 2, 1000) for part in parts]
     solves = common.whole("--solves", arguments.solves or str(SOLVES), 16, 1_000_000)
     base = sweep.scene(arguments)
-    if base.kind != "sink":
+    if base.kind != "sink" and not arguments.model:
         raise SceneError(
-            f"{quoted(arguments.scene)} has no 1D model, so there is no line to map: give a sink, or validate sweep"
+            f"{quoted(arguments.scene)} has no 1D model, so there is no line to map: give --model, or validate sweep"
         )
     if len(arguments.vary) != 2:
         raise SceneError(f"a map is over two keys, and {len(arguments.vary)} are varied: give --vary KEY=FROM:TO twice")
     steady = arguments.check not in OVER_TIME
-    checked(base, arguments.check, steady)
+    check = checked(base, arguments.check, steady, model=arguments.model or "")
     if arguments.tolerance is not None:
-        setting = f"checks.tolerances.{arguments.check}={arguments.tolerance}"
+        setting = f"checks.tolerances.{check}={arguments.tolerance}"
         base.read(*setting.split("=", 1))
         base = replace(base, settings=(*base.settings, setting))
     axes = tuple(

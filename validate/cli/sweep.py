@@ -5,7 +5,7 @@ examples:
   validate sweep sink --vary sink.width=10um:200um:20 --vary anchor.oxide_length=10um:140um:14 --steady
   validate sweep sink --vary sink.width=5um:200um:12:log --vary drive.voltage=0.5,1,2 --reduction paper,fin
   validate sweep sink --sample 256 --vary sink.width=10um:200um --vary sink.thickness=1um:10um
-  validate sweep mine.toml --vary "box.arm.upper.x=50um:150um:11"
+  validate sweep mine.toml --vary "box.arm.upper.x=50um:150um:11" --model lumped.py:arm --check tip
 
 results: points.csv, sweep.json, figures and report.html in results/<scene>-sweep-<what varies>/
 exit status: 0 finished (points without an answer are rows that say why), 2 bad input, 3 no point has an answer
@@ -16,7 +16,8 @@ from __future__ import annotations
 import argparse
 import json
 import time
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, cast
 
 from scenes.errors import SceneError, quoted
 from validate.cli import common
@@ -24,6 +25,7 @@ from validate.cli.common import whole
 from validate.cli.terminal import FINE, INTERRUPTED, NUMERICS, complain, progress, show
 
 if TYPE_CHECKING:
+    from scenes.model import AnyScene
     from validate.sweep.design import Base, Design
 
 ACCURACY = "1e-2"
@@ -39,6 +41,7 @@ def shared(vary: str) -> dict[str, str]:
         "accurately",
         "--voltage V": "the voltage at every point; for --set drive.voltage=V",
         "--reduction R,R...": "the 1D models: paper (default), anchored, fin ...; blame is of the first",
+        "--model M": "a 1D model of one's own, of a free scene: FILE.py:FUNCTION, FILE.cir, FILE.fmu, network, scene",
         "--workers N": "processes (default: one a processor)",
         "--scheduler ADDRESS": "a Dask cluster that is there, such as tcp://127.0.0.1:8786",
         "--point-timeout T": "stop a point after so long, 30s; it becomes a row that says so",
@@ -84,7 +87,26 @@ def scene(arguments: argparse.Namespace) -> Base:
     for option in ("voltage", "reduction"):
         if getattr(arguments, option, None) and found.kind == "free":
             raise SceneError(f"--{option} is for a sink: set the keys of {quoted(arguments.scene)} with --set")
+    if arguments.model and found.kind == "sink":
+        raise SceneError("--model is of a scene of boxes or on a mesh: a sink has --reduction")
     return found
+
+
+def model(arguments: argparse.Namespace, base: Base) -> str:
+    """The user's own model, by a path that holds wherever points are solved; empty where there is none. Raises
+    SceneError for what is none, as a run would."""
+    if not arguments.model:
+        return ""
+    from scenes.plan import Request
+    from validate import models
+    from validate.run.plan import own_model
+
+    found = own_model(cast("AnyScene", base.at(())), Request(model=arguments.model))
+    assert found is not None
+    given, folder = str(found[0]), found[1]
+    whole = given if given == "network" else str((Path(folder) / given).resolve())
+    models.opened(whole)
+    return whole
 
 
 def _settings(arguments: argparse.Namespace) -> list[str]:
@@ -109,9 +131,11 @@ def execute(
     for key in design.keys:
         if fixed & set(key.split("+")):
             raise SceneError(f"{key} is varied and set: give it one of the two")
+    own = model(arguments, base)
     reductions = dict.fromkeys(canonical(name.strip()) for name in (arguments.reduction or "paper").split(","))
-    check = checked(base, arguments.check, steady, design.keys, next(iter(reductions)))
-    job = Job(base, design, Scope(tuple(reductions), steady, check, arguments.blame, solves is None), solves)
+    check = checked(base, arguments.check, steady, design.keys, next(iter(reductions)), own)
+    names = (Path(own).name,) if own else tuple(reductions)
+    job = Job(base, design, Scope(names, steady, check, arguments.blame, solves is None, own), solves)
     if arguments.scheduler is not None and arguments.workers is not None:
         raise SceneError("--workers are those of this machine, and a --scheduler has its own: give one of the two")
     workers = None if arguments.workers is None else whole("--workers", arguments.workers, 1, 256)
@@ -121,6 +145,7 @@ def execute(
     # results/<scene>-sweep-<what varies>, with what else is asked for.
     options = ("sample", "seed", "cells", "check", "tolerance", "solves")
     words = [f"{name}{value}" for name in options if (value := getattr(arguments, name, None)) is not None]
+    words += ["model", arguments.model] if own else []
     words += ["steady"] * getattr(arguments, "steady", False) + [(arguments.reduction or "").replace(",", "-")]
     kind = "sweep" if solves is None else "map"
     folder = common.out(arguments) or folder_of_sweep(base.name, kind, [*arguments.vary, *_settings(arguments)], *words)

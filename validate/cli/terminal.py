@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from threading import Event, Thread
 from typing import TYPE_CHECKING
 
-from scenes.errors import SceneError, printable, reason
+from scenes.errors import SceneError, columns, printable, reason
 
 if TYPE_CHECKING:
     from validate.report.table import Style
@@ -32,7 +32,8 @@ def progress(quiet: bool = False) -> Iterator[Callable[[str], None]]:
     def draw() -> None:
         spent = time.monotonic() - start
         since = f" ({spent:.0f} s)" if spent >= _SLOW else ""
-        line = printable(said, 70) + since
+        # A line that the terminal breaks could not be cleared.
+        line = printable(said, columns(sys.stderr, 80) - len(since) - 1) + since
         with suppress(OSError, ValueError):
             print(f"\r\x1b[K{line}" if shown else line, end="" if shown else "\n", file=sys.stderr, flush=True)
 

@@ -35,7 +35,7 @@ OPTIONS = {
     "--screenshot FILE": "write a picture (.png) and open no window",
     "--movie FILE": "write a film of the transient (.gif, or .mp4) and open no window",
     "--off-screen": "open no window, as on a server; needs --screenshot or --movie",
-    "--size WxH": "size of window or picture in pixels (default: 1400x800)",
+    "--size WxH": "size of window or picture in pixels (default: 1400x800); of a scene's picture the width counts",
 }  # fmt: skip
 
 

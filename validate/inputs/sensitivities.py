@@ -66,7 +66,9 @@ class Sensitivities:
     """``keys`` with their values (SI units); ``steady`` by key and quantity (of a free scene over time of the largest
     size of each); ``course`` where the run went over time; ``left_out`` says why a key, or a quantity, has none in 3D.
     Of a free scene ``values`` are what the quantities come to, temperatures as rises, and ``zeros`` the keys that
-    have no logarithm. ``misfit``: what the 3D profile's distance from a parabola, fig5, changes with each key."""
+    have no logarithm. ``misfit``: what the 3D profile's distance from a parabola, fig5, changes with each key. Of a
+    user's own model ``of_model`` is what the same quantities come to, and ``moved`` by check and key what the check's
+    difference changes by, d / d ln key."""
 
     keys: dict[str, float]
     steady: dict[str, dict[str, Slope]]
@@ -75,6 +77,8 @@ class Sensitivities:
     values: dict[str, Estimate] = field(default_factory=dict)
     zeros: tuple[str, ...] = ()
     misfit: dict[str, float] = field(default_factory=dict)
+    of_model: dict[str, Estimate] = field(default_factory=dict)
+    moved: dict[str, dict[str, float]] = field(default_factory=dict)
 
     def remarks(self) -> tuple[str, ...]:
         """What is left out, in a sentence for each reason."""
@@ -220,12 +224,14 @@ def checks(scene: Any, found: Sensitivities, called: Mapping[str, str]) -> tuple
 def sentence(made: Iterable[Check]) -> str:
     """The worst of the checks of slopes in a sentence; empty where there are none."""
     own = [check for check in made if check.id.startswith(PREFIX)]
-    worst = max(own, key=lambda check: abs(check.difference), default=None)
-    if worst is None:
+    if not own:
         return ""
-    if worst.verdict == "agrees":
-        return "The 1D model follows every key as 3D does."
-    return f"The 1D model {worst.because}."
+    differ = [check for check in own if check.verdict == "differs"]
+    if differ:
+        return f"The 1D model {max(differ, key=lambda check: abs(check.difference)).because}."
+    open_ = sum(check.verdict == "unresolved" for check in own)
+    said = "The 1D model follows every key as 3D does"
+    return f"{said}, as far as the errors tell: {open_} of {len(own)} are open." if open_ else f"{said}."
 
 
 def _said(called: str, key: str, in_3d: float, in_1d: float) -> str:

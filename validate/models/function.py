@@ -20,6 +20,7 @@ import numpy as np
 
 from scenes.errors import SceneError, did_you_mean, printable, quoted
 from validate.models import Answer, Asked, readable
+from validate.processes import TimeIsUpError
 
 
 @dataclass
@@ -92,7 +93,7 @@ def _sentences(name: str, file: Path | None, when: str) -> Iterator[None]:
     try:
         with redirect_stdout(sys.stderr):
             yield
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, TimeIsUpError):
         raise
     except BaseException as error:
         frames = traceback.extract_tb(error.__traceback__)

@@ -94,6 +94,12 @@ class Netlist:
             (Path(folder) / "model.cir").write_text(text, encoding="utf-8")
             said = _ngspice(self.name, folder)
             path = Path(folder) / "model.raw"
+            if singular := re.search(r"singular matrix:\s*check nodes?\s*(.*)", said):
+                where = f", at {printable(singular[1].strip())}" if singular[1].strip() else ""
+                raise SceneError(
+                    f"--model {self.name}: ngspice finds its matrix singular{where}: give every node a way for direct "
+                    "current to ground"
+                )
             if not path.exists() or not path.stat().st_size:
                 raise SceneError(f"--model {self.name}: ngspice has no solution{_complaint(said)}")
             plot = "transient" if analysis.startswith(".tran") else "operating point"

@@ -4,6 +4,7 @@ what the air does, and the budget of a difference."""
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
@@ -16,7 +17,7 @@ from scenes.formats import cut, difference_text, percent, quantity, signed, span
 from scenes.parameters import SECTION
 from scenes.varied import kind_of
 from validate.inputs.sensitivities import PREFIX
-from validate.report.table import Row, Section, Style, Table
+from validate.report.table import MARKS, Row, Section, Style, Table
 from validate.run import kinds
 
 if TYPE_CHECKING:
@@ -77,9 +78,12 @@ def sensitivities(found: Sensitivities, outcome: Outcome[Any], style: Style) -> 
     if len(found.values) > len(names):
         said.append(f"Those of {len(found.values) - len(names)} more probes are in summary.json and on the page.")
     if judged:
-        as_3d = sum(check.verdict != "differs" for check in judged.values())
+        verdicts = Counter(check.verdict for check in judged.values())
         tolerance = percent(next(iter(judged.values())).tolerance, 1)
-        said.append(f"1D follows {as_3d} of {len(judged)} keys as 3D does, within {tolerance} of the largest")
+        as_3d = f"1D follows {verdicts['agrees']} of {len(judged)} keys as 3D does, within {tolerance} of the largest"
+        mark = MARKS["unresolved"][style.ascii_only]
+        open_ = f"{mark}: of {verdicts['unresolved']} the slopes' own errors leave it open; a smaller --accuracy tells"
+        said.append(f"{as_3d}. {open_}." if verdicts["unresolved"] else f"{as_3d}.")
     still = [short(key) for key, of in found.steady.items() if max((s.size for s in of.values()), default=0.0) < _LEAST]
     if style.page and still:
         said.append(f"Nothing of it follows {', '.join(still)}.")
@@ -159,7 +163,9 @@ def fit(found: Fit, outcome: Outcome[Any], style: Style) -> Section:
         rows.append([short(key), f"{found.start[key]:.4g}", f"{value:.4g}", percent(found.u[key]), *ends])
         section, _, name = key.rpartition(".")
         unit = kind_of(found.scene, key).dimension.unit if section == SECTION else ""
-        line = f'{name} = "{value!r} {unit}"' if unit else f"{name} = {value!r}"
+        # To six digits: no data tell a key to more.
+        shown = float(f"{value:.6g}")
+        line = f'{name} = "{shown!r} {unit}"' if unit else f"{name} = {shown!r}"
         scene.setdefault(section, [f"[{section}]"]).append(line)
     return Section(
         "Calibration",

@@ -4,6 +4,7 @@ runs of every kind say in the terminal: the answer, the plan, what was found, an
 from __future__ import annotations
 
 import re
+import sys
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ from typing import Any
 
 from compare.verdict import Check
 from scenes.compact import names
+from scenes.errors import columns
 from scenes.formats import cut
 from scenes.plan import Step
 from validate.report import of
@@ -141,9 +143,11 @@ def sentences(found: Sequence[str]) -> list[str]:
 
 
 def wrapped(text: str, first: str = "", then: str = "  ") -> str:
-    """Lines of at most 80 columns in which no number loses its unit."""
+    """Lines of at most 80 columns, and no more than the terminal has, in which no number loses its unit."""
     kept = re.sub(r"(?<=\d) (?=[A-Za-z%±])|(?<=±) ", "\N{NO-BREAK SPACE}", text)
-    filled = textwrap.fill(kept, WIDTH, initial_indent=first, subsequent_indent=then, break_on_hyphens=False)
+    filled = textwrap.fill(
+        kept, columns(sys.stdout, WIDTH), initial_indent=first, subsequent_indent=then, break_on_hyphens=False
+    )
     return filled.replace("\N{NO-BREAK SPACE}", " ")
 
 

@@ -19,7 +19,7 @@ from matplotlib.tri import LinearTriInterpolator, Triangulation
 from scenes.formats import percent, scale
 from validate.report.figures import INK, PARTS
 from validate.report.figures.drawing import new_figure
-from validate.sweep.table import TITLES, Table
+from validate.sweep.table import TITLES, Table, of_many_keys, too_few
 
 _LOST: dict[str, Any] = {"marker": "x", "ls": "", "color": "#d55e00", "ms": 5, "clip_on": False}
 DRAWS = 4096  # points of the surface that the indices are estimated from; a surface costs nothing to ask
@@ -33,14 +33,14 @@ def draw(table: Table) -> dict[str, Figure]:
         return {}
     if table.map:
         return {"figure_map": _map(table, scope.reductions[0])}
-    if len(table.keys) == 1 or any(values.dtype == object for values in table.keys.values()):
-        return {"figure_lines": _lines(table)}
-    if len(table.keys) == 2 and table.relative:
+    if of_many_keys(table):
+        shares = None if too_few(table) else _shares(table)
+        return {"figure_pairs": _pairs(table)} | ({} if shares is None else {"figure_indices": shares})
+    if len(table.keys) == 2 and table.relative and all(values.dtype != object for values in table.keys.values()):
         known = [name for name in scope.reductions if scope.check in table.series(name)]
         ends = {name: "" if name == scope.reductions[0] else "_" + name.replace(":", "") for name in known}
         return {f"figure_map{ends[name]}": _map(table, name) for name in known}
-    shares = _shares(table)
-    return {"figure_pairs": _pairs(table)} | ({} if shares is None else {"figure_indices": shares})
+    return {"figure_lines": _lines(table)}
 
 
 def _lines(table: Table) -> Figure:
@@ -187,8 +187,8 @@ def _pairs(table: Table) -> Figure:
 def _shares(table: Table) -> Figure | None:
     """How much of the variance each key explains, alone and with all others: Sobol' indices of a smooth surface through
     the sample, each key uniform in its range (or in its logarithm), with 95 % intervals. The axis says what part of the
-    variance the surface predicts of points left out of it, the rest being more than it can say. ``None`` where the
-    points are too few, or nothing varies."""
+    variance the surface predicts of points left out of it, the rest being more than it can say. ``None`` where
+    nothing varies."""
     from scipy.interpolate import RBFInterpolator
     from scipy.stats import sobol_indices, uniform
 
@@ -198,7 +198,7 @@ def _shares(table: Table) -> Figure | None:
     given = [np.log(table.keys[axis.key]) if axis.log else table.keys[axis.key] for axis in table.job.design.axes]
     places = np.column_stack([(side - side.min()) / (np.ptp(side) or 1.0) for side in given])[known]
     y = values[known]
-    if len(y) < 10 * len(keys) or np.ptp(y) <= 1e-12 * np.abs(y).max():
+    if np.ptp(y) <= 1e-12 * np.abs(y).max():
         return None
 
     def through(x: np.ndarray, v: np.ndarray) -> RBFInterpolator:

@@ -14,6 +14,7 @@ import numpy as np
 
 from scenes import physics
 from scenes.errors import RunawayError, SceneError, did_you_mean, quoted
+from scenes.model import OVER_TIME
 from scenes.plan import Request
 from scenes.sink import Sink
 from validate.processes import TimeIsUpError, within
@@ -39,13 +40,15 @@ BLAMED = {"fig4": ("steady", "peak"), "fig6_peak": ("transient", "peak"), "fig6_
 @dataclass(frozen=True)
 class Scope:
     """What is wanted at every point: ``check`` is the one that is blamed on assumptions, ``all_checks`` whether every
-    verdict that the error leaves open is solved again more accurately, or that one's alone."""
+    verdict that the error leaves open is solved again more accurately, or that one's alone. ``model`` is the user's
+    own, of a free scene, whose name then stands among the ``reductions``."""
 
     reductions: tuple[str, ...] = ("paper",)
     steady: bool = False
     check: str = "fig4"
     blame: bool = True
     all_checks: bool = True
+    model: str = ""
 
 
 @dataclass(frozen=True)
@@ -119,7 +122,9 @@ class Job:
         return Work(self.base, scope, self.design.keys, tuple(numbers), points)
 
 
-def checked(base: Base, given: str | None, steady: bool, varied: Collection[str] = (), reduction: str = "paper") -> str:
+def checked(
+    base: Base, given: str | None, steady: bool, varied: Collection[str] = (), reduction: str = "paper", model: str = ""
+) -> str:
     """The check that was asked for; SceneError for one that there isn't, that is none of the ``reduction``, or that no
     design of the sweep has, whose ``varied`` keys are these."""
     from compare.made import checks_of, skipped_checks
@@ -129,6 +134,13 @@ def checked(base: Base, given: str | None, steady: bool, varied: Collection[str]
     scene: Any = base.at(())
     free = base.kind == "free"
     known = [probe.name for probe in scene.probes] if free else [*DEFAULT_TOLERANCES, *ISLAND_TOLERANCES]
+    if model:
+        from validate.run.kinds.free import varies
+
+        at_rest, over_time = known, [f"{name}{OVER_TIME}" for name in known]
+        known = at_rest if scene.steady else over_time if varies(scene) else [*at_rest, *over_time]
+        # A probe's name will do where it is judged over time alone.
+        given = f"{given}{OVER_TIME}" if given in at_rest and given not in known else given
     if given is not None and given not in known:
         what = "probe of the scene" if free else "check"
         raise SceneError(f"{quoted(given)} is no {what}: give {', '.join(known)}{did_you_mean(given, known)}")
@@ -171,7 +183,7 @@ def solve(work: Work, seconds: float | None = None) -> list[Row]:
                     values, parts, result = _sink(scene, work.scope, earlier)
                     earlier = earlier or result
                 else:
-                    values = _free(scene)
+                    values = _free(scene, work.scope)
                 status = "ok"
         except SceneError as error:
             status, because = "refused", str(error)
@@ -284,15 +296,17 @@ def blame(parts: dict[str, float] | None) -> dict[str, Any]:
     return {"blame": name, "blame_share": abs(parts[name]) / total}
 
 
-def _free(scene: AnyScene) -> dict[str, Any]:
+def _free(scene: AnyScene, scope: Scope) -> dict[str, Any]:
     """The columns of a free scene: every probe, at the end where it is over time."""
     from fem3d.runs import scene as scene_run
     from validate.run import hottest
     from validate.run.kinds.free import reported
 
     scene = reported(scene, Request(figures=False))
-    result = scene_run.solve(scene)
-    values: dict[str, Any] = {}
+    if scope.model:
+        result, values = _judged(scene, scope)
+    else:
+        result, values = scene_run.solve(scene), dict[str, Any]()
     for probe in scene.probes:
         if scene.steady or result.traces is None:
             found = result.steady[probe.name]
@@ -304,4 +318,34 @@ def _free(scene: AnyScene) -> dict[str, Any]:
         fields, times = result.details["fields"], hottest.moments(result.traces)
         hot = hottest.excess(physics.materials(scene), fields.ceiling(times), lambda: fields, times)
         values |= too_hot(*hot)
-    return values | {"accuracy": scene.accuracy}
+    return {"accuracy": scene.accuracy} | values
+
+
+def _judged(scene: AnyScene, scope: Scope) -> tuple[Result, dict[str, Any]]:
+    """The 3D result of a free scene, and the columns of a user's own model of it; solved again more accurately while a
+    verdict is open."""
+    from compare.probes import evaluate
+    from fem3d.runs import scene as scene_run
+    from validate import models
+    from validate.models.asked import of_scene
+    from validate.run.kinds.free import at_rest, held
+
+    def say(_: str) -> None:
+        """Nothing is told of a point."""
+
+    model = models.opened(scope.model)
+    while True:
+        result = scene_run.solve(scene)
+        if not scene.steady and not scope.check.endswith(OVER_TIME):
+            result = replace(result, steady=at_rest(scene, say))
+        both = held(scene, result, model, of_scene(scene), say)
+        checks = evaluate(scene, both)
+        open_ = [c for c in checks if c.verdict == "unresolved" and (scope.all_checks or c.id == scope.check)]
+        finer = max(scene.accuracy / 10, FINEST)
+        if not open_ or finer >= scene.accuracy:
+            break
+        scene = replace(scene, accuracy=finer)
+    values: dict[str, Any] = {f"reduced1d_{name}": found.value for name, found in both.model.steady.items()}
+    for check in checks:
+        values |= {f"{check.id}_{name}": getattr(check, name) for name in ("difference", "u_num", "verdict")}
+    return result, values | blame(None) | {"accuracy": scene.accuracy}

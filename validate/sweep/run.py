@@ -237,6 +237,7 @@ def sweep(
     workers: int | None = None,
     scheduler: str | None = None,
     point_timeout: float | None = None,
+    model: str = "",
     out: str | Path | None = None,
     fresh: bool = False,
     figures: bool = False,
@@ -246,7 +247,8 @@ def sweep(
 
     ``vary`` has the values of each key: numbers in SI units, texts with units, words, or as on a command line the text
     "10um:200um:20", with ``sample`` "10um:200um". A grid's dimensions are the keys; a sample has one, "point". What is
-    solved is kept in the folder ``out``, where the same call goes on; without it nothing stays. ``point_timeout`` is in
+    solved is kept in the folder ``out``, where the same call goes on; without it nothing stays. ``model`` is the
+    file of one's own of a free scene, as --model takes it. ``point_timeout`` is in
     s; ``workers`` are processes, one a processor if not given. Raises SceneError for bad input, ArithmeticError where a
     cluster is lost, ImportError without xarray.
     """
@@ -268,7 +270,9 @@ def sweep(
     ]
     design = Design(tuple(axes), sample, seed)
     names = tuple(map(canonical, [reduction] if isinstance(reduction, str) else reduction))
-    scope = Scope(names, steady, checked(found, check, steady, design.keys, names[0]), blame)
+    own = str(Path(model).resolve()) if model and model != "network" else model
+    check = checked(found, check, steady, design.keys, names[0], own)
+    scope = Scope((Path(own).name,) if own else names, steady, check, blame, model=own)
     job, say = Job(found, design, scope), progress or (lambda _: None)
     asked, count = job.document(), job.design.count
     with TemporaryDirectory() as folder, Store(Path(out or Path(folder, "sweep")), asked, fresh, count) as store:

@@ -20,6 +20,9 @@ from validate.sweep.store import Store
 TITLES = {"fig4": "the steady peak", "fig6_peak": "the peak over time", "fig6_end": "the end over time",
        "fig7_current": "the current over time", "fig5": "the shape of the profile"}  # fmt: skip
 
+PER_KEY = 10
+"""Points for each key from which on a surface through them says how much each explains."""
+
 Series = tuple[np.ndarray, np.ndarray]
 """Values and their numerical errors, each (points,)."""
 
@@ -41,7 +44,7 @@ class Table:
     @property
     def relative(self) -> bool:
         """Whether there is a 1D model to compare with: series are relative differences, else values of probes."""
-        return self.job.base.kind == "sink"
+        return self.job.base.kind == "sink" or bool(self.job.scope.model)
 
     @property
     def ok(self) -> np.ndarray:
@@ -83,7 +86,8 @@ class Table:
         scope = self.job.scope
         if self.relative:
             own = "" if reduction in ("", scope.reductions[0]) else f"{reduction}_"
-            checks = (*DEFAULT_TOLERANCES, *ISLAND_TOLERANCES)
+            ends = (name.removesuffix("_difference") for name in self.columns if name.endswith("_difference"))
+            checks = tuple(ends) if scope.model else (*DEFAULT_TOLERANCES, *ISLAND_TOLERANCES)
             names = {check: (f"{own}{check}_difference", f"{own}{check}_u_num") for check in checks}
         else:
             probes = (name.removesuffix("_error") for name in self.columns if name.endswith("_error"))
@@ -130,7 +134,27 @@ def sentence(table: Table) -> str:
     lost = Counter(word for word in sorted(words.tolist()) if word not in ("ok", *VERDICTS))
     listed = ", ".join(f"{number} {word}" for word, number in lost.items())
     said = (_of_check(table) if table.relative else _of_probes(table)) + _of_heat(table)
-    return said + (f"; {lost.total()} without an answer ({listed})" if lost else "")
+    said += f"; {lost.total()} without an answer ({listed})" if lost else ""
+    few = too_few(table)
+    return said + (f"; {few}" if few else "")
+
+
+def of_many_keys(table: Table) -> bool:
+    """Whether a sweep's figures are of every pair of its keys, and of how much each explains."""
+    numbers = all(values.dtype != object for values in table.keys.values())
+    return not table.map and numbers and (len(table.keys) > 2 or (len(table.keys) == 2 and not table.relative))
+
+
+def too_few(table: Table) -> str:
+    """Why it is not said how much each key explains of a sweep that is large enough in keys but not in points; else
+    ""."""
+    if not of_many_keys(table) or not (series := table.series()):
+        return ""
+    known = int((table.ok & np.isfinite(next(iter(series.values()))[0])).sum())
+    least = PER_KEY * len(table.keys)
+    if known >= least:
+        return ""
+    return f"how much each key explains (Sobol' indices) takes {least} points with an answer, and there are {known}"
 
 
 def _of_heat(table: Table) -> str:
@@ -160,7 +184,9 @@ def _of_check(table: Table) -> str:
     if verdicts is None or blamed is None or check not in table.series():
         return f"none of {total} {what} has an answer"
     subject = "the paper's reduction" if name == "paper" else name
+    subject = f"the model {name}" if table.job.scope.model else subject
     of = f" of 3D in {TITLES[check]}" if check in TITLES else f" of 3D as {check} has it"
+    of = f" of 3D at {check}" if table.job.scope.model else of
     within, beyond = (verdicts == "agrees").sum(), verdicts == "differs"
     said = f"{subject} is within {100 * table.tolerances[check]:g} %{of} in {within} of {total} {what}"
     if table.map:

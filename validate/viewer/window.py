@@ -38,7 +38,8 @@ class NoGraphicsError(ArithmeticError):
 def start(request: dict[str, Any], progress: Callable[[str], None]) -> list[str]:
     """Draws what is asked and returns what there is to be said of it; SceneError for bad input, NoGraphicsError where
     the machine cannot draw."""
-    present(Path(request["path"]))
+    if "parts" not in request:
+        present(Path(request["path"]))
     if not request["off_screen"] and sys.platform.startswith("linux"):
         if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
             instead = "" if "parts" in request else " or --movie FILE, or open the run's report.html"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -119,6 +120,8 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert main(arguments) == 0
     said = capsys.readouterr().out
     assert "not validated by them" in said
+    (line,) = re.findall(r"thermal_conductivity = (\S+)", said)
+    assert len(line) <= 7
     assert max(map(len, said.splitlines())) <= 80
     summary = json.loads((tmp_path / "run" / "summary.json").read_text())
     found = summary["calibration"]["keys"][OXIDE]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +16,8 @@ from scenes.sink import Sink
 from validate.cli import main
 from validate.inputs import sensitivities
 from validate.inputs.sensitivities import Course, Sensitivities, Slope
+from validate.report import analyses
+from validate.report.table import Style
 
 
 def made(**slopes: tuple[float, float]) -> Sensitivities:
@@ -42,6 +46,17 @@ def test_a_slope_is_judged_by_the_largest_of_its_quantity() -> None:
 def test_the_worst_in_a_sentence(one: float, said: str) -> None:
     checks = sensitivities.checks(Sink(), made(width=(2.0, one), length=(-0.5, -0.5)), sensitivities.QUANTITIES)
     assert said in sensitivities.sentence(checks)
+
+
+def test_a_slope_that_the_error_leaves_open_is_counted_and_explained() -> None:
+    """0.2002 of 2, with errors of 1e-3 of that: on either side of the tolerance of 10 %."""
+    found = made(width=(2.0, 2.0), length=(-0.5, -0.5 - 0.20002))
+    checks = sensitivities.checks(Sink(), found, sensitivities.QUANTITIES)
+    assert [check.verdict for check in checks] == ["agrees", "unresolved"]
+    assert "as far as the errors tell: 1 of 2 are open" in sensitivities.sentence(checks)
+    outcome: Any = SimpleNamespace(scene=Sink(), sensitivities=found, checks=checks)
+    said = " ".join(analyses.sensitivities(found, outcome, Style()).text(Style()).split())
+    assert "1D follows 1 of 2 keys as 3D does, within 10 % of the largest. ?: of 1 the slopes' own errors" in said
 
 
 def test_nothing_to_say_where_they_agree() -> None:

@@ -103,6 +103,7 @@ def leaves(scene, times):
 
 
 def asleep(scene, times):
+    open("sleeping", "w").close()
     time.sleep(1000)
 
 

@@ -13,6 +13,7 @@ import compare
 from scenes import load
 from scenes.errors import SceneError
 from validate.cli import main
+from validate.models import asked
 
 NETLIST = """the same in volts
 * one resistance and one capacity
@@ -200,3 +201,13 @@ def test_comments_and_titles_that_are_commands_do_nothing(steady: Path, tmp_path
     (tmp_path / "lump.cir").write_text(text)
     assert judged(steady, str(tmp_path / "lump.cir"))["tip"].predicted == pytest.approx(50, rel=1e-6)
     assert not escaped.exists()
+
+
+def test_a_models_parameters_are_made_of_the_scenes() -> None:
+    given = ["model.parameters.half=w/2", "model.parameters.end=box.beam.upper.y", "model.parameters.R=300 ohm"]
+    assert asked.of_scene(load("bridge", [*given, "parameters.w=12um"])).parameters == {
+        "half": 6e-6, "end": 200e-6, "R": 300.0,
+    }  # fmt: skip
+    assert asked.of_scene(load("bridge")).document["parameters"]["gap"] == 2e-6
+    with pytest.raises(SceneError, match="nor made of its parameters"):
+        asked.of_scene(load("bridge", ["model.parameters.half=width/2"]))

@@ -14,6 +14,7 @@ from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import psutil
 import pytest
 
@@ -24,8 +25,8 @@ from validate.cli.arguments import parse
 from validate.cli.sweep import scene
 from validate.pool import pool
 from validate.sweep import cluster as cluster_of
-from validate.sweep.design import Design, base
-from validate.sweep.point import Row, Scope, Work, ready, solve
+from validate.sweep.design import Axis, Design, base
+from validate.sweep.point import Job, Row, Scope, Work, ready, solve
 
 SWEEP = [
     "sweep", "sink", "--steady", "--no-blame", "--no-figures", "--workers", "2",
@@ -224,6 +225,24 @@ def test_points_without_an_answer_are_rows_that_say_why(tmp_path: Path) -> None:
     assert main([*SWEEP[:7], "--vary", "anchor.oxide_length=200um,300um", "--out", str(tmp_path / "none")]) == 3
     assert [row["status"] for row in table(tmp_path / "none")] == ["refused", "refused"]
     assert (tmp_path / "none" / "report.html").exists()
+
+
+def test_why_shares_by_key_are_left_out_is_said(tmp_path: Path) -> None:
+    """Of three keys they take 30 points; 24 are none without a word."""
+    from validate.sweep import figures, table
+
+    keys = ("sink.width", "sink.length", "sink.thickness")
+    sink, drawn = base("sink"), np.random.default_rng(0)
+    for count, said in ((24, "takes 30 points with an answer, and there are 24"), (32, "")):
+        design = Design(tuple(Axis(key, (0.5e-4, 2e-4), range=True) for key in keys), count)
+        job = Job(sink, design, Scope(steady=True, blame=False))
+        values = {"fig4_difference": drawn.normal(size=count), "fig4_u_num": np.zeros(count)}
+        columns = {"status": np.array(["ok"] * count, object), "blame": np.array([""] * count, object), **values}
+        columns["fig4_verdict"] = np.array(["agrees"] * count, object)
+        of = table.Table(job, {key: drawn.random(count) for key in keys}, columns)
+        assert said in table.sentence(of)
+        assert ("Sobol'" in table.sentence(of)) == bool(said)
+        assert ("figure_indices" in figures.draw(of)) == (not said)
 
 
 @pytest.mark.usefixtures("anew")

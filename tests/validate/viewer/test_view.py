@@ -6,18 +6,23 @@ import os
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
+from matplotlib.image import imread
 
 from scenes.errors import SceneError
 from scenes.loading import load
+from scenes.model import Scene
 from scenes.plan import Request
 from validate.cli import main
 from validate.report import output
 from validate.viewer import window
+from validate.viewer.boxes import parts
 from validate.viewer.source import find
 from validate.viewer.state import KEYS, View, keys_text, title
+from validate.viewer.window import start
 
 REQUEST = {
     "show": "rise", "time": None, "exaggerate": None, "clip": None, "probe": False, "edges": False, "screenshot": None,
@@ -263,3 +268,19 @@ def test_every_key_that_does_something_is_listed() -> None:
         assert all(what in text for _, what, _ in KEYS.values())
         assert text.count("\n") + 1 == -(-(len(KEYS) + 2) // columns)
     assert "play" not in keys_text(replace(VIEW, steps=1), 4)
+
+
+def test_the_window_of_a_scene_has_its_names_beside_it(tmp_path: Path) -> None:
+    """Drawn without a display: ink of every kind of name in the margins, and the materials' colours between them."""
+    scene = cast(Scene, load("bridge"))
+    file = tmp_path / "window.png"
+    given = {"off_screen": True, "screenshot": str(file), "movie": None, "size": [900, 500], **parts(scene)}
+    start(given, lambda _: None)
+    image = (imread(file)[..., :3] * 255).round().astype(int)
+    for part in given["parts"]:
+        ink = np.array([int(part["ink"][n : n + 2], 16) for n in (1, 3, 5)])
+        margins = np.concatenate([image[:, :230], image[:, -230:]], axis=1)
+        assert (np.abs(margins - ink).sum(axis=2) < 30).any(), part["name"]
+        if part["solid"] == 1.0:
+            colour = np.array(part["colour"]) * 255
+            assert (np.abs(image[:, 230:-230] - colour).sum(axis=2) < 12).sum() > 50, part["name"]

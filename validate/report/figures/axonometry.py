@@ -92,7 +92,7 @@ class Drawing:
         """A place (2,) on paper within what can be seen of a box, by its number: as far from the rim of that as can
         be."""
         from PIL import Image, ImageDraw
-        from scipy.ndimage import distance_transform_edt
+        from scipy.ndimage import distance_transform_edt, find_objects
 
         faces, (low, high) = self.faces, self.extent
         scale = PIXELS / float(max(high - low))
@@ -103,11 +103,12 @@ class Drawing:
             draw.polygon([tuple(c) for c in corners.tolist()], fill=owner + 1)
         pixels = np.asarray(image)
         found = {}
-        for owner in np.unique(pixels[pixels > 0]).tolist():
-            own = np.pad(pixels == owner, 1)
+        for number, window in enumerate(find_objects(pixels)):
+            own = np.pad(pixels[window] == number + 1, 1) if window else np.zeros(0)
             if own.sum() >= SEEN:
                 row, column = np.unravel_index(int(distance_transform_edt(own).argmax()), own.shape)
-                found[owner - 1] = low + (np.array([column - 1, row - 1]) - 0.5) / scale
+                place = np.array([window[1].start + column, window[0].start + row])
+                found[number] = low + (place - 1.5) / scale
         return found
 
 

@@ -89,8 +89,11 @@ def _faces(ax: Any, scene: Scene, found: Drawing) -> None:
     """Faces and their edges, those that are farther first, and what is hidden of boxes that can't be seen at all."""
     faces, fill = found.faces, colours(scene)
     polygons, fills, lines, widths = [], [], [], []
-    for corners, owner, side, edges in zip(faces.corners, faces.owner, faces.side, faces.edges, strict=True):
-        rgb = np.array(fill[scene.boxes[owner].material.name]) * SHADES[side]
+    tints = {(n, side): [shade * c for c in fill[box.material.name]] for n, box in enumerate(scene.boxes)
+             for side, shade in enumerate(SHADES)}  # fmt: skip
+    each = zip(faces.corners, faces.owner.tolist(), faces.side.tolist(), faces.edges, strict=True)
+    for corners, owner, side, edges in each:
+        rgb = tints[owner, side]
         polygons.append(corners)
         fills.append((*rgb, 1.0))
         lines.append((*rgb, 1.0))
@@ -100,9 +103,11 @@ def _faces(ax: Any, scene: Scene, found: Drawing) -> None:
             fills.append((0.0, 0.0, 0.0, 0.0))
             lines.append((0.2, 0.2, 0.2, 1.0))
             widths.append(0.8)
-    ax.add_collection(
-        PolyCollection(polygons, facecolors=fills, edgecolors=lines, linewidths=widths, joinstyle="round")
-    )
+    # Smoothed rims of faces that touch would let what lies behind shine through.
+    smooth = [len(polygon) == 2 for polygon in polygons]
+    ax.add_collection(PolyCollection(
+        polygons, facecolors=fills, edgecolors=lines, linewidths=widths, antialiaseds=smooth, joinstyle="round",
+    ))  # fmt: skip
     for number, box in enumerate(scene.boxes):
         if number not in found.seen:
             _outline(ax, found, box.lower, box.upper, "#555555", ":", 1.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -14,8 +15,9 @@ from validate.run.kinds import inputs
 from validate.run.outcome import Outcome, Run
 
 if TYPE_CHECKING:
+    from compare.probes import Both
     from compare.verdict import Check
-    from scenes.result import Result
+    from scenes.result import Estimate, Result
     from validate.inputs.propagation import Estimates, Propagated
     from validate.inputs.sensitivities import Sensitivities
     from validate.models import Asked, Model
@@ -60,9 +62,8 @@ def answer(run: Run, data: object) -> Outcome[AnyScene]:
             from fem3d.runs.runaway import until
 
             scene, result, runs_away = until(scene, error, run.say, whole=inputs.followed(request))
-        if model is not None and not scene.steady and not _varies(scene):
-            still = replace(scene, steady=True, output_times=())
-            result = replace(result, steady=scene_run.solve(still, run.say).steady)
+        if model is not None and not scene.steady and not varies(scene):
+            result = replace(result, steady=at_rest(scene, run.say))
     shown, warnings = None, tuple(filter(None, (runs_away, *result.details.get("warnings", ()))))
     with clock.stage("checks"):
         if physics.heat(scene):
@@ -91,22 +92,18 @@ def _opened(scene: AnyScene, request: Request) -> tuple[Model, Asked] | None:
 def _judged(run: Run, outcome: Outcome[AnyScene], model: Model, asked: Asked) -> Outcome[AnyScene]:
     """With the user's own model held against 3D; where that is interrupted, what 3D found as it is."""
     from compare.probe_answer import answered
-    from compare.probes import Both, Quantities, evaluate
-    from validate.models import asked as of_model
 
     scene, three = outcome.scene, outcome.solved
     try:
         with run.clock.stage("reduced1d"):
-            one = of_model.solve(model, asked, three, scene.accuracy, bool(three.steady), run.say)
+            both = held(scene, three, model, asked, run.say)
     except KeyboardInterrupt:
         said = f"{model.name} was interrupted: what 3D found is kept, and nothing is compared with it"
         return replace(outcome, warnings=(*outcome.warnings, said), interrupted=True)
     with run.clock.stage("checks"):
-        start = three.details.get("accurate_from_s", 0.0)
-        jumps, edges = physics.temperature_jumps(scene), physics.jumps(physics.driving(scene))
-        of = Quantities(asked.over_time, scene.initial_temperature, start, jumps, edges)
-        both = Both(of, three, one)
-        checks = evaluate(scene, both)
+        from compare.probes import evaluate
+
+        one, checks = both.model, evaluate(scene, both)
         said = answered(both, checks)
     if run.request.why and three.steady:
         from compare.network_blame import blame
@@ -116,10 +113,29 @@ def _judged(run: Run, outcome: Outcome[AnyScene], model: Model, asked: Asked) ->
             outcome = replace(outcome, why=blame(scene, three, one))
     silent = one.details["silent"]
     left = (f"{model.name} says nothing of {listed(silent)}: no check is made of that",) if silent else ()
-    return replace(outcome, reduced1d=one, checks=checks, answer=said, warnings=(*outcome.warnings, *left))
+    warnings = (*outcome.warnings, *left)
+    return replace(outcome, reduced1d=one, own=model, checks=checks, answer=said, warnings=warnings)
 
 
-def _varies(scene: AnyScene) -> bool:
+def held(scene: AnyScene, three: Result, model: Model, asked: Asked, say: Callable[[str], None]) -> Both:
+    """A model beside the 3D result of a scene."""
+    from compare.probes import Both, Quantities
+    from validate.models import asked as of_model
+
+    one = of_model.solve(model, asked, three, scene.accuracy, bool(three.steady), say)
+    start = three.details.get("accurate_from_s", 0.0)
+    jumps, edges = physics.temperature_jumps(scene), physics.jumps(physics.driving(scene))
+    return Both(Quantities(asked.over_time, scene.initial_temperature, start, jumps, edges), three, one)
+
+
+def at_rest(scene: AnyScene, say: Callable[[str], None]) -> dict[str, Estimate]:
+    """The steady state of a scene over time, whose drives do not vary."""
+    from fem3d.runs import scene as scene_run
+
+    return scene_run.solve(replace(scene, steady=True, output_times=()), say).steady
+
+
+def varies(scene: AnyScene) -> bool:
     """Whether anything that drives a scene varies in time, so that it has no one steady state."""
     return any(isinstance(value, Schedule) for value in physics.driving(scene))
 
@@ -146,13 +162,23 @@ def quantities(outcome: Outcome[AnyScene]) -> dict[str, tuple[str, str]]:
 def sensitivities(outcome: Outcome[AnyScene]) -> Sensitivities:
     from validate.inputs.sensitivities import of_free
 
-    return of_free(outcome.scene, outcome.solved)
+    found = of_free(outcome.scene, outcome.solved)
+    if outcome.own is None or outcome.reduced1d is None:
+        return found
+    from validate.inputs.own_model import beside
+
+    return beside(found, outcome.scene, outcome.solved, outcome.own, outcome.reduced1d, outcome.checks)
 
 
 def steady(outcome: Outcome[AnyScene], found: Sensitivities) -> tuple[Estimates | None, Estimates | None]:
-    """What the slopes are of, temperatures as rises; a model has no part in it."""
-    return found.values or outcome.solved.steady, None
+    """What the slopes are of, temperatures as rises, in 3D and by the user's own model."""
+    return found.values or outcome.solved.steady, found.of_model or None
 
 
 def judged(outcome: Outcome[AnyScene], propagated: Propagated, run: Run) -> tuple[tuple[Check, ...], tuple[str, ...]]:
-    return outcome.checks, ()
+    """The checks with their u_input, and what it leaves out."""
+    if outcome.own is None:
+        return outcome.checks, ()
+    from validate.inputs.own_model import judged
+
+    return judged(outcome.checks, propagated), ()

@@ -1,0 +1,91 @@
+"""How a model of one's own follows the keys beside 3D, and what uncertain keys make of the difference, on a bar whose
+tip rises by g L^2/2k; and the assertion for tests of one's own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import compare
+from compare.testing import assert_model_agrees
+from scenes.errors import SceneError
+
+
+def steep(scene: dict[str, Any], times: np.ndarray | None) -> dict[str, Any]:
+    """A fifth too hot, and as k^-1.5 in place of k^-1; over time of one time constant."""
+    film, bar = scene["material"][0], scene["box"][0]
+    k, length = film["thermal_conductivity"], bar["upper"][0] - bar["lower"][0]
+    rise = 1.2 * bar["heat_source"] * length**2 / 2 * 50**0.5 / k**1.5
+    tau = 4 * length**2 * film.get("density", 1.0) * film.get("specific_heat", 1.0) / (k * np.pi**2)
+    return {"tip": scene["boundary"][0]["temperature"] + rise * (1.0 if times is None else 1 - np.exp(-times / tau))}
+
+
+def noisy(scene: dict[str, Any], times: np.ndarray | None) -> dict[str, Any]:
+    """The same to six digits, as a solver's tolerance leaves it."""
+    return {name: float(f"{value:.6g}") for name, value in steep(scene, times).items()}
+
+
+UNCERTAIN = {"material.film.thermal_conductivity": "5%", "box.bar.heat_source": "2%"}
+
+
+def test_slopes_of_both_models_in_the_steady_state(steady: Path) -> None:
+    found = compare.solve(steady, model=steep, sensitivities=True)
+    assert found.sensitivities is not None
+    by = {key: of["tip"] for key, of in found.sensitivities.steady.items()}
+    for key, three, one in (
+        ("material.film.thermal_conductivity", -1.0, -1.5),
+        ("box.bar.heat_source", 1.0, 1.0),
+        ("box.bar.upper.x", 2.0, 2.0),
+        ("boundary.end.temperature", 0.0, 0.0),
+    ):
+        slope = by[key]
+        assert slope.fem3d is not None
+        assert slope.fem3d.value == pytest.approx(three, abs=1e-6)
+        # A central difference of k^-1.5 over 1e-3 is off by 2e-6 of itself.
+        assert slope.reduced1d == pytest.approx(one, abs=1e-5)
+    check = found.check("slope_material.film.thermal_conductivity")
+    # Of the largest slope, 2 by the length.
+    assert (check.verdict, check.difference) == ("differs", pytest.approx(-0.25, abs=1e-4))
+    assert "overrates how the tip follows" in found.answer
+
+
+def test_noise_lengthens_the_step(steady: Path) -> None:
+    found = compare.solve(steady, model=noisy, sensitivities=True)
+    assert found.sensitivities is not None
+    slope = found.sensitivities.steady["material.film.thermal_conductivity"]["tip"].reduced1d
+    # Six digits of 420 K are 1e-3 K: over steps of 1e-3 of k the slope of 180 K would be off by up to half a kelvin.
+    assert slope == pytest.approx(-1.5, rel=5e-3)
+
+
+def test_u_input_of_a_difference_is_that_of_the_difference(steady: Path, transient: Path) -> None:
+    found = compare.solve(steady, model=steep, uncertain=UNCERTAIN)
+    # 1 + d = 1.2 (k/50)^-1/2 : the source moves both models alike, 5 % of k moves d by 0.03.
+    assert found.check("tip").u_input == pytest.approx(0.03, rel=1e-4)
+    assert found.uncertain is not None
+    assert found.uncertain.reduced1d["tip"] == pytest.approx(120 * np.hypot(1.5 * 0.05, 0.02), rel=1e-4)
+    over_time = compare.solve(transient, model=steep, uncertain=UNCERTAIN).check("tip_over_time")
+    # By the same model at 5 % more and less of k.
+    key = "material.film.thermal_conductivity"
+    beside = [
+        compare.solve(transient, model=steep, overrides={key: 50 * (1 + part)}).check("tip_over_time")
+        for part in (0.01, -0.01)
+    ]
+    slope = (beside[0].difference - beside[1].difference) / 0.02
+    assert over_time.u_input == pytest.approx(0.05 * abs(slope), rel=0.02)
+
+
+def test_the_assertion_for_tests_of_ones_own(steady: Path, transient: Path) -> None:
+    assert assert_model_agrees(steady, steep, tip=0.25).check("tip").verdict == "differs"
+    with pytest.raises(AssertionError, match=r"difference \+20 .* OUTSIDE the tolerance of 10 %"):
+        assert_model_agrees(steady, steep, tip="10 %")
+    # A probe's tolerance holds at rest and over time.
+    assert_model_agrees(transient, steep, tip=0.25)
+    with pytest.raises(AssertionError, match="tip_over_time"):
+        assert_model_agrees(transient, steep, tip=0.2001)
+    with pytest.raises(SceneError, match="bar mean"):
+        assert_model_agrees(steady, steep, **{"bar mean": 0.1})
+    with pytest.raises(AssertionError, match="UNDECIDED"):
+        assert_model_agrees(steady, steep, tip=0.21, uncertain=UNCERTAIN)

@@ -1,0 +1,92 @@
+"""A model of one's own at many designs, whose difference from 3D is known in closed form: rises are as (k/50)^-1/2 and
+(g/1e12)^0.1 too high."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from validate.cli import main
+
+K, G = "material.film.thermal_conductivity", "box.bar.heat_source"
+
+
+@pytest.fixture
+def bent(tmp_path: Path) -> str:
+    path = tmp_path / "bent.py"
+    path.write_text(
+        '''"""The bar's tip, off by powers of its conductivity and its source."""
+import time
+
+
+def tip(scene, times):
+    k, g = scene["material"][0]["thermal_conductivity"], scene["box"][0]["heat_source"]
+    return {"tip": 300 + 1e-8 * g / 2 / k * (50 / k) ** 0.5 * (g / 1e12) ** 0.1}
+
+
+def asleep(scene, times):
+    if scene["material"][0]["thermal_conductivity"] > 55:
+        time.sleep(1000)
+    return tip(scene, times)
+'''
+    )
+    return str(path)
+
+
+def test_the_map_finds_the_line_within_its_stated_error(steady: Path, bent: str, tmp_path: Path) -> None:
+    vary = ["--vary", f"{K}=40:60", "--vary", f"{G}=5e11:2e12:log"]
+    asked = ["map", str(steady), "--model", f"{bent}:tip", "--check", "tip", "--tolerance", "5%", *vary]
+    out = ["--cells", "30", "--solves", "60", "--out", str(tmp_path / "m"), "--no-figures", "--quiet"]
+    assert main([*asked, *out]) == 0
+    rows = list(csv.DictReader((tmp_path / "m" / "map.csv").open()))
+    assert len(rows) == 900
+    k, g, found, error = (np.array([float(row[name]) for row in rows]) for name in (K, G, "difference", "error"))
+    exact = (50 / k) ** 0.5 * (g / 1e12) ** 0.1 - 1
+    # A fit through exact values is off by no more than it says, and the values by the rounding of the solver.
+    assert (np.abs(found - exact) <= error + 1e-7).all()
+    sure = {row["verdict"] for row in rows}
+    assert sure <= {"agrees", "differs", "unresolved"}
+    for row, value in zip(rows, exact, strict=True):
+        assert row["verdict"] in ("unresolved", "differs" if abs(value) > 0.05 else "agrees")
+    assert sum(row["verdict"] == "unresolved" for row in rows) <= 0.05 * len(rows)
+
+
+def test_a_point_that_sleeps_is_ended_and_the_others_are_judged(steady: Path, bent: str, tmp_path: Path) -> None:
+    asked = ["sweep", str(steady), "--model", f"{bent}:asleep", "--check", "tip", "--vary", f"{K}=40,50,60"]
+    out = ["--point-timeout", "4s", "--out", str(tmp_path / "s"), "--no-figures", "--quiet"]
+    assert main([*asked, *out]) == 0
+    rows = {float(row[K]): row for row in csv.DictReader((tmp_path / "s" / "points.csv").open())}
+    assert [rows[k]["status"] for k in (40.0, 50.0, 60.0)] == ["ok", "ok", "timeout"]
+    assert float(rows[40.0]["tip_difference"]) == pytest.approx((50 / 40) ** 0.5 - 1, rel=1e-6)
+    assert (rows[40.0]["tip_verdict"], rows[50.0]["tip_verdict"]) == ("differs", "agrees")
+    assert float(rows[50.0]["reduced1d_tip"]) == pytest.approx(400.0)
+    said = json.loads((tmp_path / "s" / "sweep.json").read_text())["sentence"]
+    assert said.startswith("the model bent.py:asleep is within 5 % of 3D at tip in 1 of 3 designs")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "why"),
+    [
+        (["sweep", "{scene}", "--model", "{file}:nothing", "--vary", f"{K}=40,50"], "has no function"),
+        (
+            ["sweep", "{scene}", "--model", "{file}:tip", "--check", "tipp", "--vary", f"{K}=40,50"],
+            'did you mean "tip"',
+        ),
+        (["sweep", "sink", "--model", "{file}:tip", "--vary", "sink.width=10um,20um"], "--reduction"),
+        (["map", "{scene}", "--check", "tip", "--vary", f"{K}=40:50", "--vary", f"{G}=1:2"], "give --model"),
+    ],
+)
+def test_what_cannot_be_swept_is_said(
+    steady: Path, bent: str, arguments: list[str], why: str, tmp_path: Path, capsys: Any
+) -> None:
+    given = [part.format(scene=steady, file=bent) for part in arguments]
+    assert main([*given, "--out", str(tmp_path / "o")]) == 2
+    said = capsys.readouterr().err
+    assert why in said
+    assert said.count("\n") == 1
+    assert not (tmp_path / "o").exists()

@@ -1,0 +1,108 @@
+"""How a user's own model follows the keys of a free scene beside 3D, and what uncertain keys make of their differences.
+
+Both models have the same keys, which move them together. With m the model, s 3D and S the scale, a check's difference
+d = (m - s)/S changes with the logarithm of a key by (m' - s')/S - d S'/S.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from compare.verdict import Check
+from scenes.model import OVER_TIME, AnyScene
+from scenes.result import Estimate, Result
+from scenes.varied import neighbour
+from validate.inputs.propagation import Propagated, combined
+from validate.inputs.sensitivities import Sensitivities, Slope
+from validate.models import Model
+from validate.models.slopes import follow
+
+STEP = 1e-4  # of a key: what temperatures count from is in proportion to it, or does not follow it
+
+
+def beside(
+    found: Sensitivities, scene: AnyScene, three: Result, model: Model, one: Result, checks: Sequence[Check]
+) -> Sensitivities:
+    """The sensitivities of 3D with the model's own beside them: in the steady state; over time at the instant at which
+    the 3D quantity is largest, as those of 3D are. Of every check what its difference changes by with each key."""
+    from fem3d.runs.scene_sensitivity import floor_of
+
+    over_time = three.traces is not None
+    thermal = {probe.name: probe.quantity == "temperature" for probe in scene.probes}
+    answers = one.over_time.values if over_time else one.steady
+    names = [name for name in found.values if name in answers]
+    tops = {name: _top(scene, three, name) if over_time else 0.0 for name in names}
+    judged = {
+        c.id: c for c in checks if c.id.endswith(OVER_TIME) == over_time and c.id.removesuffix(OVER_TIME) in names
+    }
+    times = None
+    if over_time:
+        worst = [c.time for c in judged.values() if c.time is not None]
+        times = np.unique([*tops.values(), *worst, three.over_time.time[-1]])
+    followed = follow(model, scene, found.steady, times, lambda _: None)
+
+    def base(other: AnyScene) -> float:
+        """What temperatures rise above."""
+        return other.initial_temperature if over_time else floor_of(scene, other)
+
+    def model_at(name: str, time: float) -> float:
+        if not over_time:
+            return one.steady[name].value
+        return float(np.interp(time, one.over_time.time, one.over_time.values[name]))
+
+    own = {name: model_at(name, tops[name]) - base(scene) * thermal[name] for name in names}
+    steady = {key: dict(of) for key, of in found.steady.items()}
+    moved: dict[str, dict[str, float]] = {check: {} for check in judged}
+    for key, of in followed.slopes.items():
+        other = neighbour(scene, key, STEP)
+        above = (base(other) - base(scene)) / STEP
+        start = (other.initial_temperature - scene.initial_temperature) / STEP
+        for name in names:
+            three_of = steady[key].get(name)
+            if name not in of or three_of is None or three_of.fem3d is None:
+                continue
+            change = float(np.interp(tops[name], times, of[name])) if times is not None else float(of[name])
+            if own[name]:
+                slope = (change - above * thermal[name]) / own[name]
+                steady[key][name] = Slope(three_of.fem3d, slope)
+            check = judged.get(f"{name}{OVER_TIME}" if over_time else name)
+            if check is None or not np.isfinite(check.difference):
+                continue
+            largest = three_of.fem3d.value * found.values[name].value
+            s, m = largest + above * thermal[name], change
+            if times is not None and found.course is not None:
+                if name not in found.course.fem3d.get(key, {}):
+                    continue
+                course = np.interp(check.time or 0.0, found.course.times, found.course.fem3d[key][name])
+                s, m = float(course) + start * thermal[name], float(np.interp(check.time or 0.0, times, of[name]))
+            scale = found.values[name].value
+            if not over_time:
+                scale = three.steady[name].value - scene.initial_temperature * thermal[name]
+                largest += (above - start) * thermal[name]
+            moved[check.id][key] = (m - s) / scale - check.difference * largest / scale
+    values = {name: Estimate(value, 0.0) for name, value in own.items()}
+    return replace(found, steady=steady, of_model=values, left_out=found.left_out | followed.left_out, moved=moved)
+
+
+def judged(checks: Sequence[Check], propagated: Propagated) -> tuple[Check, ...]:
+    """The checks with their u_input, where what they change by is known for every uncertain key."""
+    keys, moved = list(propagated.uncertain.relative), propagated.sensitivities.moved
+    covariance, made = propagated.uncertain.covariance(), []
+    for check in checks:
+        of = moved.get(check.id, {})
+        known = all(key in of for key in keys)
+        made.append(replace(check, u_input=combined(np.array([of[k] for k in keys]), covariance)) if known else check)
+    return tuple(made)
+
+
+def _top(scene: AnyScene, three: Result, name: str) -> float:
+    """The time (s) at which a 3D quantity is largest, a temperature above the start, once its errors hold."""
+    traces = three.over_time
+    late = traces.time >= three.details.get("accurate_from_s", 0.0)
+    initial = next(
+        (scene.initial_temperature for p in scene.probes if p.name == name and p.quantity == "temperature"), 0.0
+    )
+    return float(traces.time[late][np.abs(traces.values[name][late] - initial).argmax()])
