@@ -29,8 +29,8 @@ from scenes.model import Scene
 # Of what is enough, at which a refinement aims: what it takes away is foreseen to a factor of two or so, and one more
 # level costs more than some cells too many (`validate stress --scenes 160`: seconds of the slowest).
 AIM = 0.5
-# Times the unknowns of a level that the next one may have where intervals are halved: a mesh that is so far from what is
-# enough foresees badly what it lacks, and gains degrees step by step. The default sink at 1e-5 takes 1.9 times.
+# Times the unknowns of a level that the next one may have where intervals are halved: a mesh that is so far from what
+# is enough foresees badly what it lacks, and gains degrees step by step. The default sink at 1e-5 takes 1.9 times.
 MOST_GROWTH = 3.0
 
 

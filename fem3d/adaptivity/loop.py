@@ -35,7 +35,8 @@ Progress = Callable[[str], None]
 class Verdict(NamedTuple):
     """What is to be done after a level: "accept" its ``answer``; "refine" the mesh for what its ``goals`` miss, which
     ``falls`` with the degree (`estimate.falling`), or for as much more as the ``worst`` relative error says; "raise"
-    it, as a lower space has no steady state although the fine one has; or see whether another mesh confirms the ``runaway``."""
+    it, as a lower space has no steady state although the fine one has; or see whether another mesh confirms the
+    ``runaway``."""
 
     action: Literal["accept", "refine", "raise", "runaway"]
     answer: Answer | None = None
