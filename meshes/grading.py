@@ -33,7 +33,7 @@ AT_ONCE = 3  # layers that an interval is cut into in one step, at most: a coars
 FALL = -np.log(RATIO) / np.log((1 + np.sqrt(RATIO)) / (1 - np.sqrt(RATIO)))
 # Times its share that an interval may miss before it gets two degrees at once (`validate stress`: "constants").
 FAR = 300.0
-MEASURED = 5  # degree from which on what the last two degrees took away shows how fast that falls
+MEASURED = 6  # degree from which on the last two degrees took away as those that follow will
 AT_MOST = 2  # degrees that an interval gains at once: three of them add as many unknowns as another interval
 
 
