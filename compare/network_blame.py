@@ -18,6 +18,7 @@ from reduced1d.network.lines import layout
 from reduced1d.network.places import Place, places
 from reduced1d.network.solution import of_layout
 from scenes import physics
+from scenes.errors import NumericsError
 from scenes.formats import percent, signed
 from scenes.model import UNITS, AnyScene, Scene
 from scenes.result import Estimate, Result
@@ -25,8 +26,11 @@ from scenes.result import Estimate, Result
 REST = "what lines cannot say"
 FELT = 1e-3
 """Of the largest rise or potential at any joint: a resistance that changes the drop over it by less stays."""
-LEAST = 1e-6
-"""Of the largest flow: what passes less has no resistance that could be measured."""
+KNOWN = (3e-3, 0.1)
+"""The accuracy of 3D's temperatures and flows at joints, and that where the first takes too large a mesh, as flows
+crowd at edges."""
+LEAST = 0.02
+"""Of the largest flow: a joint that less passes, by hand, is not measured in 3D."""
 
 
 def blame(given: AnyScene, fem3d: Result, network: Result) -> Budget:
@@ -36,9 +40,11 @@ def blame(given: AnyScene, fem3d: Result, network: Result) -> Budget:
     scene = replace(given, steady=True, output_times=())
     shape = layout(scene)
     found = places(shape, bool(shape.electrodes) and physics.electric(scene))
-    asked = {p.name: p for place in found for p in (place.one, place.other, place.flow) if p is not None}
-    more = replace(shape.scene, probes=(*shape.scene.probes, *asked.values()))
-    there, by_hand = solve_3d(more).steady, of_layout(replace(shape, scene=more)).steady
+    by_hand = of_layout(replace(shape, scene=_probed(shape.scene, found))).steady
+    largest = {kind: max([abs(by_hand[p.flow.name].value) for p in found if p.flow.quantity == kind], default=0.0)
+               for kind in ("heat_flow", "current")}  # fmt: skip
+    found = [p for p in found if abs(by_hand[p.flow.name].value) > LEAST * largest[p.flow.quantity]]
+    there = _measured(_probed(shape.scene, found))
     changes = _changes(scene, found, there, by_hand)
     results, measured = [network.steady], list[tuple[tuple[str, int], float]]()
     for place, resistance, _ in changes:
@@ -47,6 +53,22 @@ def blame(given: AnyScene, fem3d: Result, network: Result) -> Budget:
     names = [(place.called, unsure) for place, _, unsure in changes]
     splits = [_split(scene, name, [*(r[name] for r in results), fem3d.steady[name]], names) for name in network.steady]
     return Budget(network.model, tuple(splits), (), None, {}, _sentence(splits))
+
+
+def _measured(scene: Scene) -> dict[str, Estimate]:
+    """The probes in 3D, as accurately as its size allows."""
+    for accuracy in KNOWN[:-1]:
+        try:
+            return solve_3d(replace(scene, accuracy=max(scene.accuracy, accuracy))).steady
+        except NumericsError:
+            continue
+    return solve_3d(replace(scene, accuracy=max(scene.accuracy, KNOWN[-1]))).steady
+
+
+def _probed(scene: Scene, found: list[Place]) -> Scene:
+    """The scene with probes of all that is measured at some joints."""
+    asked = {p.name: p for place in found for p in (place.one, place.other, place.flow) if p is not None}
+    return replace(scene, probes=(*scene.probes, *asked.values()))
 
 
 def _changes(
@@ -62,14 +84,10 @@ def _changes(
         b = scene.boundaries[place.given]
         return values[place.one.name].value - float(b.ambient if b.kind == "convection" else b.value)  # type: ignore
 
-    most: dict[str, float] = {}
-    for place in found:
-        kind = place.flow.quantity
-        most[kind] = max(most.get(kind, 0.0), abs(there[place.flow.name].value), abs(by_hand[place.flow.name].value))
     rows, largest = [], {"temperature": 0.0, "potential": 0.0}
     for place in found:
         flow, own = place.sign * there[place.flow.name].value, place.sign * by_hand[place.flow.name].value
-        if min(abs(flow), abs(own)) <= LEAST * most[place.flow.quantity]:
+        if not flow:
             continue
         resistance = drop(place, there) / flow
         change = resistance - drop(place, by_hand) / own

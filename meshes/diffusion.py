@@ -8,9 +8,9 @@ from meshes.grading import RATIO
 from meshes.grid import Grid
 from scenes.model import Boundary, Box, Scene, Schedule
 
-REACH = 3.0  # diffusion lengths that the first interval at a face may have
-DEGREE = 4  # of the layers at least
-FIRM = 0.1  # of what a film conducts over what the first diffusion length does, from which on it counts as a jump
+REACH = 3.0  # the first interval at a face is at most this many diffusion lengths long
+DEGREE = 4  # least degree of the layers
+FIRM = 0.1  # a film counts as a jump of the temperature from this fraction of what the first diffusion length conducts
 
 
 def graded(grid: Grid, scene: Scene, earliest: float) -> Grid:

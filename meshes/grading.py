@@ -17,15 +17,17 @@ from meshes import connected, singular
 from meshes.grid import Grid
 from scenes.model import Scene
 
-RATIO = 0.15  # of neighbouring intervals towards a feature; 0.15 is optimal for corner singularities (Gui and Babuska)
+# Ratio of neighbouring intervals towards a feature; 0.15 is optimal for corner singularities (Gui and Babuska).
+RATIO = 0.15
 HIGHEST_DEGREE = 8
 LEAST_AT_EDGE = 4  # functions of facets begin at degree 4: below it no estimate sees what an edge leaves
-SLIVER = 1e-3  # of the extent: closer planes set no length
-SHORTEST = 1e-9  # of the largest extent: intervals are not refined below it
-LONG = 4.0  # times the narrowest extent, from which on an interval between two features has two bends of its own
+SLIVER = 1e-3  # planes closer than this fraction of the extent set no length
+SHORTEST = 1e-9  # intervals are not refined below this fraction of the largest extent
+# An interval between two features that is longer than this times the narrowest extent has two bends of its own.
+LONG = 4.0
 # Times the accuracy: where the first grid expects singular edges to matter no more (`validate stress`: "constants").
 LAYERS = 75.0
-AT_ONCE = 3  # layers that an interval is cut in at most: a coarse grid's error isn't its edges' alone, whatever it says
+AT_ONCE = 3  # layers that an interval is cut into in one step, at most: a coarse grid's error isn't its edges' alone
 # Degrees by which a layer at an edge may have fewer than the next larger one, over the exponent: both take away alike,
 # RATIO^(2 s) a layer, and rho^-2 a degree beside a singular end, as in fem3d.adaptivity.estimate.
 FALL = -np.log(RATIO) / np.log((1 + np.sqrt(RATIO)) / (1 - np.sqrt(RATIO)))

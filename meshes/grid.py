@@ -12,7 +12,7 @@ import numpy as np
 from scenes.model import Box, Point
 
 VOID = -1
-SAME = 1e-9  # of the extent along an axis: coordinates closer than this are one
+SAME = 1e-9  # coordinates closer than this fraction of the extent along an axis are one
 
 
 @dataclass(frozen=True, eq=False)

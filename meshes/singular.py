@@ -24,7 +24,7 @@ from scenes.model import Boundary, Box, Scene, Value
 
 REGULAR = 0.95  # edges of this exponent or more are left to the degree, but for contradictions up to the next one
 RESONANT = 1.05
-ANGULAR = 8  # degree of the angular problem's elements: its exponents are exact to 1e-8 or so
+ANGULAR = 8  # degree of the angular problem's elements, whose exponents are then exact to about 1e-8
 PASSES = 0.05  # Biot number of a film, with its box's extent across the edge, from which on it contradicts
 
 Numbers = tuple[float, float, float, float]

@@ -87,11 +87,11 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     return f', did you mean "{near}"?' if near else ""
 
 
-def listed(names: Sequence[str]) -> str:
-    """Names in quotation marks, at most four of them."""
-    shown = [quoted(name) for name in names[:_MOST]]
-    if len(names) > _MOST:
-        shown.append(f"{len(names) - _MOST} more")
+def listed(names: Sequence[str], most: int = _MOST) -> str:
+    """Names in quotation marks, at most four of them where nothing else is said."""
+    shown = [quoted(name) for name in names[:most]]
+    if len(names) > most:
+        shown.append(f"{len(names) - most} more")
     return " and ".join(filter(None, (", ".join(shown[:-1]), shown[-1])))
 
 

@@ -78,6 +78,17 @@ def measured(text: str, names: Mapping[str, Measure]) -> tuple[float, Powers | N
     return _double(found.value), found.powers
 
 
+def is_expression(given: object) -> bool:
+    """Whether a value is text that is more than a number with a unit."""
+    if not isinstance(given, str):
+        return False
+    try:
+        parse_quantity(given)
+    except UnitError:
+        return True
+    return False
+
+
 def evaluate(text: str, names: Mapping[str, Measure]) -> Measure:
     """What an expression comes to. Raises UnitError for what is none, and for what can't be computed."""
     if len(text) > LONGEST:

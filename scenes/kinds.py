@@ -16,6 +16,7 @@ from numbers import Real
 from typing import Any, Protocol
 
 from scenes.errors import SceneError, did_you_mean, quoted
+from scenes.expressions import is_expression
 from scenes.model import Schedule, Value
 from scenes.parameters import quantity
 from scenes.units import LENGTH, PLAIN, TEMPERATURE, TIME, Dimension, UnitError, called, meant, parse_quantity
@@ -62,12 +63,7 @@ class Quantity(Kind):
 
     def _said(self, given: object, value: float) -> str:
         """What is given, and of an expression what it comes to."""
-        try:
-            if isinstance(given, str):
-                parse_quantity(given)
-        except UnitError:
-            return f"{quoted(given)} = {self.dimension.show(value)}" if value else quoted(given)
-        return quoted(given)
+        return quoted(given) + (f" = {self.dimension.show(value)}" if value and is_expression(given) else "")
 
     def write(self, value: Any) -> Any:
         """A plain float, or the word for ``None``; what is no number stays as it is, for ``read`` to refuse."""
@@ -115,14 +111,11 @@ class Count(Kind):
 
     def read(self, path: str, given: object) -> int:
         try:
-            if isinstance(given, str):
-                value, powers = quantity(given)
-                value = math.nan if powers not in (None, PLAIN) else value
-            else:
-                value = float("nan" if isinstance(given, bool) else given)  # type: ignore[arg-type]
+            value, powers = quantity(given) if isinstance(given, str) else (float(given), None)  # type: ignore[arg-type]
         except (TypeError, ValueError, OverflowError):
-            value = math.nan
-        if not (value.is_integer() and self.lower <= value <= self.upper):
+            value, powers = math.nan, None
+        whole = value.is_integer() and powers in (None, PLAIN) and not isinstance(given, bool)
+        if not (whole and self.lower <= value <= self.upper):
             raise SceneError(f"{path} = {quoted(given)} must be a whole number from {self.lower} to {self.upper}")
         return int(value)
 

@@ -29,12 +29,12 @@ from fem3d.spaces.bricks import BrickSpace
 from meshes.grading import Features
 from meshes.grid import Grid
 
-SLOWEST = 1.0  # of the rates a, next to an edge, unless theory has a slower one
+SLOWEST = 1.0  # slowest rate a that is assumed next to an edge, unless theory has a slower one there
 # Degrees, and those over the exponent, by which what the element leaves of an edge lags behind its asymptotic decay: of
 # distances to powers s from 0.13 to 0.67 about an edge, in one layer of cells up to four times longer than wide, it
 # leaves no more than (p + lag)^-4s has it (`validate stress`: "constants").
 LAG, LAG_OVER_EXPONENT = 3.0, 0.6
-REGULAR = 2.0  # elsewhere: as slow as next to an edge of exponent 1/2
+REGULAR = 2.0  # slowest rate a away from edges: that next to an edge of exponent 1/2
 FASTEST = 40.0
 
 Spread = list[np.ndarray]

@@ -24,9 +24,11 @@ from scenes.errors import NumericsError
 # The error over the difference of the two degrees, at most, once it is small: `validate stress` divides by it in its
 # row "field away from the probes".
 CAUTION = 1.5
-CAUSES = RATIO ** (2 / 3)  # of the largest difference, what a layer leaves of it at a re-entrant edge: what is refined
-POINTS = 6  # of an interval, at which fields are compared
-MOST_LEVELS = 6  # more than the probes need
+# Intervals with at least this fraction of the largest difference are refined: what one layer more leaves of it at a
+# re-entrant edge.
+CAUSES = RATIO ** (2 / 3)
+POINTS = 6  # points of an interval, along each axis, at which two fields are compared
+MOST_LEVELS = 6  # levels for the field, after those that the probes need
 MOST_GROWTH, FREELY, MOST = 2.0, 3_000, 30_000
 
 

@@ -37,9 +37,11 @@ from scenes.plan import Step
 
 LARGEST_REFINED = 60_000  # unknowns of a refined mesh; above, the mesh is taken as it is
 BETWEEN_DEGREES, BETWEEN_MESHES = 1.0, 1.25  # the error of a level over its difference from the one before, at most
-OF_GRADIENT = 3.0  # times that where a flow is an integral of the gradient, which converges more slowly than all else
-OVER_TIME = 1.5  # times that in a transient
-LEAST = 0.2  # of the fields' own difference: a difference of values may vanish by chance
+OF_GRADIENT = 3.0  # factor on that for a flow read off the gradient, which converges more slowly than all else
+OVER_TIME = 1.5  # factor on that in a transient
+# An error is at least this fraction of the fields' own difference, as a difference of two values may vanish by
+# chance.
+LEAST = 0.2
 ROUNDING = 1e-9
 
 

@@ -28,7 +28,7 @@ from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.domain import Domain
 from scenes import physics
 
-SOLVED = 1e-3  # part of the accuracy: the error of potentials in the energy norm, of which powers see the square
+SOLVED = 1e-3  # potentials are solved to this fraction of the accuracy in the energy norm; powers see the square of it
 
 
 @dataclass(frozen=True, eq=False)

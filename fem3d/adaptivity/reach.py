@@ -21,9 +21,9 @@ MOST_MEMORY = 4e9  # bytes of a run: what a laptop has to spare
 # a quarter of the time, all of which is saved where most features are seen by no quantity. Of 700 random scenes none
 # has as many, an actuator of ten boxes over films of 0.1 um has 5,000.
 MANY = 1_000
-COARSEST = 1e-2  # accuracy, from which on a first grid has the fewest layers
-HARDLY = 0.25  # exponent of an edge below which its layers take more than there is
-LAYER = 0.1  # of the narrowest length of a scene: layers shorter than that see the edge alone
+COARSEST = 1e-2  # accuracy from which on a first grid has the fewest layers
+HARDLY = 0.25  # edges of a smaller exponent take more layers than lengths leave room for
+LAYER = 0.1  # layers shorter than this fraction of the narrowest length of a scene see their edge alone
 # Of what is enough, which the shortest layers may leave. `validate stress --scenes 160` counts what is refused for it;
 # of its scenes that are solved none keeps more, and with only a tenth left for all the rest cells grow without end.
 KEPT = 0.75

@@ -23,11 +23,11 @@ from meshes.grading import Features
 ROW_SHARE = 0.25  # part of the accuracy left to linear interpolation between rows
 TIME_SHARE = 0.01  # part of the accuracy for time stepping
 SPACE_SHARE = 0.1  # part of the accuracy for the reduced space
-ROUNDING = 1e-10  # of the scale: nothing is known better
-NOTHING = 1e-10  # of what would warm all from 0 K: less heat is none
+ROUNDING = 1e-10  # relative error that rounding leaves in every trace
+NOTHING = 1e-10  # less heat than this fraction of what would warm everything from 0 K counts as none
 FIELDS, DROPPED, MOST_FIELDS = 6, 2, 60  # generations of Krylov fields: the first trial, how many fewer, the most
-ASKED = 200  # of the times that are asked for, at which errors are looked at: each costs a state of every space
-KNOTS = 12  # bends and jumps of the inputs after which errors are looked at closely
+ASKED = 200  # of the times that a user asks for, so many at most are compared: each costs a state of every space
+KNOTS = 12  # bends and jumps of the inputs, at most, after which errors are looked at closely
 
 
 @dataclass(frozen=True, eq=False)

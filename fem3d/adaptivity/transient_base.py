@@ -21,8 +21,9 @@ from scenes.errors import RunawayInTimeError
 
 ROUGH, GENERATIONS = 1e-3, 6  # accuracy and generations of fields of a response that only shows where to look
 ROUNDS = 5
-BEFORE = 0.95  # of the time at which the heating runs away: there its rate is still finite
-SAME = 5e-2  # part of the accuracy below which what heating does to the currents is left out
+# Fields are made up to this fraction of the time at which the heating runs away: there its rate is still finite.
+BEFORE = 0.95
+SAME = 5e-2  # a change of the currents by heating is left out where it is below this fraction of the accuracy
 
 
 class Hot(NamedTuple):

@@ -17,8 +17,8 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.solution.reduced import orthonormal
 from fem3d.solution.transient import Base
 
-FIRST, MOST = 4, 16  # shifts to begin with, and at most
-SOONER = 3.0  # the first shift is that much below the earliest time
+FIRST, MOST = 4, 16  # how many shifts to begin with, and at most
+SOONER = 3.0  # the first shift is the earliest time over this
 
 
 def slowest(heat: HeatProblem) -> float:

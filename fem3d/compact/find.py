@@ -11,7 +11,6 @@ import numpy as np
 from fem3d.adaptivity import transient_base
 from fem3d.adaptivity.goal_errors import goal_row
 from fem3d.compact import fields
-from fem3d.compact.channels import OWN, Channel, channels, driven, scenarios
 from fem3d.compact.judge import MOST_PLACES, Judge, Truth, first_time, rise_of
 from fem3d.compact.mesh import problem
 from fem3d.compact.tensors import Structure, tensors
@@ -22,14 +21,15 @@ from fem3d.solution import transient
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.transient import Base
 from scenes import physics
+from scenes.compact.channels import OWN, Channel, channels, driven, scenarios
 from scenes.errors import NumericsError, SceneError, quoted
 from scenes.model import AnyScene, MeshScene, Schedule
 
-TRUTH, SPACE = 0.5, 0.02  # parts of the accuracy: of the runs it is held against, and of the fields
+TRUTH, SPACE = 0.5, 0.02  # fractions of the accuracy: for the runs that a model is held against, and for its fields
 # Times the accuracy, for which a mesh for all inputs at once is made first, as the runs tell what it is good for; by
 # how much less where it isn't fine enough; and how many there are.
 MESH, FINER, TURNS = 3.0, 0.3, 4
-LONG = 20.0  # times the slowest response: when a steady state is reached
+LONG = 20.0  # a steady state is reached after this many times the slowest response
 
 
 def compact(

@@ -10,18 +10,19 @@ from typing import Any
 import numpy as np
 
 from fem3d.adaptivity.goal_errors import goal_row
-from fem3d.compact.channels import OWN, UNITS, Channel, channels
 from fem3d.compact.tensors import Structure, Tensors, tensors
 from fem3d.runs.probe_quantities import EARLY, LATE, OF_FLOW
 from fem3d.solution.reduced import Reduced
 from scenes import physics
+from scenes.compact.channels import OWN, UNITS, Channel, channels
 from scenes.compact.runtime import CompactModel
 from scenes.model import UNITS as PROBE_UNITS
 from scenes.model import AnyScene, Schedule, Value
 from scenes.result import Result
 
-INSTANTS = 60  # of each run that is compared
-MOST_PLACES, NEAR = 12, 1e-4  # of an extreme, and of a run's scale that others may miss
+INSTANTS = 60  # instants of each run that is compared
+# Places of an extreme at most, and by what fraction of a run's scale a place may miss the extreme.
+MOST_PLACES, NEAR = 12, 1e-4
 EQUATIONS = [
     "z = (1, inputs g, states b), b = 0 at t = 0; (A z) c = S z for the current fields c",
     "db/dt = F z + sum over pairs i <= j of c_i c_j Q_ij z (twice for i < j); 0 where steady_only",

@@ -7,7 +7,6 @@ from typing import Any
 
 from fem3d.adaptivity import loop
 from fem3d.adaptivity.mesh_file import FileMesh
-from fem3d.compact.channels import Channel, apart, driven
 from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Outputs
@@ -16,10 +15,12 @@ from fem3d.runs import scene as scene_run
 from meshes import symmetry
 from meshes.symmetry import Symmetry
 from scenes import physics
+from scenes.compact.channels import Channel, apart, driven
 from scenes.model import AnyScene, MeshScene, Value
 
-LESS = 0.8  # of one given temperature's step the next one's, of the other sign: equal ones would cancel out
-FARTHEST = 0.2  # by which a step of a temperature changes a resistivity, at most
+# Each given temperature's step is this fraction of the one before, of the other sign: equal ones would cancel out.
+LESS = 0.8
+FARTHEST = 0.2  # a step of a temperature changes a resistivity by at most this fraction
 
 
 def problem(

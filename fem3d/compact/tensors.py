@@ -12,12 +12,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fem3d.compact.channels import Channel
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.probes import reading
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.transient import Base
 from meshes.symmetry import Symmetry
+from scenes.compact.channels import Channel
 
 
 @dataclass(frozen=True, eq=False)

@@ -35,7 +35,7 @@ be small by chance. A quarter is what the regular part of such a solution was fo
 MOST_LEVELS = 12
 AHEAD = 6.0
 """A refinement aims that much below the accuracy: another level costs more than a few more unknowns."""
-STEPS = 1e-2  # of the accuracy, at which the iteration for the powers between samples ends
+STEPS = 1e-2  # the iteration for the powers between samples ends at this fraction of the accuracy
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,8 @@ from scipy.sparse import csc_array
 
 from scenes.errors import NumericsError
 
-LEAF = 120  # unknowns up to which a piece isn't dissected further: dense blocks of that size take next to no time
+# Pieces of up to this many unknowns are not dissected further: dense blocks of that size take next to no time.
+LEAF = 120
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,7 +22,8 @@ from scenes.errors import NumericsError
 from scenes.model import Material
 
 SAME = 1e-9  # relative size below which a current field is taken for a sum of others
-SOLVED = 1e-12  # the error of a potential over that of its first guess, in the energy norm, if nothing looser is asked
+# Error of a potential over that of its first guess, in the energy norm, unless a looser one is asked for.
+SOLVED = 1e-12
 Section = list[tuple[Faces, float, np.ndarray, np.ndarray]]
 """Faces inside a conductor, half the sign of their normal, and the law of the resistivity (facets, 1) there."""
 

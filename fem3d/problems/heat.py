@@ -22,7 +22,7 @@ from fem3d.spaces.channels import Inputs
 from fem3d.spaces.domain import Domain
 from scenes.model import Value
 
-BALANCED = 2e-11  # of the heat: an imbalance above it is worth a residual in extended precision
+BALANCED = 2e-11  # an imbalance above this fraction of the heat is worth a residual in extended precision
 # Of the product of two boundaries' parts t and 1 - t of what enters at an edge that they share. With a flux like
 # r^(s - 1) on both, either's true part is t^s / (t^s + (1 - t)^s): off by 0.79 t (1 - t) at most for s = 2/3, of a
 # re-entrant edge, between intervals whose lengths differ by a layer (meshes.grading.RATIO).

@@ -21,7 +21,8 @@ from scipy.sparse.linalg import splu
 
 from fem3d.problems.cholesky import part
 
-PLANE = 0.95  # of normals' lengths that their sum keeps: faces that bend by less (about 25 degrees) pass for one plane
+# Faces pass for one plane where their normals sum to at least this fraction of their lengths (a bend of 36 degrees).
+PLANE = 0.95
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,7 +21,7 @@ from scenes.sink import SLOWEST, Sink, decay, different
 
 T = TypeVar("T")
 
-SHARE = 0.1  # of the accuracy: what spans that are not solved may add
+SHARE = 0.1  # spans that are not solved may add this fraction of the accuracy
 
 
 def modelled(sink: Sink) -> int:

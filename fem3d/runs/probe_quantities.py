@@ -20,7 +20,7 @@ from meshes.symmetry import Symmetry
 from scenes.model import AnyScene, Box, GroupProbe, Probe, Scene, Schedule, Value
 
 OF_RISE, OF_FLOW = 0.1, 0.01
-ISOTHERMAL = 1e-9  # of what is given above the start: a rise above the coldest that is rounding, and no measure
+ISOTHERMAL = 1e-9  # a rise below this fraction of the given ones is rounding, and no measure of temperature errors
 FIELD = 0.1  # of the largest rise: what the field at any node may be off by, as far as a few more levels can do that
 EARLY, LATE = 1e-3, 0.1  # of the end time: of `_earliest` where no instants are asked for, and at most
 

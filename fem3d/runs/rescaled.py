@@ -22,7 +22,7 @@ from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base
 
 BY_RESISTANCE = ("current_A", "power_W", "heat_out_W", "end_flow_W")
-LEFT_OUT = 0.02  # part of the accuracy that the first run's fields may miss at the new voltage
+LEFT_OUT = 0.02  # the first run's fields may miss this fraction of the accuracy at the new voltage
 
 
 def solve(study: Study, before: Answer, factor: float) -> Answer | None:

@@ -19,9 +19,9 @@ from scenes.units import TIME
 # Of the time t at which the heating runs away, up to which the course is kept. The rise nears its last value like
 # (1 - time / t)^(1/2), so that there its error is some three times that of t itself.
 KEPT = 0.95
-TRIES = 4  # as a finer mesh may run away earlier
-ROUGH = 1e-2  # accuracy of the steady state that is asked for the largest voltage
-STEPS = 1e-2  # part of the accuracy for the steps that find the time
+TRIES = 4  # meshes that are asked for the time of a runaway: a finer one may run away earlier
+ROUGH = 1e-2  # accuracy of the steady state that tells the largest voltage
+STEPS = 1e-2  # fraction of the accuracy for the steps that find the time
 
 
 def until(

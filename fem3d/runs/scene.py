@@ -15,6 +15,7 @@ from fem3d.runs import currents, probe_quantities
 from meshes import connected, symmetry
 from meshes.symmetry import Symmetry
 from scenes import physics
+from scenes.free import structure
 from scenes.model import AnyScene, MeshScene, Point, Scene
 from scenes.plan import Step
 from scenes.result import Estimate, Result, Traces
@@ -46,6 +47,8 @@ def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole:
             "scales": response.scales, "accurate_from_s": study.earliest, "transient": response.transient,
             "jumps": len(answer.heat.jumps(study.end)),
         }  # fmt: skip
+    if isinstance(scene, Scene):
+        details["warnings"] += structure.remarks(scene)
     details["warnings"] += on.warnings(study, {n: e / details["scales"][n] for n, e in errors.items()})
     if response is not None:
         return Result("fem3d", {}, Traces(response.times, response.traces, response.errors), details)
@@ -139,7 +142,8 @@ def plan(scene: AnyScene, whole: bool = False, mesh: Any = None) -> tuple[Step, 
     line = part.step
     if whole and part.planes:
         line = Step("symmetry", "skipped", "the whole is solved, for a number of one side changes that side alone")
-    return line, heat_step(scene), electric, *states(scene, reached)
+    told = (Step(what, "done", text) for what, text in structure.described(scene))
+    return *told, line, heat_step(scene), electric, *states(scene, reached)
 
 
 def heat_step(scene: AnyScene) -> Step:

@@ -28,7 +28,7 @@ from scenes import physics
 from scenes.errors import ConvergenceError
 
 SOLVED = 1e-8  # relative residual of dual solutions; derivatives are asked for to some 1e-4
-MOST = 200  # steps; as many as a state next to runaway takes
+MOST = 200  # steps of the dual iteration, at most: as many as a state next to runaway takes
 
 
 Own = Callable[[Motion], float]

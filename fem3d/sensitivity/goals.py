@@ -18,7 +18,9 @@ from fem3d.spaces.extreme import Place
 from meshes.symmetry import Symmetry
 from scenes.errors import SceneError
 
-MOVED = 1e-4  # of a key where a row is not affine in the coordinates: central differences are off by its square
+# Relative change of a key for central differences of rows that are not affine in the coordinates: their error is its
+# square.
+MOVED = 1e-4
 
 
 class Goals:

@@ -22,8 +22,8 @@ from scenes import physics
 from scenes.errors import SceneError
 from scenes.model import AnyScene, Material, MeshScene, Scene, Schedule, Value
 
-STEP = 2.0**-14  # of a key, between scenes; rounding shows over it
-APART = 1e-9  # of a scene's extent: faces nearer to each other are in one plane
+STEP = 2.0**-14  # relative change of a key from scene to scene, a power of two; rounding is divided by it
+APART = 1e-9  # faces nearer to each other than this fraction of a scene's extent are in one plane
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,8 +22,8 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.solution.reduced import Reduced, on_basis
 from fem3d.spaces.domain import Boxes, Domain
 
-ROUNDS = 2  # of refinement by the factors: each takes away as much more of the error as the problems are alike
-SAME = 1e-12  # of the sides of cells
+ROUNDS = 2  # rounds of iterative refinement: each leaves as small a fraction of the error as the two problems differ by
+SAME = 1e-12  # sides of cells that differ by less than this, relatively, are the same
 
 Solve = Callable[[np.ndarray], np.ndarray]
 

@@ -36,9 +36,9 @@ from scenes.errors import SceneError
 ONE_SIDED = 1.5 * STEP  # of a derivative: what goes like key^s has one off by |s - 1| / 2 steps, s being -2 to 2
 GENERATIONS, FEWER = 6, 4  # of dual Krylov fields, and how many the error is told from
 PER_DECADE, FIRST = 20, 1e-3  # rows of a course, and how long after an input jumps they start, of the earliest time
-BENDS = 1e-2  # of the time between two bends of an input: when rows start after one
-SMALL = 1e-4  # of a decay over a step
-JUST = 1e-12  # of a time: before a jump there
+BENDS = 1e-2  # after a bend of an input rows start at this fraction of the time to the next bend
+SMALL = 1e-4  # exponents of a decay over a step below this are summed as a series
+JUST = 1e-12  # relative distance of the row just before a jump from its time
 
 Traces = dict[str, np.ndarray]
 

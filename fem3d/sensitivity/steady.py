@@ -35,7 +35,7 @@ from scenes.model import Scene
 from scenes.result import Estimate
 
 COMPLEX = 1e-30
-ROUNDING = 1e-8  # that of dual solutions
+ROUNDING = 1e-8  # relative error that the dual solutions leave in a derivative
 
 Table = dict[str, dict[str, Estimate]]
 """By key, by quantity: d ln quantity / d ln key."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from fem3d.solution.reduced import Reduced
 
-GROWTH = 1.05  # of the current between trials
+GROWTH = 1.05  # factor on the current from trial to trial
 
 
 class OperatingPoint(NamedTuple):

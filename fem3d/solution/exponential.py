@@ -21,7 +21,8 @@ from scenes.units import TIME
 
 FAST = 200.0  # beyond this decay over a step the convolution is summed by parts, below it by Gauss's rule of 48 points
 SWEEPS = 30
-HALVINGS = 20  # of the step in which something ceases to hold: its time is known to a millionth of that step
+# Halvings of the step in which something ceases to hold: its time is then known to a millionth of the step.
+HALVINGS = 20
 
 
 @dataclass(frozen=True)

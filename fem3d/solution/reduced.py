@@ -24,7 +24,7 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.solution import joule_tensors
 from fem3d.solution.joule_tensors import JouleHeat
 
-DEPENDENT = 1e-6  # fields are dropped whose part independent of earlier ones is smaller than this
+DEPENDENT = 1e-6  # a field is dropped where the part of it that is independent of earlier ones is smaller than this
 
 
 @dataclass(frozen=True, eq=False)

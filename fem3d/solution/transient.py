@@ -146,7 +146,7 @@ LEAST = 1e-2
 # Of the cold resistivity: as long as it is larger at all vertices, it is larger than the least between them, of fields
 # that hold what they should.
 ENOUGH = 0.8
-GONE = 1e-9  # relative size below which a new field is taken for one that is there
+GONE = 1e-9  # a new field whose independent part is smaller than this, relatively, is taken for one that is there
 
 
 def time_constant(state: SteadyState) -> float:

@@ -16,14 +16,19 @@ import numpy as np
 from fem3d.spaces.domain import Patch
 from fem3d.spaces.integrals import Space
 
-CLOSER = 0.5  # of a lattice's extent: that of the next one, two spacings around its best point, for tops lie askew
-FINE = 5  # its points along each side
-TURNS = 6  # of closing in: the best point is then within 1/128 of a side
-MISSED = 0.1  # of what a function spans on a lattice: by what its top may be higher
-APART = 0.4  # of a cell's sides: how far a second top is from the first, which closing in on that doesn't see
-CANDIDATES = 24  # cells that are closed in on, at most: as many as share a vertex
-PER_DEGREE = 8  # points of the lattice along a line in a cell, for each degree
-AT_ONCE = 4_000_000  # numbers that a block of times may take
+# Each next lattice has this fraction of the extent of the one before: two spacings around the best point, as tops lie
+# askew.
+CLOSER = 0.5
+FINE = 5  # points of such a lattice along each side
+TURNS = 6  # lattices after the first: the best point is then known to within 1/128 of a side
+# A cell's top may lie above its best lattice point by this fraction of what the function spans on the lattice.
+MISSED = 0.1
+# A second top is looked for at least this fraction of a side away from the first, which the finer lattices do not
+# see.
+APART = 0.4
+CANDIDATES = 24  # cells that are looked at more closely, at most: as many as may share a vertex
+PER_DEGREE = 8  # lattice points along a line in a cell, for each degree
+AT_ONCE = 4_000_000  # numbers in a block of times, at most, which bounds the memory
 
 
 class Place(NamedTuple):

@@ -20,7 +20,7 @@ from fem3d.spaces import forms
 from fem3d.spaces.entities import entities
 from fem3d.spaces.integrals import Rule, Side, Space, halves, rule, side
 
-ORDER = 5  # of the quadrature: twice the degree for the mass matrix, and one more for a coefficient
+ORDER = 5  # order of the quadrature: twice the degree for the mass matrix, and one more for a coefficient
 
 
 class ElementNested(ElementH1):

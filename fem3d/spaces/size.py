@@ -23,7 +23,7 @@ LEAF, AT_LEAF = 120.0, 40.0
 """Unknowns of a piece that is not dissected any more (`fem3d.problems.cholesky.LEAF`), and those that join two such."""
 # What follows was measured on plates with 0 to 10 pads beside a meander, on rows of 100 and 300 boxes and on cubes with
 # 2 and 3 boxes inside: the peak of a run's memory is foreseen to within 30 % from 0.15 to 2.6 GB.
-START_UP = 75e6  # bytes, with the libraries
+START_UP = 75e6  # bytes of a process before it has a mesh: interpreter and libraries
 PER_ENTRY = 115.0  # bytes: the cells' matrices with their places, the sums in three spaces
 FILL = 1.4  # times the entries that the joins of a dissection have: what is joined reaches beyond its plane
 PER_FACTOR = 12.4  # bytes for each entry of the factors in the highest space: 8, and half as much in the lower ones

@@ -6,7 +6,8 @@ import numpy as np
 
 from meshes.grouped.model import GroupedMesh
 
-INSIDE = 1e-6  # of a cell: so far outside is inside by rounding, for faces of cells in files have few digits
+# A point outside a cell by less than this fraction of it is inside, as coordinates in files have few digits.
+INSIDE = 1e-6
 STEPS = 30
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from scenes import physics
 from scenes.errors import SceneError, listed, quoted
+from scenes.free.cut import cut
 from scenes.free.grid import ROUNDING, Grid, Sheet, grid_of
 from scenes.model import Boundary, Box, Point, Probe, Scene, Value, is_zero
 from scenes.units import extent, point
@@ -232,6 +233,11 @@ def _check_parts(grid: Grid) -> None:
         refuse(labels, touched(labels, physics.is_exit), KEPT)
     driven = hot.any() or any(physics.heats(b, scene.initial_temperature) for b in scene.boundaries)
     if not driven and not any(len(voltages) > 1 for voltages in grid.electrified()[1].values()):
+        if where := cut(grid):
+            raise SceneError(
+                f"nothing happens in this scene: {where}, between electrodes of different voltages: give its "
+                "material a resistivity, or let the conductors touch"
+            )
         has = "no voltage across a conductor, " if electric else ""
         raise SceneError(
             f"nothing happens in this scene: it has {has}no heat source, no flux, and no temperature other than "

@@ -17,6 +17,7 @@ from compare.network_blame import blame
 from fem3d.runs.scene import solve as solve_3d
 from reduced1d.network import solve
 from reduced1d.network.lines import layout
+from scenes.errors import NumericsError
 from scenes.formats import percent, quantity, with_error
 from scenes.loading import load
 from scenes.model import UNITS, Probe, Scene
@@ -92,7 +93,6 @@ def told(title: str, scene: Scene) -> str:
     one = solve(scene)
     took = time.process_time() - started
     three = solve_3d(scene)
-    why = blame(scene, three, one)
     shape = layout(scene)
     how = (
         f"{len(shape.lines)} lines, {len(shape.joints)} joints, solved in {quantity(took, 's', 2)} of processor time; "
@@ -102,6 +102,10 @@ def told(title: str, scene: Scene) -> str:
     if title.endswith("sink as boxes"):
         by_hand, in_3d = (anchor(scene, result) for result in (one, three))
         parts += [f"Anchor resistance, end rise over heat: {by_hand:.1f} K/W by hand, {in_3d:.1f} K/W in 3D.", ""]
+    try:
+        why = blame(scene, three, one)
+    except NumericsError as error:
+        return "\n".join([*parts, f"Which joint is to blame is not known: {error}.", ""])
     parts += [*_blamed(why), "", f"{why.sentence[0].upper()}{why.sentence[1:]}.", ""]
     return "\n".join(parts)
 

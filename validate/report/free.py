@@ -23,6 +23,7 @@ from validate.run.outcome import Outcome
 FIGURES = {
     "figure traces": "trace_figure.draw",
     "figure differences": "difference_figure.draw",
+    "figure network": "network_figure.draw",
     "sensitivity": "analysis_figures.sensitivity",
 }
 FIELD_FIGURE = "figure field"

@@ -43,14 +43,18 @@ def answer(
     outcome: Outcome[Any] = kind.answer(run, data)
     if request.export is not None:
         with run.clock.stage("export"):
-            exported = _exported(kind.exported(outcome.scene, request), request.export, run.say)
+            of_network = request.model == "network"
+            exported = _exported(kind.exported(outcome.scene, request), request.export, run.say, of_network)
         outcome = replace(outcome, exported=exported)
     return replace(outcome, timing=run.clock.all())
 
 
-def _exported(scene: AnyScene, export: Export, say: Callable[[str], None]) -> Exported:
-    """The compact model, and its own words."""
-    from fem3d.compact.find import compact
+def _exported(scene: AnyScene, export: Export, say: Callable[[str], None], of_network: bool) -> Exported:
+    """The compact model of 3D, or of the network, and its own words."""
+    if of_network:
+        from reduced1d.network.compact import compact
+    else:
+        from fem3d.compact.find import compact
     from scenes.compact import fmu
     from scenes.compact.facts import validity
 

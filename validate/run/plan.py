@@ -125,6 +125,8 @@ def of_free(scene: AnyScene, request: Request, solver: tuple[Step, ...]) -> tupl
         step("figure traces", "every probe against time", skipped.get("traces", "")),
         *[step("figure differences", "how far the model is from 3D, probe by probe")]
         * bool(own_model(scene, request) and request.figures),
+        *[step("figure network", "the lines of the network over the boxes")]
+        * bool((own_model(scene, request) or ("",))[0] == "network" and request.figures),
         step("traces.csv", "a column for each probe", _no_traces(scene)),
         step("field files", _FIELD_FILES, fields_reason(request, _no_heat(scene))),
         *_export(request),

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.polynomial import legendre
 
-MOST = 64  # pieces of an interval
+MOST = 64  # pieces of an interval, at most
 GAUSS = 3  # points of a piece along each axis for the means over it
 _BETWEEN = np.array([-0.8, -0.5, -0.2, 0.2, 0.5, 0.8])  # where in a piece the parabola is compared with the solution
 

@@ -12,7 +12,7 @@ from fem3d.results.fields.fields import Fields
 from fem3d.results.fields.quadratic import Quadratic, Snapshot
 from scenes.sink import Sink, different, start
 
-NEAR = 1e-9  # of a span: points this near to a plane are on it
+NEAR = 1e-9  # points nearer to a plane than this fraction of a span are on it
 
 
 class Longer:

@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fem3d.compact.channels import driven
 from fem3d.compact.find import check, compact
 from fem3d.compact.judge import needed
 from fem3d.runs import scene as scene_run
 from scenes.compact import fmu
+from scenes.compact.channels import driven
 from scenes.compact.files import write
 from scenes.compact.runtime import CompactModel
 from scenes.errors import SceneError

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from scenes import physics
-from scenes.errors import RunawayInTimeError, SceneError, listed
+from scenes.errors import NumericsError, RunawayInTimeError, SceneError, listed
 from scenes.model import UNITS, AnyScene, GroupProbe, MeshScene, Probe, Schedule
 from scenes.plan import Request, Step
 from validate.run import plan as plans
@@ -110,7 +110,11 @@ def _judged(run: Run, outcome: Outcome[AnyScene], model: Model, asked: Asked) ->
 
         with run.clock.stage("why"):
             run.say("solving in 3D with the joints of the network")
-            outcome = replace(outcome, why=blame(scene, three, one))
+            try:
+                outcome = replace(outcome, why=blame(scene, three, one))
+            except NumericsError as error:
+                said_of_why = f"which joint is to blame is not known: {error}"
+                outcome = replace(outcome, warnings=(*outcome.warnings, said_of_why))
     silent = one.details["silent"]
     left = (f"{model.name} says nothing of {listed(silent)}: no check is made of that",) if silent else ()
     warnings = (*outcome.warnings, *left)

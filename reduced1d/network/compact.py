@@ -1,0 +1,336 @@
+"""A network as a compact model: projected on a few fields, its currents on the few patterns that they have, with the
+error of that against the network itself.
+
+The fields are responses of the rise to every input, to its jumps and to the Joule heat of every pair of current
+patterns, at rest and at rates spread over what happens in time (rational Krylov spaces), by their weight in the stored
+heat.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from reduced1d.network.circuit import Circuit, factor
+from reduced1d.network.flows import Flows
+from reduced1d.network.lines import layout
+from reduced1d.network.model import Model
+from reduced1d.network.readings import Reader
+from reduced1d.network.solution import EARLY, measures, of_layout, refined, spread
+from reduced1d.network.steady import steady
+from scenes import physics
+from scenes.compact.channels import OWN, UNITS, Channel, channels, scenarios
+from scenes.compact.runtime import CompactModel
+from scenes.errors import NumericsError, SceneError
+from scenes.model import UNITS as OF_PROBES
+from scenes.model import AnyScene, Probe, Scene, Schedule, Value
+
+EQUATIONS = ["of scenes.compact.runtime: (A z) c = S z, db/dt = F z + sum c_i c_j Q_ij z, rows = Y z + sum c_i U_i z"]
+COUNTS = (2, 4, 6, 8, 12, 16, 24, 32, 48)
+"""Numbers of states that are tried in turn."""
+RATES, APART, INSTANTS = 12, 1e-7, 40
+"""Rates at which responses are taken; singular values of patterns and fields below this are none; compared times."""
+FEEDBACK = 4
+"""How often the heat that follows a response is followed in turn: each time what remains falls by the share of the
+heating that follows the temperature."""
+EVERYWHERE = (-np.inf,) * 3, (np.inf,) * 3
+
+
+def compact(
+    scene: AnyScene, states: int | None, accuracy: float, say: Callable[[str], None] = lambda _: None
+) -> dict[str, Any]:
+    """The document of a scene's network (`scenes.compact.runtime`), of some states or as many as an accuracy takes.
+
+    Raises SceneError for a scene that has none, NumericsError where the accuracy isn't reached."""
+    shape = layout(scene)
+    given = shape.scene
+    if any(p.reduce != "mean" for p in given.probes):
+        raise SceneError('a network\'s compact model has no extremes: give its probes reduce = "mean", or points')
+    if not physics.heat(given):
+        raise SceneError("a network is exported with its heat, and nothing thermal is asked for: add a temperature")
+    end = given.end_time
+    model = refined(shape, 0)[1] if given.steady else refined(shape, 0, 0.1 * EARLY * end)[1]
+    made = _Projection(model)
+    truths = {}
+    for name, other in scenarios(given, channels(given)).items():
+        say(f"compact model: {name}")
+        assert isinstance(other, Scene)
+        truths[name] = _truth(replace(shape, scene=other))
+    worst, document = np.inf, dict[str, Any]()
+    counts = [c for c in COUNTS if c < made.most] + [min(made.most, COUNTS[-1])]
+    for count in counts if states is None else [min(states, made.most)]:
+        document = made.document(count)
+        errors = _errors(document, given, truths, model)
+        worst = max(e["relative"] for run in errors.values() for kind in run.values() for e in kind.values())
+        text = [
+            "Estimated: the distance from the network of lines itself for each of these inputs, with its own error."
+        ]
+        document |= {"error": errors, "estimated": {"runs": len(truths), "text": text}}
+        if worst <= accuracy:
+            break
+    if states is None and worst > accuracy:
+        raise NumericsError(
+            f"no model of few states is known to be within {accuracy:g} of the network, only within {worst:.3g}: give "
+            "a larger --model-accuracy"
+        )
+    return document
+
+
+def _truth(shape: Any) -> Any:
+    """The network's own result: steady, and over time at some instants."""
+    scene = shape.scene
+    if scene.steady:
+        return of_layout(shape)
+    return of_layout(shape, np.geomspace(10 * EARLY, 1, INSTANTS) * scene.end_time, steady_too=False)
+
+
+def _errors(document: dict[str, Any], scene: Scene, truths: dict[str, Any], fine: Model) -> dict[str, Any]:
+    """By run and probe, how far the few states are from the network, with its own error."""
+    model, found = CompactModel(document), dict[str, Any]()
+    tables = {name: run for name, run in _inputs(scene).items()}
+    start, first = scene.initial_temperature, dict[str, float]()
+    kelvin = {p.name for p in scene.probes if p.quantity == "temperature"}
+
+    def rise(values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        return {n: np.atleast_1d(v) - (start if n in kelvin else 0.0) for n, v in values.items()}
+
+    for name, truth in truths.items():
+        if truth.traces is None:
+            exact = rise({n: np.array(e.value) for n, e in truth.steady.items()})
+            own = {n: e.error for n, e in truth.steady.items()}
+            values, kind = rise({n: np.array(v) for n, v in model.steady(tables[name]).items()}), "steady"
+        else:
+            exact, own, kind = rise(truth.traces.values), truth.traces.errors, "over time"
+            values = rise(model.simulate(truth.traces.time, tables[name]))
+        sizes = {n: max(size, 0.01 * first.get(n, 0.0)) for n, size in measures(fine, exact).items()}
+        first = first or sizes
+        off = {n: float(np.abs(values[n] - exact[n]).max()) + own[n] for n in exact}
+        found[name] = {kind: {n: {"error": e, "relative": e / sizes[n]} for n, e in off.items()}}
+    return found
+
+
+def _inputs(scene: Scene) -> dict[str, dict[str, Any]]:
+    """The inputs of each run, by its name."""
+    found = channels(scene)
+
+    def plain(value: Value) -> Any:
+        return (value.times, value.values) if isinstance(value, Schedule) else value
+
+    runs: dict[str, dict[str, Any]] = {OWN: {c.name: plain(c.own) for c in found}}
+    for c in found:
+        runs[f"step of {c.name}"] = {d.name: d.rest + (d.step if d is c else 0.0) for d in found}
+    return runs
+
+
+class _Projection:
+    """A network on its leading fields: z = (1, inputs in their own units, states)."""
+
+    def __init__(self, model: Model) -> None:
+        assert model.heat is not None
+        self.model, self.heat, self.scene = model, model.heat, model.layout.scene
+        self.channels = channels(self.scene)
+        self.columns = [self._column(c) for c in self.channels]
+        self.kelvin = np.array([UNITS[c.kind] == "K" for c in self.channels])
+        free = self.heat.free
+        self.K = (free.T @ model.stiffness @ free).tocsc()
+        self.C = (free.T @ model.capacity @ free).tocsc()
+        self.lifted = (free.T @ model.capacity @ self.heat.fixed).toarray()[:, self.columns]
+        if self.scene.steady:
+            self.C, self.lifted = self.K, 0 * self.lifted
+        self.entering = (free.T @ (model.entering - model.stiffness @ self.heat.fixed)).toarray()[:, self.columns]
+        self.patterns, self.flows = self._patterns()
+        self.pairs = [(i, j) for i in range(len(self.patterns)) for j in range(i, len(self.patterns))]
+        self.fields = self._fields()
+        self.most = self.fields.shape[1]
+
+    def _column(self, channel: Channel) -> int:
+        if channel.kind == "heat_source":
+            return self.model.inputs.sources[channel.item]
+        return [b.name for b in self.scene.boundaries].index(channel.item)
+
+    def _patterns(self) -> tuple[np.ndarray, Flows | None]:
+        """(patterns, flows): the independent currents of a volt at each electrode, cold and as it is at last."""
+        model = self.model
+        if model.current is None:
+            return np.empty((0, 0)), None
+        flows = Flows(model, True, tuple(p for p in self.scene.probes if p.quantity == "current"))
+        x = model.inputs.at(np.inf)
+        states = [np.zeros(model.elements.size)]
+        if model.couples:
+            volts = x[np.array(model.inputs.electric, bool)]
+            states.append(steady(model, x, spread(volts)).rise)
+        volts = np.eye(len(x))[:, np.array(model.inputs.electric, bool)]
+        found = []
+        for rise in states:
+            rises = np.repeat(rise[:, None], volts.shape[1], axis=1)
+            found.append(flows.at(rises, model.potentials(rises, volts), volts))
+        left, sizes, _ = np.linalg.svd(np.hstack(found), full_matrices=False)
+        return (left[:, sizes > APART * sizes[0]] * sizes[0]).T, flows
+
+    @property
+    def _circuit(self) -> Circuit:
+        assert self.model.current is not None
+        return self.model.current
+
+    def _halved(self, i: int, j: int) -> tuple[np.ndarray, np.ndarray]:
+        """(h,) twice: what two patterns make in each half, cold, and per kelvin of it (W)."""
+        circuit, law = self._circuit, self.model.law
+        product = self.patterns[i][circuit.of] * self.patterns[j][circuit.of] * circuit.size
+        return product * law[0], product * law[1]
+
+    def _fields(self) -> np.ndarray:
+        """(f, n): fields, those first that hold most."""
+        joule = [self.heat.free.T @ (self._circuit.halves.T @ self._halved(i, j)[0]) for i, j in self.pairs]
+        loads = np.column_stack([self.entering, self.lifted, *joule])
+        loads = loads[:, np.abs(loads).max(axis=0) > 0]
+        exits = not (self.heat.components() < 0).any()
+        end = self.scene.end_time
+        rates = [0.0] * exits if self.scene.steady else [*[0.0] * exits, *np.geomspace(0.3, 3 / EARLY, RATES) / end]
+        snapshots = []
+        for rate in rates:
+            lu, right = factor(self.K + rate * self.C), loads
+            # What heats follows what is heated: the responses to that, and to these.
+            for _ in range(1 + FEEDBACK * self.model.couples):
+                found = lu.solve(right)
+                norms = np.sqrt(np.einsum("fk,fk->k", found, self.C @ found))
+                found = found / np.where(norms > 0, norms, 1.0)
+                snapshots.append(found)
+                right = np.hstack([self._followed(i, j, found) for i, j in self.pairs] or [found[:, :0]])
+        every = np.hstack(snapshots)
+        sizes, vectors = np.linalg.eigh(every.T @ (self.C @ every))
+        kept = sizes > APART**2 * sizes[-1]
+        return np.asarray((every @ (vectors[:, kept] / np.sqrt(sizes[kept])))[:, ::-1])
+
+    def _followed(self, i: int, j: int, fields: np.ndarray) -> np.ndarray:
+        """(f, any): the change of two patterns' Joule heat with a rise (f, any)."""
+        halves = (self._circuit.halves @ self.heat.free).tocsr()
+        return np.asarray(halves.T @ (self._halved(i, j)[1][:, None] * (halves @ fields)))
+
+    def document(self, count: int) -> dict[str, Any]:
+        """The model of the first fields, without its errors."""
+        V = self.fields[:, :count]
+        rates, turn = np.linalg.eigh(V.T @ (self.K @ V))
+        V, inputs, m = V @ turn, len(self.channels), len(self.patterns)
+        inertia = V.T @ self.lifted
+        F = np.hstack([np.zeros((count, 1)), V.T @ self.entering + rates[:, None] * inertia, -np.diag(rates)])
+        fixed = self.heat.fixed.toarray()[:, self.columns]
+        whole = self.heat.free @ V
+        self.rise = np.hstack([np.zeros((len(whole), 1)), fixed - whole @ inertia, whole])
+        z = self.rise.shape[1]
+        A, Q, S = np.zeros((m, m, z)), np.zeros((len(self.pairs), count, z)), np.zeros((m, z))
+        for p, (i, j) in enumerate(self.pairs):
+            cold, warm = self._halved(i, j)
+            halves = self._circuit.halves
+            by_z = warm[:, None] * (halves @ self.rise)
+            by_z[:, 0] += cold
+            A[i, j] = A[j, i] = by_z.sum(axis=0)
+            Q[p] = (self.heat.free @ V).T @ (halves.T @ by_z)
+        for i in range(m):
+            S[i, 1 : 1 + inputs] = self._supplied(i)
+        outputs, rows = dict[str, int](), list[tuple[np.ndarray, np.ndarray]]()
+        for probe in self.scene.probes:
+            outputs[probe.name] = len(rows)
+            rows.append(self._row(probe))
+        ports = list[dict[str, Any]]()
+        for k, channel in enumerate(self.channels):
+            row, unit, size = self._port(k, channel)
+            ports.append({"row": len(rows), "unit": unit, "size": size})
+            rows.append(row)
+        Y, U = np.array([y for y, _ in rows]), np.array([u for _, u in rows]).reshape(len(rows), m, z)
+        U = np.moveaxis(U, 0, 1)
+        # Inputs are in kelvin, the network's in rises.
+        for matrix in (A, S, F, Q, Y, U):
+            matrix[..., 0] -= matrix[..., 1 : 1 + inputs] @ (self.kelvin * self.scene.initial_temperature)
+        warm_rows = [outputs[p.name] for p in self.scene.probes if p.quantity == "temperature"]
+        Y[[*warm_rows, *(port["row"] for port in ports if port["unit"] == "K")], 0] += self.scene.initial_temperature
+        P, W = np.zeros((len(self.pairs), len(rows), z)), np.zeros((len(rows), inputs))
+        return self._described(count, {"A": A, "S": S, "F": F, "Q": Q, "Y": Y, "W": W, "U": U, "P": P}, outputs, ports)
+
+    def _supplied(self, i: int) -> np.ndarray:
+        """(inputs,): what a pattern draws from each electrode (A)."""
+        circuit = self._circuit
+        through = self.patterns[i][: len(circuit.extra)]
+        return np.asarray((circuit.fixed.T @ (circuit.across.T @ through) - circuit.given.T @ through)[self.columns])
+
+    def _row(self, probe: Probe) -> tuple[np.ndarray, np.ndarray]:
+        """(z,) and (patterns, z): what a probe reads, and for each pattern."""
+        model, m = self.model, len(self.patterns)
+        y, u = np.zeros(self.rise.shape[1]), np.zeros((m, self.rise.shape[1]))
+        inputs = slice(1, 1 + len(self.channels))
+        if probe.quantity == "temperature":
+            reading = Reader(model, False).reading(probe)
+            y += (reading.unknowns @ self.rise)[0]
+            y[inputs] += reading.inputs[0, self.columns]
+        elif probe.quantity == "heat_flow":
+            flows = Flows(model, False, (probe,))
+            row, given = flows.through(probe)
+            y += self._of_flows(flows, row)
+            y[inputs] += given[self.columns]
+        elif probe.quantity == "current" and self.flows is not None:
+            u[:, 0] = self.patterns @ self.flows.through(probe)[0]
+        elif m:
+            reading, circuit = Reader(model, True).reading(probe), self._circuit
+            # By a current that is drawn where the potential is read: what it meets along the way.
+            resistance = model.resistances(np.zeros(model.elements.size))[1]
+            row = np.asarray(reading.unknowns.todense()).ravel()
+            inner = factor(circuit.free.T @ circuit.matrix(1 / resistance) @ circuit.free).solve(circuit.free.T @ row)
+            drawn = (circuit.free_across @ inner) / resistance
+            for i in range(m):
+                product = (drawn * self.patterns[i][: len(drawn)])[circuit.of] * circuit.size
+                u[i] = (product * model.law[1]) @ (circuit.halves @ self.rise)
+                u[i, 0] += float(product @ model.law[0])
+            lifted = drawn @ (circuit.given - circuit.across @ circuit.fixed) + row @ circuit.fixed
+            y[inputs] += np.asarray(lifted).ravel()[self.columns] + reading.inputs[0, self.columns]
+        return y, u
+
+    def _of_flows(self, flows: Flows, row: np.ndarray) -> np.ndarray:
+        """(z,): a row on flows of heat as one on z."""
+        rise, count = self.rise, len(self.channels)
+        x = np.zeros((len(self.model.inputs.values), rise.shape[1]))
+        x[self.columns, 1 + np.arange(count)] = 1.0
+        return np.asarray(row @ flows.at(rise, rise, x))
+
+    def _port(self, k: int, channel: Channel) -> tuple[tuple[np.ndarray, np.ndarray], str, float]:
+        """The row of what enters at an input, or of the mean temperature that its heat meets; its unit, and the W of
+        one."""
+        y, u = np.zeros(self.rise.shape[1]), np.zeros((len(self.patterns), self.rise.shape[1]))
+        if channel.kind == "voltage":
+            u[:, 0] = [self._supplied(i)[k] for i in range(len(self.patterns))]
+            return (y, u), "A", 1.0
+        if channel.kind in ("heat_flux", "heat_source"):
+            load = self.heat.load[:, [self.columns[k]]].toarray().ravel()
+            power = float(load[: self.model.elements.first_node[-1]].sum())
+            return (y + load / power @ self.rise, u), "K", power
+        flows = Flows(self.model, False, ())
+        row = np.zeros(flows.size)
+        for c, condition in enumerate(self.model.layout.conditions):
+            if condition.boundary == self.columns[k]:
+                row += flows._condition(c, *EVERYWHERE)[0]
+        return (y + self._of_flows(flows, row), u), "W", 1.0
+
+    def _described(
+        self, count: int, matrices: dict[str, np.ndarray], outputs: dict[str, int], ports: list[dict[str, Any]]
+    ) -> dict[str, Any]:
+        scene = self.scene
+        units = {p.name: OF_PROBES[p.quantity] for p in scene.probes}
+        hottest = [m.valid_to for m in physics.materials(scene) if m.valid_to is not None]
+        when = (None, None) if scene.steady else (10 * EARLY * scene.end_time, scene.end_time)
+
+        def plain(value: Value) -> Any:
+            return {"times": [*value.times], "values": [*value.values]} if isinstance(value, Schedule) else value
+
+        return {
+            "schema": 1, "equations": EQUATIONS, "scene": f"{scene.name}, the network of its boxes",
+            "steady_only": scene.steady, "initial_temperature_K": scene.initial_temperature, "states": count,
+            "inputs": [
+                {"name": c.name, "unit": UNITS[c.kind], "kind": c.kind, "of": c.item, "rest": c.rest, "step": c.step,
+                 "range": [*c.range], "value": plain(c.own), "port": port}
+                for c, port in zip(self.channels, ports, strict=True)
+            ],
+            "outputs": [{"name": n, "unit": units[n], "rows": [at], "reduce": "mean"} for n, at in outputs.items()],
+            "range": {"from_s": when[0], "to_s": when[1], "highest_temperature_K": min(hottest, default=None)},
+            "matrices": {n: {"shape": [*m.shape], "values": m.ravel().tolist()} for n, m in matrices.items()},
+        }  # fmt: skip

@@ -1,0 +1,150 @@
+"""What hangs together in a scene of boxes, told before and after a run: bodies, gaps that are likely slips, what boxes
+lose to later ones, which conductor joins which electrodes, where a current is cut, and the area that each boundary
+touches."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from scenes import physics
+from scenes.errors import listed, quoted
+from scenes.formats import area, percent, quantity
+from scenes.free.cut import cut
+from scenes.free.grid import VOID, Grid, grid_of
+from scenes.model import Boundary, Scene
+
+NARROW = 0.1  # of the thinner box beside it: a gap that is narrower is likely a slip, and is said
+MOST = 20  # bodies, boundaries and the like that one line names
+_LOST = 1e-6  # of a box's volume: less is rounding of its corners
+
+
+def described(scene: Scene) -> list[tuple[str, str]]:
+    """What a plan says of a scene: of what, and what."""
+    grid = grid_of(scene)
+    lines = [("bodies", _bodies(grid))]
+    lines += [("gap", text) for text in gaps(grid)]
+    if texts := losses(grid):
+        lines.append(("overlaps", f"the later box wins: {_joined(texts)}"))
+    if physics.electric(scene):
+        lines.append(("conductors", _joined(_conductors(grid))))
+    return [*lines, ("boundaries", _joined(_areas(grid)))]
+
+
+def remarks(scene: Scene) -> list[str]:
+    """What is no fault of a scene, but may not be meant: gaps, overlaps, and a current that is cut."""
+    grid = grid_of(scene)
+    bodies = _bodies(grid)
+    found = [] if bodies.startswith("one") else [f"the scene falls into bodies, {bodies}"]
+    found += gaps(grid)
+    if texts := losses(grid):
+        found.append(f"boxes lose volume to later ones, which win: {_joined(texts)}")
+    if (where := cut(grid)) and not any(len(v) > 1 for v in grid.electrified()[1].values()):
+        found.append(f"no current passes: {where}")
+    return found
+
+
+def _bodies(grid: Grid) -> str:
+    """How many parts of the solid hang together, and the boxes of each."""
+    labels = grid.parts(grid.solid)
+    found = [listed(_boxes(grid, labels == label), MOST) for label in range(1, int(labels.max()) + 1)]
+    return f"one: {found[0]}" if len(found) == 1 else f"{len(found)} that nothing passes between: {_joined(found)}"
+
+
+def gaps(grid: Grid) -> list[str]:
+    """A sentence for every two boxes that nearly touch: apart by less than `NARROW` of the thinner one, with nothing
+    between."""
+    boxes, narrow = grid.scene.boxes, dict[tuple[int, int, int], float]()
+    for axis, planes in enumerate(grid.planes):
+        owner = np.moveaxis(grid.owner, axis, 0)
+        solid, number = owner != VOID, np.arange(len(owner))[:, None, None]
+        # The nearest solid cell before each cell, along the axis.
+        before = np.maximum.accumulate(np.where(solid, number, -1), axis=0)[:-1]
+        ends = solid[1:] & ~solid[:-1] & (before >= 0)
+        i, j, k = np.nonzero(ends)
+        at = before[i, j, k]
+        sides, width = (owner[at, j, k], owner[i + 1, j, k]), planes[i + 1] - planes[at + 1]
+        for low, high, gap in np.unique(np.stack([*sides, width]), axis=1).T:
+            pair = boxes[int(low)], boxes[int(high)]
+            if gap < NARROW * min(b.upper[axis] - b.lower[axis] for b in pair):
+                key = min(int(low), int(high)), max(int(low), int(high)), axis
+                narrow[key] = min(float(gap), narrow.get(key, np.inf))
+    found = []
+    for (a, b, axis), gap in narrow.items():
+        thin = min(boxes[n].upper[axis] - boxes[n].lower[axis] for n in (a, b))
+        found.append(
+            f"boxes {listed([boxes[a].name, boxes[b].name])} are {quantity(gap, 'm', 3)} apart along {'xyz'[axis]}, "
+            f"where the thinner one has {quantity(thin, 'm', 3)}, and nothing passes there: if they should touch, let "
+            "their faces coincide"
+        )
+    return found
+
+
+def losses(grid: Grid) -> list[str]:
+    """Which part of its volume each box loses to later ones of another material or heat source, and to which."""
+    sizes = [np.diff(p) for p in grid.planes]
+    boxes, found = grid.scene.boxes, []
+    for number, box in enumerate(boxes):
+        window = tuple(slice(*grid.span(d, box.lower[d], box.upper[d])) for d in range(3))
+        owner = grid.owner[window]
+        if (owner == number).all():
+            continue
+        x, y, z = (size[w] for size, w in zip(sizes, window, strict=True))
+        volumes = np.bincount(owner.ravel(), (x[:, None, None] * y[:, None] * z).ravel(), len(boxes)) / (
+            x.sum() * y.sum() * z.sum()
+        )
+        others = [
+            n for n in np.flatnonzero(volumes > _LOST).tolist()
+            if n != number and (boxes[n].material, boxes[n].heat_source) != (box.material, box.heat_source)
+        ]  # fmt: skip
+        if others:
+            lost = percent(float(volumes[others].sum()))
+            found.append(f"{quoted(box.name)} loses {lost} to {listed([boxes[n].name for n in others])}")
+    return found
+
+
+def _conductors(grid: Grid) -> Iterable[str]:
+    """For each conductor its boxes and the electrodes that it joins."""
+    labels = grid.parts(grid.conducting)
+    joins: dict[int, list[str]] = {label: [] for label in range(1, int(labels.max()) + 1)}
+    for b in grid.scene.boundaries:
+        for label in grid.parts_at(labels, b) if b.kind == "voltage" else ():
+            joins[label].append(b.name)
+    for label, names in joins.items():
+        what = {0: "touches no electrode", 1: f"touches {listed(names)} alone"}.get(
+            len(names), f"joins {listed(names, MOST)}"
+        )
+        yield f"{listed(_boxes(grid, labels == label), MOST)} {what}"
+
+
+def _areas(grid: Grid) -> Iterable[str]:
+    """The area on which each boundary acts."""
+    for b in grid.scene.boundaries:
+        acts, whole = touches(grid, b), float(np.prod([u - v for u, v in zip(b.upper, b.lower, strict=True) if u > v]))
+        part = f", {percent(acts / whole, 3)} of its flat box" if acts < (1 - _LOST) * whole else ""
+        yield f"{quoted(b.name)} touches {area(acts)}{part}"
+
+
+def touches(grid: Grid, boundary: Boundary) -> float:
+    """The area (m2) on which a boundary acts."""
+    sheet = grid.sheet(boundary)
+    assert sheet is not None
+    acts = grid.acting(sheet, boundary.kind)
+    rest = [d for d in range(3) if d != sheet.axis]
+    lengths = []
+    for d in rest:
+        first, last = grid.span(d, boundary.lower[d], boundary.upper[d])
+        lengths.append(np.diff(grid.planes[d])[first:last])
+    return float((acts * np.outer(*lengths)).sum())
+
+
+def _boxes(grid: Grid, cells: np.ndarray) -> list[str]:
+    return [grid.scene.boxes[number].name for number in np.unique(grid.owner[cells]).tolist()]
+
+
+def _joined(texts: Iterable[str]) -> str:
+    """Texts, at most so many of them as one line has room for."""
+    every = list(texts)
+    more = [f"{len(every) - MOST} more"] if len(every) > MOST else []
+    return "; ".join([*every[:MOST], *more])

@@ -1,0 +1,112 @@
+"""What hangs together in a scene is said: bodies, narrow gaps, overlaps, conductors, cuts, areas."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import pytest
+
+from scenes.errors import SceneError
+from scenes.free import from_dict
+from scenes.free.cut import cut
+from scenes.free.grid import grid_of
+from scenes.free.structure import described, remarks, touches
+from scenes.model import Scene
+from tests.scenes.free.test_refusals import beam, flat
+
+Document = dict[str, Any]
+
+
+def lines(document: Document) -> dict[str, str]:
+    return dict(described(scene(document)))
+
+
+def scene(document: Document) -> Scene:
+    found = from_dict(copy.deepcopy(document))
+    assert isinstance(found, Scene)
+    return found
+
+
+def roof(gap: float, **more: Any) -> Document:
+    """The beam, 1 m thick, with a slab of metal above, held at its own temperature."""
+    document = beam()
+    document["box"].append(
+        {"name": "roof", "material": "metal", "lower": [0, 0, 1 + gap], "upper": [4, 1, 1.5 + gap], **more}
+    )
+    document["boundary"] += [
+        flat("sky", [0, 0, 1.5 + gap], [4, 1, 1.5 + gap], temperature=300),
+        flat("near", [0, 0, 1 + gap], [0, 1, 1.5 + gap], voltage=1),
+    ]
+    return document
+
+
+def test_one_body_its_conductor_and_areas() -> None:
+    document = beam()
+    document["boundary"][0]["upper"] = [3, 1, -1]
+    found = lines(document)
+    assert found["bodies"] == 'one: "beam" and "foot"'
+    assert found["conductors"] == '"beam" joins "left" and "right"'
+    assert '"base" touches 1.000 m2' in found["boundaries"]
+    assert {"gap", "overlaps"}.isdisjoint(found)
+    assert remarks(scene(document)) == []
+
+
+@pytest.mark.parametrize("gap", [1e-3, 0.0499])
+def test_two_bodies_that_nearly_touch_are_said(gap: float) -> None:
+    """The thinner one is 0.5 m thick, a tenth of which is the limit."""
+    document = roof(gap)
+    assert lines(document)["bodies"] == '2 that nothing passes between: "beam" and "foot"; "roof"'
+    assert 'boxes "beam" and "roof" are ' in lines(document)["gap"]
+    assert "apart along z, where the thinner one has 500 mm" in lines(document)["gap"]
+    bodies, gap_said = remarks(scene(document))
+    assert bodies.startswith("the scene falls into bodies, 2 that")
+    assert gap_said == lines(document)["gap"]
+    assert '"roof" touches "near" alone' in lines(document)["conductors"]
+
+
+def test_a_wide_gap_is_no_slip_and_bodies_that_touch_are_one() -> None:
+    assert "gap" not in lines(roof(0.0501))
+    assert lines(roof(0.0501))["bodies"].startswith("2 ")
+    document = roof(0.0)
+    document["boundary"].pop()  # a second electrode on the beam's own faces
+    assert lines(document)["bodies"] == 'one: "beam", "foot" and "roof"'
+
+
+def test_what_a_box_loses_to_a_later_one_is_said() -> None:
+    document = beam()
+    intruder = {"name": "intruder", "material": "oxide", "lower": [1, 0, 0.5], "upper": [3, 1, 1]}
+    document["box"].append(intruder)
+    assert lines(document)["overlaps"] == 'the later box wins: "beam" loses 25 % to "intruder"'
+    assert remarks(scene(document)) == ['boxes lose volume to later ones, which win: "beam" loses 25 % to "intruder"']
+    # One of the same material takes nothing.
+    document["box"][-1] = {**intruder, "material": "metal"}
+    assert remarks(scene(document)) == []
+
+
+def wall(document: Document) -> Document:
+    document["box"].append({"name": "wall", "material": "oxide", "lower": [1, 0, 0], "upper": [1.5, 1, 1]})
+    return document
+
+
+def test_an_insulating_box_across_a_beam_cuts_the_current() -> None:
+    with pytest.raises(SceneError, match='the current is cut at box "wall", which does not conduct, between elect'):
+        from_dict(wall(beam()))
+    document = wall(beam())
+    document["boundary"][0]["temperature"] = 300
+    found = scene(document)
+    assert cut(grid_of(found)) == 'the current is cut at box "wall", which does not conduct'
+    assert remarks(found)[-1] == 'no current passes: the current is cut at box "wall", which does not conduct'
+    # One that leaves a way round does not cut it.
+    document["box"][-1]["upper"] = [1.5, 0.5, 1]
+    assert "no current" not in " ".join(remarks(scene(document)))
+
+
+def test_the_area_is_that_on_which_a_boundary_acts() -> None:
+    """A temperature acts on all that is solid, a voltage on conductors alone."""
+    document = beam()
+    document["boundary"][1] |= {"lower": [0, 0, -1]}
+    found = scene(document)
+    grid = grid_of(found)
+    assert {b.name: touches(grid, b) for b in found.boundaries} == pytest.approx({"base": 1, "left": 1, "right": 1})
+    assert '"left" touches 1.000 m2, 50.0 % of its flat box' in lines(document)["boundaries"]

@@ -1,0 +1,64 @@
+"""What a run with the network prints, keeps and draws."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from reduced1d.network.lines import layout
+from scenes.compact.runtime import CompactModel
+from scenes.loading import load
+from scenes.plan import Request
+from validate.cli import main
+from validate.report.figures.network_figure import draw
+from validate.run.outcome import Outcome
+
+
+def test_the_table_is_printed_and_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "run"
+    assert main(["solve", "bridge", "--model", "network", "--why", "--no-figures", "--out", str(out)]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "32 W/(m K) x 20 um2 / 200 um = 3.200 uW/K; 2e-05 ohm m x 200 um / 20 um2 = 200.0 ohm" in said
+    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    network = summary["reduced1d"]["network"]
+    assert [row["what"] for row in network["joints"]] == ["left foot | beam", "right foot | beam"]
+    assert network["lines"][0]["W/K"]["value"] == pytest.approx(32 * 20e-12 / 200e-6)
+    middle = summary["why"]["steady"]["middle"]
+    assert sum(part["value"] for part in middle["parts"]) == pytest.approx(middle["difference"]["value"], rel=1e-9)
+    assert middle["parts"][-1]["assumption"] == "what lines cannot say"
+
+
+def test_why_is_of_the_network(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["solve", "bridge", "--why", "--out", str(tmp_path / "run")]) == 2
+    assert "give --model network with it" in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()
+
+
+def test_the_picture_has_every_line_and_joint() -> None:
+    scene = load("bridge")
+    axes = draw(Outcome(scene, Request(), ())).axes
+    shape = layout(scene)
+    assert len(axes) == 2
+    for ax in axes:
+        assert len(ax.patches) == len(shape.lines)
+        lines, (joints, conditions) = ax.lines[: len(shape.lines)], ax.lines[len(shape.lines) :]
+        assert len(joints.get_xdata()) == len(shape.joints)
+        assert len(conditions.get_xdata()) == len(shape.conditions) + len(shape.electrodes)
+        assert len(lines) == len(shape.lines)
+    beam = axes[0].lines[0]
+    assert [float(x) for x in beam.get_xdata()] == pytest.approx([0, 200])
+
+
+def test_the_network_is_exported(tmp_path: Path) -> None:
+    """As JSON, Python and SPICE, by what exports compact models."""
+    out, folder = tmp_path / "run", tmp_path / "few"
+    command = ["solve", "plate", "--model", "network", "--no-figures", "--out", str(out), "--export", str(folder)]
+    assert main(command) == 0
+    assert {"model.json", "model.py", "model.cir"} <= {entry.name for entry in folder.iterdir()}
+    document = json.loads((folder / "model.json").read_text(encoding="utf-8"))
+    one = json.loads((out / "summary.json").read_text(encoding="utf-8"))["reduced1d"]["steady"]
+    found = CompactModel(document).steady()
+    assert found["E"] == pytest.approx(one["E"]["value"], rel=1e-7)
+    assert "the network of its boxes" in (folder / "model.cir").read_text(encoding="utf-8")
