@@ -151,7 +151,7 @@ def test_the_figure() -> None:
     assert figure.texts[0].get_text() == finding(made)
     assert finding(made).startswith("1D is off: current -2.")
     assert any(len(line.get_xdata()) == len(TIMES) and line.get_label() == "data" for line in figure.axes[0].lines)
-    assert "60 rows" in figure.texts[1].get_text()
+    assert "60\N{NO-BREAK SPACE}rows" in figure.texts[1].get_text()
 
 
 def test_without_data_it_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
