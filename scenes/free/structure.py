@@ -112,7 +112,7 @@ def _conductors(grid: Grid) -> Iterable[str]:
         for label in grid.parts_at(labels, b) if b.kind == "voltage" else ():
             joins[label].append(b.name)
     for label, names in joins.items():
-        what = "touches no electrode"
+        what = "touches no electrode and is solved for heat alone"
         if names:
             what = f"joins {listed(names, MOST)}" if len(names) > 1 else f"touches {listed(names)} alone"
         yield f"{listed(_boxes(grid, labels == label), MOST)} {what}"
