@@ -14,6 +14,7 @@ import numpy as np
 
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.probes import reading
+from fem3d.results.voltmeter import Voltmeter
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.transient import Base
 from meshes.symmetry import Symmetry
@@ -144,6 +145,14 @@ class _Maker:
         no_pairs, no_rates = np.zeros((len(self.i), self.count + self.n)), np.zeros(self.count)
         if probe.name in self.structure.places:
             return [(*self.along(row), nothing, no_pairs) for row in self.structure.places[probe.name]]
+        if probe.quantity == "potential" and probe.name not in self.modal.potentials:
+            # No current passes: it is the voltage of the electrodes that its conductors touch.
+            meter = Voltmeter(self.heat.domain, probe)
+            value = np.zeros(self.count + self.n)
+            value[: self.count] = sum(
+                meter.mean(unit) * self.heat.inputs.split(voltage) for unit, voltage in meter.still
+            )
+            return [(value, no_rates, nothing, no_pairs)]
         if probe.quantity == "potential":
             shares, cold, warm = self.modal.potentials[probe.name]
             taken = np.concatenate([cold.T - warm @ self.inertia.T, warm], axis=1)

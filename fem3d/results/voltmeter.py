@@ -29,9 +29,14 @@ class Voltmeter:
         """The probe's value (V) for a potential (functions,) at a time (s)."""
         field = self.field(potential, time)
         if self._row is not None:
-            return float(self._row @ field)
+            return self.mean(field)
         assert self._extreme is not None
         return float(self._extreme(field[None], np.ones((1, 1)))[0][0])
+
+    def mean(self, field: np.ndarray) -> float:
+        """The mean (V) over a probe of a mean of a potential (functions,)."""
+        assert self._row is not None
+        return float(self._row @ field)
 
     def field(self, potential: np.ndarray | None, time: float) -> np.ndarray:
         """(functions,): the potential in parts that carry current and in those that don't."""

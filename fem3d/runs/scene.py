@@ -129,7 +129,9 @@ def plan(scene: AnyScene, whole: bool = False, mesh: Any = None) -> tuple[Step, 
         lines, reached = given.steps(mesh), f"errors estimated, and compared with {scene.accuracy:g}"
         electric = Step("electric problem", "skipped", "there is no electrode")
         if physics.electric(scene) and any(b.kind == "voltage" for b in scene.boundaries):
-            electric = Step("electric problem", "done", "in the cells that conduct")
+            alone = int((given.placed.conducting & ~given.placed.fixed).sum())
+            heat_alone = f"; {alone} of them, which no electrode touches, are solved for heat alone" * bool(alone)
+            electric = Step("electric problem", "done", f"in the cells that conduct{heat_alone}")
         return *lines, heat_step(scene), electric, *states(scene, reached)
     part = symmetry.reduce(clipped(scene))
     warm = any(b.material.resistivity and b.material.temperature_coefficient for b in part.scene.boxes)

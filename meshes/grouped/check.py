@@ -153,26 +153,34 @@ def probes(placed: Placed) -> None:
     for probe in placed.scene.probes:
         where = f"probe {quoted(probe.name)}"
         if probe.at is not None:
-            inside = placed.conducting if probe.quantity == "potential" else np.ones(placed.mesh.count, bool)
+            inside = placed.fixed if probe.quantity == "potential" else np.ones(placed.mesh.count, bool)
             if locate(placed.mesh, np.array(probe.at), inside) is None:
+                if (
+                    probe.quantity == "potential"
+                    and locate(placed.mesh, np.array(probe.at), placed.conducting) is not None
+                ):
+                    raise SceneError(f"{where} {UNFIXED.format('potential')}")
                 if probe.quantity == "potential" and locate(placed.mesh, np.array(probe.at)) is not None:
                     raise SceneError(
                         f"{where} asks for the potential where nothing conducts: give a place in a conductor"
                     )
                 shown = ", ".join(f"{c:g} m" for c in probe.at)
                 raise SceneError(f"{where} lies outside the solid: no cell of the mesh is at [{shown}]")
-        elif probe.quantity in ("potential", "current") and not _conducts(placed, probe):
+        elif probe.quantity in ("potential", "current") and not _conducts(placed, probe, placed.conducting):
             raise SceneError(f"{where} asks for a {probe.quantity} where nothing conducts: give a group on a conductor")
+        elif probe.quantity in ("potential", "current") and not _conducts(placed, probe, placed.fixed):
+            raise SceneError(f"{where} {UNFIXED.format(probe.quantity)}")
         if probe.quantity in ("heat_flow", "current"):
             _refuse_mixed(placed, probe)
 
 
-def _conducts(placed: Placed, probe: GroupProbe) -> bool:
-    """Whether a potential is defined all over a group, or a current may pass through some of it."""
+def _conducts(placed: Placed, probe: GroupProbe, inside: np.ndarray) -> bool:
+    """Whether a potential is defined all over a group, or a current may pass through some of it, in conductors
+    ``inside`` (cells,)."""
     mesh, group = placed.mesh, probe.group or ""
     if probe.quantity == "potential" and group in mesh.volumes:
-        return bool(placed.conducting[mesh.volumes[group]].all())
-    found = len(mesh.borders(placed.facets(probe), placed.conducting))
+        return bool(inside[mesh.volumes[group]].all())
+    found = len(mesh.borders(placed.facets(probe), inside))
     return found == len(placed.facets(probe)) if probe.quantity == "potential" else found > 0
 
 
@@ -199,10 +207,6 @@ def parts(placed: Placed) -> None:
     """Refuses conductors without a fixed voltage, floating parts, parts without an exit, and scenes at rest."""
     scene, mesh = placed.scene, placed.mesh
     labels = mesh.parts(np.ones(mesh.count, bool))
-    if physics.electric(scene):
-        conductors = mesh.parts(placed.conducting)
-        electrodes = [b for b in scene.boundaries if b.kind == "voltage"]
-        _refuse_parts(placed, conductors, placed.touched(conductors, electrodes), UNFIXED)
     acted = placed.touched(labels, scene.boundaries)
     for source in scene.sources:
         if not is_zero(source.heat_source):

@@ -38,6 +38,12 @@ class Placed:
         """(cells,): which cells conduct electricity."""
         return np.array([m.resistivity is not None for m in self.materials])[self.body]
 
+    @cached_property
+    def fixed(self) -> np.ndarray:
+        """(cells,): those of conductors that an electrode touches; the potential of any other is not determined."""
+        live, still = self.conductors
+        return np.any([live, *(cells for cells, _ in still)], axis=0)
+
     def facets(self, item: GroupBoundary | GroupProbe) -> np.ndarray:
         """The facets of the group of a condition or a flat probe."""
         return self.mesh.surfaces[item.group or ""][0]

@@ -24,6 +24,7 @@ KINDS = {
 """meshio's names of the cells that are solved on: their corners and nodes."""
 
 _FORMATS = {".msh": "gmsh", ".bdf": "nastran", ".nas": "nastran", ".fem": "nastran", ".dat": "nastran"}
+FLAT = 1e-9  # of the largest extent: less than what a file of nine digits holds
 _NUMBERED = ("gmsh:physical", "nastran:ref", "medit:ref")
 _IGNORED = ("gmsh:", "cell_tags")
 
@@ -37,6 +38,7 @@ def read(path: Path, unit: float) -> GroupedMesh:
     # Gmsh's older format has a cell once for every group that it is in.
     first, same = np.unique(np.sort(cells, axis=1), axis=0, return_index=True, return_inverse=True)[1:]
     cells, points = cells[first], np.asarray(found.points, float) * unit
+    _refuse_broken(points, cells, path)
     mesh = made(points, cells, name)
     _refuse_inverted(mesh, path)
     of_cell = np.full(int(numbers.max()) + 1, -1)
@@ -117,6 +119,30 @@ def _joined(found: Any, name: str) -> tuple[np.ndarray, np.ndarray]:
     starts = np.cumsum([0, *(len(block.data) for block in found.cells)])
     own = [(start, np.asarray(b.data, int)) for b, start in zip(found.cells, starts, strict=False) if b.type == name]
     return np.concatenate([start + np.arange(len(cells)) for start, cells in own]), np.concatenate([c for _, c in own])
+
+
+def _refuse_broken(points: np.ndarray, cells: np.ndarray, path: Path) -> None:
+    """Refuses what is no mesh at all: coordinates that are no numbers, cells that have a node twice, and nodes that lie
+    in one plane."""
+    shown = f"mesh.file: {quoted(path)}"
+    used = np.unique(cells)
+    unknown = used[~np.isfinite(points[used]).all(axis=1)]
+    if len(unknown):
+        raise SceneError(
+            f"{shown} has {len(unknown)} nodes whose coordinates are no finite numbers, the first is the file's node "
+            f"{unknown[0] + 1} in order: mesh again"
+        )
+    ordered = np.sort(cells, axis=1)
+    twice = np.flatnonzero((ordered[:, 1:] == ordered[:, :-1]).any(axis=1))
+    if len(twice):
+        near = ", ".join(f"{float(c):.4g} m" for c in points[cells[twice[0]]].mean(axis=0))
+        raise SceneError(
+            f"{shown} has {len(twice)} cells of {len(cells)} with a node twice, the first at [{near}]: mesh again"
+        )
+    # The least of the extents along the axes in which the nodes extend most.
+    extents = np.linalg.svd(points[used] - points[used].mean(axis=0), compute_uv=False)
+    if not extents[-1] > FLAT * extents[0]:
+        raise SceneError(f"{shown} is flat, its nodes lie in one plane: give a mesh of volumes")
 
 
 def _refuse_inverted(mesh: Any, path: Path) -> None:

@@ -92,9 +92,10 @@ class Grid:
         last = int(np.searchsorted(planes, upper + small, side="right")) - 1
         return min(first, len(planes) - 1), max(last, 0)
 
-    def cells(self, lower: Point, upper: Point) -> np.ndarray:
+    def cells(self, lower: Point, upper: Point, values: np.ndarray | None = None) -> np.ndarray:
         """The owners of the cells that touch a box of any dimension: those inside it along the axes along which it
-        extends, those on either side (VOID beyond the grid) along the others."""
+        extends, those on either side (VOID beyond the grid) along the others. ``values`` of the cells stand for the
+        numbers of their owners (and 0 beyond the grid)."""
         window = []
         for axis in range(3):
             first, last = self.span(axis, lower[axis], upper[axis])
@@ -104,7 +105,7 @@ class Grid:
                 window.append(slice(first, last + 2) if first == last else slice(last, last + 1))
             else:
                 window.append(slice(first + 1, last + 1))
-        return self._padded[tuple(window)]
+        return (self._padded if values is None else np.pad(values, 1))[tuple(window)]
 
     def flat(self, lower: Point, upper: Point) -> tuple[int, ...]:
         return tuple(d for d in range(3) if upper[d] - lower[d] <= self.small[d])
@@ -182,6 +183,12 @@ class Grid:
             for label in self.parts_at(labels, b):
                 voltages.setdefault(label, set()).add(b.value)
         return labels, voltages
+
+    @cached_property
+    def fixed(self) -> np.ndarray:
+        """(cells): those of conductors that an electrode touches; the potential of any other is not determined."""
+        labels, voltages = self.electrified()
+        return np.isin(labels, list(voltages))
 
 
 def grid_of(scene: Scene) -> Grid:

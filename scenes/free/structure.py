@@ -112,9 +112,9 @@ def _conductors(grid: Grid) -> Iterable[str]:
         for label in grid.parts_at(labels, b) if b.kind == "voltage" else ():
             joins[label].append(b.name)
     for label, names in joins.items():
-        what = {0: "touches no electrode", 1: f"touches {listed(names)} alone"}.get(
-            len(names), f"joins {listed(names, MOST)}"
-        )
+        what = "touches no electrode and is solved for heat alone"
+        if names:
+            what = f"joins {listed(names, MOST)}" if len(names) > 1 else f"touches {listed(names)} alone"
         yield f"{listed(_boxes(grid, labels == label), MOST)} {what}"
 
 

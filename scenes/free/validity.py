@@ -18,8 +18,8 @@ from scenes.units import extent, point
 T = TypeVar("T", Box, Boundary, Probe)
 
 UNFIXED = (
-    "conducts, but no boundary fixes a voltage there|conduct, but no boundary fixes a voltage there",
-    "give one, or leave out its material's resistivity",
+    "asks for a {} in a conductor that no electrode touches, which is solved for heat alone, as nothing determines "
+    "its potential: give a place in another, or a boundary with a voltage there"
 )
 FLOATING = (
     "is joined to nothing that a boundary or a heat source acts on|are joined to nothing that a boundary or a heat "
@@ -147,6 +147,8 @@ def _check_probe(grid: Grid, probe: Probe) -> None:
         raise SceneError(f"probe {quoted(probe.name)} {some}: there has to be solid {where}")
     if probe.quantity == "potential" and not grid.conducting[owners].any(axis=flat).all():
         _refuse_insulated(probe, "the potential")
+    if probe.quantity == "potential" and not grid.cells(probe.lower, probe.upper, grid.fixed).any(axis=flat).all():
+        raise SceneError(f"probe {quoted(probe.name)} {UNFIXED.format('potential')}")
 
 
 def _refuse_insulated(probe: Probe, what: str) -> None:
@@ -168,6 +170,10 @@ def _check_flow(grid: Grid, probe: Probe) -> None:
     wanted = sheet.beside(grid.conducting if electric else grid.solid)
     if not wanted.any():
         _refuse_insulated(probe, "a current")
+    if electric:
+        own = grid.sheet(probe, grid.fixed.astype(int))
+        if own is None or not ((own.below > 0) | (own.above > 0)).any():
+            raise SceneError(f"probe {quoted(probe.name)} {UNFIXED.format('current')}")
     # A sheet through the solid that elsewhere lies on a condition which faces against the axis: the one counts along
     # the axis, the other against it.
     below, above = grid.solid[sheet.below], grid.solid[sheet.above]
@@ -207,7 +213,7 @@ def _refuse_infinite(grid: Grid, probe: Probe, sheet: Sheet) -> None:
 
 
 def _check_parts(grid: Grid) -> None:
-    """Refuses, by their boxes' names, conductors without a fixed voltage, floating parts and parts without an exit; and
+    """Refuses, by their boxes' names, floating parts and parts without an exit; and
     a scene that stays as it starts: all at the initial temperature, and no voltage across a conductor."""
     scene = grid.scene
 
@@ -222,9 +228,6 @@ def _check_parts(grid: Grid) -> None:
                 raise SceneError(f"{called} {why[0].split('|')[len(names) > 1]}: {why[1]}")
 
     electric = physics.electric(scene)
-    if electric:
-        conductors = grid.parts(grid.conducting)
-        refuse(conductors, touched(conductors, lambda b: b.kind == "voltage"), UNFIXED)
     labels = grid.parts(grid.solid)
     hot = np.array([*(not is_zero(box.heat_source) for box in scene.boxes), False])
     heated = set(np.unique(labels[hot[grid.owner]]).tolist())

@@ -11,6 +11,7 @@ from typing import Any, NoReturn
 
 from scenes.errors import SceneError, did_you_mean, printable
 from validate.cli.common import add
+from validate.cli.terminal import show
 
 COMMANDS = {
     "sink": "compare the 1D model of the active sink with 3D",
@@ -56,7 +57,8 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     if found.version:
         from validate.report.summary import version
 
-        parser.exit(0, f"validate {version()}\n")
+        show(f"validate {version()}")
+        parser.exit()
     if unknown:
         own, argument = commands[found.command], unknown[0]
         if not argument.startswith("-"):

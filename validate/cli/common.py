@@ -16,9 +16,11 @@ from validate.cli.terminal import DIFFERS, FINE, INTERRUPTED, NUMERICS, complain
 
 if TYPE_CHECKING:
     from compare.against import Data
+    from compare.verdict import Check
     from scenes.plan import Export, Request
     from scenes.uncertain import Uncertain
     from validate.report.verdicts import Report
+    from validate.run.outcome import Outcome
 
 R = TypeVar("R")
 MOST_STATES = 400  # that can be asked for; a model has no more than its structure needs
@@ -145,12 +147,12 @@ def run(
     data: Data | None = None,
     then: Callable[..., Any] | None = None,
 ) -> int:
-    """Explains, solves, writes and reports a scene as asked, and returns the exit status. The folder's name has the
-    ``overrides`` in it and, of a user's own ``data``, the file ``given`` and what is said of its columns;
-    ``then`` adds to what was found."""
+    """Explains, solves, reports and writes a scene as asked, the answer first, and returns the exit status. The name of
+    the folder has the ``overrides`` in it and, of a user's own ``data``, the file ``given`` and what is said of its
+    columns; ``then`` adds to what was found."""
     from validate.report import of
     from validate.report.folder import folder_of
-    from validate.report.table import outcome_text, plan_text
+    from validate.report.table import found_text, kept_text, plan_text
     from validate.run.plan import declared
 
     scene = declared(scene, request)
@@ -168,17 +170,25 @@ def run(
         return FINE
     from validate.report.output import run
 
+    against: tuple[Check, ...] = ()
     with progress(arguments.quiet) as say:
-        outcome = run(scene, request, folder, say, data, then and partial(then, say=say))
-    from compare.verdict import contrary
 
-    against = contrary(outcome.checks, scene, getattr(arguments, "strict", False))
+        def tell(outcome: Outcome[Any]) -> None:
+            from compare.verdict import contrary
+
+            nonlocal against
+            against = tuple(contrary(outcome.checks, scene, getattr(arguments, "strict", False)))
+            say("")  # which clears the line
+            if arguments.quiet:
+                show(" ".join(of(scene).headline(outcome, against, style()).split()))
+            elif not arguments.json:
+                show(found_text(outcome, against, style()) + "\n")
+
+        outcome = run(scene, request, folder, say, data, then and partial(then, say=say), tell)
     if arguments.json:
         show((outcome.folder / "summary.json").read_text(encoding="utf-8").rstrip("\n"))
-    elif arguments.quiet:
-        show(" ".join(of(scene).headline(outcome, against, style()).split()))
-    else:
-        show(outcome_text(outcome, against, style(), planned))
+    elif not arguments.quiet:
+        show(kept_text(outcome, style(), planned))
     if outcome.runs_away:
         return complain(outcome.runs_away, NUMERICS)
     if outcome.interrupted:

@@ -14,7 +14,9 @@ _validate() {
   case "${COMPREPLY[0]}" in *=) type compopt > /dev/null 2>&1 && compopt -o nospace ;; esac
   case "$cur" in
     -*) ;;
-    *) [ "$files" -eq 1 ] && COMPREPLY+=($(compgen -f -- "$cur")) ;;
+    *)
+      local IFS=$'\n'
+      [ "$files" -eq 1 ] && COMPREPLY+=($(compgen -f -- "$cur")) ;;
   esac
 }
 complete -o filenames -F _validate validate

@@ -9,12 +9,12 @@ to use it:
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
 
 from reduced1d.ladder import REDUCTIONS
+from scenes.checks import DEFAULT_TOLERANCES
 from scenes.keys import TYPES
 from scenes.loading import known_names
 from validate.cli.arguments import COMMANDS
@@ -47,8 +47,18 @@ def _words(command: str) -> tuple[list[str], list[_Option]]:
     """The words that may stand without an option, files besides; and the options."""
     parser = argparse.ArgumentParser()
     add(parser, import_module(f"validate.cli.{command}").OPTIONS)
-    keys: Mapping[str, object] = TYPES[command].schema.paths if command in TYPES else {}
-    known = {"--set": [f"{path}=" for path in keys], "--reduction": list(REDUCTIONS)}
+    # Most designs that are swept are of the sink.
+    kind = TYPES.get("sink" if command in ("sweep", "map") else command)
+    keys = kind.schema.paths if kind else {}
+    given, varied = [f"{path}=" for path in keys], [f"{path}=" for path, key in keys.items() if key.physical]
+    known = {
+        "--set": given,
+        "--vary": varied,
+        "--uncertain": ["materials", *varied] if keys else [],
+        "--calibrate": [path.rstrip("=") for path in varied],
+        "--reduction": list(REDUCTIONS),
+        "--check": [*DEFAULT_TOLERANCES],
+    }
     words: list[str] = []
     options: list[_Option] = []
     for action in parser._actions:

@@ -31,7 +31,7 @@ def progress(quiet: bool = False) -> Iterator[Callable[[str], None]]:
 
     def draw() -> None:
         spent = time.monotonic() - start
-        since = f" ({spent:.0f} s)" if spent >= _SLOW else ""
+        since = f" ({spent:.0f} s)" if said and spent >= _SLOW else ""
         # A line that the terminal breaks could not be cleared.
         line = printable(said, columns(sys.stderr, 80) - len(since) - 1) + since
         with suppress(OSError, ValueError):

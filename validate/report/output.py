@@ -36,19 +36,21 @@ def run(
     progress: Callable[[str], None] | None = None,
     data: Data | None = None,
     then: Callable[[Outcome[Any]], Outcome[Any]] | None = None,
+    tell: Callable[[Outcome[Any]], None] = lambda _: None,
 ) -> Outcome[Any]:
     """Solve a scene as asked, compare, and write the results folder (``out``, or one named after the scene);
-    ``then`` adds to what was found before it is written.
+    ``then`` adds to what was found, and ``tell`` is called with all of it, before pictures are drawn and files written.
 
     The folder is there, whole, when this returns, and so is that of a model which was to be exported; both are as they
-    were before when this raises. Raises SceneError for a folder
-    that can't be used (before anything is solved), and what `validate.run.pipeline.answer` raises.
+    were before when this raises. Raises SceneError for a folder that can't be used (before anything is solved), and
+    what `validate.run.pipeline.answer` raises.
     """
     say, clock, drawn = progress or (lambda _: None), Clock(), draws_field(scene, request)
     model = nullcontext() if request.export is None else Folder(request.export.folder, MODEL)
     with Folder(out or folder_of(scene, request), RUN) as folder, model as exports, Renderer(drawn) as renderer:
         outcome = answer(scene, request, say, data, clock)
         outcome = outcome if then is None else then(outcome)
+        tell(outcome)
         say("writing the results")
         outcome = write(outcome, folder.partial, renderer, clock)
         if exports is not None and outcome.exported is not None:

@@ -163,13 +163,10 @@ def warnings_text(outcome: Outcome[Any]) -> list[str]:
     return [wrapped(f"Warning: {text.rstrip('.')}.") for text in outcome.warnings]
 
 
-def outcome_text(
-    outcome: Outcome[Any], contrary: Sequence[Check], style: Style, planned: tuple[Step, ...] | None = None
-) -> str:
-    """The same, and where it is kept; of a plan that has been printed (``planned``) what turned out otherwise."""
-    parts = [found_text(outcome, contrary, style)]
+def kept_text(outcome: Outcome[Any], style: Style, planned: tuple[Step, ...] | None = None) -> str:
+    """Where a run is kept; before that, of a plan that has been printed (``planned``), what turned out otherwise."""
     changed = [step for step in outcome.plan if planned is not None and step not in planned]
-    parts += [plan_text(changed, style, "As it turned out")] * bool(changed)
+    parts = [plan_text(changed, style, "As it turned out")] * bool(changed)
     if outcome.exported is not None:
         exported = outcome.exported
         rows = [tuple(entry.values()) for entry in names.listed(exported.document)]

@@ -21,6 +21,7 @@ from scenes.compact.channels import driven
 from scenes.compact.files import write
 from scenes.compact.runtime import CompactModel
 from scenes.errors import SceneError
+from scenes.free import from_dict
 from scenes.loading import load_free as load
 from scenes.model import Schedule
 from scenes.result import Result
@@ -311,3 +312,48 @@ def test_what_has_no_model(bar: Any) -> None:
         check(replace(bar, probes=()))
     with pytest.raises(SceneError, match=r'"half way"\.reduce asks for an extreme potential'):
         check(replace(bar, probes=tuple(replace(p, reduce="max") for p in bar.probes)))
+
+
+def layered(resistivity: float | str, conductivity: float = 300.0, strip: bool = False) -> Any:
+    """A heater under oxide under a mirror of metal that no electrode touches, or one alone."""
+
+    def box(name: str, low: float, high: float) -> dict[str, Any]:
+        return {"name": name, "material": name, "lower": [0, 0, low], "upper": [1e-4, 2e-5, high]}
+
+    def end(name: str, x: float, high: float = 2e-6, low: float = 0.0, **condition: float) -> dict[str, Any]:
+        return {"name": name, "lower": [x, 0, low], "upper": [x, 2e-5, high], **condition}
+
+    document: dict[str, Any] = {
+        "run": {"steady": True, "accuracy": 1e-2},
+        "material": [
+            {"name": "heater", "thermal_conductivity": 130, "resistivity": 6e-5, "temperature_coefficient": 5e-4},
+            {"name": "oxide", "thermal_conductivity": 1.3},
+            {"name": "mirror", "thermal_conductivity": conductivity, "resistivity": resistivity},
+        ],
+        "box": [box("heater", 0.0, 2e-6), box("oxide", 2e-6, 3e-6), box("mirror", 3e-6, 3.5e-6)],
+        "boundary": [end("cold", 1e-4, temperature=293), end("one", 1e-4, voltage=1), end("two", 0.0, voltage=0)],
+        "probe": [{"name": "top", "at": [0, 1e-5, 3.5e-6]}],
+    }
+    if strip:
+        document["boundary"].append(end("strip", 0.0, 3.5e-6, 3e-6, voltage=0.3))
+        document["probe"].append({"name": "potential", "quantity": "potential", "at": [5e-5, 1e-5, 3.25e-6]})
+    return from_dict(document)
+
+
+def test_metal_that_no_electrode_touches_is_an_insulator_to_current() -> None:
+    """To the last digits: both scenes are the same problem of heat. Another conductivity is seen."""
+    metal, insulator = (scene_run.solve(layered(r)).steady["top"].value for r in (2e-8, "insulator"))
+    assert metal == pytest.approx(insulator, rel=1e-12)
+    other = scene_run.solve(layered(2e-8, conductivity=30.0)).steady["top"].value
+    assert abs(other - metal) > 1e-4 * (metal - 293)
+
+
+@pytest.mark.parametrize("strip", [False, True])
+def test_a_model_of_a_scene_with_metal_that_carries_no_current(strip: bool) -> None:
+    scene = layered(2e-8, strip=strip)
+    model = CompactModel(compact(scene, None, 1e-2))
+    full = scene_run.solve(scene).steady
+    assert model.steady()["top"] - 293 == pytest.approx(full["top"].value - 293, rel=2e-2)
+    if strip:
+        assert model.steady()["potential"] == pytest.approx(0.3, rel=1e-9)
+        assert model.steady({"strip.voltage": 0.2})["potential"] == pytest.approx(0.2, rel=1e-9)

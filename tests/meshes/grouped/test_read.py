@@ -143,7 +143,7 @@ REFUSED: dict[str, tuple[Change, tuple[str, ...]]] = {
     "electrodes that touch": (put("boundary", 3, group="plus"), ("touch on a conductor with different voltages",)),
     "no voltage": (
         lambda d: (d["boundary"].pop(3), d["boundary"].pop(2)),
-        ("conducts, but no boundary fixes a voltage",),
+        ('probe "current" asks for a current in a conductor that no electrode touches',),
     ),
     "no exit": (
         lambda d: (d["boundary"].pop(1), d["boundary"].pop(0), d["probe"].pop(3)),
@@ -307,3 +307,31 @@ def test_cells_in_no_group_are_refused(tmp_path: Path) -> None:
         check(scene, found)
     with pytest.raises(SceneError, match="have no material, which are in no group: give"):
         check(scene, replace(found, volumes={name: cells for name, cells in found.volumes.items() if name != "foot"}))
+
+
+def broken(path: Path, cell: str, change: Callable[[Any], None]) -> str:
+    """What is said of the mesh of a bridge, changed, in Gmsh's older format."""
+    boxes.write(boxes.grouped(scene_of(bridge()), cell, 1), path, 1e-6)
+    mesh = meshio.read(path)
+    change(mesh)
+    meshio.write(path, mesh, file_format="gmsh22", binary=False)
+    with pytest.raises(SceneError) as refused:
+        read(path, 1e-6)
+    return str(refused.value)
+
+
+@pytest.mark.parametrize("cell", CELLS)
+def test_what_is_no_mesh_is_refused_in_a_sentence(cell: str, tmp_path: Path) -> None:
+    path = tmp_path / "mesh.msh"
+
+    def repeat(mesh: Any) -> None:
+        volume = next(block for block in mesh.cells if block.dim == 3)
+        volume.data[0, 1] = volume.data[0, 0]
+
+    for value in (np.nan, np.inf):
+        said = broken(path, cell, lambda mesh, value=value: mesh.points.__setitem__((3, 1), value))
+        assert "has 1 nodes whose coordinates are no finite numbers, the first is the file's node 4" in said
+    for at in (2, slice(None)):
+        said = broken(path, cell, lambda mesh, at=at: mesh.points.__setitem__((slice(None), at), 1.0))
+        assert "is flat, its nodes lie in one plane: give a mesh of volumes" in said
+    assert "with a node twice, the first at [" in broken(path, cell, repeat)

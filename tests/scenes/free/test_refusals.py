@@ -173,13 +173,19 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
              add("probe", flat("in", [0.5, 0, -1], [0.5, 1, 0], quantity="heat_flow"))),
         ('probe "in" reaches the edge', 'boundaries "base" and "side"'),
     ),
-    "conductor without a voltage": (
-        add("box", {"name": "lead", "material": "metal", "lower": [0, 0, -2], "upper": [1, 1, -1]}),
-        ('box "lead" conducts', "leave out its material's resistivity"),
+    "potential of a floating conductor": (
+        both(add("box", {"name": "lead", "material": "metal", "lower": [0, 0, -2], "upper": [1, 1, -1]}),
+             add("probe", {"name": "v", "quantity": "potential", "at": [0.5, 0.5, -1.5]})),
+        ('probe "v" asks for a potential in a conductor that no electrode touches', "heat alone"),
+    ),
+    "current in a floating conductor": (
+        both(add("box", {"name": "lead", "material": "metal", "lower": [0, 0, -2], "upper": [1, 1, -1]}),
+             add("probe", flat("i", [0, 0, -1.5], [1, 1, -1.5], quantity="current"))),
+        ('probe "i" asks for a current in a conductor that no electrode touches',),
     ),
     "potential without electrodes": (
         both(lambda d: d.update(boundary=d["boundary"][:1]), put("probe", 0, quantity="potential")),
-        ('box "beam" conducts, but no boundary',),
+        ('probe "tip" asks for a potential in a conductor that no electrode touches',),
     ),
     "floating": (add("box", island()), ('box "island" is joined to nothing',)),
     "touches with an edge": (

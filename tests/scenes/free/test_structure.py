@@ -110,3 +110,12 @@ def test_the_area_is_that_on_which_a_boundary_acts() -> None:
     grid = grid_of(found)
     assert {b.name: touches(grid, b) for b in found.boundaries} == pytest.approx({"base": 1, "left": 1, "right": 1})
     assert '"left" touches 1.000 m2, 50.0 % of its flat box' in lines(document)["boundaries"]
+
+
+def test_a_conductor_that_no_electrode_touches_is_said_to_be_thermal() -> None:
+    document = beam()
+    document["box"].append({"name": "mirror", "material": "metal", "lower": [0, 0, -2], "upper": [1, 1, -1]})
+    document["boundary"][0] |= {"lower": [0, 0, -2], "upper": [1, 1, -2]}
+    said = lines(document)["conductors"]
+    assert '"mirror" touches no electrode and is solved for heat alone' in said
+    assert '"beam" joins "left" and "right"' in said

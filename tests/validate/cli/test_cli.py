@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import errno
 import json
 import os
 import re
@@ -273,3 +274,22 @@ def test_a_reader_that_stops_reading() -> None:
     env = {**os.environ, "PYTHONPATH": str(ROOT)}
     found = subprocess.run(command, shell=True, capture_output=True, text=True, env=env, check=True)
     assert found.stderr == ""
+
+
+@pytest.mark.parametrize("more", [[], ["--quiet"]])
+def test_the_answer_is_printed_before_anything_is_written(
+    more: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    printed = []
+
+    def write(*_: object) -> None:
+        printed.append(capsys.readouterr().out)
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("validate.report.output.write", write)
+    assert main(["sink", "--steady", *more]) == 2
+    assert "is to blame" in printed[0]
+    assert ("eq14" in printed[0]) == (not more)
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert "cannot be written" in said.err

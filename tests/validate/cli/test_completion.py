@@ -22,6 +22,12 @@ ASKED = {
     "validate sink --reduction pl": {"plate"},
     "validate sink --set sink.wid": {"sink.width="},
     "validate device --set control.samp": {"control.sample_time="},
+    "validate sweep sink --vary sink.wid": {"sink.width="},
+    "validate map sink --vary drive.v": {"drive.voltage="},
+    "validate sweep sink --check fig6": {"fig6_peak", "fig6_end"},
+    "validate sink --uncertain materials.oxide.den": {"materials.oxide.density="},
+    "validate sink --calibrate anchor.oxide_l": {"anchor.oxide_length"},
+    "validate device --uncertain device.pol": {"device.polymer_thickness="},
     "validate view --sho": {"--show"},
     "validate view --show pot": {"potential"},
     "validate completion ": {"bash", "zsh", "fish"},
@@ -34,7 +40,7 @@ def bash(line: str) -> set[str]:
     asked = f"COMP_WORDS=({listed}); COMP_CWORD={len(words) - 1}; _validate 2> /dev/null"
     code = f"{script('bash')}\n{asked}; printf '%s\\n' \"${{COMPREPLY[@]}}\""
     found = subprocess.run(["bash", "-c", code], capture_output=True, text=True, check=True)
-    return set(found.stdout.split())
+    return set(found.stdout.splitlines())
 
 
 @pytest.mark.skipif(shutil.which("bash") is None, reason="no bash here")
@@ -49,6 +55,8 @@ def test_files_are_offered_where_they_fit() -> None:
     assert "mine.toml" in bash("validate sink m")
     assert "mine.toml" in bash("validate sink --against m")
     assert "mine.toml" not in bash("validate sink --only m")
+    subprocess.run(["touch", "my own scene.toml"], check=True)
+    assert {"my own scene.toml", "mine.toml"} <= bash("validate solve m")
 
 
 @pytest.mark.parametrize("shell", ["zsh", "fish"])
