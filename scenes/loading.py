@@ -104,7 +104,7 @@ def overridden(scene: T, overrides: Sequence[str]) -> T:
     parameters follows them."""
     given: Any = scene
     if not overrides:
-        return check(given) if isinstance(scene, (Sink, Device)) else given
+        return check(given) if given.kind in TYPES else given
     if given.parameters is None:
         return _read(given, _flat(given), overrides)
     flat = given.parameters.flat
@@ -115,7 +115,7 @@ def overridden(scene: T, overrides: Sequence[str]) -> T:
 
 def _flat(scene: Any) -> dict[str, Any]:
     """What a file of the scene would say, by path."""
-    if isinstance(scene, (Sink, Device)):
+    if scene.kind in TYPES:
         return type_of(scene).schema.write(scene)
     from scenes import free
 
@@ -124,7 +124,7 @@ def _flat(scene: Any) -> dict[str, Any]:
 
 def _read(scene: Any, flat: Mapping[str, Any], overrides: Sequence[str]) -> Any:
     """What a flat scene says with overrides over it, as a scene of the kind of another."""
-    if isinstance(scene, (Sink, Device)):
+    if scene.kind in TYPES:
         return _built(flat, overrides, type_of(scene))
     from scenes import free
 

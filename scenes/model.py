@@ -136,6 +136,10 @@ class Declared:
     checks that are expected to differ (``None`` where nothing is said of that)."""
 
     kind: ClassVar[str] = "free"
+    parts: ClassVar[str]
+    """The attribute with the parts that are each of one material."""
+    heated: ClassVar[tuple[str, str]]
+    """What a file calls a part with a heat source of its own, and the attribute with these."""
     model: OwnModel | None = field(default=None, kw_only=True)
     tolerances: dict[str, float] = field(default_factory=dict, hash=False, kw_only=True)
     expected_to_differ: tuple[str, ...] | None = field(default=None, kw_only=True)
@@ -163,6 +167,8 @@ class Scene(Declared):
     (s) are instants at which it must be reported.
     """
 
+    parts: ClassVar[str] = "boxes"
+    heated: ClassVar[tuple[str, str]] = ("box", "boxes")
     name: str
     boxes: tuple[Box, ...]
     boundaries: tuple[Boundary, ...]
@@ -173,6 +179,10 @@ class Scene(Declared):
     steady: bool = False
     output_times: tuple[float, ...] = ()
     parameters: Parameters | None = field(default=None, compare=False, repr=False)
+
+    def means(self) -> tuple[Probe, ...]:
+        """A probe of the mean temperature of every box."""
+        return tuple(Probe(f"mean {box.name}", box.lower, box.upper) for box in self.boxes)
 
 
 @dataclass(frozen=True)
@@ -223,6 +233,8 @@ class GroupProbe:
 class MeshScene(Declared):
     """A scene on a mesh: ``file`` as the scene gives it, relative to ``folder``, in units of ``unit`` (m)."""
 
+    parts: ClassVar[str] = "bodies"
+    heated: ClassVar[tuple[str, str]] = ("source", "sources")
     name: str
     file: str
     unit: float
@@ -237,6 +249,11 @@ class MeshScene(Declared):
     output_times: tuple[float, ...] = ()
     folder: str = ""
     parameters: Parameters | None = field(default=None, compare=False, repr=False)
+
+    def means(self) -> tuple[GroupProbe, ...]:
+        """A probe of the mean temperature of every material's groups."""
+        groups = dict.fromkeys(group for body in self.bodies for group in body.groups)
+        return tuple(GroupProbe(f"mean {name}", group=name) for name in groups)
 
     @property
     def path(self) -> Path:

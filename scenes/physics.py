@@ -6,20 +6,19 @@ from collections.abc import Iterable
 from itertools import pairwise
 
 from scenes.errors import SceneError, quoted
-from scenes.model import AnyScene, Boundary, GroupBoundary, Material, MeshScene, Schedule, Value, is_zero, values
+from scenes.model import AnyScene, Boundary, GroupBoundary, Material, Schedule, Value, is_zero, values
 
 HEAT_KEYS = ("thermal_conductivity", "density", "specific_heat")
 
 
 def materials(scene: AnyScene) -> tuple[Material, ...]:
-    return tuple(part.material for part in (scene.bodies if isinstance(scene, MeshScene) else scene.boxes))
+    return tuple(part.material for part in getattr(scene, scene.parts))
 
 
 def heat_sources(scene: AnyScene) -> tuple[tuple[str, Value], ...]:
     """Every heat source (W/m3) and what messages call its part."""
-    if isinstance(scene, MeshScene):
-        return tuple((f"source {quoted(s.name)}", s.heat_source) for s in scene.sources)
-    return tuple((f"box {quoted(b.name)}", b.heat_source) for b in scene.boxes)
+    table, items = scene.heated
+    return tuple((f"{table} {quoted(item.name)}", item.heat_source) for item in getattr(scene, items))
 
 
 def driving(scene: AnyScene) -> tuple[Value, ...]:

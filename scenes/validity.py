@@ -4,8 +4,9 @@ why its numerics failed."""
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from operator import attrgetter
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from scenes.device import Device
 from scenes.errors import SceneError, quoted
@@ -36,15 +37,20 @@ def check(scene: T) -> T:
         read = key.kind.read(key.path, key.kind.write(value))
         if read != value:
             raise SceneError(f"{key.path} = {quoted(value)} must be given as {read!r} in Python")
-    sink = scene.sink if isinstance(scene, Device) else scene
-    if isinstance(sink, Sink):
-        _check_sizes(sink)
-        if isinstance(scene, Device) and sink.spans > 1:
-            raise SceneError(f"sink.spans = {sink.spans} makes a row, and a device has one span: give 1")
-        _check_film(sink.silicon, "environment.room_temperature", sink.room_temperature)
-    if isinstance(scene, Device):
-        _check_control(scene)
+    _CHECKS[type_of(scene).name](scene)
     return scene
+
+
+def _check_sink(sink: Sink) -> None:
+    _check_sizes(sink)
+    _check_film(sink.silicon, "environment.room_temperature", sink.room_temperature)
+
+
+def _check_device(device: Device) -> None:
+    _check_sink(device.sink)
+    if device.sink.spans > 1:
+        raise SceneError(f"sink.spans = {device.sink.spans} makes a row, and a device has one span: give 1")
+    _check_control(device)
 
 
 def _check_control(device: Device) -> None:
@@ -98,6 +104,9 @@ def _shown(length: float) -> str:
 
 def _check_film(film: Material, where: str, temperature: float) -> None:
     check_resistivity(film, f"materials.{film.name}", f"{where} = {temperature} K", temperature)
+
+
+_CHECKS: dict[str, Callable[[Any], None]] = {"sink": _check_sink, "device": _check_device}
 
 
 def cause(scene: object, instead: str = "") -> str:

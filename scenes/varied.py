@@ -18,7 +18,7 @@ from scenes import physics
 from scenes.free.document import HEAT_SOURCE, LISTS
 from scenes.keys import TYPES, type_of
 from scenes.kinds import KELVIN, Convection, Quantity, Varying
-from scenes.model import AnyScene, Material, MeshScene, Scene, Schedule, Value, values
+from scenes.model import AnyScene, Material, Scene, Schedule, Value, values
 from scenes.moved import transferred
 from scenes.parameters import SECTION, Parameters
 from scenes.units import LENGTH, dimension_of
@@ -197,12 +197,11 @@ def _with_material(scene: AnyScene, material: Material, key: str) -> Callable[[f
     def more(part: float) -> AnyScene:
         other = replace(material, **{key: getattr(material, key) * (1 + part)})
 
-        def changed(items: tuple[Any, ...]) -> tuple[Any, ...]:
-            return tuple(replace(item, material=other) if item.material == material else item for item in items)
-
-        if isinstance(scene, MeshScene):
-            return replace(scene, bodies=changed(scene.bodies))
-        return replace(scene, boxes=changed(scene.boxes))
+        parts = getattr(scene, scene.parts)
+        changed: dict[str, Any] = {
+            scene.parts: tuple(replace(p, material=other) if p.material == material else p for p in parts)
+        }
+        return replace(scene, **changed)
 
     return more
 
@@ -222,7 +221,7 @@ def _conditions(scene: AnyScene) -> Iterator[tuple[str, Number]]:
 
 
 def _sources(scene: AnyScene) -> Iterator[tuple[str, Number]]:
-    table, items = ("source", "sources") if isinstance(scene, MeshScene) else ("box", "boxes")
+    table, items = scene.heated
     for i, item in enumerate(getattr(scene, items)):
         if largest := _largest(item.heat_source):
             number = Number(largest, HEAT_SOURCE.quantity, _with_item(scene, items, i, "heat_source"))

@@ -12,7 +12,7 @@ from fem3d.runs import scene as scene_run
 from fem3d.solution import transient
 from fem3d.spaces import channels
 from scenes.errors import NumericsError, RunawayError, RunawayInTimeError
-from scenes.model import AnyScene, Boundary, GroupBoundary, Scene, Value
+from scenes.model import AnyScene, Boundary, GroupBoundary, Value
 from scenes.result import Result
 from scenes.units import TIME
 
@@ -65,7 +65,7 @@ def _limit(scene: AnyScene, time: float) -> float:
     def held(b: Boundary | GroupBoundary) -> Any:
         return replace(b, value=then(b.value), ambient=then(b.ambient))
 
-    heated = "boxes" if isinstance(scene, Scene) else "sources"
+    heated = scene.heated[1]
     sources = tuple(replace(s, heat_source=then(s.heat_source)) for s in getattr(scene, heated))
     given: dict[str, Any] = {heated: sources, "boundaries": tuple(map(held, scene.boundaries))}
     try:

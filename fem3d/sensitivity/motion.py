@@ -142,7 +142,8 @@ def speeds(domain: Any, here: Scene, there: Scene, step: float) -> tuple[np.ndar
 def _sources(here: AnyScene, there: AnyScene, step: float) -> tuple[float, ...]:
     """How the sources change that a domain has."""
     pairs = zip(physics.heat_sources(here), physics.heat_sources(there), strict=True)
-    every = isinstance(here, MeshScene)
+    # A source of a mesh's group is one even where it is nothing; a box that is not heated has none.
+    every = here.heated[0] == "source"
     return tuple((_number(q) - _number(p)) / step for (_, p), (_, q) in pairs if every or p)
 
 
@@ -179,7 +180,7 @@ def _moving(here: Scene, there: Scene, axis: int, step: float) -> Iterator[tuple
 
 
 def _names(scene: AnyScene) -> list[str]:
-    parts: tuple[Any, ...] = scene.boxes if isinstance(scene, Scene) else ()
+    parts: tuple[Any, ...] = getattr(scene, "boxes", ())
     return [x.name for items in (parts, scene.boundaries, scene.probes) for x in items]
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from scenes.model import AnyScene, MeshScene, Schedule, Value, is_zero, values
+from scenes.model import AnyScene, Schedule, Value, is_zero, values
 
 OWN = "the scene"
 UNITS = {"voltage": "V", "temperature": "K", "ambient": "K", "heat_flux": "W/m2", "heat_source": "W/m3"}
@@ -56,8 +56,7 @@ def channels(scene: AnyScene) -> tuple[Channel, ...]:
 
 
 def _sources(scene: AnyScene) -> list[Any]:
-    given: tuple[Any, ...] = scene.sources if isinstance(scene, MeshScene) else scene.boxes
-    return [s for s in given if not is_zero(s.heat_source)]
+    return [s for s in getattr(scene, scene.heated[1]) if not is_zero(s.heat_source)]
 
 
 def _largest(alike: list[Channel]) -> float:
@@ -75,7 +74,7 @@ def driven(scene: Any, given: Mapping[str, Value]) -> Any:
     def source(s: Any) -> Any:
         return replace(s, heat_source=given.get(f"{s.name}.heat_source", s.heat_source))
 
-    key = "sources" if isinstance(scene, MeshScene) else "boxes"
+    key = scene.heated[1]
     return replace(
         scene, boundaries=tuple(map(boundary, scene.boundaries)), **{key: tuple(map(source, getattr(scene, key)))}
     )

@@ -43,7 +43,7 @@ def check(scene: Scene) -> Scene:
 
 
 def schema_of_scene(scene: AnyScene) -> Schema:
-    return BOXES if isinstance(scene, Scene) else ON_MESH
+    return {"boxes": BOXES, "bodies": ON_MESH}[scene.parts]
 
 
 def schema_of(given: Mapping[str, Any]) -> Schema:

@@ -86,7 +86,7 @@ def on_moved_mesh(scene: Scene, result: Result, key: str) -> dict[str, float]:
         there = boxes(part.scene, replace(space.grid, breaks=breaks, boxes=part.scene.boxes))
         study = replace(probe_quantities.study(other, part), accuracy=1e-7)
         found = nested.solution(study, nested.problems(there, 1e-7), 2, state.follows_pattern).quantities
-        floor = scene_sensitivity._floor(scene, other)
+        floor = scene_sensitivity.floor_of(scene, other)
         values.append({p.name: found[p.name] - floor * (p.quantity == "temperature") for p in scene.probes})
     more, less = values
     return {n: float(v - less[n]) / (2 * DIFFERENCE) for n, v in more.items()}

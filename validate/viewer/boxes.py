@@ -8,11 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from scenes.device import Device
 from scenes.errors import SceneError
 from scenes.formats import cut
-from scenes.model import Boundary, Box, MeshScene, Probe, Scene
-from scenes.sink import Sink
+from scenes.model import Boundary, Box, Probe, Scene
 from validate.report.figures import INK
 from validate.report.figures.labels import Label, columns, spread
 
@@ -25,11 +23,11 @@ NAME_HIGH, NAME_WIDE, CHARACTERS = 19, 8.2, 42
 
 def of_boxes(scene: Any) -> Scene:
     """A scene of any kind as boxes; SceneError for one on a mesh."""
-    if isinstance(scene, MeshScene):
+    if getattr(scene, "parts", "") == "bodies":
         raise SceneError(
             f"{scene.name} is on a mesh, and pictures are of boxes: look at {scene.file} in the program that made it"
         )
-    return scene.scene() if isinstance(scene, Sink | Device) else scene
+    return scene if scene.kind == "free" else scene.scene()
 
 
 def parts(scene: Scene) -> dict[str, Any]:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from scenes import physics
 from scenes.errors import NumericsError, RunawayInTimeError, SceneError, listed
-from scenes.model import UNITS, AnyScene, GroupProbe, MeshScene, Probe, Schedule
+from scenes.model import UNITS, AnyScene, Schedule
 from scenes.plan import Request, Step
 from validate.run import plan as plans
 from validate.run.kinds import inputs
@@ -152,10 +152,8 @@ def reported(scene: AnyScene, request: Request) -> AnyScene:
         return scene
     if plans.fields_reason(request, "" if physics.heat(scene) else "no temperature"):
         raise SceneError("the scene has no [[probe]], so there is nothing to report: add one, or give --fields")
-    if isinstance(scene, MeshScene):
-        groups = dict.fromkeys(group for body in scene.bodies for group in body.groups)
-        return replace(scene, probes=tuple(GroupProbe(f"mean {name}", group=name) for name in groups))
-    return replace(scene, probes=tuple(Probe(f"mean {b.name}", b.lower, b.upper) for b in scene.boxes))
+    probes: Any = scene.means()
+    return replace(scene, probes=probes)
 
 
 def quantities(outcome: Outcome[AnyScene]) -> dict[str, tuple[str, str]]:
