@@ -33,6 +33,8 @@ AT_ONCE = 3  # layers that an interval is cut into in one step, at most: a coars
 FALL = -np.log(RATIO) / np.log((1 + np.sqrt(RATIO)) / (1 - np.sqrt(RATIO)))
 # Times its share that an interval may miss before it gets two degrees at once (`validate stress`: "constants").
 FAR = 300.0
+MEASURED = 6  # degree from which on the last two degrees took away as those that follow will
+AT_MOST = 2  # degrees that an interval gains at once: three of them add as many unknowns as another interval
 
 
 @dataclass(frozen=True)
@@ -171,10 +173,17 @@ def shortest_of(grid: Grid) -> float:
     return SHORTEST * max(float(b[-1] - b[0]) for b in grid.breaks)
 
 
-def refined(grid: Grid, missing: Sequence[np.ndarray], target: float, marks: Features) -> Grid:
+def refined(
+    grid: Grid,
+    missing: Sequence[np.ndarray],
+    target: float,
+    marks: Features,
+    falls: Sequence[np.ndarray] | None = None,
+) -> Grid:
     """The grid with intervals refined until what each misses (``missing``, per axis) is expected to be its share of a
-    ``target``, of which those that can't be take theirs first: towards a singular plane cut in layers, elsewhere by a
-    degree more, or halved at the highest."""
+    ``target``, of which those that can't be take theirs first: towards a singular plane cut in layers, elsewhere by
+    degrees, or halved where more than `AT_MOST` would be needed. ``falls``: the factor by which each degree takes away
+    less than the one before; where nobody measured that, one is tried after the other up to the highest."""
     near, shortest = marks.near(grid), shortest_of(grid)
     able = [np.diff(b) > shortest for b in grid.breaks]
     fixed = sum(float(m[~a].sum()) for m, a in zip(missing, able, strict=True))
@@ -193,10 +202,14 @@ def refined(grid: Grid, missing: Sequence[np.ndarray], target: float, marks: Fea
                     if p < LEAST_AT_EDGE:  # what is missing need not be the edge's
                         p, excess = p + 1, 1.0
                     inner, own = _cut(a, b, p, ends, excess, shortest)
-                elif p < HIGHEST_DEGREE:
-                    p = min(p + (2 if excess > FAR else 1), HIGHEST_DEGREE)
                 else:
-                    inner, own = [(a + b) / 2], [p, p]
+                    more = 2 if excess > FAR else 1
+                    if falls is not None and p >= MEASURED:
+                        more = int(np.ceil(np.log(excess) / -np.log(np.clip(falls[d][i], 1e-9, 1 - 1e-9))))
+                    if p + more <= HIGHEST_DEGREE and more <= AT_MOST:
+                        p += more
+                    else:
+                        inner, own = [(a + b) / 2], [p, p]
             found += [*inner, b]
             of += own if inner else [p]
         breaks.append(np.array(found))

@@ -18,6 +18,7 @@ from fem3d.results.study import Study
 from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base, Transient
 from fem3d.spaces.domain import boxes
+from fem3d.spaces.size import foreseen
 from meshes import diffusion, grading
 from meshes import grid as grids
 from meshes.grading import Features
@@ -28,6 +29,9 @@ from scenes.model import Scene
 # Of what is enough, at which a refinement aims: what it takes away is foreseen to a factor of two or so, and one more
 # level costs more than some cells too many (`validate stress --scenes 160`: seconds of the slowest).
 AIM = 0.5
+# Times the unknowns of a level that the next one may have where intervals are halved: a mesh that is so far from what
+# is enough foresees badly what it lacks, and gains degrees step by step. The default sink at 1e-5 takes 1.9 times.
+MOST_GROWTH = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,12 +73,14 @@ class Bricks:
             given.let_go()
         return trace_errors.respond(study, given, bases, shift, self.marks, out, relative, generations)
 
-    def refined(self, goals: Collection[Spread], worst: float, enough: float) -> Bricks:
+    def refined(self, goals: Collection[Spread], falls: Spread | None, worst: float, enough: float) -> Bricks:
         self.edges.check(self.grid, goals, enough)
         missing = estimate.worst(goals)
         known = max(estimate.total(missing), 1e-300)
         missing = [m * max(worst / known, 1.0) for m in missing]
-        finer = grading.refined(self.grid, missing, AIM * enough, self.marks)
+        finer = grading.refined(self.grid, missing, AIM * enough, self.marks, falls)
+        if foreseen(self.scene, finer).unknowns > MOST_GROWTH * foreseen(self.scene, self.grid).unknowns:
+            finer = grading.refined(self.grid, missing, AIM * enough, self.marks)
         if finer.same(self.grid):
             raise not_reached(self.accuracy, reach.because(self.marks))
         return replace(self, grid=finer)

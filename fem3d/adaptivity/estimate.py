@@ -170,6 +170,19 @@ def every_second(space: BrickSpace, functions: np.ndarray, sizes: np.ndarray) ->
     return [np.nan_to_num(ratio, nan=np.inf, posinf=np.inf) for ratio in ratios]
 
 
+def falling(grid: Grid, goals: Iterable[tuple[Spread, Spread, Spread]]) -> Spread:
+    """Per axis (intervals,): by which factor, at most 1, the last degree took away less than the one before, for the
+    goal of which most is left there; ``goals`` are what is left of each, and what the last two degrees took away."""
+    remaining, before, last = zip(*goals, strict=True)
+    factors = []
+    for d, degrees in enumerate(grid.degrees):
+        each = np.array([left[d] for left in remaining])
+        at = each.argmax(axis=0), np.arange(len(degrees))
+        x, y = (np.array([part[d] for part in parts])[at] for parts in (before, last))
+        factors.append(np.minimum(y / np.maximum(x, 1e-300), 1.0))
+    return factors
+
+
 def total(parts: Spread) -> float:
     """The sum over all intervals."""
     return float(sum(p.sum() for p in parts))

@@ -38,7 +38,8 @@ Duals = dict[str, list[np.ndarray]]
 @dataclass(frozen=True, eq=False)
 class Level:
     """What is known of a mesh: its problems, the fine and the low solution, the quantities' scales and errors, and what
-    each interval misses for the power, and for each goal with it, relative to the scales."""
+    each interval misses for the power, and for each goal with it, relative to the scales; ``falls``: by
+    which factors each degree takes away less than the one before (`estimate.falling`), nothing on a mesh file."""
 
     problems: Problems
     fine: Solution
@@ -46,6 +47,7 @@ class Level:
     scales: dict[str, float]
     errors: dict[str, float]
     goals: dict[str, Spread]
+    falls: Spread
 
     @property
     def worst(self) -> float:
@@ -71,9 +73,11 @@ def examined(study: Study, given: Problems, fine: Solution, marks: Features) -> 
     power = judge.remains(given.electric_parts)
     joule = joule_parts(study.goals, given, _warmed(given, fine.state), own, duals)
     goals = with_current(goals, {name: judge.remains(each) for name, each in joule.items()}, power)
+    goals = {"power": power} | goals
+    falls = how_fast(given, goals, parts, joule)
     unsettled = fine.state.unsettled + low.state.unsettled + ROUNDING
     errors = _errors(study, fine, low, scales, goals, estimate.total(power), unsettled, rest)
-    return Level(given, fine, low, scales, errors, {"power": power} | goals)
+    return Level(given, fine, low, scales, errors, goals, falls)
 
 
 def of_part(part: Symmetry, goals: Mapping[str, str], scales: Mapping[str, float]) -> dict[str, float]:
@@ -85,6 +89,21 @@ def of_part(part: Symmetry, goals: Mapping[str, str], scales: Mapping[str, float
 def with_current(goals: Mapping[str, Spread], joule: Mapping[str, Spread], power: Spread) -> dict[str, Spread]:
     """What goals miss, with what they miss of the Joule heat, or else of the power."""
     return summed(goals, {name: joule.get(name, power) for name in goals})
+
+
+def how_fast(
+    given: Problems, goals: Mapping[str, Spread], parts: Mapping[str, Parts], joule: Mapping[str, Parts]
+) -> Spread:
+    """`estimate.falling` of what ``goals`` miss, the power among them, by their parts and those of the Joule heat."""
+    electric, pairs = given.electric_parts, []
+    for name, left in goals.items():
+        if name not in parts:
+            pairs.append((left, electric.before, electric.last))
+            continue
+        own, current = parts[name], joule.get(name, electric)
+        before, last = ([x + y for x, y in zip(own[k], current[k], strict=True)] for k in (0, 1))
+        pairs.append((left, before, last))
+    return estimate.falling(given.bricks.grid, pairs)
 
 
 def tail(goals: Mapping[str, Spread], parts: Mapping[str, Parts], most: float) -> float:

@@ -33,14 +33,16 @@ Progress = Callable[[str], None]
 
 
 class Verdict(NamedTuple):
-    """What is to be done after a level: "accept" its ``answer``; "refine" the mesh for what its ``goals`` miss, or for
-    as much more as the ``worst`` relative error says; "raise" it, as a lower space has no steady state although the
-    fine one has; or see whether another mesh confirms the ``runaway``."""
+    """What is to be done after a level: "accept" its ``answer``; "refine" the mesh for what its ``goals`` miss, which
+    ``falls`` with the degree (`estimate.falling`), or for as much more as the ``worst`` relative error says; "raise"
+    it, as a lower space has no steady state although the fine one has; or see whether another mesh confirms the
+    ``runaway``."""
 
     action: Literal["accept", "refine", "raise", "runaway"]
     answer: Answer | None = None
     level: Level | None = None
     goals: Sequence[Spread] = ()
+    falls: Spread | None = None
     worst: float = np.inf
     runaway: RunawayError | None = None
 
@@ -69,7 +71,7 @@ def solve(
             return field_error.improved(study, verdict.answer, verdict.level, progress)
         finer: Mesh | None
         if verdict.action == "refine":
-            finer = mesh.refined(verdict.goals, verdict.worst, search.enough)
+            finer = mesh.refined(verdict.goals, verdict.falls, verdict.worst, search.enough)
         elif verdict.action == "runaway" and search.confirms(verdict.runaway):
             finer = None
         else:
@@ -127,7 +129,8 @@ class Search:
         if response.accepted if response else worst <= self.enough:
             return Verdict("accept", answer, level)
         goals = [*(response.goals if response else ()), *(level.goals.values() if level else ())]
-        return Verdict("refine", answer, goals=goals, worst=worst)
+        falls = response.falls if response else level.falls if level else None
+        return Verdict("refine", answer, goals=goals, falls=falls, worst=worst)
 
     def _respond(self, mesh: Mesh, problems: Problems, level: Level | None) -> Response:
         """The response on a mesh, in fields about its steady state; where that isn't asked for, about what the slowest

@@ -38,9 +38,10 @@ class Mesh(Protocol):
         """The response of the first of ``bases``, those of the spaces from the highest on, with its errors; ``steady``
         is the level of its steady state, where that is known, ``generations`` of fields where to start."""
 
-    def refined(self, goals: Collection[Spread], worst: float, enough: float) -> Mesh | None:
-        """Refined for what goals miss, or for as much more as the ``worst`` error says, until that is expected to be
-        ``enough``; None where it is to be taken as it is. NumericsError where no refinement reaches that."""
+    def refined(self, goals: Collection[Spread], falls: Spread | None, worst: float, enough: float) -> Mesh | None:
+        """Refined for what goals miss, each degree taking away less than the one before by the factors ``falls``
+        (`estimate.falling`), or for as much more as the ``worst`` error says, until that is expected to be ``enough``;
+        None where it is to be taken as it is. NumericsError where no refinement reaches that."""
 
     def raised(self) -> Mesh | None:
         """A little finer everywhere, or None where that can't be."""

@@ -91,7 +91,7 @@ class FileMesh:
             pairs.append((fine.state.hot_potential, low.state.hot_potential))
         errors = self._errors(study, given.heat, trace_errors.distance(fine.quantities, low.quantities), scales, pairs)
         errors = {n: e + (ROUNDING + fine.state.unsettled) * scales[n] for n, e in errors.items()}
-        return Level(given, fine, low, scales, errors, {})
+        return Level(given, fine, low, scales, errors, {}, [])
 
     def responded(
         self, study: Study, given: Problems, bases: Sequence[Base], shift: float, steady: Level | None, generations: int
@@ -111,9 +111,9 @@ class FileMesh:
         )
         for n in errors:
             errors[n] += fine.lost[n] + float(np.max(fine.out.get(f"doubt:{n}", 0.0)))
-        return trace_errors.concluded(study, fine, errors, [], as_it_is=not self.refines)
+        return trace_errors.concluded(study, fine, errors, [], [], as_it_is=not self.refines)
 
-    def refined(self, goals: Collection[Spread], worst: float, enough: float) -> FileMesh | None:
+    def refined(self, goals: Collection[Spread], falls: Spread | None, worst: float, enough: float) -> FileMesh | None:
         """Every cell in eight, once, whatever is missing."""
         return self.raised()
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fem3d.adaptivity import estimate, goal_errors
-from fem3d.adaptivity.estimate import Estimator, Spread
+from fem3d.adaptivity.estimate import Estimator, Parts, Spread
 from fem3d.adaptivity.nested import Problems
 from fem3d.problems.heat import HeatProblem
 from fem3d.results import outputs, probes, trace_times
@@ -33,7 +33,8 @@ KNOTS = 12  # bends and jumps of the inputs, at most, after which errors are loo
 @dataclass(frozen=True, eq=False)
 class Response:
     """Traces and their errors (in their units), the heat balance, and what refinement needs if they are too large: what
-    the intervals miss for the power and for each of the ``goals`` with it, and the ``worst`` relative error."""
+    the intervals miss for the power and for each of the ``goals`` with it, by which factors each degree takes away less
+    of that than the one before (``falls``), and the ``worst`` relative error."""
 
     times: np.ndarray
     traces: Quantities
@@ -44,6 +45,7 @@ class Response:
     reduced: Reduced
     generations: int  # of fields
     goals: list[Spread] = field(default_factory=list)
+    falls: Spread = field(default_factory=list)
     worst: float = 0.0
     relative: dict[str, float] = field(default_factory=dict)  # errors without the rows' own, over their scales
     scales: dict[str, float] = field(default_factory=dict)  # what they are relative to
@@ -121,18 +123,21 @@ def respond(
     lesser = [beside(study, base, shift, march.generations) for base in bases[1:]]
     low = study.traces(outputs.of_transient(lesser[0], study.part, march.checked))
     changed = distance(march.there, low)
-    goals: dict[str, Spread] = {}
+    goals, parts = dict[str, Spread](), dict[str, Parts]()
     largest = max((changed[n] / march.scales[n] for n in changed), default=0.0)
     if lesser[1:] or largest > (1 - ROW_SHARE) * study.accuracy:
         times = _when_worst(study, march, low, changed)
-        goals = _remains(study, given, marks, (march.answer, *lesser), march.scales, times)
+        goals, parts = _remains(study, given, marks, (march.answer, *lesser), march.scales, times)
     judge = Estimator(given.bricks.grid, marks)
     power = judge.remains(given.electric_parts)
     # Steady errors have what the current is off by in them.
-    joule = {} if steady_errors else _of_joule_heat(study, given, judge, march)
+    of_joule = {} if steady_errors else _of_joule_heat(study, given, march)
+    joule = {name: judge.remains(each) for name, each in of_joule.items()}
     electric = {n: 0.0 if steady_errors else estimate.total(joule.get(n, power)) for n in march.scales}
     errors = _errors(study, march, changed, goals, electric, steady_errors)
-    return concluded(study, march, errors, [power, *goal_errors.with_current(goals, joule, power).values()])
+    goals = {"power": power} | goal_errors.with_current(goals, joule, power)
+    falls = goal_errors.how_fast(given, goals, parts, of_joule)
+    return concluded(study, march, errors, [*goals.values()], falls)
 
 
 def _when_worst(study: Study, march: Marched, low: Quantities, changed: Mapping[str, float]) -> np.ndarray:
@@ -144,16 +149,16 @@ def _when_worst(study: Study, march: Marched, low: Quantities, changed: Mapping[
     return times
 
 
-def _of_joule_heat(study: Study, given: Problems, judge: Estimator, march: Marched) -> dict[str, Spread]:
-    """What each thermal trace misses of the Joule heat, as if the largest voltages drove it from rest all the time."""
+def _of_joule_heat(study: Study, given: Problems, march: Marched) -> dict[str, Parts]:
+    """The parts of the Joule heat that each thermal trace sees, as if the largest voltages drove it from rest all the
+    time."""
     if given.conductor is None:
         return {}
     potentials = [given.heat.inputs.largest(study.end) @ phi for phi in given.cold_potentials]
     (last,) = march.answer.rises(np.array([study.end]))
     scales = goal_errors.of_part(study.part, study.trace_goals, march.scales)
     duals = goal_errors.duals_of(study.trace_goals, given, last, study.end)
-    parts = goal_errors.joule_parts(study.trace_goals, given, potentials, scales, duals)
-    return {name: judge.remains(each) for name, each in parts.items()}
+    return goal_errors.joule_parts(study.trace_goals, given, potentials, scales, duals)
 
 
 def _errors(
@@ -179,14 +184,19 @@ def _errors(
 
 
 def concluded(
-    study: Study, found: Marched, errors: dict[str, float], goals: list[Spread], as_it_is: bool = False
+    study: Study,
+    found: Marched,
+    errors: dict[str, float],
+    goals: list[Spread],
+    falls: Spread,
+    as_it_is: bool = False,
 ) -> Response:
     """The response with its errors: at its rows, where the accuracy is reached or it is to be taken ``as_it_is``, else
-    with what its ``goals`` miss."""
+    with what its ``goals`` miss, and by which factors that ``falls``."""
     answer, reduced, scales, count = found.answer, found.reduced, found.scales, found.generations
     worst = max(errors[name] / scales[name] for name in errors)
     if worst > (1 - ROW_SHARE) * study.accuracy and not as_it_is:
-        return Response(found.checked, found.there, errors, False, np.nan, answer, reduced, count, goals, worst)
+        return Response(found.checked, found.there, errors, False, np.nan, answer, reduced, count, goals, falls, worst)
     return with_rows(study, answer, reduced, errors, scales, count)
 
 
@@ -197,13 +207,13 @@ def _remains(
     transients: Sequence[Transient],
     scales: Mapping[str, float],
     times: np.ndarray,
-) -> dict[str, Spread]:
-    """For each thermal trace the worst of what is left at some times (s), each seen as that long after the last bend or
-    jump of the inputs; ``transients`` are those of the spaces, the highest first."""
+) -> tuple[dict[str, Spread], dict[str, Parts]]:
+    """For each thermal trace the worst of what is left at some times (s), with its parts, each seen as that long after
+    the last bend or jump of the inputs; ``transients`` are those of the spaces, the highest first."""
     heat, judge, goals = given.heat, Estimator(given.bricks.grid, marks), study.trace_goals
     own_scales = goal_errors.of_part(study.part, goals, scales)
     rises = [given.lifted(t.rises(times), -1 - k) for k, t in enumerate(transients)]
-    found: dict[str, Spread] = {}
+    found, worst = dict[str, Spread](), dict[str, Parts]()
     knots = np.append(0.0, heat.inputs.knots(study.end))
     for i, time in enumerate(t - knots[knots < t].max() for t in times.tolist()):
         fine, low = rises[0][i], rises[1][i]
@@ -216,8 +226,8 @@ def _remains(
         at_edges = goal_errors.at_contradictions(goals, given, fine, own_scales, time, duals, marks)
         for name, remains in goal_errors.summed(smooth, at_edges).items():
             if name not in found or estimate.total(remains) > estimate.total(found[name]):
-                found[name] = remains
-    return found
+                found[name], worst[name] = remains, parts[name]
+    return found, worst
 
 
 def instants(study: Study, heat: HeatProblem) -> np.ndarray:

@@ -25,7 +25,9 @@ class Meshes:
 
     def examined(self, study: Any, given: Any, fine: Any) -> Any:
         error = self.told[self.number]
-        return error and SimpleNamespace(worst=error, errors={"probe": error}, goals={"probe": []}, fine=fine, low=fine)
+        return error and SimpleNamespace(
+            worst=error, errors={"probe": error}, goals={"probe": []}, falls=None, fine=fine, low=fine
+        )
 
     def _next(self, how: str) -> Meshes | None:
         last = self.number + 1 == len(self.told)
@@ -34,7 +36,7 @@ class Meshes:
     def raised(self) -> Meshes | None:
         return self._next("raised")
 
-    def refined(self, goals: Any, worst: float, enough: float) -> Meshes | None:
+    def refined(self, goals: Any, falls: Any, worst: float, enough: float) -> Meshes | None:
         assert worst == self.told[self.number] > enough
         return self._next("refined")
 

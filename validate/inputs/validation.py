@@ -19,7 +19,7 @@ from compare.against import QUANTITIES, Data
 from compare.verdict import COVERS
 from compare.windows import Window
 from scenes.checks import FIRST_TIME
-from scenes.formats import with_error
+from scenes.formats import span, with_error
 from scenes.result import Result
 from scenes.sink import Sink
 from validate.inputs.propagation import Propagated, of_values, over_time
@@ -136,6 +136,22 @@ class Validation:
             for c in self.courses
         ]  # fmt: skip
         return {"statements": [s.document() for s in self.statements], "points": within}
+
+
+def finding(found: Validation) -> str:
+    """What is seen of the errors of both models, in a line: where each is surely furthest off, of its own unit."""
+    said = []
+    for model in dict.fromkeys(course.model for course in found.courses):
+        seen = [s for s in found.statements if s.model == model and s.seen]
+        worst = max(seen, key=lambda s: abs(s.E) / s.u_val, default=None)
+        at = (
+            ""
+            if worst is None
+            else f"{worst.quantity.rpartition('_')[0]} {worst.said()} over {span(worst.start, worst.end)}"
+        )
+        said.append(f"no error of {model} is seen" if worst is None else f"{model} is off: {at}")
+    text = "; ".join(said)
+    return f"{text[0].upper()}{text[1:]}"
 
 
 def validate(

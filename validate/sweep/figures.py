@@ -17,6 +17,8 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator
 from matplotlib.tri import LinearTriInterpolator, Triangulation
 
 from scenes.formats import percent, scale
+from scenes.model import UNITS
+from validate.report.checks import with_mu
 from validate.report.figures import INK, PARTS
 from validate.report.figures.drawing import new_figure
 from validate.sweep.table import TITLES, Table, of_many_keys, too_few
@@ -59,9 +61,9 @@ def _lines(table: Table) -> Figure:
         groups.setdefault(tuple(str(values[n]) for values in others), []).append(n)
     names = table.job.scope.reductions if table.relative else ("",)
     lines = [(group, name) for group in groups for name in names]
-    factor = 100.0 if table.relative else 1.0
     for number, panel in enumerate(panels, 1):
         ax = figure.add_subplot(down, across, number)
+        factor, unit = (100.0, "%") if table.relative else _of_probe(table, panel)
         for (group, name), colour in zip(lines, cycle(PARTS)):
             if panel in table.series(name):
                 at = groups[group]
@@ -75,14 +77,24 @@ def _lines(table: Table) -> Figure:
         ax.plot(lost, np.full(len(lost), 0.03), "x", color=INK, transform=ax.get_xaxis_transform(), ms=5)
         ax.set_title(panel, fontsize=10)
         _axis(ax, "x", table, key, labelled=number > len(panels) - across)
-        if (number - 1) % across == 0:
-            ax.set_ylabel("1D/3D - 1 (%)" if table.relative else "SI units")
+        if not table.relative:
+            ax.set_ylabel(with_mu(f"({unit})"))
+        elif (number - 1) % across == 0:
+            ax.set_ylabel("1D/3D - 1 (%)")
     figure.subplots_adjust(wspace=0.32, hspace=0.5)
     labels = [", ".join(filter(None, (*group, name if len(names) > 1 else ""))) for group, name in lines]
     handles = [Line2D([], [], color=c, label=label) for label, c in zip(labels, cycle(PARTS)) if label]
     if 1 < len(handles) <= len(PARTS):
         figure.legend(handles=handles, loc="lower right", ncols=min(len(handles), 6), fontsize=9)
     return figure
+
+
+def _of_probe(table: Table, name: str) -> tuple[float, str]:
+    """The factor from SI to the unit that suits a probe's values, and that unit."""
+    scene: Any = table.job.base.at(())
+    unit = next((UNITS[probe.quantity] for probe in scene.probes if probe.name == name), "")
+    values = np.abs(table.series()[name][0])
+    return scale(float(values[np.isfinite(values)].max(initial=0.0)), unit)
 
 
 def _map(table: Table, reduction: str) -> Figure:

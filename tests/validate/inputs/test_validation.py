@@ -20,7 +20,7 @@ from scenes.uncertain import read
 from validate.against.uncertainty import data_uncertainty
 from validate.cli import main
 from validate.inputs import propagation, sensitivities
-from validate.inputs.validation import Statement, validate
+from validate.inputs.validation import Statement, finding, validate
 
 TIMES = np.linspace(2e-4, 0.02, 60)
 OXIDE = "materials.oxide.thermal_conductivity"
@@ -132,13 +132,26 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
 
 
 def test_the_figure() -> None:
+    """What is found is its title; every row of the data is there; a current is in mA, and its differences in uA."""
     from validate.report.figures import analysis_figures
 
-    data, sink = known(measured(Sink(), 0.1), "0.1K"), Sink()
+    sink = Sink()
+    data = known(measured(sink, 0.1), "0.1K")
+    current = model(sink).over_time.values["current_A"] + 2e-6
+    data = replace(
+        data, values=data.values | {"current_A": current}, u={**data.u, "current_A": np.full(len(TIMES), 1e-7)}
+    )
     made = validate(sink, data, [("1D", model(sink))], None)
     outcome: Any = SimpleNamespace(validation=made, scene=sink, against=data)
     figure = analysis_figures.validation(outcome)
-    assert [axes.get_ylabel() for axes in figure.axes][:2] == ["peak rise (K)", "end rise (K)"]
+    labels = [axes.get_ylabel() for axes in figure.axes]
+    mu = "\N{MICRO SIGN}"
+    assert labels[:3] == ["peak rise (K)", "end rise (K)", "current (mA)"]
+    assert labels[5] == f"E = S - D ({mu}A)"
+    assert figure.texts[0].get_text() == finding(made)
+    assert finding(made).startswith("1D is off: current -2.")
+    assert any(len(line.get_xdata()) == len(TIMES) and line.get_label() == "data" for line in figure.axes[0].lines)
+    assert "60\N{NO-BREAK SPACE}rows" in figure.texts[1].get_text()
 
 
 def test_without_data_it_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

@@ -245,6 +245,19 @@ def test_why_shares_by_key_are_left_out_is_said(tmp_path: Path) -> None:
         assert ("figure_indices" in figures.draw(of)) == (not said)
 
 
+def test_every_panel_of_a_free_sweep_has_its_probes_unit() -> None:
+    from validate.sweep import figures, table
+
+    key = "boundary.left electrode.voltage"
+    job = Job(base("bridge"), Design((Axis(key, (1.0, 2.0)),)), Scope())
+    columns = {"status": np.array(["ok", "ok"], object)}
+    for name, values in (("middle", [400.0, 700.0]), ("current", [4e-3, 8e-3])):
+        columns |= {f"fem3d_{name}": np.array(values), f"fem3d_{name}_error": np.zeros(2)}
+    figure = figures.draw(table.Table(job, {key: np.array([1.0, 2.0])}, columns))["figure_lines"]
+    assert [ax.get_ylabel() for ax in figure.axes] == ["(K)", "(mA)"]
+    assert figure.axes[1].lines[0].get_ydata().max() == pytest.approx(8.0)
+
+
 @pytest.mark.usefixtures("anew")
 def test_designs_that_melt_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Silicon melts at 1687 K: at 20 V the beam is far hotter, at 1 V it is not; the figure of two keys is hatched."""

@@ -11,8 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from scenes.formats import cut, sink_text
+from scenes.formats import cut, scale, sink_text
 from scenes.sink import Sink
+from validate.report.checks import with_mu
 from validate.report.figures import INK, LINES, PARTS
 from validate.report.figures.drawing import band, kept, legend, logarithmic, new_figure
 from validate.run import kinds
@@ -28,7 +29,7 @@ _MODELS = {"3D": LINES["end_K"], "1D": LINES["mean_K"]}
 _ROW, _BAR = 0.3, 0.38
 """Inches of a key's row in a tornado, and how much of it a bar takes."""
 _MARKS = 40
-"""How many of the data are drawn."""
+"""How many of the data have bars."""
 _LEAST = 0.1
 """Percent below which the axis of what the air does is linear, as the differences change their sign."""
 
@@ -156,37 +157,49 @@ def sensitivity(outcome: Outcome[Any]) -> Figure:
 
 
 def validation(outcome: Outcome[Sink]) -> Figure:
-    """A column for each quantity of the data: above the values with bands of 2 sqrt(u_num^2 + u_input^2) and bars of 2
-    u_D, below the comparison error E = S - D of both models within 2 u_val."""
+    """A column for each quantity of the data: above the values with bands of 2 sqrt(u_num^2 + u_input^2), all of the
+    data as dots, some of them with bars of 2 u_D; below the comparison error E = S - D of both models within 2 u_val,
+    and its means over windows with their intervals."""
     from compare.verdict import COVERS
+    from validate.inputs.validation import finding
 
     found = outcome.validation
     assert found is not None
     keys = list(dict.fromkeys(course.quantity for course in found.courses))
-    name = "" if outcome.against is None else f", {outcome.against.name[:40]}"
-    text = f"Validation: {sink_text(outcome.scene)}{name}"
-    said = "bands of 2 u: of S by numerics and inputs, of D by the data; below E = S - D within 2 u_val"
-    figure = new_figure(max(2.0 + 4.2 * len(keys), 7.0), 6.0, text, [said], bottom=0.9)
+    name = "" if outcome.against is None else f" against {outcome.against.name[:40]}"
+    said = (
+        f"{sink_text(outcome.scene)}{name}, {len(found.courses[0].times):,} rows; bands of 2 u: of S by numerics and "
+        "inputs, of E by u_val; diamonds: the worst and the last window with their 95 %"
+    )
+    figure = new_figure(max(2.0 + 4.2 * len(keys), 8.0), 6.2, finding(found), [said], bottom=0.9, left=0.85)
     axes = figure.subplots(2, len(keys), sharex=True, squeeze=False, gridspec_kw={"wspace": 0.3, "hspace": 0.12})
     for key, above, below in zip(keys, *axes, strict=True):
-        room = outcome.scene.room_temperature if key.endswith("_K") else 0.0
-        for course in (c for c in found.courses if c.quantity == key):
+        called, _, unit = key.rpartition("_")
+        room = outcome.scene.room_temperature if unit == "K" else 0.0
+        courses = [course for course in found.courses if course.quantity == key]
+        factor, shown = scale(float(np.abs(courses[0].measured - room).max()), unit)
+        off, shown_off = scale(max(float(np.abs(course.error).max()) for course in courses), unit)
+        for course in courses:
             ms, colour = course.times * 1e3, _MODELS[course.model]
             u = np.hypot(course.u_num, np.nan_to_num(course.u_input))
             for ax, values, half in (
-                (above, course.simulated - room, u), (below, course.error, np.nan_to_num(course.u_val)),
+                (above, factor * (course.simulated - room), factor * u),
+                (below, off * course.error, off * np.nan_to_num(course.u_val)),
             ):  # fmt: skip
-                ax.plot(ms, values, color=colour, label=course.model)
+                ax.plot(ms, values, color=colour, label=course.model, lw=1.8 if len(ms) <= 200 or ax is above else 0.5)
                 band(ax, ms, values, COVERS * half, colour)
+            for s in course.statements():
+                place, half_ = 5e2 * (s.start + s.end), np.nan_to_num(off * s.k * s.u_val)
+                below.errorbar(
+                    place, off * s.E, half_, fmt="D", color=colour, mec=INK, ecolor=INK, ms=5, capsize=3, zorder=5
+                )
+        measured = factor * (course.measured - room)
+        above.plot(ms, measured, ".", color=INK, ms=2 if len(ms) > _MARKS else 6, label="data", zorder=1)
         few = np.unique(np.linspace(0, len(ms) - 1, _MARKS).astype(int))
-        above.errorbar(
-            ms[few], course.measured[few] - room, COVERS * course.u_data[few], fmt="o", ms=3.5, mfc="white", color=INK,
-            lw=0.8, label="data",
-        )  # fmt: skip
+        above.errorbar(ms[few], measured[few], factor * COVERS * course.u_data[few], fmt="none", color=INK, lw=0.8)
         below.axhline(0.0, color=INK, lw=0.8)
-        called, _, unit = key.rpartition("_")
-        above.set_ylabel(f"{called}{' rise' if unit == 'K' else ''} ({unit})")
-        below.set(ylabel=f"E = S - D ({unit})", xlabel="time (ms)")
+        above.set_ylabel(with_mu(f"{called}{' rise' if unit == 'K' else ''} ({shown})"))
+        below.set(ylabel=with_mu(f"E = S - D ({shown_off})"), xlabel="time (ms)")
     legend(figure, axes[0, 0])
     return figure
 
