@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import signal
+
 from validate.processes import one_thread
 
 # ruff: noqa: E402
@@ -118,6 +120,13 @@ def _traces(sink: Sink, steady: dict[str, float]) -> Traces:
 def plan_of_stand_in(sink: Sink, request: Request) -> tuple[Step, ...]:
     """One line, by which it is known."""
     return (Step("stand-in", "done", "a fin in place of the 3D model"),)
+
+
+def pytest_configure() -> None:
+    """Ctrl-C reaches the commands that tests start, also where a shell runs the suite in the background, with it
+    ignored."""
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")
