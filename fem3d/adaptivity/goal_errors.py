@@ -125,7 +125,8 @@ def _errors(
 ) -> dict[str, float]:
     """Estimated error of each quantity of the fine solution, in its unit: what space leaves, ``unsettled`` (relative)
     of the coupled iteration, and the doubt of an extreme's place; then what quantities say of one another."""
-    space = _by_goals(fine, low, scales, goals) | _by_difference(fine, low, scales, goals, electric, rest)
+    changed = {name: abs(float(value - low.quantities[name])) for name, value in fine.quantities.items()}
+    space = _by_goals(changed, scales, goals) | _by_difference(changed, scales, goals, electric, rest)
     doubts = {name: float(fine.out.get(f"doubt:{study.goals.get(name)}", 0.0)) for name in space}
     errors = {name: space[name] + unsettled * scales[name] + doubts[name] for name in fine.quantities}
     errors |= _no_rise_far_better(study, errors, scales)
@@ -133,25 +134,22 @@ def _errors(
 
 
 def _by_goals(
-    fine: Solution, low: Solution, scales: Mapping[str, float], goals: Mapping[str, Spread]
+    changed: Mapping[str, float], scales: Mapping[str, float], goals: Mapping[str, Spread]
 ) -> dict[str, float]:
-    """What goals miss, at least what the last degree changed."""
-    changed = {name: abs(float(fine.quantities[name] - low.quantities[name])) for name in fine.quantities}
-    return {name: max(changed[name], estimate.total(goals[name]) * scales[name]) for name in changed if name in goals}
+    """What goals miss, at least what the last degree ``changed`` (in the quantity's unit)."""
+    return {n: max(changed[n], estimate.total(goals[n]) * scales[n]) for n in changed if n in goals}
 
 
 def _by_difference(
-    fine: Solution,
-    low: Solution,
+    changed: Mapping[str, float],
     scales: Mapping[str, float],
     goals: Mapping[str, Spread],
     electric: float,
     rest: float,
 ) -> dict[str, float]:
-    """Of quantities without a goal of their own: what the last degree changed, times what is left over it for the
+    """Of quantities without a goal of their own: what the last degree ``changed``, times what is left over it for the
     ``rest`` of the goals, and the relative error of the ``electric`` power."""
-    changed = {name: abs(float(fine.quantities[name] - low.quantities[name])) for name in fine.quantities}
-    return {name: rest * changed[name] + electric * scales[name] for name in changed if name not in goals}
+    return {n: rest * changed[n] + electric * scales[n] for n in changed if n not in goals}
 
 
 def _no_rise_far_better(study: Study, errors: Mapping[str, float], scales: Mapping[str, float]) -> dict[str, float]:
