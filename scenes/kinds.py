@@ -20,7 +20,16 @@ from scenes.expressions import is_expression
 from scenes.model import Schedule, Value
 from scenes.parameters import quantity
 from scenes.units import (
-    ELECTRICAL_CONTACT, LENGTH, PLAIN, TEMPERATURE, THERMAL_CONTACT, TIME, Dimension, UnitError, called, meant,
+    ELECTRICAL_CONTACT,
+    LENGTH,
+    PLAIN,
+    TEMPERATURE,
+    THERMAL_CONTACT,
+    TIME,
+    Dimension,
+    UnitError,
+    called,
+    meant,
     parse_quantity,
 )  # fmt: skip
 
