@@ -367,9 +367,8 @@ class ContactResistance(Kind):
             value, powers = None, None
         own = next((q for q in self.quantities if q.dimension.powers == powers), None)
         perfect = value == 0 and not isinstance(value, bool) and (own is not None or powers is None)
-        return Resistance(
-            0.0 if perfect else (own or self.quantities[0]).read(path, given) or 0.0, own and own.dimension
-        )
+        found = 0.0 if perfect else (own or self.quantities[0]).read(path, given) or 0.0
+        return Resistance(found, own.dimension if own else None)
 
     def write(self, value: Any) -> Any:
         return self.quantities[0].write(value)
