@@ -59,11 +59,7 @@ def heat(scene: AnyScene) -> bool:
         any(b.kind != "voltage" for b in scene.boundaries)
         or any(not is_zero(value) for _, value in heat_sources(scene))
         or any(p.quantity in ("temperature", "heat_flow") for p in scene.probes)
-        or (
-            not scene.steady
-            and electric(scene)
-            and any(m.warms for m in materials(scene))
-        )
+        or (not scene.steady and electric(scene) and any(m.warms for m in materials(scene)))
         or not electric(scene)
     )
 

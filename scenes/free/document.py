@@ -15,9 +15,8 @@ from dataclasses import replace
 from typing import Any, TypeVar
 
 from scenes import kinds as k
-from scenes import laws
+from scenes import laws, physics
 from scenes import model as m
-from scenes import physics
 from scenes import units as d
 from scenes.checks import Differing, tolerances
 from scenes.errors import SceneError, did_you_mean, quoted

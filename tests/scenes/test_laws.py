@@ -39,7 +39,9 @@ def conductivity(scene):
 def test_a_power_a_table_and_three_of_them_are_read_in_si_units_and_written_back():
     found = conductivity(from_dict(free(thermal_conductivity=[POWER, TABLE, "k"])))
     assert found == (PowerLaw(130.0, 293.15, -1.3), Table((300.0, 400.0, 500.0), (130.0, 80.0, 50.0)), 160.0)
-    scene = from_dict(free(thermal_conductivity=[POWER, TABLE, "k"], resistivity=TABLE | {"values": [1e-5, 2e-5, 4e-5]}))
+    scene = from_dict(
+        free(thermal_conductivity=[POWER, TABLE, "k"], resistivity=TABLE | {"values": [1e-5, 2e-5, 4e-5]})
+    )
     document = as_dict(scene)
     assert document["material"][0]["thermal_conductivity"][0] == {"value": 130.0, "at": 293.15, "exponent": -1.3}
     assert from_dict(document) == scene
