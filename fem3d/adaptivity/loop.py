@@ -23,7 +23,6 @@ from fem3d.adaptivity.trace_errors import ROW_SHARE, Response
 from fem3d.results.study import Study
 from fem3d.solution import transient
 from fem3d.solution.transient import Base
-from scenes import physics
 from scenes.errors import RunawayError, RunawayInTimeError
 
 # A voltage above that of the fold runs away on any mesh if it lies further above it than this many times the change of
@@ -61,7 +60,6 @@ def solve(
     Raises RunawayError where no steady state exists, RunawayInTimeError where a transient runs away, NumericsError
     where the accuracy can't be reached.
     """
-    physics.refuse_following(study.part.scene)
     search = Search(study, with_steady, with_transient, progress)
     mesh = mesh or Bricks.of(study, over_time=not with_steady)
     for number in range(1, MOST_LEVELS):
