@@ -46,7 +46,8 @@ def numbers(scene: Any) -> dict[str, float]:
     if is_free(scene):
         return found | {path: number.value for path, number in of_free(scene).items() if number.value}
     for path, key in type_of(scene).schema.paths.items():
-        if not key.physical or not isinstance(key.kind, Quantity) or path.startswith(SETTINGS):
+        skipped = (*SETTINGS, *getattr(scene, "sink", scene).absent)
+        if not key.physical or not isinstance(key.kind, Quantity) or path.startswith(skipped):
             continue
         value = _value(scene, key.attribute)
         if not value:
