@@ -47,7 +47,8 @@ def numbers(scene: Any) -> dict[str, float]:
     if is_free(scene):
         return found | {path: number.value for path, number in of_free(scene).items() if number.value}
     for path, key in type_of(scene).schema.paths.items():
-        if not key.physical or number_of(key.kind) is None or path.startswith(SETTINGS):
+        skipped = (*SETTINGS, *getattr(scene, "sink", scene).absent)
+        if not key.physical or number_of(key.kind) is None or path.startswith(skipped):
             continue
         value = _value(scene, key.attribute)
         if not value or not laws.is_plain(value):
