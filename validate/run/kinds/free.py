@@ -37,6 +37,7 @@ def plan(scene: AnyScene, request: Request, data: object) -> tuple[Step, ...]:
 
     if inputs.followed(request):
         physics.refuse_laws(physics.materials(scene), "a sensitivity")
+        physics.refuse_terminals(scene, "a sensitivity")
     return plans.of_free(scene, request, scene_run.plan(scene, whole=inputs.followed(request)))
 
 
