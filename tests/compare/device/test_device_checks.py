@@ -1,4 +1,4 @@
-"""The checks of Figures 9 to 13 on the paper's own scene: known numbers, by hand where there is a formula."""
+"""The checks of Figures 9 to 14 on the paper's own scene: known numbers, by hand where there is a formula."""
 
 from __future__ import annotations
 
