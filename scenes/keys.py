@@ -27,6 +27,8 @@ ACCURACY = Quantity(d.NUMBER, 1e-6, 0.1)
 CONDUCTOR = Quantity(d.RESISTIVITY, 1e-9, 1e6)
 # A resistivity that is given for the oxide (the paper's Table 1 has 10e12 ohm m) is accepted and then left out: no
 # current is modelled there, which is right only for an insulator.
+# The same of the substrate, whatever its resistivity: the oxide keeps the current from it.
+UNREACHED = Insulator(Quantity(d.RESISTIVITY, 1e-9, 1e30, word="insulator"))
 INSULATOR = Insulator(Quantity(
     replace(d.RESISTIVITY, example="1e13 ohm m"), 1e6, 1e30, word="insulator",
     note=", for no current is modelled in this material",
@@ -63,8 +65,15 @@ _PHYSICAL = (
         "anchor", pad_length=SIZE, pad_width=SIZE, oxide_length=SIZE, oxide_width=SIZE, oxide_thickness=SIZE,
         oxide_offset=Quantity(d.LENGTH, 0.0, 1.0, word="centred"),
     ),
+    *(
+        Key(f"substrate.{name}", f"substrate_{name}", kind)
+        for name, kind in (
+            ("thickness", Quantity(d.LENGTH, 1e-9, 1.0, word="none")), ("length", SIZE), ("width", SIZE),
+        )
+    ),
     *_material("silicon", CONDUCTOR),
     *_material("oxide", INSULATOR),
+    *_material("substrate", UNREACHED),
     *_section("drive", voltage=VOLTAGE, electrodes=Choice(("beam-end", "pad-edge"))),
     *_section(
         "environment", room_temperature=TEMPERATURE,
@@ -86,7 +95,7 @@ _SINK = Schema((
     Key("checks.tolerances", "tolerances", tolerances(), physical=False),
     Key("checks.expect_differs", "expected_to_differ", Differing(), physical=False),
     *_section("inputs", physical=False, uncertainties=_UNCERTAINTIES),
-))  # fmt: skip
+), main="sink")  # fmt: skip
 
 _DEVICE = Schema((
     *_section("scene", physical=False, name=NAME),
@@ -111,7 +120,7 @@ _DEVICE = Schema((
     *_section("run", physical=False, accuracy=Quantity(d.NUMBER, 1e-7, 0.1), accuracy_3d=ACCURACY),
     Key("checks.tolerances", "tolerances", tolerances((*DEVICE_CHECKS, *SLOPE_TOLERANCES)), physical=False),
     Key("checks.expect_differs", "expected_to_differ", Differing(DEVICE_CHECKS), physical=False),
-))  # fmt: skip
+), main="sink")  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -253,7 +253,8 @@ def distinguishes(scene: object) -> str:
         if path == kind.leading:
             words.insert(0, _safe(key.kind.show(value)))
         elif value != attrgetter(key.attribute)(kind.default):
-            owner = section.removeprefix("materials.") + "_" if section.startswith("materials.") else ""
+            owned = section.startswith("materials.") or section == "substrate"
+            owner = section.removeprefix("materials.") + "_" if owned else ""
             label = "" if isinstance(key.kind, Choice) else f"{owner}{name}"
             words.append(label + _safe(key.kind.show(value)))
     return shortened("-".join(words))

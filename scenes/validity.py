@@ -90,11 +90,42 @@ def _check_sizes(sink: Sink) -> None:
             f"anchor.oxide_offset = {_shown(sink.anchor_distance)} lets the oxide stick out of its pad: give at most "
             f"anchor.pad_length - anchor.oxide_length = {_shown(room)}"
         )
+    _check_substrate(sink)
     if sink.spans > 1 and sink.island > sink.length * (1 + _ROUNDING):
         raise SceneError(
             f"sink.island_length = {_shown(sink.island)} is longer than a span: give at most sink.length = "
             f"{_shown(sink.length)}"
         )
+
+
+def _check_substrate(sink: Sink) -> None:
+    if sink.substrate_thickness is None:
+        for side in ("length", "width"):
+            size, usual = (getattr(s, f"substrate_{side}") for s in (sink, Sink))
+            if size != usual:
+                raise SceneError(
+                    f"substrate.{side} = {_shown(size)} is of no substrate: give its substrate.thickness too, such as "
+                    '"0.5 mm"'
+                )
+        return
+    if sink.spans > 1:
+        raise SceneError(
+            f"sink.spans = {sink.spans} makes a row, and a row stands on no substrate: give sink.spans = 1, or leave "
+            "out substrate.thickness"
+        )
+    oxides = {
+        "length": (
+            sink.length + 2 * (sink.anchor_distance + sink.oxide_length),
+            "from one block's far side to the other's",
+        ),
+        "width": (sink.oxide_width, "anchor.oxide_width"),
+    }
+    for side, (least, of) in oxides.items():
+        size = getattr(sink, f"substrate_{side}")
+        if size < least * (1 - _ROUNDING):
+            raise SceneError(
+                f"substrate.{side} = {_shown(size)} lets the oxide stick out of it: give at least {_shown(least)}, {of}"
+            )
 
 
 def _shown(length: float) -> str:

@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 from scenes import physics
 from scenes.free.document import HEAT_SOURCE, LISTS
 from scenes.keys import TYPES, type_of
-from scenes.kinds import KELVIN, Convection, Quantity, Varying
+from scenes.kinds import HEAT_CONTACT, KELVIN, Convection, Quantity, Varying
 from scenes.model import AnyScene, Material, Scene, Schedule, Value, values
 from scenes.moved import transferred
 from scenes.parameters import SECTION, Parameters
@@ -46,7 +46,8 @@ def numbers(scene: Any) -> dict[str, float]:
     if is_free(scene):
         return found | {path: number.value for path, number in of_free(scene).items() if number.value}
     for path, key in type_of(scene).schema.paths.items():
-        if not key.physical or not isinstance(key.kind, Quantity) or path.startswith(SETTINGS):
+        skipped = (*SETTINGS, *getattr(scene, "sink", scene).absent)
+        if not key.physical or not isinstance(key.kind, Quantity) or path.startswith(skipped):
             continue
         value = _value(scene, key.attribute)
         if not value:
@@ -210,6 +211,12 @@ def _conditions(scene: AnyScene) -> Iterator[tuple[str, Number]]:
     boundaries: tuple[Any, ...] = scene.boundaries
     for i, boundary in enumerate(boundaries):
         kind, key = LISTS["boundary"][boundary.kind], f"boundary.{boundary.name}.{boundary.kind}"
+        if boundary.key != boundary.kind:
+            given = Number(_largest(boundary.ambient), KELVIN, _with_item(scene, "boundaries", i, "ambient"))
+            yield f"boundary.{boundary.name}.{boundary.key}", given
+            resistance = Number(boundary.contact_resistance, HEAT_CONTACT, _with_contact(scene, i))
+            yield f"boundary.{boundary.name}.contact_resistance", resistance
+            continue
         if isinstance(kind, Convection):
             ambient = Number(_largest(boundary.ambient), KELVIN, _with_item(scene, "boundaries", i, "ambient"))
             yield f"{key}.ambient", ambient
@@ -218,6 +225,18 @@ def _conditions(scene: AnyScene) -> Iterator[tuple[str, Number]]:
             assert isinstance(kind, Varying)
             own = kind.quantity
         yield key, Number(_largest(boundary.value), own, _with_item(scene, "boundaries", i, "value"))
+
+
+def _with_contact(scene: Any, number: int) -> Callable[[float], Any]:
+    """What multiplies the contact resistance of a boundary of given temperature by one and a part."""
+
+    def more(part: float) -> Any:
+        own = list(scene.boundaries)
+        resistance = own[number].contact_resistance * (1 + part)
+        own[number] = replace(own[number], contact_resistance=resistance, value=1 / resistance)
+        return replace(scene, boundaries=tuple(own))
+
+    return more
 
 
 def _sources(scene: AnyScene) -> Iterator[tuple[str, Number]]:
