@@ -61,8 +61,8 @@ def _steady(both: Both, quantity_: str, title: str, unit: str) -> Comparison:
 
 
 def _why_steady(both: Both, quantity_: str) -> str:
-    state = both.base.after
     if both.device.control.ground_resistance:
+        state = both.base.after
         apart = quantity(state.sink_K - state.sensor_K, "K", 3)
         return f"through the common ground sink and sensor are seen too warm and come to {apart} apart"
     if quantity_.startswith("sensor"):
