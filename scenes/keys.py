@@ -13,6 +13,7 @@ from typing import Any, Generic, TypeVar
 from scenes import units as d
 from scenes.checks import DEVICE_CHECKS, SLOPE_TOLERANCES, Differing, tolerances
 from scenes.device import Device
+from scenes.following import Following
 from scenes.kinds import NAME, Choice, Count, Insulator, Kind, Numbers, Quantity, Switch
 from scenes.schema import Key, Schema
 from scenes.sink import Sink
@@ -24,7 +25,7 @@ TEMPERATURE = Quantity(d.TEMPERATURE, 1.0, 5000.0)
 VALID_TO = Quantity(d.TEMPERATURE, 1.0, 1e4, word="unknown")
 DURATION = Quantity(d.TIME, 1e-9, 1e6)
 ACCURACY = Quantity(d.NUMBER, 1e-6, 0.1)
-CONDUCTOR = Quantity(d.RESISTIVITY, 1e-9, 1e6)
+CONDUCTOR = Following(Quantity(d.RESISTIVITY, 1e-9, 1e6))
 # A resistivity that is given for the oxide (the paper's Table 1 has 10e12 ohm m) is accepted and then left out: no
 # current is modelled there, which is right only for an insulator.
 # The same of the substrate, whatever its resistivity: the oxide keeps the current from it.
@@ -47,8 +48,8 @@ def _material(name: str, resistivity: Kind) -> tuple[Key, ...]:
     path, owner = f"materials.{name}", f"{name}."
     return (
         *_section(
-            path, owner, thermal_conductivity=Quantity(d.THERMAL_CONDUCTIVITY, 1e-4, 1e5),
-            density=Quantity(d.DENSITY, 0.1, 1e5), specific_heat=Quantity(d.SPECIFIC_HEAT, 1.0, 1e5),
+            path, owner, thermal_conductivity=Following(Quantity(d.THERMAL_CONDUCTIVITY, 1e-4, 1e5), axes=True),
+            density=Quantity(d.DENSITY, 0.1, 1e5), specific_heat=Following(Quantity(d.SPECIFIC_HEAT, 1.0, 1e5)),
             resistivity=resistivity, temperature_coefficient=Quantity(d.TEMPERATURE_COEFFICIENT, -1.0, 1.0),
             reference_temperature=TEMPERATURE,
         ),

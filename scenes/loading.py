@@ -268,7 +268,9 @@ def shortened(text: str) -> str:
 
 
 def _safe(shown: str) -> str:
-    """Without the spaces and signs of compound units: a number, and "20um" where the unit is one word."""
+    """Without the spaces and signs of compound units: a number, and "20um" where the unit is one word; of a law all."""
+    if " K" in shown.partition(" ")[2]:
+        return re.sub(r"[^\w.+-]", "", shown)
     number, _, unit = shown.partition(" ")
     signed = re.sub("^-", "minus", number)
     return re.sub(r"[^\w.+-]", "", signed + (unit if unit.isalpha() else ""))

@@ -12,6 +12,7 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import ClassVar, Literal, NamedTuple
 
+from scenes import laws
 from scenes.checks import SINK_TOLERANCES, SLOPE_TOLERANCES
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene
 from scenes.parameters import Parameters
@@ -138,8 +139,9 @@ def different(count: int) -> int:
 def decay(sink: Sink) -> float:
     """r: span by span the difference that a row's outer end makes falls like r^k. That of the chain of resistances
     along a span and down through an island, r + 1/r = 2 + R_span / R_island; at most `SLOWEST`."""
-    along = sink.length / (sink.silicon.thermal_conductivity * sink.cross_section)
-    down = sink.oxide_thickness / (sink.oxide.thermal_conductivity * sink.island * sink.island_width)
+    silicon, oxide = (m.at(sink.room_temperature).thermal_conductivity for m in (sink.silicon, sink.oxide))
+    along = sink.length / (laws.along(silicon)[1] * sink.cross_section)
+    down = sink.oxide_thickness / (laws.along(oxide)[2] * sink.island * sink.island_width)
     half = 1 + along / down / 2
     # The inverse of the larger root: the difference that is the smaller one leaves nothing from a half of 1e8 on.
     return min(1 / (half + math.sqrt(half**2 - 1)), SLOWEST)

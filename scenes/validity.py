@@ -8,12 +8,13 @@ from collections.abc import Callable
 from operator import attrgetter
 from typing import Any, TypeVar
 
+from scenes import laws
 from scenes.device import Device
 from scenes.errors import SceneError, quoted
+from scenes.following import number_of
 from scenes.keys import type_of
-from scenes.kinds import Quantity
 from scenes.model import Material
-from scenes.physics import check_resistivity
+from scenes.physics import check_resistivity, refuse_both, refuse_laws
 from scenes.sink import Sink
 from scenes.units import LENGTH, TIME
 
@@ -48,6 +49,7 @@ def _check_sink(sink: Sink) -> None:
 
 def _check_device(device: Device) -> None:
     _check_sink(device.sink)
+    refuse_laws((device.sink.silicon, device.sink.oxide, device.gold, device.pdms), "a device")
     if device.sink.spans > 1:
         raise SceneError(f"sink.spans = {device.sink.spans} makes a row, and a device has one span: give 1")
     _check_control(device)
@@ -134,6 +136,7 @@ def _shown(length: float) -> str:
 
 
 def _check_film(film: Material, where: str, temperature: float) -> None:
+    refuse_both(f"materials.{film.name}", film)
     check_resistivity(film, f"materials.{film.name}", f"{where} = {temperature} K", temperature)
 
 
@@ -146,12 +149,13 @@ def cause(scene: object, instead: str = "") -> str:
     kind = type_of(scene)
     found = []
     for path, key in kind.schema.paths.items():
-        if not isinstance(key.kind, Quantity) or not key.physical:
-            continue
+        quantity = number_of(key.kind)
         value, usual = (attrgetter(key.attribute)(s) for s in (scene, kind.default))
+        if quantity is None or not key.physical or not laws.is_plain(value):
+            continue
         usual = _ROOM.get(path, usual)
         if value and usual:
-            found.append((abs(math.log(abs(value / usual))), path, key.kind, value, usual))
+            found.append((abs(math.log(abs(value / usual))), path, quantity, value, usual))
     far, path, quantity, value, usual = max(found, key=lambda each: each[0])
     if far < math.log(FAR):
         return ""
