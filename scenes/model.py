@@ -86,7 +86,8 @@ class Boundary:
 
     ``kind`` and ``value``: "temperature" in K, "heat_flux" in W/m2 into the solid, "convection" the coefficient in
     W/(m2 K) towards ``ambient`` in K, "voltage" in V. All but the coefficient may vary in time. A flux or a convection
-    acts where one side of the flat box is solid and the other is not.
+    acts where one side of the flat box is solid and the other is not. A temperature behind a ``contact_resistance``
+    (m2 K/W; 0: a perfect contact) is a convection whose coefficient is one over that.
     """
 
     name: str
@@ -95,6 +96,17 @@ class Boundary:
     upper: Point
     value: Value
     ambient: Value = 293.0
+    contact_resistance: float = 0.0
+
+    @property
+    def key(self) -> str:
+        """What a file calls the condition."""
+        return key_of(self)
+
+
+def key_of(boundary: Boundary | GroupBoundary) -> str:
+    """What a file calls the condition of a boundary: of one behind a contact resistance, the temperature."""
+    return "temperature" if boundary.kind == "convection" and boundary.contact_resistance else boundary.kind
 
 
 UNITS = {"temperature": "K", "potential": "V", "heat_flow": "W", "current": "A"}
@@ -204,13 +216,19 @@ class Source:
 
 @dataclass(frozen=True)
 class GroupBoundary:
-    """A condition on a surface group: ``kind``, ``value`` and ``ambient`` as of `Boundary`."""
+    """A condition on a surface group: ``kind``, ``value``, ``ambient`` and ``contact_resistance`` as of `Boundary`."""
 
     name: str
     kind: Literal["temperature", "heat_flux", "convection", "voltage"]
     group: str
     value: Value
     ambient: Value = 293.0
+    contact_resistance: float = 0.0
+
+    @property
+    def key(self) -> str:
+        """What a file calls the condition."""
+        return key_of(self)
 
 
 @dataclass(frozen=True)
