@@ -24,8 +24,8 @@ EDGE = 1e-5
 
 @dataclass(frozen=True)
 class Quantities:
-    """What both models answer: ``units`` by name, the ``initial`` temperature (K) above which temperatures rise, and the
-    ``edges`` (s) at which a drive jumps: a circuit's edge takes a while, and what happens on it is no difference of
+    """What both models answer: ``units`` by name, the ``initial`` temperature (K) above which temperatures rise, and
+    the ``edges`` (s) at which a drive jumps: a circuit's edge takes a while, and what happens on it is no difference of
     models."""
 
     units: Mapping[str, str]

@@ -20,8 +20,8 @@ class Estimate:
 @dataclass(frozen=True)
 class Traces:
     """Quantities over time: ``values[name]`` has one entry per entry of ``time`` (s); ``errors[name]`` bounds the
-    numerical error of all that are `sure`, in the unit of the values: from ``since`` (s) on, and that long after each of
-    the ``jumps`` (s) of a given temperature (of a sink from 10 us on)."""
+    numerical error of all that are `sure`, in the unit of the values: from ``since`` (s) on, and that long after each
+    of the ``jumps`` (s) of a given temperature (of a sink from 10 us on)."""
 
     time: np.ndarray
     values: dict[str, np.ndarray]

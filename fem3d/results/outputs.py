@@ -139,9 +139,9 @@ def stored_heat(transient: Transient, symmetry: Symmetry, times: np.ndarray) -> 
 
 
 def unbalanced(out: Outputs) -> tuple[float, float]:
-    """Of a steady state the heat that enters and does not leave (W), and its part of all that passes: by the boundaries'
-    flows, sources and currents or, where nothing thermal is asked for, the power that the electrodes supply and that is
-    not dissipated. The part is 0 where no more passes than rounding leaves of a uniform temperature."""
+    """Of a steady state the heat that enters and does not leave (W), and its part of all that passes: by
+    boundaries, sources and currents or, where nothing thermal is asked for, the power that the electrodes supply and
+    that is not dissipated. The part is 0 where no more passes than rounding leaves of a uniform temperature."""
     flows = [float(v) for name, v in out.items() if name.startswith("flow:")]
     power, generated = float(out["power"]), float(out["generated"])
     gap, passing = abs(power - float(out["dissipated"])), power

@@ -99,7 +99,7 @@ def _of_rows(study: Study, response: Response | None) -> list[str]:
         return []
     return [
         f"the {len(response.times)} rows of the traces are as many as are made: straight lines between them are off by "
-        f"up to {response.between:.1e}, more than {ROW_SHARE:g} of the accuracy of {study.accuracy:g}; this is in the errors"
+        f"up to {response.between:.1e}, more than {ROW_SHARE:g} of the accuracy of {study.accuracy:g}; errors have it"
     ]
 
 

@@ -144,10 +144,9 @@ def _at_times(outcome: Outcome[AnyScene], style: Style) -> list[Section]:
     for first in range(0, len(scene.probes), most):
         probes: Sequence[Probe | GroupProbe] = scene.probes[first : first + most]
         columns = [(_column(probe, traces), at(traces, probe.name, np.array(times))) for probe in probes]
-        rows = [
-            [TIME.show(time) + _UNSURE * (not holds), *(f"{c.show(float(values[i]))} {c.unit}" for c, values in columns)]
-            for i, (time, holds) in enumerate(zip(times, sure, strict=True))
-        ]
+        at_rows = [TIME.show(t) + ("" if holds else _UNSURE) for t, holds in zip(times, sure, strict=True)]
+        shown = [[f"{c.show(float(v))} {c.unit}" for v in values] for c, values in columns]
+        rows = [list(row) for row in zip(at_rows, *shown, strict=True)]
         heads = ("time", *(cut(probe.name, _NAME if style.page else 15) for probe in probes))
         found.append(Section(title, [Table(heads, rows)], headed=False))
     return found

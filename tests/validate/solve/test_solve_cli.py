@@ -71,7 +71,8 @@ def test_transient_has_a_column_per_probe_by_its_name(capsys: pytest.CaptureFixt
 def test_an_output_time_right_after_a_jump_is_marked(capsys: pytest.CaptureFixture[str]) -> None:
     assert solve("hotplate", "--set", 'run.output_times=["1 us", "1 ms"]') == 0
     text = capsys.readouterr().out
-    assert "1 us (errors larger)" in text and "1 ms (errors" not in text
+    assert "1 us (errors larger)" in text
+    assert "1 ms (errors" not in text
 
 
 def test_where_errors_hold_after_jumps() -> None:
