@@ -18,8 +18,8 @@ import numpy as np
 
 from compare.against import QUANTITIES
 from scenes.errors import SceneError, did_you_mean, printable, quoted
+from scenes.following import number_of
 from scenes.keys import SINK
-from scenes.kinds import Quantity
 from scenes.sink import Sink
 from scenes.units import TIME, UnitError, parse_quantity
 from validate.against import quantities
@@ -32,7 +32,7 @@ _MANY = 100_000
 """Rows that are looked at for the distinct values of a parameter."""
 _VOLTAGE = re.compile(r"[vu](_?(0|in|app|applied|dc|drive|src|source|tot))?", re.IGNORECASE)
 _BARE = re.compile(r"[-+.\deE\s]+")
-_KINDS = {path: key.kind for path, key in SINK.schema.paths.items() if key.physical and isinstance(key.kind, Quantity)}
+_KINDS = {path: kind for path, key in SINK.schema.paths.items() if key.physical and (kind := number_of(key.kind))}
 """The scene's keys that a parameter may stand for."""
 
 

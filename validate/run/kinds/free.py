@@ -35,6 +35,8 @@ def text(scene: AnyScene) -> str:
 def plan(scene: AnyScene, request: Request, data: object) -> tuple[Step, ...]:
     from fem3d.runs import scene as scene_run
 
+    if inputs.followed(request):
+        physics.refuse_laws(physics.materials(scene), "a sensitivity")
     return plans.of_free(scene, request, scene_run.plan(scene, whole=inputs.followed(request)))
 
 
