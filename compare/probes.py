@@ -24,25 +24,21 @@ EDGE = 1e-5
 
 @dataclass(frozen=True)
 class Quantities:
-    """What both models answer: ``units`` by name, the ``initial`` temperature (K) above which temperatures rise, when
-    (s) the errors over time begin to hold, the ``jumps`` (s) after which they begin again, and the ``edges`` (s) at
-    which a drive jumps: a circuit's edge takes a while, and what happens on it is no difference of models."""
+    """What both models answer: ``units`` by name, the ``initial`` temperature (K) above which temperatures rise, and
+    the ``edges`` (s) at which a drive jumps: a circuit's edge takes a while, and what happens on it is no difference of
+    models."""
 
     units: Mapping[str, str]
     initial: float
-    start: float = 0.0
-    jumps: tuple[float, ...] = ()
     edges: tuple[float, ...] = ()
 
     def base(self, name: str) -> float:
         """What the scale of a quantity counts from."""
         return self.initial if self.units[name] == "K" else 0.0
 
-    def sure(self, times: np.ndarray) -> np.ndarray:
-        """(times,): where the errors hold."""
-        found: np.ndarray = times >= self.start * (1 - 1e-9)
-        for jump in self.jumps:
-            found &= ~((times >= jump) & (times < jump + self.start * (1 - 1e-9)))
+    def off_edges(self, times: np.ndarray) -> np.ndarray:
+        """(times,): which lie away from the edges."""
+        found = np.ones(len(times), bool)
         for edge in self.edges:
             found &= np.abs(times - edge) > EDGE * times[-1]
         return found
@@ -87,7 +83,7 @@ class Both:
     def course(self, name: str) -> Course:
         """Both traces where their errors hold, at the times of both, above what their scale counts from."""
         three, one = self.fem3d.over_time, self.model.over_time
-        late, base = self.of.sure(one.time), self.of.base(name)
+        late, base = three.sure(one.time) & self.of.off_edges(one.time), self.of.base(name)
         value, beyond = at(three, name, one.time)
         return Course(one.time[late], value[late] - base, one.values[name][late] - base, beyond[late])
 

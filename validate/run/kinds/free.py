@@ -129,9 +129,8 @@ def held(scene: AnyScene, three: Result, model: Model, asked: Asked, say: Callab
     from validate.models import asked as of_model
 
     one = of_model.solve(model, asked, three, scene.accuracy, bool(three.steady), say)
-    start = three.details.get("accurate_from_s", 0.0)
-    jumps, edges = physics.temperature_jumps(scene), physics.jumps(physics.driving(scene))
-    return Both(Quantities(asked.over_time, scene.initial_temperature, start, jumps, edges), three, one)
+    edges = physics.jumps(physics.driving(scene))
+    return Both(Quantities(asked.over_time, scene.initial_temperature, edges), three, one)
 
 
 def at_rest(scene: AnyScene, say: Callable[[str], None]) -> dict[str, Estimate]:
