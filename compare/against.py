@@ -202,7 +202,7 @@ def furthest(scene: Any, data: Data, fem3d: Result, key: str) -> Place:
     if not len(sure):
         covered = f"{quantity(float(data.time[0]), 's')} to {quantity(float(data.time[-1]), 's')}"
         raise SceneError(
-            f"--against {quoted(data.name)} covers {covered}, the run {quantity(of.start, 's')} to "
+            f"--against {quoted(data.name)} covers {covered}, the run {quantity(of.since, 's')} to "
             f"{quantity(of.end, 's')}: there is no time to compare at"
         )
     error = known_to(fem3d, key, data.time)

@@ -12,7 +12,7 @@ import numpy as np
 from scenes import physics
 from scenes.checks import FIRST_TIME
 from scenes.model import UNITS, AnyScene
-from scenes.result import Result
+from scenes.result import Result, Traces
 from scenes.sink import OF_A_SINK, Sink
 
 EDGE = 1e-5
@@ -24,17 +24,17 @@ AT_REST = np.array([np.inf])
 @dataclass(frozen=True)
 class Quantities:
     """What both models answer: ``units`` by name, the ``initial`` temperature (K) above which temperatures rise, the
-    ``end`` of the run (s), when (s) the errors over time begin to hold, the ``jumps`` (s) after which they begin again,
-    and the ``edges`` (s) at which a drive jumps: a circuit's edge takes a while, and what happens on it is no
-    difference of models. ``words`` are what a user calls a quantity, where that is not its name; ``final`` the steady
-    quantities that differences of a trace are relative to, where that is not the trace's own largest value. ``steady``
-    says that there is the steady state alone."""
+    ``end`` of the run (s), from when (``first``, s) and where the errors of 3D's ``traces`` hold, and the ``edges`` (s)
+    at which a drive jumps: a circuit's edge takes a while, and what happens on it is no difference of models.
+    ``words`` are what a user calls a quantity, where that is not its name; ``final`` the steady quantities that
+    differences of a trace are relative to, where that is not the trace's own largest value. ``steady`` says that there
+    is the steady state alone."""
 
     units: Mapping[str, str]
     initial: float
     end: float = np.inf
-    start: float = 0.0
-    jumps: tuple[float, ...] = ()
+    first: float = 0.0
+    traces: Traces | None = None
     edges: tuple[float, ...] = ()
     words: Mapping[str, str] = field(default_factory=dict)
     final: Mapping[str, str] = field(default_factory=dict)
@@ -49,15 +49,20 @@ class Quantities:
         return self.words.get(name, name)
 
     @property
+    def since(self) -> float:
+        """When (s) the errors over time begin to hold."""
+        return self.first if self.traces is None else max(self.first, self.traces.since)
+
+    @property
     def names(self) -> dict[str, str]:
         """The quantities by what a user calls them."""
         return {self.word(name): name for name in self.units}
 
     def sure(self, times: np.ndarray) -> np.ndarray:
         """(times,): where the errors hold, within the run; the steady state is sure."""
-        found: np.ndarray = (times >= self.start * (1 - 1e-9)) & (times <= self.end * (1 + 1e-9))
-        for jump in self.jumps:
-            found &= ~((times >= jump) & (times < jump + self.start * (1 - 1e-9)))
+        found: np.ndarray = (times >= self.first * (1 - 1e-9)) & (times <= self.end * (1 + 1e-9))
+        if self.traces is not None:
+            found &= self.traces.sure(times)
         for edge in self.edges:
             found &= np.abs(times - edge) > EDGE * min(self.end, float(times[-1]))
         return found | ~np.isfinite(times)
@@ -78,10 +83,9 @@ def _of_sink(sink: Sink, fem3d: Result | None) -> Quantities:
 
 
 def _of_free(scene: AnyScene, fem3d: Result | None) -> Quantities:
-    start = 0.0 if fem3d is None else fem3d.details.get("accurate_from_s") or 0.0
-    jumps, edges = physics.temperature_jumps(scene), physics.jumps(physics.driving(scene))
     units = {probe.name: UNITS[probe.quantity] for probe in scene.probes}
-    return Quantities(units, scene.initial_temperature, scene.end_time, start, jumps, edges, steady=scene.steady)
+    traces, edges = None if fem3d is None else fem3d.traces, physics.jumps(physics.driving(scene))
+    return Quantities(units, scene.initial_temperature, scene.end_time, 0.0, traces, edges, steady=scene.steady)
 
 
 _OF: dict[str, Callable[[Any, Result | None], Quantities]] = {"sink": _of_sink, "free": _of_free}

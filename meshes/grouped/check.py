@@ -120,7 +120,7 @@ def boundaries(placed: Placed) -> None:
                 if b.kind == "voltage"
                 else "has solid on both sides everywhere, and acts on exposed faces only: give a group on the surface"
             )
-            raise SceneError(f"boundary {quoted(b.name)}.{b.kind} {why}")
+            raise SceneError(f"boundary {quoted(b.name)}.{b.key} {why}")
         if b.kind in ("voltage", "temperature"):
             fixed.append((b, facets, np.unique(placed.mesh.mesh.facets[:, facets])))
     for i, (a, facets_a, nodes_a) in enumerate(fixed):
@@ -141,7 +141,7 @@ def boundaries(placed: Placed) -> None:
     for b in placed.scene.boundaries:
         if b.kind in ("heat_flux", "convection") and np.isin(placed.acting(b), held).all():
             raise SceneError(
-                f"boundary {quoted(b.name)}.{b.kind} lies where other boundaries fix the temperature, and changes "
+                f"boundary {quoted(b.name)}.{b.key} lies where other boundaries fix the temperature, and changes "
                 "nothing: leave it out, or give a group that does not overlap theirs"
             )
 

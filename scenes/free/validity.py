@@ -88,8 +88,8 @@ def _check_boundaries(grid: Grid) -> None:
                 f"{name}.voltage touches nothing that conducts: give its box's material a resistivity, or corners on a "
                 "conductor"
                 if b.kind == "voltage"
-                else f"{name}.{b.kind} has solid on both sides everywhere, and acts on exposed faces only: give "
-                "corners on the surface"
+                else f"{name}.{b.key}{_behind(b)} has solid on both sides everywhere, and acts on exposed faces only: "
+                "give corners on the surface"
             )
         sheets.append((b, sheet, acts))
     # Where electrodes of different voltage touch, though but at an edge, an infinite current would flow; different
@@ -108,9 +108,14 @@ def _check_boundaries(grid: Grid) -> None:
     for b, sheet, acts in sheets:
         if b.kind in ("heat_flux", "convection") and fixed and np.isin(sheet.faces[acts], np.concatenate(fixed)).all():
             raise SceneError(
-                f"boundary {quoted(b.name)}.{b.kind} lies where other boundaries fix the temperature, "
+                f"boundary {quoted(b.name)}.{b.key}{_behind(b)} lies where other boundaries fix the temperature, "
                 "and changes nothing: leave it out, or give corners that do not overlap theirs"
             )
+
+
+def _behind(boundary: Boundary) -> str:
+    """What is said of a temperature behind a contact resistance, which is a film."""
+    return "" if boundary.key == boundary.kind else " behind a contact_resistance"
 
 
 def _contradicting(

@@ -34,7 +34,7 @@ def subject_of(scene: Any) -> Subject:
 
 def _at_the_start(of: Quantities) -> float:
     """Up to when (s) a first row is the run's start."""
-    return max(of.start / 10, EDGE * of.end)
+    return max(of.first / 10, EDGE * of.end)
 
 
 def read(path: Path, scene: Any, columns: Sequence[str] = (), uncertainty: Sequence[str] = ()) -> Data:

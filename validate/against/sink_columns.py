@@ -9,8 +9,8 @@ from operator import attrgetter
 import numpy as np
 
 from compare import quantities
+from scenes.following import number_of
 from scenes.keys import SINK
-from scenes.kinds import Quantity
 from scenes.sink import Sink
 from scenes.units import TEMPERATURE, Unit
 from validate.against.quantities import AMPERE, NOTICED, RISE, STARTS, WATT, Match, Meaning, Subject
@@ -30,7 +30,7 @@ _NEAR = 1e-3
 
 def subject(sink: Sink) -> Subject:
     """The sink, whose quantities are called many names."""
-    kinds = {p: key.kind for p, key in SINK.schema.paths.items() if key.physical and isinstance(key.kind, Quantity)}
+    kinds = {p: kind for p, key in SINK.schema.paths.items() if key.physical and (kind := number_of(key.kind))}
 
     def place(name: str, unit: Unit, volts: bool) -> tuple[str, str]:
         if unit.powers in (AMPERE.powers, WATT.powers):

@@ -51,6 +51,8 @@ def declared(scene: Any, request: Request) -> Any:
 def of_sink(sink: Sink, request: Request, solver: tuple[Step, ...], data: Data | None = None) -> tuple[Step, ...]:
     """The plan of a sink around the lines of the 3D ``solver``."""
     in_3d, left = "fem3d" in request.models, skipped_of_sink(sink, request)
+    if in_3d and sink.substrate_thickness is not None:
+        solver = (*solver, step("substrate", "in 3D; the 1D model's oxide stands on room temperature"))
     steps = [*solver, _reduction(request), *_checks(sink, request), *_figures(figures_of(sink), left)]
     steps.append(step("traces.csv", "every quantity against time", "" if request.transient else _STEADY))
     # What is done only when asked for, and so has no line where it isn't.

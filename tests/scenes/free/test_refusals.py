@@ -210,6 +210,17 @@ REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
     "decreasing times": (put("box", 0, heat_source={"times": [1, 0], "values": [0, 1]}),
         ('box "beam".heat_source.times[2] = 0',)),
     "no values": (put("box", 0, heat_source={"times": [1]}), ('box "beam".heat_source.values is missing',)),
+    "contact beside a film": (both(drop("boundary", 0, "temperature"),
+        put("boundary", 0, convection=AIR, contact_resistance=1e-7)),
+        ('boundary "base".contact_resistance = 1e-07 stands beside a convection', "beside a temperature")),
+    "electrical contact of a temperature": (put("boundary", 0, contact_resistance="1e-12 ohm m2"),
+        ('boundary "base".contact_resistance = 1e-12 ohm m2 is an electrical resistance', "1e-7 m2 K/W")),
+    "negative contact": (put("boundary", 0, contact_resistance=-1e-7),
+        ('boundary "base".contact_resistance = -1e-07 is out of range', "or 0 for a perfect contact")),
+    "contact in kelvin": (put("boundary", 0, contact_resistance="2 K"),
+        ("is a temperature, not a thermal contact resistance",)),
+    "contact inside": (put("boundary", 0, lower=[0, 0, 0], upper=[1, 1, 0], contact_resistance=1e-7),
+        ('boundary "base".temperature behind a contact_resistance has solid on both sides',)),
     "value of values": (put("box", 0, heat_source={"times": [1], "values": ["1 V"]}),
         ('heat_source.values[1] = "1 V" is a voltage',)),
 }  # fmt: skip
@@ -227,6 +238,8 @@ def test_refused_in_one_sentence(case: str) -> None:
 
 ALLOWED: dict[str, Callable[[Document], None]] = {
     "as it is": lambda d: None,
+    "behind a contact": put("boundary", 0, contact_resistance="1e-7 m2 K/W"),
+    "behind a perfect contact": put("boundary", 0, contact_resistance="0 m2 K/W"),
     "electrodes apart": add("boundary", flat("top", [2, 0, 1], [3, 1, 1], voltage=2)),
     "electrodes of one voltage": add("boundary", flat("top", [0, 0, 1], [1, 1, 1], voltage=1)),
     "electrode inside": put("boundary", 1, lower=[2, 0, 0], upper=[2, 1, 1]),

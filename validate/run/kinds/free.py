@@ -39,6 +39,8 @@ def text(scene: AnyScene) -> str:
 def plan(scene: AnyScene, request: Request, data: Data | None) -> tuple[Step, ...]:
     from fem3d.runs import scene as scene_run
 
+    if inputs.differentiated(request):
+        physics.refuse_laws(physics.materials(scene), "a sensitivity")
     return plans.of_free(scene, request, scene_run.plan(scene, whole=inputs.followed(request)), data)
 
 

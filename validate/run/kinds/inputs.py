@@ -24,6 +24,11 @@ def followed(request: Request) -> bool:
     return request.sensitivities or request.uncertain is not None
 
 
+def differentiated(request: Request) -> bool:
+    """Whether 3D is asked for its derivatives by numbers of the scene: where these are followed, or fitted to data."""
+    return followed(request) or (bool(request.calibrate) and not of_model(request.calibrate))
+
+
 def told(run: Run, outcome: Outcome[Any]) -> Outcome[Any]:
     """The outcome with how its quantities follow the scene's keys, where asked for, and what uncertain keys make of
     them and of the checks."""

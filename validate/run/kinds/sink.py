@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from scenes.formats import sink_text
 from scenes.model import AnyScene, Probe
+from scenes.physics import refuse_laws
 from scenes.plan import Request, Step, noted
 from scenes.sink import OF_A_SINK, Sink
 from validate.run import plan as plans
@@ -33,15 +34,23 @@ text = sink_text
 
 
 def plan(sink: Sink, request: Request, data: Data | None) -> tuple[Step, ...]:
-    from reduced1d.ladder import refuse
-
-    refuse(sink, request.reduction)
+    _refuse(sink, request)
     steps: tuple[Step, ...] = (plans.ONLY_1D,)
     if "fem3d" in request.models:
         from fem3d.runs.sink import plan as plan_3d
 
         steps = plan_3d(sink, request)
     return plans.of_sink(sink, request, steps, data)
+
+
+def _refuse(sink: Sink, request: Request) -> None:
+    """SceneError for a reduction, or sensitivities, that there are not of this sink."""
+    from reduced1d.ladder import refuse
+
+    if "reduced1d" in request.models:
+        refuse(sink, request.reduction)
+    if inputs.differentiated(request):
+        refuse_laws((sink.silicon, sink.oxide), "a sensitivity")
 
 
 def exported(sink: Sink, request: Request) -> AnyScene:
@@ -55,10 +64,9 @@ def exported(sink: Sink, request: Request) -> AnyScene:
 def answer(run: Run, data: Data | None) -> Outcome[Sink]:
     """Both models, the checks, with those of a user's own ``data``, and the answer."""
     from compare.blame import answered
-    from reduced1d.ladder import refuse
 
     sink, request, clock = run.scene, run.request, run.clock
-    refuse(sink, request.reduction)
+    _refuse(sink, request)
     run, fit = inputs.calibrated(run, data)
     sink = run.scene
     levels = _levels(sink, request)
