@@ -125,11 +125,19 @@ def _pairs(path: Path, data: bytes) -> dict[str, str]:
     return tables.pairs(path.name, data.decode("utf-8-sig", "replace")) if len(data) < _LONGEST_LIST else {}
 
 
+def _is_quantity(text: str) -> bool:
+    try:
+        parse_quantity(text)
+    except UnitError:
+        return False
+    return True
+
+
 def _table(path: Path) -> Table:
     """The columns of a file of any kind; those that are called alike are numbered. The time may stand before every
     vector."""
     data = tables.read_bytes(path)
-    if _pairs(path, data):
+    if any(_is_quantity(text) for text in _pairs(path, data).values()):
         raise SceneError(
             f"--against {quoted(path)} is a list of values of the steady state, and the scene is solved over time: "
             "give traces, or --steady"

@@ -39,9 +39,14 @@ def text(scene: AnyScene) -> str:
 def plan(scene: AnyScene, request: Request, data: Data | None) -> tuple[Step, ...]:
     from fem3d.runs import scene as scene_run
 
+    _refuse(scene, request)
+    return plans.of_free(scene, request, scene_run.plan(scene, whole=inputs.followed(request)), data)
+
+
+def _refuse(scene: AnyScene, request: Request) -> None:
+    """SceneError for sensitivities that there are not of this scene."""
     if inputs.differentiated(request):
         physics.refuse_laws(physics.materials(scene), "a sensitivity")
-    return plans.of_free(scene, request, scene_run.plan(scene, whole=inputs.followed(request)), data)
 
 
 def exported(scene: AnyScene, request: Request) -> AnyScene:
@@ -53,6 +58,7 @@ def answer(run: Run, data: Data | None) -> Outcome[AnyScene]:
     """The probes, the warnings, also of what gets too hot, and the time whose field is drawn."""
     from validate.run import hottest
 
+    _refuse(run.scene, run.request)
     run, fit = inputs.calibrated(run, data)
     scene, request, clock = run.scene, run.request, run.clock
     with clock.stage("imports"):
