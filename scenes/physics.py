@@ -31,11 +31,6 @@ def driving(scene: AnyScene) -> tuple[Value, ...]:
     )
 
 
-def temperature_jumps(scene: AnyScene) -> tuple[float, ...]:
-    """The times (s) after the start at which a given temperature jumps."""
-    return jumps([b.value for b in scene.boundaries if b.kind == "temperature"])
-
-
 def jumps(given: Iterable[Value]) -> tuple[float, ...]:
     """The times (s) after the start at which any of the values jumps."""
     varying = (value.times for value in given if isinstance(value, Schedule))

@@ -19,7 +19,7 @@ Split = tuple[np.ndarray, np.ndarray]
 class JouleHeat:
     """For m current fields and r temperature fields: ``cold`` (channels, m, m) and ``warm`` (m, m, r), the heat of
     each pair at the initial temperature, with that in resistances before electrodes, and what each field adds to it;
-    ``cold_load`` (channels, m, m, r) and ``warm_load`` (m, m, r, r), the same, of what is solid, tested with each field.
+    ``cold_load`` (channels, m, m, r) and ``warm_load`` (m, m, r, r), the same of solids, tested with each field.
 
     ``in_box``: cold and warm of each conducting box alone; ``at_held``: those that fall to the nodes of a boundary of
     given temperature. ``potentials`` of probes: their shares (channels,) of the voltages, and what each current field
