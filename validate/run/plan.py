@@ -224,9 +224,11 @@ def _reduction(request: Request) -> Step:
     if "reduced1d" not in request.models:
         return Step("1D model", "skipped", "only the 3D model was asked for")
     when = "steady and at the 3D model's times" if "fem3d" in request.models else "steady and over time"
+    name = request.reduction
+    if request.model:
+        return step("1D model", f"{name}, {when if request.transient else 'steady only'}")
     from reduced1d.ladder import describe
 
-    name = request.reduction
     model = describe(name) if name == "paper" else f"{name}, {describe(name)}"
     return step("1D model", f"{model}, {when if request.transient else 'steady only'}")
 
