@@ -6,42 +6,18 @@ largest; that of all else the 3D value itself, over time the largest. No differe
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
 
 import numpy as np
 
 from compare.course import Course, told_apart
+from compare.quantities import Quantities
 from compare.verdict import Check, Comparison, judged, spread
 from scenes.formats import cut, quantity, signed
 from scenes.model import OVER_TIME, Declared
 from scenes.result import Estimate, Result, Traces
-
-EDGE = 1e-5
-"""The part of the run to either side of a drive's jump in which nothing is compared."""
-
-
-@dataclass(frozen=True)
-class Quantities:
-    """What both models answer: ``units`` by name, the ``initial`` temperature (K) above which temperatures rise, and
-    the ``edges`` (s) at which a drive jumps: a circuit's edge takes a while, and what happens on it is no difference of
-    models."""
-
-    units: Mapping[str, str]
-    initial: float
-    edges: tuple[float, ...] = ()
-
-    def base(self, name: str) -> float:
-        """What the scale of a quantity counts from."""
-        return self.initial if self.units[name] == "K" else 0.0
-
-    def off_edges(self, times: np.ndarray) -> np.ndarray:
-        """(times,): which lie away from the edges."""
-        found = np.ones(len(times), bool)
-        for edge in self.edges:
-            found &= np.abs(times - edge) > EDGE * times[-1]
-        return found
 
 
 @dataclass(frozen=True)
@@ -83,7 +59,7 @@ class Both:
     def course(self, name: str) -> Course:
         """Both traces where their errors hold, at the times of both, above what their scale counts from."""
         three, one = self.fem3d.over_time, self.model.over_time
-        late, base = three.sure(one.time) & self.of.off_edges(one.time), self.of.base(name)
+        late, base = self.of.sure(one.time), self.of.base(name)
         value, beyond = at(three, name, one.time)
         return Course(one.time[late], value[late] - base, one.values[name][late] - base, beyond[late])
 

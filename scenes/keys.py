@@ -111,6 +111,7 @@ _DEVICE = Schema((
     *_section(
         "control", "control.", sample_time=Quantity(d.TIME, 1e-6, 100.0), sink_gain=GAIN, sensor_gain=GAIN,
         set_temperature=TEMPERATURE, allow_negative_voltage=Switch(),
+        ground_resistance=Quantity(d.RESISTANCE, 0.0, 1e3),
     ),
     *_section(
         "external", "external.", initial_temperature=TEMPERATURE, final_temperature=TEMPERATURE,

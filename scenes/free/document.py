@@ -168,7 +168,7 @@ def _declared(scene: S, values: Values, folder: str) -> S:
     """The scene with what [model] and [checks] say. Refuses what they say of a probe that the scene has not."""
     given, said = section(values, "model"), section(values, "checks")
     probes: list[str] = [item.name for item in values.get("probe", ())]
-    checks = [*probes, *(f"{name}{m.OVER_TIME}" for name in probes), *m.SLOPES]
+    checks = [*probes, *(f"{name}{m.OVER_TIME}" for name in probes), *(f"against_{name}" for name in probes), *m.SLOPES]
     tolerances, differing = said.get("tolerances", {}), said.get("expect_differs")
     for path, names, known in (
         ("model.outputs", given.get("outputs", {}), probes),

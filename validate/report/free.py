@@ -25,6 +25,7 @@ FIGURES = {
     "figure differences": "difference_figure.draw",
     "figure network": "network_figure.draw",
     "sensitivity": "analysis_figures.sensitivity",
+    "validation": "analysis_figures.validation",
 }
 FIELD_FIGURE = "figure field"
 _NAME = 30
@@ -61,7 +62,8 @@ def headline(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style
 def sections(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style) -> list[Section]:
     """The probes, those of a transient at the times asked for, and how far a model is from them."""
     judged = checks.sections(checks.without_slopes(outcome.checks), contrary, style)
-    found = [_probes(outcome, style), *_at_times(outcome, style), *judged, *analysed(outcome, style)]
+    data = [] if outcome.against is None else [Section("Your data", [outcome.against.said()], headed=False)]
+    found = [_probes(outcome, style), *_at_times(outcome, style), *data, *judged, *analysed(outcome, style)]
     return [*found, network.section(outcome.scene, style)] if (network := _network(outcome)) else found
 
 
@@ -177,13 +179,13 @@ def entries(outcome: Outcome[AnyScene]) -> dict[str, Any]:
                 for name, values in ((name, _sure(traces, name)) for name in traces.values)
             },
         }
+    judged = [check_document(check) for check in outcome.checks]
     if one is None:
-        return {"fem3d": found}
+        return {"fem3d": found, **({"checks": judged} if judged else {})}
     model: dict[str, Any] = {"model": one.model}
     model["steady"] = {name: {"value": e.value, "error": e.error} for name, e in one.steady.items()}
     model |= {"errors": one.traces.errors} if one.traces is not None else {}
     model |= {"network": network.entries(scene)} if (network := _network(outcome)) else {}
-    judged = [check_document(check) for check in outcome.checks]
     return {"answer": outcome.answer, "fem3d": found, "reduced1d": model, "checks": judged}
 
 
