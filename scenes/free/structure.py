@@ -32,6 +32,7 @@ def described(scene: Scene) -> list[tuple[str, str]]:
         lines.append(("overlaps", f"the later box wins: {_joined(texts)}"))
     if physics.electric(scene):
         lines.append(("conductors", _joined(_conductors(grid))))
+    lines += [("end time", text) for text in _hurried(scene)]
     return [*lines, ("boundaries", _joined(_areas(grid)))]
 
 
@@ -116,9 +117,9 @@ def _across_edges(grid: Grid) -> list[str]:
     diagonal = (apart > -small).sum(axis=2) > 1
     beside = near.all(axis=2) & diagonal & (apart > small).any(axis=2) & (body[:-1, None] != body[:-1])
     return [
-        f"boxes {listed([boxes[a].name, boxes[b].name])} pass one another at "
-        f"{quantity(float(np.linalg.norm(np.maximum(apart[a, b], 0.0))), 'm', 3)} from edge to edge, and nothing passes "
-        "there: if they should touch, let their faces coincide"
+        f"boxes {listed([boxes[a].name, boxes[b].name])} lie diagonally at "
+        f"{quantity(float(np.linalg.norm(apart[a, b].clip(0.0))), 'm', 3)} from one another, and nothing passes there: "
+        "if they should touch, let their faces coincide"
         for a, b in np.argwhere(np.triu(beside)).tolist()
     ]
 
