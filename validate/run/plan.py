@@ -102,6 +102,8 @@ def of_device(device: Device, request: Request) -> tuple[Step, ...]:
     found += _checks(device, request)
     if made := made_3d_checks(device, request):
         found.append(step("checks of 3D", ", ".join(made)))
+    if "dev3d_shielding" in made:
+        found.append(step("shielding", "what 1 K of the substrate does to both powers, steady and after a step"))
     found += _figures(DEVICE_FIGURES, left)
     found.append(step("traces.csv", "a row per controller sample"))
     found.append(step("designer's questions", "largest gains, range and resolution", design_reason(request)))
