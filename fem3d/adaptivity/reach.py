@@ -79,7 +79,7 @@ class Edges:
         tells before anything else is solved."""
         if any(p.quantity == "current" for p in given.domain.scene.probes):
             grid = given.bricks.grid
-            missing = Estimator(grid, self._marks).remains(given.electric_parts)
+            missing = Estimator.of_grid(grid, self._marks).remains(given.electric_parts)
             if self._kept(grid, missing)[0] > self._accuracy:
                 raise self._out_of_reach()
 

@@ -84,6 +84,33 @@ def test_refinement_keeps_a_curved_shape_and_its_groups(cell: str, tmp_path: Pat
             assert np.abs(vector(own, at, way) - vector(mesh, coarse, before)).max() < 0.05 * area(mesh, coarse)
 
 
+@pytest.mark.parametrize("cell", ["tetra", "tetra10"])
+def test_halved_tetrahedra_keep_their_shape_and_their_groups(cell: str, tmp_path: Path) -> None:
+    """Some of them up to three times; what is beside them follows, so that no node hangs: every facet has two cells, or
+    is of the surface that was there."""
+
+    def bend(x: np.ndarray) -> np.ndarray:
+        return x + 2e-6 * np.sin(x[:, [1, 2, 0]] / 1e-5)
+
+    boxes.write(boxes.grouped(scene_of(bridge()), cell, 1, bend), tmp_path / "m.msh")
+    mesh = read(tmp_path / "m.msh", 1.0)
+    fine = refine(mesh, np.random.default_rng(1).integers(0, 4, mesh.count))
+    assert 2 * mesh.count < fine.count < 30 * mesh.count
+    outer = [skfem.FacetBasis(m.mesh, ELEMENTS[True](), intorder=6).dx.sum() for m in (mesh, fine)]
+    assert outer[1] == pytest.approx(outer[0], rel=1e-9)
+    for name, cells in mesh.volumes.items():
+        before, after = (
+            skfem.Basis(m.mesh, ELEMENTS[True](), elements=own, intorder=6).dx.sum()
+            for m, own in ((mesh, cells), (fine, fine.volumes[name]))
+        )
+        assert after == pytest.approx(before, rel=1e-12)
+        assert after != pytest.approx(before * (1 + 1 / fine.count), rel=1e-9)
+    for name, (facets, side) in fine.surfaces.items():
+        coarse, way = mesh.surfaces[name]
+        assert fine.exposed(facets).all() == mesh.exposed(coarse).all()
+        assert np.abs(vector(fine, facets, side) - vector(mesh, coarse, way)).max() < 0.05 * area(mesh, coarse)
+
+
 def vector(of: GroupedMesh, facets: np.ndarray, side: np.ndarray) -> np.ndarray:
     """(3,): the sum of the vectors of some facets' straight cuts, the way round that the group has."""
     p = of.mesh.doflocs[:, of.mesh.facets[:, facets]]
