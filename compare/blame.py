@@ -30,6 +30,13 @@ if TYPE_CHECKING:
 
 ITSELF = "current"
 QUANTITIES = {name: OF_A_SINK[name] for name in ("peak", "end", "current")}
+_SUBSTRATE = (
+    "3D without a substrate", "substrate", "the oxide stands on room temperature, as in every 1D model",
+    "the missing substrate",
+)  # fmt: skip
+"""The last rung to the 3D model of a sink with a substrate."""
+ROUGH = 1e-2
+"""The accuracy of that rung where the ladder only tells which part is the largest."""
 _PLACES = {"peak": ("peak", "peak_rise_K", "fig4"), "end": ("ends", "end_rise_K", "fig6_end")}
 """Where, which steady rise there, and the check whose tolerance holds for it."""
 _OVER_TIME = {"fig6_peak": "peak", "fig6_end": "end", "fig7_current": "current"}
@@ -86,7 +93,7 @@ def budget(
 
     Raises RunawayError where a model of the ladder has no steady state.
     """
-    from reduced1d.ladder.levels import rungs, solve
+    from reduced1d.ladder.levels import Rung, rungs, solve
     from scenes.errors import RunawayError
 
     found = rungs(levels, start)
@@ -100,6 +107,10 @@ def budget(
             raise RunawayError(
                 f"on the ladder from {start} to 3D, in the model {rung.name} (see --why): {error}", error.limit
             ) from None
+    if sink.substrate_thickness is not None:
+        found = [*found, Rung(*_SUBSTRATE)]
+        progress(f"solving {found[-1].name}")
+        results.append(_without_substrate(sink, ROUGH if levels.rough else 0.0, at is not None))
     results.append(fem3d)
     times, steady, transient, over_time = None, [], [], {}
     if fem3d.traces is not None and fem3d.traces.time[-1] > FIRST_TIME:
@@ -116,6 +127,15 @@ def budget(
             over_time[name] = values[:-1] - values[1:]
     sentence = _sentence(found, (*steady, *transient), of_current(sink))
     return Budget(start, tuple(steady), tuple(transient), times, over_time, sentence)
+
+
+def _without_substrate(sink: Sink, least: float, transient: bool) -> Result:
+    """The 3D model of a sink whose oxide stands on room temperature, to an accuracy of its own, or the ``least``."""
+    from fem3d.runs.sink import solve
+    from scenes.plan import Request
+
+    accuracy = max(least, sink.accuracy)
+    return solve(replace(sink, substrate_thickness=None, accuracy=accuracy), Request(transient=transient))
 
 
 def scale_of(sink: Sink, name: str, fem3d: Result, levels: Levels) -> float:
@@ -224,12 +244,14 @@ def answered(
         split, reason = _ladder(sink, fem3d, one.model, levels)
     elif split is None:
         reason = "the 1D model differs nowhere beyond its tolerances"
-    said = f"{subject(one)} is {_steady_words(steady)} in the steady state{_blame(steady, split)}"
+    said = f"{subject(one)} says nothing of the peak and the ends in the steady state"
+    if steady:
+        said = f"{subject(one)} is {_steady_words(steady)} in the steady state{_blame(steady, split)}"
     if told:
         said += f". On the way {_on_the_way(told)}{_blame(told, split)}"
     elif over_time and all(claim.verdict == "agrees" for claim in (*steady, *over_time)):
-        most = max(claim.most for claim in over_time if claim.of in _PLACES)
-        farther = most > max(claim.most for claim in steady)
+        most = max((claim.most for claim in over_time if claim.of in _PLACES), default=0.0)
+        farther = most > max((claim.most for claim in steady), default=0.0)
         said += f", and {f'within {_bound(most)} of the final rise' if farther else 'no farther'} on the way"
     return f"{said}.", reason
 
@@ -257,6 +279,8 @@ def _value(found: Estimate) -> str:
 def _steady(sink: Sink, three: Result, one: Result) -> list[Claim]:
     found = []
     for place, (_, key, check) in _PLACES.items():
+        if key not in one.steady:
+            continue
         inputs = {"predicted": one.steady[key], "measured": three.steady[key]}
         difference, error = relative(*(estimate.value for estimate in inputs.values())), spread(relative, inputs)
         found.append(Claim(place, difference, error, judge(difference, sink.tolerance(check), error)))
@@ -283,8 +307,11 @@ def _told_apart(steady: Sequence[Claim], over_time: Iterable[Claim]) -> list[Cla
 
 def _ladder(sink: Sink, fem3d: Result, name: str, levels: Levels | None) -> tuple[Budget | None, str]:
     """The ladder's parts, and why there are none; its coarser models will do to tell which part is largest."""
+    from reduced1d.ladder import is_one
     from reduced1d.ladder.levels import Levels as Rough
 
+    if name not in PAPERS and not is_one(name):
+        return None, "the ladder of assumptions is between this program's own 1D models and 3D"
     try:
         return budget(sink, "paper" if name in PAPERS else name, fem3d, levels or Rough(sink, rough=True)), ""
     except ArithmeticError as error:
@@ -342,8 +369,9 @@ def _cause(claim: Claim, budget: Budget) -> str:
             break
         chosen.append(part)
         left -= part.value
-    guilty = [AT_FAULT[part.blame] for part in chosen if part.value * split.total > 0]
-    against = [AT_FAULT[part.blame] for part in chosen if part.value * split.total < 0]
+    faults = {**AT_FAULT, _SUBSTRATE[1]: _SUBSTRATE[3]}
+    guilty = [faults[part.blame] for part in chosen if part.value * split.total > 0]
+    against = [faults[part.blame] for part in chosen if part.value * split.total < 0]
     offset = f", offset in part by {' and '.join(against)}," if against else ""
     return f"{' and '.join(guilty)}{offset} {'is' if len(guilty) == 1 else 'are'}"
 

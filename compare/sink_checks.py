@@ -88,6 +88,7 @@ def eq14(models: Models) -> Comparison:
             )
         if found > predicted:
             missing = f"{quantity(found - predicted, 'K/W')} or {percent((found - predicted) / found)} of the whole"
+            missing += _with_substrate(models)
             return (
                 f"{both}: eq 14's two prisms leave out the constriction where the heat turns from beam to pad and down "
                 f"into the oxide, {missing}"
@@ -253,7 +254,7 @@ def _on_the_way(models: Models, key: str, at: Largest, final: float) -> str:
     if key == "current_A":
         whole = "change" if sink.silicon.temperature_coefficient else "value"
     name = key.replace("_K", "_rise_K")
-    steady = gap(models, name)
+    steady = gap(models, name) if name in models.reduction().steady else 0.0
     when, of = quantity(at.time, "s", 3), f"a final {whole} of {quantity(final, unit)}"
     where = f"largest at {when}, {signed(at.distance, unit)} of {of}"
     if not models.papers():
@@ -279,8 +280,12 @@ def _on_the_way(models: Models, key: str, at: Largest, final: float) -> str:
 def _of_another(models: Models, name: str) -> str:
     """What can be said of any reduction: its steady gap, and where to look for the rest."""
     p = models.reduction()
-    remarks = "; ".join(p.details.get("warnings", ())) or "--why splits it by assumption"
-    return f"{p.model} is {signed(gap(models, name), unit_of(name))} off in the steady state; {remarks}"
+    if name not in p.steady:
+        return f"{p.model} says nothing of its steady state"
+    remarks = "; ".join(p.details.get("warnings", ()))
+    remarks = remarks or ("" if "silent" in p.details else "--why splits it by assumption")
+    said = f"{p.model} is {signed(gap(models, name), unit_of(name))} off in the steady state"
+    return f"{said}; {remarks}" if remarks else said
 
 
 def rises_at(models: Models, time: float, key: str) -> list[float]:
@@ -323,7 +328,11 @@ def _while_heating(models: Models, key: str, at: Largest) -> str:
 def resistances(models: Models) -> str:
     """Of an anchor, as printed and in 3D."""
     printed, found = anchor_series_resistance(models.sink), models.steady("anchor_resistance_K_per_W")
-    return f"eq 14's anchor has {quantity(printed, 'K/W')}, 3D's {quantity(found, 'K/W')}"
+    return f"eq 14's anchor has {quantity(printed, 'K/W')}, 3D's {quantity(found, 'K/W')}{_with_substrate(models)}"
+
+
+def _with_substrate(models: Models) -> str:
+    return "" if models.sink.substrate_thickness is None else ", with a substrate that the 1D model does not have"
 
 
 def not_parabolic(models: Models) -> str:

@@ -20,6 +20,7 @@ from numpy.polynomial import legendre
 
 from meshes import connected
 from meshes.grid import VOID, Grid
+from scenes import laws
 from scenes.model import Boundary, Box, Scene, Value
 
 REGULAR = 0.95  # edges of this exponent or more are left to the degree, but for contradictions up to the next one
@@ -38,14 +39,15 @@ def edges(scene: Scene) -> list[dict[float, float]]:
     An edge lies in two planes, one of each axis across it; both are listed.
     """
     grid = connected.coarsest(scene)
-    thermal = np.array([b.material.thermal_conductivity for b in grid.boxes])
-    electric = np.array([1 / (b.material.resistivity or np.inf) for b in grid.boxes])
+    cold = [b.material.at(scene.initial_temperature) for b in grid.boxes]
+    thermal = np.array([laws.along(m.thermal_conductivity) for m in cold]).T
+    electric = np.array([[1 / (rho or np.inf) for rho in laws.along(m.resistivity)] for m in cold]).T
     found: list[dict[float, float]] = [{}, {}, {}]
     solid, live = grid.owner != VOID, connected.live(scene)
     held = _held(grid, scene, "temperature")
-    _collect(grid, np.where(solid, thermal[grid.owner], 0.0), held, found, _passing(grid, scene))
+    _collect(grid, np.where(solid, thermal[:, grid.owner], 0.0), held, found, _passing(grid, scene))
     if live.any():
-        _collect(grid, np.where(live, electric[grid.owner], 0.0), _held(grid, scene, "voltage"), found)
+        _collect(grid, np.where(live, electric[:, grid.owner], 0.0), _held(grid, scene, "voltage"), found)
     return found
 
 
@@ -56,11 +58,13 @@ def _collect(
     found: list[dict[float, float]],
     passing: list[np.ndarray] | None = None,
 ) -> None:
-    """Add the planes of singular edges. Per axis, ``held`` numbers the value
-    given on each face across it (0: none), ``passing`` says where so much passes that it contradicts one."""
-    k = np.pad(conductivity, 1)
+    """Add the planes of singular edges, for the ``conductivity`` (3, cells) along each axis. Per axis, ``held`` numbers
+    the value given on each face across it (0: none), ``passing`` says where so much passes that it contradicts one.
+
+    A cell whose conductivities differ behaves across an edge as one of their geometric mean, stretched."""
     for along in range(3):
         first, second = (d for d in range(3) if d != along)
+        k = np.pad(np.sqrt(conductivity[first] * conductivity[second]), 1)
         cells = np.moveaxis(k, (first, second, along), (0, 1, 2))
         quadrants = np.stack([cells[1:, 1:], cells[:-1, 1:], cells[:-1, :-1], cells[1:, :-1]], axis=-1)
         rays = _rays(held, first, second, along)
@@ -92,7 +96,9 @@ def _passing(grid: Grid, scene: Scene) -> list[np.ndarray]:
         if b.kind == "heat_flux" and b.value != 0.0:
             _mark(found, grid, b)
         elif b.kind == "convection" and isinstance(b.value, float | int):
-            biot = max((b.value * _across(box, b) / box.material.thermal_conductivity for box in grid.boxes), default=0)
+            d, start = next(d for d in range(3) if b.lower[d] == b.upper[d]), scene.initial_temperature
+            k = [laws.along(box.material.at(start).thermal_conductivity)[d] for box in grid.boxes]
+            biot = max((b.value * _across(box, b) / own for own, box in zip(k, grid.boxes, strict=True)), default=0)
             if biot >= PASSES:
                 _mark(found, grid, b)
     return found

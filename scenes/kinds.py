@@ -13,13 +13,32 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from numbers import Real
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.expressions import is_expression
 from scenes.model import Schedule, Value
 from scenes.parameters import quantity
-from scenes.units import LENGTH, PLAIN, TEMPERATURE, TIME, Dimension, UnitError, called, meant, parse_quantity
+from scenes.units import (
+    ELECTRICAL_CONTACT,
+    LENGTH,
+    PLAIN,
+    TEMPERATURE,
+    THERMAL_CONTACT,
+    TIME,
+    Dimension,
+    UnitError,
+    called,
+    meant,
+    parse_quantity,
+)  # fmt: skip
+
+
+class Resistance(NamedTuple):
+    """That of a contact, times its area, and the dimension of the unit that it was given in, if any."""
+
+    value: float
+    dimension: Dimension | None
 
 
 class Kind(Protocol):
@@ -275,7 +294,7 @@ class Varying(Kind):
     def read(self, path: str, given: object) -> Value:
         if not isinstance(given, Mapping):
             return self.quantity.read(path, given) or 0.0
-        _only(path, given, ("times", "values"))
+        only(path, given, ("times", "values"))
         lists = []
         for name in ("times", "values"):
             found = given.get(name)
@@ -317,7 +336,7 @@ class Convection(Kind):
         example = '{coefficient = "10 W/(m2 K)", ambient = "293 K"}'
         if not isinstance(given, Mapping):
             raise SceneError(f"{path} = {quoted(given)} is not a table: give {example}")
-        _only(path, given, ("coefficient", "ambient"))
+        only(path, given, ("coefficient", "ambient"))
         for name in ("coefficient", "ambient"):
             if name not in given:
                 raise SceneError(f"{path}.{name} is missing: give {example}")
@@ -331,6 +350,31 @@ class Convection(Kind):
 
     def write(self, value: Any) -> Any:
         return {"coefficient": self.coefficient.write(value[0]), "ambient": self.ambient.write(value[1])}
+
+
+@dataclass(frozen=True)
+class ContactResistance(Kind):
+    """The resistance of a contact times its area: of heat, of current, or of either where more than one of the
+    ``quantities`` is possible. Their lower bound is that of one that is not zero, which is a perfect contact."""
+
+    quantities: tuple[Quantity, ...]
+
+    def read(self, path: str, given: object) -> Resistance:
+        """The value, and the dimension of the unit that it has, ``None`` without one."""
+        try:
+            value, powers = quantity(given) if isinstance(given, str) else (given, None)
+        except UnitError:
+            value, powers = None, None
+        own = next((q for q in self.quantities if q.dimension.powers == powers), None)
+        perfect = value == 0 and not isinstance(value, bool) and (own is not None or powers is None)
+        found = 0.0 if perfect else (own or self.quantities[0]).read(path, given) or 0.0
+        return Resistance(found, own.dimension if own else None)
+
+    def write(self, value: Any) -> Any:
+        return self.quantities[0].write(value)
+
+    def show(self, value: Any) -> str:
+        return self.quantities[0].show(value)
 
 
 @dataclass(frozen=True)
@@ -380,10 +424,16 @@ LABEL = Text(
 MESH_FILE = Text(r"[^\0]*[^\0\s][^\0]*", 'is no path of a mesh: give one such as "chip.msh"', longest=4096)
 MODEL_FILE = Text(r"[ -~\u00a0-\uffff]*\S[ -~\u00a0-\uffff]*", "is no text of one line", longest=4096)
 GROUP = GroupName()
+# The least are those of interfaces within a crystal, or of metals in one another (kapitza resistances are from 1e-9
+# m2 K/W on, contacts of silicides from 1e-13 ohm m2 on), far below; the largest pass nothing that matters.
+_PERFECT = ", or 0 for a perfect contact"
+HEAT_CONTACT = Quantity(THERMAL_CONTACT, 1e-12, 1e6, note=_PERFECT)
+CURRENT_CONTACT = Quantity(ELECTRICAL_CONTACT, 1e-18, 1e6, note=_PERFECT)
 KELVIN = Quantity(TEMPERATURE, 0.0, 1e6)
 
 
-def _only(path: str, given: Mapping[Any, object], known: tuple[str, ...]) -> None:
+def only(path: str, given: Mapping[Any, object], known: tuple[str, ...]) -> None:
+    """Refuses a name in a table that is not known."""
     for name, value in given.items():
         if name not in known:
             hint = did_you_mean(name, known)

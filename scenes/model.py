@@ -8,10 +8,14 @@ corners; it is checked against the mesh itself only when that has been read (`me
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import ClassVar, Literal
 
+from scenes import laws
+from scenes.laws import Property
 from scenes.parameters import Parameters
 
 Point = tuple[float, float, float]
@@ -46,14 +50,15 @@ class Material:
 
     The resistivity is ``resistivity * (1 + temperature_coefficient * (T - reference_temperature))`` (the paper's
     eq 7); ``None`` is an electrical insulator. Above ``valid_to`` (K) the material softens, melts or decomposes;
-    ``None`` where nobody says.
+    ``None`` where nobody says. Conductivity, specific heat and resistivity may follow the temperature by a law, the
+    conductivity differ along x, y and z (`scenes.laws`); a law of the resistivity takes the coefficient's place.
     """
 
     name: str
-    thermal_conductivity: float
+    thermal_conductivity: Property
     density: float
-    specific_heat: float
-    resistivity: float | None = None
+    specific_heat: Property
+    resistivity: Property | None = None
     temperature_coefficient: float = 0.0
     reference_temperature: float = 293.0
     valid_to: float | None = None
@@ -61,7 +66,28 @@ class Material:
     @property
     def heat_capacity(self) -> float:
         """Volumetric heat capacity, density times specific heat, in J/(m3 K)."""
-        return self.density * self.specific_heat
+        return float(self.density * self.specific_heat)
+
+    def given(self) -> Iterator[tuple[str, Property]]:
+        """What may follow the temperature, by its key."""
+        for key in ("thermal_conductivity", "specific_heat", "resistivity"):
+            yield key, getattr(self, key)
+
+    @property
+    def warms(self) -> bool:
+        """Whether the resistivity follows the temperature."""
+        return laws.varies(self.resistivity) or bool(self.resistivity and self.temperature_coefficient)
+
+    @property
+    def follows(self) -> tuple[str, ...]:
+        """The keys of the properties that have a law."""
+        return tuple(key for key, given in self.given() if laws.varies(given))
+
+    def at(self, temperature: float) -> Material:
+        """The material with numbers in the place of its laws, those of a temperature (K)."""
+        coefficient = 0.0 if laws.varies(self.resistivity) else self.temperature_coefficient
+        numbers = {key: laws.at(given, temperature) for key, given in self.given()}
+        return replace(self, **numbers, temperature_coefficient=coefficient)
 
 
 @dataclass(frozen=True)
@@ -86,7 +112,10 @@ class Boundary:
 
     ``kind`` and ``value``: "temperature" in K, "heat_flux" in W/m2 into the solid, "convection" the coefficient in
     W/(m2 K) towards ``ambient`` in K, "voltage" in V. All but the coefficient may vary in time. A flux or a convection
-    acts where one side of the flat box is solid and the other is not.
+    acts where one side of the flat box is solid and the other is not. A voltage may stand behind a
+    ``series_resistance`` (ohm): then the electrode's potential is one unknown. Where that is infinite the ``value`` is
+    the current (A) into the solid. A temperature behind a ``contact_resistance``
+    (m2 K/W; 0: a perfect contact) is a convection whose coefficient is one over that.
     """
 
     name: str
@@ -95,6 +124,21 @@ class Boundary:
     upper: Point
     value: Value
     ambient: Value = 293.0
+    contact_resistance: float = 0.0
+    series_resistance: float = 0.0
+
+    @property
+    def key(self) -> str:
+        """What a file calls the condition."""
+        return key_of(self)
+
+
+def key_of(boundary: Boundary | GroupBoundary) -> str:
+    """What a file calls the condition of a boundary: of one behind a contact resistance, the temperature; of a voltage
+    behind an infinite one the current."""
+    if boundary.series_resistance == math.inf:
+        return "current"
+    return "temperature" if boundary.kind == "convection" and boundary.contact_resistance else boundary.kind
 
 
 UNITS = {"temperature": "K", "potential": "V", "heat_flow": "W", "current": "A"}
@@ -204,13 +248,20 @@ class Source:
 
 @dataclass(frozen=True)
 class GroupBoundary:
-    """A condition on a surface group: ``kind``, ``value`` and ``ambient`` as of `Boundary`."""
+    """A condition on a surface group: ``kind``, ``value``, ``ambient`` and ``contact_resistance`` as of `Boundary`."""
 
     name: str
     kind: Literal["temperature", "heat_flux", "convection", "voltage"]
     group: str
     value: Value
     ambient: Value = 293.0
+    contact_resistance: float = 0.0
+    series_resistance: float = 0.0
+
+    @property
+    def key(self) -> str:
+        """What a file calls the condition."""
+        return key_of(self)
 
 
 @dataclass(frozen=True)

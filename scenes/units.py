@@ -10,7 +10,7 @@ import re
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 from scenes.errors import did_you_mean, printable
 
@@ -98,6 +98,7 @@ def parse_quantity(text: str) -> tuple[float, Unit | None]:
     return (round(value + 273.15, 9) if unit.celsius else value), unit
 
 
+@lru_cache(maxsize=256)
 def parse_unit(text: str) -> Unit:
     """A unit such as "um", "W/(m K)", "W/m/K", "kg/m^3" or "1/K"; a slash divides by the one factor that follows it.
 
@@ -234,6 +235,7 @@ NUMBER = Dimension("a plain number", "", "0.1 %")
 LENGTH = Dimension("a length", "m", "20 um", prefixed=True)
 TIME = Dimension("a time", "s", "0.2 ms", prefixed=True)
 VOLTAGE = Dimension("a voltage", "V", "1 V", prefixed=True)
+RESISTANCE = Dimension("a resistance", "ohm", "10 mohm", prefixed=True)
 TEMPERATURE = Dimension("a temperature", "K", "20 degC")
 THERMAL_CONDUCTIVITY = Dimension("a thermal conductivity", "W/(m K)", "130 W/(m K)")
 DENSITY = Dimension("a density", "kg/m3", "2330 kg/m3")
@@ -241,8 +243,12 @@ SPECIFIC_HEAT = Dimension("a specific heat", "J/(kg K)", "712 J/(kg K)")
 RESISTIVITY = Dimension("a resistivity", "ohm m", "6e-5 ohm m")
 TEMPERATURE_COEFFICIENT = Dimension("a temperature coefficient", "1/K", "500 ppm/K")
 CONVECTION_COEFFICIENT = Dimension("a convection coefficient", "W/(m2 K)", "10 W/(m2 K)")
+THERMAL_CONTACT = Dimension("a thermal contact resistance", "m2 K/W", "1e-7 m2 K/W")
+ELECTRICAL_CONTACT = Dimension("an electrical contact resistance", "ohm m2", "1e-12 ohm m2")
 HEAT_FLUX = Dimension("a heat flux", "W/m2", "100 W/m2")
 HEAT_SOURCE = Dimension("a heat source", "W/m3", "1e9 W/m3")
+CURRENT = Dimension("a current", "A", "3 mA", prefixed=True)
+RESISTANCE = Dimension("a resistance", "ohm", "100 ohm")
 POWER = Dimension("a power", "W", "3 mW")
 
 DIMENSIONS = tuple(found for found in list(globals().values()) if isinstance(found, Dimension))

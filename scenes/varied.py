@@ -14,10 +14,11 @@ from math import inf
 from operator import attrgetter
 from typing import Any, TypeVar
 
-from scenes import physics
-from scenes.free.document import HEAT_SOURCE, LISTS
+from scenes import laws, physics
+from scenes.following import number_of
+from scenes.free.document import HEAT_SOURCE, LISTS, SERIES
 from scenes.keys import TYPES, type_of
-from scenes.kinds import KELVIN, Convection, Quantity, Varying
+from scenes.kinds import HEAT_CONTACT, KELVIN, Convection, Quantity, Varying
 from scenes.model import AnyScene, Material, Scene, Schedule, Value, values
 from scenes.moved import transferred
 from scenes.parameters import SECTION, Parameters
@@ -46,10 +47,11 @@ def numbers(scene: Any) -> dict[str, float]:
     if is_free(scene):
         return found | {path: number.value for path, number in of_free(scene).items() if number.value}
     for path, key in type_of(scene).schema.paths.items():
-        if not key.physical or not isinstance(key.kind, Quantity) or path.startswith(SETTINGS):
+        skipped = (*SETTINGS, *getattr(scene, "sink", scene).absent)
+        if not key.physical or number_of(key.kind) is None or path.startswith(skipped):
             continue
         value = _value(scene, key.attribute)
-        if not value:
+        if not value or not laws.is_plain(value):
             continue
         owner = key.attribute.rpartition(".")[0]
         of_law = path.endswith((".temperature_coefficient", ".reference_temperature"))
@@ -74,8 +76,8 @@ def kind_of(scene: Any, path: str) -> Quantity:
         return Quantity(dimension_of(given.powers[name]), 0.0, inf, signed=True)
     if is_free(scene):
         return of_free(scene)[path].kind
-    kind = type_of(scene).schema.paths[path].kind
-    assert isinstance(kind, Quantity)
+    kind = number_of(type_of(scene).schema.paths[path].kind)
+    assert kind is not None
     return kind
 
 
@@ -188,9 +190,10 @@ def _materials(scene: AnyScene) -> Iterator[tuple[str, Number]]:
             own += ["resistivity", "temperature_coefficient"]
             own += ["reference_temperature"] if material.temperature_coefficient else []
         for key in own:
-            kind: Any = LISTS["material"][key]
-            number = Number(float(getattr(material, key)), kind, _with_material(scene, material, key))
-            yield f"material.{material.name}.{key}", number
+            if laws.is_plain(getattr(material, key)):
+                kind: Any = number_of(LISTS["material"][key])
+                number = Number(float(getattr(material, key)), kind, _with_material(scene, material, key))
+                yield f"material.{material.name}.{key}", number
 
 
 def _with_material(scene: AnyScene, material: Material, key: str) -> Callable[[float], AnyScene]:
@@ -209,7 +212,13 @@ def _with_material(scene: AnyScene, material: Material, key: str) -> Callable[[f
 def _conditions(scene: AnyScene) -> Iterator[tuple[str, Number]]:
     boundaries: tuple[Any, ...] = scene.boundaries
     for i, boundary in enumerate(boundaries):
-        kind, key = LISTS["boundary"][boundary.kind], f"boundary.{boundary.name}.{boundary.kind}"
+        kind, key = LISTS["boundary"][boundary.key], f"boundary.{boundary.name}.{boundary.key}"
+        if boundary.kind == "convection" and boundary.contact_resistance:
+            given = Number(_largest(boundary.ambient), KELVIN, _with_item(scene, "boundaries", i, "ambient"))
+            yield f"boundary.{boundary.name}.{boundary.key}", given
+            resistance = Number(boundary.contact_resistance, HEAT_CONTACT, _with_contact(scene, i))
+            yield f"boundary.{boundary.name}.contact_resistance", resistance
+            continue
         if isinstance(kind, Convection):
             ambient = Number(_largest(boundary.ambient), KELVIN, _with_item(scene, "boundaries", i, "ambient"))
             yield f"{key}.ambient", ambient
@@ -218,6 +227,21 @@ def _conditions(scene: AnyScene) -> Iterator[tuple[str, Number]]:
             assert isinstance(kind, Varying)
             own = kind.quantity
         yield key, Number(_largest(boundary.value), own, _with_item(scene, "boundaries", i, "value"))
+        if 0 < boundary.series_resistance < inf:
+            more = _with_item(scene, "boundaries", i, "series_resistance")
+            yield f"boundary.{boundary.name}.series_resistance", Number(boundary.series_resistance, SERIES, more)
+
+
+def _with_contact(scene: Any, number: int) -> Callable[[float], Any]:
+    """What multiplies the contact resistance of a boundary of given temperature by one and a part."""
+
+    def more(part: float) -> Any:
+        own = list(scene.boundaries)
+        resistance = own[number].contact_resistance * (1 + part)
+        own[number] = replace(own[number], contact_resistance=resistance, value=1 / resistance)
+        return replace(scene, boundaries=tuple(own))
+
+    return more
 
 
 def _sources(scene: AnyScene) -> Iterator[tuple[str, Number]]:

@@ -18,6 +18,7 @@ from fem3d.spaces.channels import Inputs
 from fem3d.spaces.integrals import Faces, Space
 from meshes import connected
 from meshes.grid import Grid
+from scenes import laws
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule, Value
 
 Patch = tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -45,9 +46,18 @@ class Domain(ABC):
     conditions_first: ClassVar[bool] = False
     """Whether a flow is read off the conditions on a probe wherever there are any, inside the solid too."""
 
+    @cached_property
+    def cold(self) -> tuple[Material, ...]:
+        """The materials with numbers in the place of their laws, those of the initial temperature."""
+        return tuple(m.at(self.scene.initial_temperature) for m in self.materials)
+
     def per_cell(self, key: str) -> np.ndarray:
-        """(cells,): a property of the materials."""
-        return np.array([float(getattr(m, key)) for m in self.materials])[self.body]
+        """(cells,): a property of the materials at the initial temperature; (3, cells) where it differs along x, y and
+        z in one of them."""
+        given = [getattr(m, key) for m in self.cold]
+        if any(isinstance(each, tuple) for each in given):
+            return np.array([laws.along(each) for each in given], float).T[:, self.body]
+        return np.array(given, float)[self.body]
 
     @property
     def stands_for(self) -> np.ndarray:

@@ -94,14 +94,15 @@ class MappedSpace(Space):
 
     def matrices(self, k: np.ndarray, c: np.ndarray) -> tuple[csc_array, csc_array]:
         # Of one pattern, which one order of elimination suits.
-        return halves(self._summed(np.arange(len(k)), k, c))
+        return halves(self._summed(np.arange(len(c)), k, c))
 
     def stiffness(self, k: np.ndarray, cells: np.ndarray) -> csc_array:
-        return halves(self._summed(cells, k, np.zeros(len(k))))[0]
+        return halves(self._summed(cells, k, np.zeros(len(cells))))[0]
 
     def _summed(self, cells: np.ndarray, k: np.ndarray, c: np.ndarray) -> csc_array:
-        """The integrals of k grad u . grad v and, as the imaginary part, of c u v, over some cells, for k and c (of
-        them,)."""
+        """The integrals of k grad u . grad v and, as the imaginary part, of c u v, over some cells, for k (of
+        them,), or (3, of them) along the axes, and c (of them,)."""
+        k = np.broadcast_to(k, (3, len(cells)))
         own, n = self.rule(cells, 0), len(self.dofs)
         blocks = np.empty((len(cells), n, n), complex)
         weights, slopes = own.weights, own.slopes
@@ -110,15 +111,15 @@ class MappedSpace(Space):
             inverse, sizes = self.jacobian(cells[some], own.points[:, :1] if self._straight else own.points)
             if self._straight:
                 # Each is the reference one's, whose parts are weighted by the map's derivative.
-                metric = np.einsum("iac,jac,c->cij", inverse[..., 0], inverse[..., 0], k[some] * sizes[:, 0])
+                metric = np.einsum("iac,jac,ac->cij", inverse[..., 0], inverse[..., 0], k[:, some] * sizes[:, 0])
                 parts = np.einsum("p,ipu,jpv->ijuv", weights, slopes, slopes).reshape(9, n * n)
                 blocks.real[some] = (metric.reshape(-1, 9) @ parts).reshape(-1, n, n)
                 one = own.values.T @ (weights[:, None] * own.values)
                 blocks.imag[some] = (c[some] * sizes[:, 0])[:, None, None] * one
             else:
                 at = np.einsum("iacp,ipu->cpau", inverse, slopes).reshape(len(sizes), -1, n)
-                by = (weights * sizes).repeat(3, axis=1)[..., None]
-                blocks.real[some] = k[some, None, None] * np.matmul(np.swapaxes(at, 1, 2), by * at)
+                by = ((weights * sizes)[..., None] * k[:, some].T[:, None]).reshape(len(sizes), -1, 1)
+                blocks.real[some] = np.matmul(np.swapaxes(at, 1, 2), by * at)
                 mass = np.matmul(own.values.T, (weights * sizes)[..., None] * own.values)
                 blocks.imag[some] = c[some, None, None] * mass
         # To the last digit, so that entries that cancel are there on neither side of the diagonal or on both.

@@ -120,11 +120,17 @@ def boundaries(placed: Placed) -> None:
                 if b.kind == "voltage"
                 else "has solid on both sides everywhere, and acts on exposed faces only: give a group on the surface"
             )
-            raise SceneError(f"boundary {quoted(b.name)}.{b.kind} {why}")
+            raise SceneError(f"boundary {quoted(b.name)}.{b.key} {why}")
         if b.kind in ("voltage", "temperature"):
             fixed.append((b, facets, np.unique(placed.mesh.mesh.facets[:, facets])))
+    physics.refuse_ungrounded(placed.scene.boundaries, placed.joined().values())
     for i, (a, facets_a, nodes_a) in enumerate(fixed):
         for b, facets_b, nodes_b in fixed[:i]:
+            if (a.series_resistance or b.series_resistance) and a.kind == b.kind and np.isin(nodes_a, nodes_b).any():
+                raise SceneError(
+                    f"boundaries {quoted(b.name)} and {quoted(a.name)} touch on a conductor, and the potential of one "
+                    "is not given: leave a gap between them"
+                )
             if a.kind != b.kind or a.value == b.value:
                 continue
             if a.kind == "voltage" and np.isin(nodes_a, nodes_b).any():
@@ -141,7 +147,7 @@ def boundaries(placed: Placed) -> None:
     for b in placed.scene.boundaries:
         if b.kind in ("heat_flux", "convection") and np.isin(placed.acting(b), held).all():
             raise SceneError(
-                f"boundary {quoted(b.name)}.{b.kind} lies where other boundaries fix the temperature, and changes "
+                f"boundary {quoted(b.name)}.{b.key} lies where other boundaries fix the temperature, and changes "
                 "nothing: leave it out, or give a group that does not overlap theirs"
             )
 

@@ -16,6 +16,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from scenes.errors import SceneError, did_you_mean, quoted
+from scenes.physics import refuse_laws
 
 if TYPE_CHECKING:
     import numpy as np
@@ -54,6 +55,11 @@ def canonical(text: str) -> str:
     if colon and not (number.isascii() and number.isdigit() and 1 <= int(number) <= MOST_STATES):
         raise SceneError(f"reduction {quoted(text)} needs a number of states from 1 to {MOST_STATES}, as moments:4")
     return f"moments:{int(number) if colon else STATES}"
+
+
+def is_one(text: str) -> bool:
+    """Whether there is a reduction of this name, with or without a number of states."""
+    return text.partition(":")[0] in REDUCTIONS
 
 
 def describe(name: str) -> str:
@@ -102,7 +108,9 @@ def solve(
 
 
 def refuse(sink: Sink, name: str) -> None:
-    """Raises SceneError for a reduction (its canonical name) that isn't made of a row of spans."""
+    """Raises SceneError for a reduction (its canonical name) that isn't made of a row of spans, and for materials that
+    no reduction takes."""
+    refuse_laws((sink.silicon, sink.oxide), "a 1D model")
     if sink.spans > 1 and name == "plate":
         raise SceneError(
             f"sink.spans = {sink.spans} makes a row, and the reduction plate is made for one span: give paper, "

@@ -15,11 +15,12 @@ from dataclasses import replace
 from typing import Any, TypeVar
 
 from scenes import kinds as k
+from scenes import laws, physics
 from scenes import model as m
-from scenes import physics
 from scenes import units as d
 from scenes.checks import Differing, tolerances
 from scenes.errors import SceneError, did_you_mean, quoted
+from scenes.following import Following
 from scenes.keys import ACCURACY, VALID_TO
 from scenes.physics import HEAT_KEYS
 from scenes.schema import Item, Key, Schema, section
@@ -38,10 +39,15 @@ CONDITIONS: dict[str, k.Varying | k.Convection] = {
     "heat_flux": k.Varying(k.Quantity(d.HEAT_FLUX, 0.0, 1e15, signed=True)),
     "convection": k.Convection(k.Quantity(d.CONVECTION_COEFFICIENT, 0.0, 1e12), k.Varying(k.KELVIN)),
     "voltage": k.Varying(k.Quantity(d.VOLTAGE, 0.0, 1e6, signed=True)),
+    "current": k.Varying(k.Quantity(d.CURRENT, 0.0, 1e6, signed=True)),
 }
 """What a boundary may have, of which it has one."""
+SERIES = k.Quantity(d.RESISTANCE, 1e-9, 1e15)
+"""Of a voltage's series resistance: beyond it a current is given."""
 
-RESISTIVITY = k.Quantity(d.RESISTIVITY, 1e-12, 1e9, word="insulator")
+CONTACT_RESISTANCE = k.ContactResistance((k.HEAT_CONTACT, k.CURRENT_CONTACT))
+"""Beside a boundary's temperature or voltage."""
+RESISTIVITY = Following(k.Quantity(d.RESISTIVITY, 1e-12, 1e9, word="insulator"))
 HEAT_SOURCE = k.Varying(k.Quantity(d.HEAT_SOURCE, 0.0, 1e20, signed=True))
 
 
@@ -65,9 +71,9 @@ _SCENE_AND_RUN = (
 LISTS: dict[str, dict[str, k.Kind]] = {
     "material": {
         "name": k.LABEL,
-        "thermal_conductivity": k.Quantity(d.THERMAL_CONDUCTIVITY, 1e-9, 1e9),
+        "thermal_conductivity": Following(k.Quantity(d.THERMAL_CONDUCTIVITY, 1e-9, 1e9), axes=True),
         "density": k.Quantity(d.DENSITY, 1e-6, 1e9),
-        "specific_heat": k.Quantity(d.SPECIFIC_HEAT, 1e-6, 1e9),
+        "specific_heat": Following(k.Quantity(d.SPECIFIC_HEAT, 1e-6, 1e9)),
         "resistivity": RESISTIVITY,
         "temperature_coefficient": k.Quantity(d.TEMPERATURE_COEFFICIENT, 0.0, 1.0, signed=True),
         "reference_temperature": k.KELVIN,
@@ -80,7 +86,14 @@ LISTS: dict[str, dict[str, k.Kind]] = {
         "upper": POINT,
         "heat_source": HEAT_SOURCE,
     },
-    "boundary": {"name": k.LABEL, "lower": POINT, "upper": POINT, **CONDITIONS},
+    "boundary": {
+        "name": k.LABEL,
+        "lower": POINT,
+        "upper": POINT,
+        **CONDITIONS,
+        "contact_resistance": CONTACT_RESISTANCE,
+        "series_resistance": SERIES,
+    },
     "probe": {
         "name": k.LABEL,
         "quantity": k.Choice(("temperature", "potential", "heat_flow", "current")),
@@ -109,7 +122,13 @@ ON_MESH = Schema(
     {
         "material": {**LISTS["material"], "groups": k.GroupNames()},
         "source": {"name": k.LABEL, "group": k.GROUP, "heat_source": HEAT_SOURCE},
-        "boundary": {"name": k.LABEL, "group": k.GROUP, **CONDITIONS},
+        "boundary": {
+            "name": k.LABEL,
+            "group": k.GROUP,
+            **CONDITIONS,
+            "contact_resistance": CONTACT_RESISTANCE,
+            "series_resistance": SERIES,
+        },
         "probe": {key: kind for key, kind in LISTS["probe"].items() if key not in _CORNERS} | {"group": k.GROUP},
     },
     {"material": ("name",), "source": ("group", "heat_source"), "boundary": ("group",), "probe": ("name",)},
@@ -159,7 +178,7 @@ def _declared(scene: S, values: Values, folder: str) -> S:
     """The scene with what [model] and [checks] say. Refuses what they say of a probe that the scene has not."""
     given, said = section(values, "model"), section(values, "checks")
     probes: list[str] = [item.name for item in values.get("probe", ())]
-    checks = [*probes, *(f"{name}{m.OVER_TIME}" for name in probes), *m.SLOPES]
+    checks = [*probes, *(f"{name}{m.OVER_TIME}" for name in probes), *(f"against_{name}" for name in probes), *m.SLOPES]
     tolerances, differing = said.get("tolerances", {}), said.get("expect_differs")
     for path, names, known in (
         ("model.outputs", given.get("outputs", {}), probes),
@@ -185,7 +204,10 @@ def _with_run(scene: S, values: Values) -> S:
     scene = replace(scene, **section(values, "scene"), **run, parameters=values.get("parameters"))
     driving = [
         *((f"boundary {quoted(b.name)}.{b.kind}", b.value) for b in scene.boundaries),
-        *((f"boundary {quoted(b.name)}.convection.ambient", b.ambient) for b in scene.boundaries),
+        *(
+            (f"boundary {quoted(b.name)}.{'convection.ambient' if b.key == 'convection' else b.key}", b.ambient)
+            for b in scene.boundaries
+        ),
         *((f"{what}.heat_source", value) for what, value in physics.heat_sources(scene)),
     ]
     for path, value in driving if scene.steady else ():
@@ -225,7 +247,9 @@ def _run_keys(given: dict[str, Any]) -> dict[str, Any]:
 
 def _material(given: dict[str, Any]) -> m.Material:
     """The material, with a stand-in for what is not given."""
-    return m.Material(**{**dict.fromkeys(HEAT_KEYS, UNUSED), **given})
+    found = m.Material(**{**dict.fromkeys(HEAT_KEYS, UNUSED), **given})
+    physics.refuse_both(f"material {quoted(found.name)}", found)
+    return found
 
 
 def _box(item: Item, materials: dict[str, m.Material]) -> m.Box:
@@ -245,7 +269,34 @@ def _condition(item: Item) -> dict[str, Any]:
         raise SceneError(f"{item.label} {has}: give exactly one of {', '.join(CONDITIONS)}")
     (kind,) = kinds
     value, ambient = item.values[kind] if kind == "convection" else (item.values[kind], 293.0)
-    return {"kind": kind, "value": value, "ambient": ambient}
+    found = {"kind": kind, "value": value, "ambient": ambient}
+    series = item.values.get("series_resistance")
+    if series is not None and kind != "voltage":
+        raise SceneError(
+            f"{item.label}.series_resistance = {series:g} ohm stands beside a {kind}: give it beside a voltage, or "
+            "leave it out"
+        )
+    if kind == "current":
+        found |= {"kind": "voltage", "series_resistance": math.inf}
+    elif series:
+        found["series_resistance"] = series
+    given = item.values.get("contact_resistance")
+    return found if given is None else found | _behind(item.label, kind, value, given)
+
+
+def _behind(label: str, kind: str, value: m.Value, given: k.Resistance) -> dict[str, Any]:
+    """What a contact resistance beside a temperature makes of it: a film of its inverse towards that."""
+    path, resistance = f"{label}.contact_resistance = {given.value:g}", given.value
+    if kind != "temperature":
+        raise SceneError(f"{path} stands beside a {kind}: give it beside a temperature, or leave it out")
+    if given.dimension is d.ELECTRICAL_CONTACT:
+        raise SceneError(
+            f"{path} {d.ELECTRICAL_CONTACT.unit} is an electrical resistance beside a temperature: give "
+            f'{d.THERMAL_CONTACT.name} such as "{d.THERMAL_CONTACT.example}"'
+        )
+    if not resistance:
+        return {}
+    return {"kind": "convection", "value": 1 / resistance, "ambient": value, "contact_resistance": resistance}
 
 
 def _reading(item: Item) -> dict[str, Any]:
@@ -305,11 +356,7 @@ def as_dict(scene: m.AnyScene) -> dict[str, Any]:
             | ({} if m.is_zero(box.heat_source) else {"heat_source": HEAT_SOURCE.write(box.heat_source)})
             for box in scene.boxes
         ]
-    found["boundary"] = [
-        {"name": b.name, **_where(b)}
-        | {b.kind: CONDITIONS[b.kind].write((b.value, b.ambient) if b.kind == "convection" else b.value)}
-        for b in scene.boundaries
-    ]
+    found["boundary"] = [{"name": b.name, **_where(b)} | _of_condition(b) for b in scene.boundaries]
     found["probe"] = [
         {"name": p.name, "quantity": p.quantity, **_where(p)} | ({} if p.quantity in _FLOWS else {"reduce": p.reduce})
         for p in scene.probes
@@ -327,11 +374,23 @@ def as_dict(scene: m.AnyScene) -> dict[str, Any]:
 
 def _of_material(material: m.Material, needed: tuple[str, ...]) -> dict[str, Any]:
     found: dict[str, Any] = {"name": material.name}
-    found |= {key: v for key in HEAT_KEYS if (v := getattr(material, key)) != UNUSED or key in needed}
+    kinds = LISTS["material"]
+    found |= {key: kinds[key].write(v) for key in HEAT_KEYS if (v := getattr(material, key)) != UNUSED or key in needed}
     found["resistivity"] = RESISTIVITY.write(material.resistivity)
-    if material.resistivity is not None:
+    if laws.is_plain(material.resistivity) and material.resistivity is not None:
         found |= {key: getattr(material, key) for key in ("temperature_coefficient", "reference_temperature")}
     return found if material.valid_to is None else found | {"valid_to": material.valid_to}
+
+
+def _of_condition(b: m.Boundary | m.GroupBoundary) -> dict[str, Any]:
+    """The condition of a boundary as a file has it."""
+    if b.key == "convection":
+        return {"convection": CONDITIONS["convection"].write((b.value, b.ambient))}
+    given = b.ambient if b.kind == "convection" else b.value
+    beside = {"contact_resistance": b.contact_resistance} if b.contact_resistance else {}
+    if 0 < b.series_resistance < math.inf:
+        beside["series_resistance"] = b.series_resistance
+    return {b.key: CONDITIONS[b.key].write(given)} | beside
 
 
 def _where(item: m.Box | m.Boundary | m.Probe | m.GroupBoundary | m.GroupProbe) -> dict[str, Any]:

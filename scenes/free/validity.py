@@ -88,10 +88,18 @@ def _check_boundaries(grid: Grid) -> None:
                 f"{name}.voltage touches nothing that conducts: give its box's material a resistivity, or corners on a "
                 "conductor"
                 if b.kind == "voltage"
-                else f"{name}.{b.kind} has solid on both sides everywhere, and acts on exposed faces only: give "
-                "corners on the surface"
+                else f"{name}.{b.key}{_behind(b)} has solid on both sides everywhere, and acts on exposed faces only: "
+                "give corners on the surface"
             )
         sheets.append((b, sheet, acts))
+    for b, sheet, acts in sheets:
+        for other, of_other, its in sheets:
+            both = b.series_resistance and b is not other and other.kind == "voltage"
+            if both and sheet.corners(acts) & of_other.corners(its):
+                raise SceneError(
+                    f"boundaries {quoted(b.name)} and {quoted(other.name)} touch on a conductor, and the potential "
+                    "of one is not given: leave a gap between them"
+                )
     # Where electrodes of different voltage touch, though but at an edge, an infinite current would flow; different
     # temperatures may lie side by side.
     for one, other in _contradicting(sheets, "voltage", Sheet.corners):
@@ -108,9 +116,14 @@ def _check_boundaries(grid: Grid) -> None:
     for b, sheet, acts in sheets:
         if b.kind in ("heat_flux", "convection") and fixed and np.isin(sheet.faces[acts], np.concatenate(fixed)).all():
             raise SceneError(
-                f"boundary {quoted(b.name)}.{b.kind} lies where other boundaries fix the temperature, "
+                f"boundary {quoted(b.name)}.{b.key}{_behind(b)} lies where other boundaries fix the temperature, "
                 "and changes nothing: leave it out, or give corners that do not overlap theirs"
             )
+
+
+def _behind(boundary: Boundary) -> str:
+    """What is said of a temperature behind a contact resistance, which is a film."""
+    return "" if boundary.key == boundary.kind else " behind a contact_resistance"
 
 
 def _contradicting(
@@ -228,6 +241,7 @@ def _check_parts(grid: Grid) -> None:
                 raise SceneError(f"{called} {why[0].split('|')[len(names) > 1]}: {why[1]}")
 
     electric = physics.electric(scene)
+    physics.refuse_ungrounded(scene.boundaries, grid.joined().values())
     labels = grid.parts(grid.solid)
     hot = np.array([*(not is_zero(box.heat_source) for box in scene.boxes), False])
     heated = set(np.unique(labels[hot[grid.owner]]).tolist())
