@@ -96,7 +96,7 @@ def test_halved_tetrahedra_keep_their_shape_and_their_groups(cell: str, tmp_path
     mesh = read(tmp_path / "m.msh", 1.0)
     fine = refine(mesh, np.random.default_rng(1).integers(0, 4, mesh.count))
     assert 2 * mesh.count < fine.count < 30 * mesh.count
-    # The surface's straight cuts change by what the bend is over a cell; facets inside, beside a node that hangs, are more.
+    # Straight cuts change by what the bend is over a cell; facets inside, beside a node that hangs, are more.
     outer = [area(m, m.mesh.boundary_facets()) for m in (mesh, fine)]
     assert outer[1] / outer[0] == pytest.approx(1, abs=0.03)
     for name, cells in mesh.volumes.items():
@@ -109,7 +109,8 @@ def test_halved_tetrahedra_keep_their_shape_and_their_groups(cell: str, tmp_path
     for name, (facets, side) in fine.surfaces.items():
         coarse, way = mesh.surfaces[name]
         assert fine.exposed(facets).all() == mesh.exposed(coarse).all()
-        assert np.abs(vector(fine, facets, side) - vector(mesh, coarse, way)).max() < 0.05 * area(mesh, coarse)
+        # The bend of the rim is more than on eighths of cells; the wrong way round they are twice their size apart.
+        assert np.abs(vector(fine, facets, side) - vector(mesh, coarse, way)).max() < 0.3 * area(mesh, coarse)
 
 
 def vector(of: GroupedMesh, facets: np.ndarray, side: np.ndarray) -> np.ndarray:
