@@ -51,6 +51,7 @@ def _refuse(scene: AnyScene, request: Request) -> None:
         layout(scene)
     if inputs.differentiated(request):
         physics.refuse_laws(physics.materials(scene), "a sensitivity")
+        physics.refuse_terminals(scene, "a sensitivity")
 
 
 def exported(scene: AnyScene, request: Request) -> AnyScene:
