@@ -64,6 +64,7 @@ CASES = (
     Case("exact", "L-shaped conductor", exact.bend),
     Case("exact", "partial electrodes", exact.partial_electrodes),
     Case("exact", "contacts at faces", surroundings.contact_at_a_face),
+    Case("exact", "given current", surroundings.given_current),
     Case("exact", "three conductivities", surroundings.anisotropic_block),
     Case("exact", "source on a plate", surroundings.spreading),
     Case("published", "NAFEMS T3", published.nafems_t3),

@@ -3,6 +3,7 @@ differ along the axes, and the spreading resistance of a substrate."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -11,7 +12,21 @@ import numpy as np
 from reduced1d.spreading import plate_resistance
 from scenes.model import Boundary, Box, Material, Probe, Scene
 from scenes.sink import OXIDE, SILICON
-from validate.verify.exact import FAMILY, ROOM, end, flat, wall
+from validate.verify.exact import (
+    BAR,
+    DEPTH,
+    ENDS,
+    FAMILY,
+    LENGTH,
+    MIDDLE,
+    ROOM,
+    WIDTH,
+    bar,
+    end,
+    flat,
+    heated_bar,
+    wall,
+)
 from validate.verify.manufactured import face
 from validate.verify.report import ACCURACY, Expected, Row, rows
 from validate.verify.series import Layer
@@ -36,6 +51,25 @@ def contact_at_a_face() -> Iterator[Row]:
         *(Expected(f"face {i}", "K", T, hot - ROOM) for i, T in enumerate(faces)),
         Expected("heat", "W", flow, flow, name="heat into the near face"),
     ], "resistances in series")  # fmt: skip
+
+
+def given_current() -> Iterator[Row]:
+    """A bar with the current that a voltage gives, and with a larger voltage behind a resistance: the same state."""
+    volts, series = 7.0, 250.0
+    probes = (MIDDLE, Probe("mean", (0.0, 0.0, 0.0), BAR), Probe("potential", *ENDS[0], "potential"))
+    scene = bar(volts, 5e-4, probes)
+    peak, mean, current = heated_bar(scene.boxes[0].material, LENGTH, WIDTH * DEPTH, volts)
+    expected = [
+        Expected("middle", "K", ROOM + peak, peak), Expected("mean", "K", ROOM + mean, peak),
+        Expected("potential", "V", volts, volts),
+    ]  # fmt: skip
+    for case, value, behind in (("its current given", current, math.inf),
+                                ("its voltage behind a resistance", volts + series * current, series)):  # fmt: skip
+        driven = tuple(
+            replace(b, value=value, series_resistance=behind) if b.name == "plus" else b for b in scene.boundaries
+        )
+        yield from rows(FAMILY, f"Joule-heated bar, {case}", replace(scene, boundaries=driven), expected,
+                        "the state at the voltage: closed solution of the fin")  # fmt: skip
 
 
 def anisotropic_block() -> Iterator[Row]:
