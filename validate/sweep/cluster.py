@@ -171,7 +171,7 @@ class Cluster:
             raise
         except Exception as error:
             if isinstance(error, BrokenProcessPool):
-                ready()  # what processes miss before they begin is missing here too: it raises what says so
+                import fem3d.runs.scene  # noqa: F401 - what processes miss before they begin is missing here too
             why = f" ({_said(error)})" if str(error) else ""
             raise LostError(
                 f"the workers are gone{why}: what is solved is stored, and the same command goes on"
