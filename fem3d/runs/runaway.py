@@ -53,9 +53,7 @@ def until(
     except RunawayInTimeError as known:
         found = known.time
     limit = _limit(scene, runaway.time)
-    most = f"; the largest voltage with a steady state is {limit:.4g} V" if np.isfinite(limit) else ""
-    return kept, result, f"{runs_away(found, scene.accuracy)}; it is solved up to {TIME.show(end)}{most}"
-    return kept, result, f"{said}; it is solved up to {TIME.show(end)}{limit}"
+    return kept, result, f"{runs_away(found, scene.accuracy)}; it is solved up to {TIME.show(end)}{limit}"
 
 
 def _limit(scene: AnyScene, time: float) -> str:
