@@ -142,7 +142,7 @@ TYPES: dict[str, SceneType[Any]] = {found.name: found for found in (SINK, DEVICE
 
 def type_of(scene: object) -> SceneType[Any]:
     """The type of a scene; TypeError for what is none."""
-    for found in TYPES.values():
-        if isinstance(scene, type(found.default)):
-            return found
-    raise TypeError(f"{type(scene).__name__} is not a scene")
+    found = TYPES.get(getattr(scene, "kind", ""))
+    if found is None:
+        raise TypeError(f"{type(scene).__name__} is not a scene")
+    return found

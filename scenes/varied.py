@@ -36,7 +36,7 @@ _SIZE = Quantity(LENGTH, 0.0, 1e4)
 
 def is_free(scene: object) -> bool:
     """Whether a scene is one of boxes or on a mesh, and none of the parametric ones."""
-    return not any(isinstance(scene, type(found.default)) for found in TYPES.values())
+    return getattr(scene, "kind", "") not in TYPES
 
 
 def numbers(scene: Any) -> dict[str, float]:
@@ -158,8 +158,9 @@ class Number:
 def of_free(scene: AnyScene) -> dict[str, Number]:
     """The numbers by their keys, zeros among them, which no logarithmic derivative can be taken by."""
     found = dict([*_materials(scene), *_conditions(scene), *_sources(scene)])
-    if isinstance(scene, Scene):
-        found |= dict(_planes(scene))
+    if scene.parts == "boxes":
+        boxes: Any = scene
+        found |= dict(_planes(boxes))
     if not scene.steady or not physics.heat(scene):
         found["scene.initial_temperature"] = Number(
             scene.initial_temperature, KELVIN, _scaled(scene, "initial_temperature")

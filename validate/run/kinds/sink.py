@@ -86,6 +86,13 @@ def answer(run: Run, data: Data | None) -> Outcome[Sink]:
         with clock.stage("air"):
             air = air_of(sink, run.say, request.transient)
         outcome = replace(outcome, air=air, checks=(*outcome.checks, *air.checks))
+    if request.left_out:
+        from validate.inputs.left_out import of_sink as left_out_of
+
+        with clock.stage("left out"):
+            left_out = left_out_of(sink, run.say)
+        # What decides whether such a sink works at all comes before how far its models agree.
+        outcome = replace(outcome, left_out=left_out, answer=f"{left_out.sentence} {outcome.answer}")
     return inputs.held_against(run, inputs.told(run, outcome), data, fit)
 
 
