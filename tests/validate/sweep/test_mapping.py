@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable, Iterable
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -155,5 +157,23 @@ def test_a_map_that_was_stopped_goes_on_as_it_would_have(tmp_path: Path) -> None
     rows.write_text("".join(lines[:97]) + lines[97][:20])
     again, rest, _ = mapped(formula, tmp_path / "part")
     assert rest.solved == all_.solved - 97
+    assert set(again.solved) == set(whole.solved)
+    assert np.array_equal(again.value, whole.value)
+
+
+def test_a_map_that_is_killed_again_and_again_goes_on_to_the_same_cells(tmp_path: Path) -> None:
+    """At random instants: before a row is written, while it is, and after."""
+    formula, random = SURFACES["a slope"], np.random.default_rng(5)
+    whole, _, _ = mapped(formula, tmp_path / "whole", 120)
+    ends: list[int | None] = []
+    while 0 not in ends and len(ends) < 12:
+        run = get_context("fork").Process(target=mapped, args=(formula, tmp_path / "killed", 120))
+        run.start()
+        run.join(random.uniform(0.02, 0.2))
+        run.kill()
+        run.join()
+        ends.append(run.exitcode)
+    assert ends.count(-signal.SIGKILL) >= 3
+    again, _, _ = mapped(formula, tmp_path / "killed", 120)
     assert set(again.solved) == set(whole.solved)
     assert np.array_equal(again.value, whole.value)
