@@ -56,6 +56,7 @@ def key_of(subject: Subject, name: str) -> str | None:
     plain = re.sub(r"\s+", "_", name.strip()).lower()
     known = {path.lower(): path for path in subject.kinds}
     ends = [path for path in known if f".{path}".endswith(f".{plain}")]
+    ends = [path for path in ends if path == f"{subject.main}.{plain}"] or ends
     if plain in known or len(ends) == 1:
         return known[plain if plain in known else ends[0]]
     return "drive.voltage" if "drive.voltage" in known and _VOLTAGE.fullmatch(plain) else None
