@@ -57,7 +57,7 @@ def _somewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "here" / "sub").mkdir(parents=True)
     monkeypatch.chdir(tmp_path / "here")
     for name in ("model.csv", "values.csv", "others.csv"):
-        Path(name).write_text("probe,value\nmiddle,300\n")
+        Path(name).write_text("probe,value\nmiddle,300\nbeam mean,290\n")
     for name in ("a.csv", "b.csv", "sub/a.csv", "../a.csv"):
         Path(name).write_text("time (ms),peak (K)\n0,293\n1,294\n2,295\n3,296\n")
 
