@@ -45,7 +45,8 @@ DIFFERENT = {
         "bridge --uncertain polysilicon.resistivity=1% --uncertain oxide.thermal_conductivity=1%",
         "bridge --uncertain polysilicon.resistivity=1% --uncertain oxide.thermal_conductivity=1% "
         "--correlated polysilicon.resistivity,oxide.thermal_conductivity=0.5",
-        "bridge --against values.csv", "bridge --against others.csv", "bridge --against values.csv --column middle=middle",
+        "bridge --against values.csv", "bridge --against others.csv",
+        "bridge --against values.csv --column middle=middle",
         "bridge --against values.csv --data-uncertainty 0.5K",
         "bridge --against values.csv --data-uncertainty 0.5K --calibrate polysilicon.resistivity",
     ],
