@@ -212,9 +212,7 @@ def thermal_parts(
         sizes += estimate.weights(heat.mass, rise, depth) / time
     free = [h.order[: h.free] for h in given.heats]
     for name, dual in duals.items():
-        found[name] = parts_of(
-            given.domain.space, free, np.array(dual) * left / scales[name], dual[-1] * heat.field(sizes)
-        )
+        found[name] = parts_of(space, free, np.array(dual) * left / scales[name], dual[-1] * heat.field(sizes))
     return found
 
 

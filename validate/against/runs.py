@@ -165,8 +165,8 @@ def _meaning(subject: Subject, left: str) -> Meaning:
     path = key_of(subject, plain)
     if path is None:
         known = ("time", *names, IGNORED)
-        key = f", or a key of the scene such as {next(iter(subject.kinds))}" if subject.kinds else ""
-        key = key.replace("sink.length", "drive.voltage")
+        example = "drive.voltage" if "drive.voltage" in subject.kinds else next(iter(subject.kinds), "")
+        key = f", or a key of the scene such as {example}" if example else ""
         raise SceneError(
             f"--column {quoted(left)} is no quantity: give {', '.join(known)}{key}{did_you_mean(plain, known)}"
         )
