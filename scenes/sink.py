@@ -47,6 +47,10 @@ class Drive(NamedTuple):
     def unit(self) -> str:
         return "A" if self.series == math.inf else "V"
 
+    @property
+    def called(self) -> str:
+        return "current_A" if self.series == math.inf else "voltage_V"
+
     def through(self, resistance: Any) -> Any:
         """The current (A) through a resistance (ohm), a number or an array."""
         return self.value + 0 * resistance if self.series == math.inf else self.value / (resistance + self.series)

@@ -103,7 +103,7 @@ def steady_state(model: FewStates) -> tuple[np.ndarray, float]:
     gains, sources, shapes = _diagonal(model)
     sign, voltage, series = math.copysign(1.0, model.drive.value), abs(model.drive.value), model.drive.series
     if series == math.inf:
-        if voltage >= (most := _largest_current(model, gains)):
+        if voltage >= (most := largest_drive(model)):
             raise RunawayError(
                 f"the sink has no steady state at {model.drive.value:g} A: from {most:.6g} A on its rising resistance "
                 "makes more heat than its ends carry away (thermal runaway)", most,
@@ -135,17 +135,13 @@ def steady_state(model: FewStates) -> tuple[np.ndarray, float]:
     return shapes @ amplitudes, sign * current
 
 
-def runaway_voltage(model: FewStates) -> float:
-    """The voltage (V) above which there is no steady state; infinite unless the resistance falls with the rise."""
-    if model.coefficient >= 0 or model.drive.series == math.inf:
-        return math.inf
-    return _first_maximum(model, *_diagonal(model)[:2])[0]
-
-
-def _largest_current(model: FewStates, gains: np.ndarray) -> float:
-    """The given current (A) from which on there is no steady state: infinite unless the resistance rises."""
-    pole = model.coefficient * float(gains.max())
-    return 1 / math.sqrt(pole) if pole > 0 else math.inf
+def largest_drive(model: FewStates) -> float:
+    """The largest voltage (V) with a steady state, from rest on: infinite unless the resistance falls with the rise; of
+    a given current (A): unless it rises."""
+    if model.drive.series == math.inf:
+        pole = model.coefficient * float(_diagonal(model)[0].max())
+        return 1 / math.sqrt(pole) if pole > 0 else math.inf
+    return math.inf if model.coefficient >= 0 else _first_maximum(model, *_diagonal(model)[:2])[0]
 
 
 def _diagonal(model: FewStates) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -157,7 +153,8 @@ def _diagonal(model: FewStates) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _first_maximum(model: FewStates, gains: np.ndarray, sources: np.ndarray) -> tuple[float, float]:
-    """The first maximum of V and the current there, by repeatedly sampling the interval around it."""
+    """The first maximum of V and the current there, by repeatedly sampling the interval around it; behind a resistance
+    that is large enough there is none."""
     scale = 1 / math.sqrt(-model.coefficient * gains.max())
     low, high = 1e-4 * scale, 1e4 * scale
     for _ in range(8):
@@ -167,6 +164,8 @@ def _first_maximum(model: FewStates, gains: np.ndarray, sources: np.ndarray) -> 
             model.resistance + model.drive.series + x * (sources**2 / (1 - np.outer(x, gains))).sum(axis=1)
         )
         falls = np.flatnonzero(np.diff(voltage) < 0)
+        if not falls.size and high == 1e4 * scale:
+            return math.inf, high
         best = int(falls[0]) if falls.size else current.size - 1
         low, high = current[max(best - 1, 0)], current[min(best + 1, current.size - 1)]
     return float(voltage[best]), float(current[best])
@@ -190,7 +189,7 @@ def trajectory(model: FewStates, times: np.ndarray, growth: float = 2.0) -> tupl
             if stop - start < _SHORTEST * end:
                 at = f"at {model.drive.value:g} {model.drive.unit}"
                 said = f"{at} the heating runs away after {start:.3g} s (thermal runaway)"
-                raise RunawayError(said, runaway_voltage(model))
+                raise RunawayError(said, largest_drive(model))
             middle = (start + stop) / 2
             return advanced(advanced(state, start, middle), middle, stop)
         here = slice(*np.searchsorted(times, [start, stop], side="right"))
@@ -242,12 +241,12 @@ def result(
     stays within the sink's accuracy. Raises RunawayError.
     """
     values, other = steady(fine), steady(coarse)
-    limit = runaway_voltage(fine)
+    limit = largest_drive(fine)
     details: dict[str, Any] = {
         "states": fine.states,
         "time_constant_s": float(1 / fine.rates[0]),
         "air_loss_W": values["power_W"] - values["heat_out_W"],
-        "runaway_voltage_V": limit if math.isfinite(limit) else None,
+        f"runaway_{fine.drive.called}": limit if math.isfinite(limit) else None,
     }
     traces = None
     if not steady_only:
