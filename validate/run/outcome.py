@@ -49,10 +49,10 @@ class Outcome(Generic[S]):
     ``varied`` (how those of a row run), the 3D result of one span alone (``single``), what the ``air`` does,
     what both models leave out (``left_out``) and a
     user's own traces (``against``); of any the few-state model (``exported``), and what inputs do; of a
-    device its runs and a designer's answers. ``own`` is the user's own model; ``interrupted`` says that the user's
-    own model was, and what stands here is without it. Of a free scene over time ``shown``: the time (s) whose field
-    is drawn, and whether it is then above the initial temperature; ``runs_away`` says when its heating does, and that
-    it is solved until shortly before, ``scene`` ending then.
+    device its runs and a designer's answers. ``own`` is the user's own model; ``interrupted`` says that the user's own
+    model was, and what stands here is without it, and ``failed`` why that has no answer. Of a free scene over time
+    ``shown``: the time (s) whose field is drawn, and whether it is then above the initial temperature; ``runs_away``
+    says when its heating does, and that it is solved until shortly before, ``scene`` ending then.
     """
 
     scene: S
@@ -85,6 +85,7 @@ class Outcome(Generic[S]):
     shown: tuple[float, bool] | None = None
     runs_away: str = ""
     interrupted: bool = False
+    failed: str = ""
     own: Model | None = None
 
     @property
