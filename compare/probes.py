@@ -67,11 +67,10 @@ class Both:
         """The largest difference over time, with the shift, the stretch and the size that make most of it."""
         found, unit = self.course(name), self.of.units[name]
         off = found.model - found.fem3d
-        i, n = int(np.argmax(np.abs(off))), int(np.argmax(np.abs(found.fem3d)))
-        error = self.fem3d.over_time.errors[name]
+        i, error = int(np.argmax(np.abs(off))), self.fem3d.over_time.errors[name]
         inputs = {
             "distance": Estimate(float(off[i]), error + self.model.over_time.errors[name] + float(found.beyond[i])),
-            "scale": Estimate(float(found.fem3d[n]), error + float(found.beyond[n])),
+            "scale": self._largest(name, found),
         }
         u_num = spread(part, inputs) if abs(inputs["scale"].value) > inputs["scale"].error else float("inf")
         scale = inputs["scale"].value
@@ -87,6 +86,15 @@ class Both:
             f"{cut(name, 24)}, trace", float(found.model[i]), float(found.fem3d[i]), unit, part(float(off[i]), scale),
             u_num, because, float(found.time[i]), relative_to=f"the largest {_scale(unit).removeprefix('the ')}",
         )  # fmt: skip
+
+    def _largest(self, name: str, course: Course) -> Estimate:
+        """The largest that 3D has of it, at its own times and those of the course: every model's differences are
+        relative to the same."""
+        three = self.fem3d.over_time
+        rows = three.values[name][three.sure(three.time)] - self.of.base(name)
+        values, beyond = np.append(course.fem3d, rows), np.append(course.beyond, np.zeros(len(rows)))
+        n = int(np.argmax(np.abs(values)))
+        return Estimate(float(values[n]), three.errors[name] + float(beyond[n]))
 
 
 def evaluate(scene: Declared, both: Both) -> tuple[Check, ...]:

@@ -1,4 +1,5 @@
-"""A lumped model of the hot plate: one mean rise, an exponential, a parabola between the clamps."""
+"""A lumped model of the hot plate: one mean rise, an exponential, a parabola between the clamps. Run as a program it
+writes its values as lumped.csv."""
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -32,3 +33,14 @@ def hotplate(scene, times):
         "current": np.interp(times, drive["times"], drive["values"]) / resistance(rise),
         "heat to the left": -ends / 2 * rise,
     }
+
+
+if __name__ == "__main__":
+    from scenes.free import as_dict
+    from scenes.loading import load
+
+    times = np.unique(np.append(np.linspace(0, 4e-3, 801), [1e-3 + 1e-9, 2e-3 + 1e-9, 3e-3 + 1e-9]))
+    values = hotplate(as_dict(load("hotplate")), times)
+    names = ["time (s)", "heater (K)", "current (A)", "heat to the left (W)"]
+    table = np.column_stack([times, *values.values()])
+    np.savetxt("lumped.csv", table, delimiter=",", header=",".join(names), comments="", encoding="utf-8")

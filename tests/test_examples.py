@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 import runpy
+import shutil
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -31,6 +33,34 @@ def test_an_example_runs(
     assert all(text in said.out for text in SAID[name])
     # Nothing is left behind.
     assert list(tmp_path.iterdir()) == []
+
+
+def test_one_lumped_model_in_four_forms(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each form's differences are the function's, to what its own steps and rows may be off by."""
+    monkeypatch.chdir(tmp_path)
+    runpy.run_path(str(ROOT / "examples" / "lumped.py"), run_name="__main__")
+    found = {"function": f"{ROOT / 'examples' / 'lumped.py'}:hotplate", "table": "lumped.csv"}
+    if shutil.which("ngspice"):
+        found["circuit"] = str(ROOT / "examples" / "lumped.cir")
+    if find_spec("pythonfmu") and find_spec("fmpy"):
+        from pythonfmu.builder import FmuBuilder
+
+        FmuBuilder.build_FMU(ROOT / "examples" / "lumped_fmu.py", dest=tmp_path)
+        found["FMU"] = "HotPlate.fmu"
+    names = {"circuit": ["model.outputs.heat to the left=v(left)"]}
+    checks = {
+        form: compare.solve("hotplate", model=model, overrides=names.get(form, ())).checks
+        for form, model in found.items()
+    }
+    wanted = checks.pop("function")
+    assert list(wanted) == ["heater_over_time", "current_over_time", "heat to the left_over_time"]
+    for form, of_form in checks.items():
+        assert list(of_form) == list(wanted)
+        for name, check in of_form.items():
+            assert abs(check.difference - wanted[name].difference) <= check.u_num - 0.9 * wanted[name].u_num, form
+    # A film half as thick again is another model.
+    heavier = compare.solve("hotplate", model=found["table"], overrides=["parameters.film=0.75 um"]).checks
+    assert abs(heavier["heater_over_time"].difference - wanted["heater_over_time"].difference) > 0.05
 
 
 def test_what_is_solved_in_one_screen_is_what_the_toolkit_solves() -> None:

@@ -8,13 +8,15 @@
 shows it from the first line that has "check" in it to the one before "Why"; a word that is not there is a warning too.
 
 The commands of one page run one after the other in one folder, which is gone afterwards. A command that ends with
-another status than ``:status:`` (0 by default) is a warning, and so an error of a strict build.
+another status than ``:status:`` (0 by default) is a warning, and so an error of a strict build. Where a program that
+it ``:needs:`` is not installed the command alone is shown.
 """
 
 from __future__ import annotations
 
 import os
 import shlex
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -41,6 +43,7 @@ class Command(SphinxDirective):
         "until": directives.unchanged,
         "status": directives.nonnegative_int,
         "hide-command": directives.flag,
+        "needs": directives.unchanged,
     }
 
     def run(self) -> list[nodes.Node]:
@@ -51,6 +54,8 @@ class Command(SphinxDirective):
         command = {"validate": [sys.executable, "-m", "validate"], "python": [sys.executable]}[words[0]]
         path = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
         env = {**os.environ, "PYTHONPATH": path, "PYTHONIOENCODING": "utf-8"}
+        if "needs" in self.options and shutil.which(self.options["needs"]) is None:
+            return [nodes.literal_block(shown, f"$ {shown}", language="text")]
         words = [str(ROOT / word) if word.startswith("examples/") else word for word in words[1:]]
         found = subprocess.run(
             [*command, *words], cwd=folder.name, env=env, capture_output=True, text=True, timeout=PATIENCE, check=False
