@@ -14,7 +14,7 @@ from scenes import units as d
 from scenes.checks import DEVICE_CHECKS, SLOPE_TOLERANCES, Differing, tolerances
 from scenes.device import Device
 from scenes.following import Following
-from scenes.kinds import NAME, Choice, Count, Insulator, Kind, Numbers, Quantity, Switch
+from scenes.kinds import NAME, Choice, Count, Insulator, Kind, Numbered, Numbers, Quantity, Switch
 from scenes.schema import Key, Schema
 from scenes.sink import Sink
 
@@ -71,6 +71,9 @@ _PHYSICAL = (
         for name, kind in (
             ("thickness", Quantity(d.LENGTH, 1e-9, 1.0, word="none")), ("length", SIZE), ("width", SIZE),
         )
+    ),
+    *_section(
+        "array", columns=Count(1, 100), pitch=SIZE, rows=Count(1, 100), row_pitch=SIZE, driven=Numbered("all", 10_000),
     ),
     *_material("silicon", CONDUCTOR),
     *_material("oxide", INSULATOR),

@@ -53,6 +53,8 @@ def run(arguments: argparse.Namespace) -> int:
     from scenes.loading import load
 
     sink = load(arguments.scene or "sink", common.settings(arguments, ("drive.voltage", arguments.voltage)), of=SINK)
+    if sink.count > 1:
+        return _run_array(arguments, sink)
     request = _request(arguments, sink)
     given = [arguments.against, *arguments.column] if arguments.against else []
     if arguments.against is not None and (not request.transient or "fem3d" not in request.models):
@@ -65,6 +67,20 @@ def run(arguments: argparse.Namespace) -> int:
             check_apart(sink, tuple(request.uncertain.relative))
         sampled = partial(added, count=request.monte_carlo)
     return common.run(arguments, sink, request, arguments.set, given, data, sampled)
+
+
+def _run_array(arguments: argparse.Namespace, sink: Sink) -> int:
+    """The same of more than one sink on a substrate: their steady state in 3D."""
+    from scenes.array import SinkArray
+
+    given = vars(arguments)
+    for option in ("against", "only", "reduction", "why", "air", "sensitivities", "uncertain", "monte_carlo", "export",
+                   "fields", "field_times", "calibrate", "correlated", "column", "data_uncertainty"):  # fmt: skip
+        if given.get(option):
+            name = option.replace("_", "-")
+            raise SceneError(f"--{name} is of one sink: leave it out, or give array.columns = 1 and array.rows = 1")
+    array = SinkArray.of(sink)
+    return common.run(arguments, array, common.request(arguments, array, sink.accuracy, transient=False), arguments.set)
 
 
 def _request(arguments: argparse.Namespace, sink: Sink) -> Request:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from scenes.errors import SceneError
 from scenes.formats import sink_text
 from scenes.model import AnyScene, Probe
 from scenes.physics import refuse_laws
@@ -47,6 +48,11 @@ def _refuse(sink: Sink, request: Request) -> None:
     """SceneError for a reduction, or sensitivities, that there are not of this sink."""
     from reduced1d.ladder import refuse
 
+    if sink.count > 1:
+        raise SceneError(
+            f"array.columns = {sink.columns} and array.rows = {sink.rows} are solved by `validate sink` alone: give 1 "
+            "of each"
+        )
     if "reduced1d" in request.models:
         refuse(sink, request.reduction)
     if inputs.differentiated(request):
