@@ -6,6 +6,7 @@ examples:
   validate sink --voltage 2V --set sink.width=20um --set drive.electrodes=pad-edge
   validate sink --export my-model
   validate sink --why
+  validate sink --left-out
   validate sink --sensitivities
   validate scene sink > mine.toml; validate sink mine.toml --accuracy 1e-4 --strict
 
@@ -35,9 +36,11 @@ OPTIONS = {
     **common.of_data('peak="T (K), Point 1", "end rise (K)=3", drive.voltage=Va', "peak"),
     "--steady": "",
     "--only {3d,1d}": "one model only",
-    "--reduction R": f"the 1D model: {_FIRST} (default), {', '.join(_BETWEEN)} or {_LAST}[:N]",
+    "--reduction R": f"the 1D model: {_FIRST} (default), {', '.join(_BETWEEN)} or {_LAST}[:N]; or one of your own, "
+    "FILE.py:FUNCTION, FILE.cir, FILE.fmu or FILE.csv",
     "--why": "split the 1D model's differences from 3D by the assumptions behind them",
     "--air": "up to which coefficient losses to the air may be left out, and what a lumped term gives",
+    "--left-out": "what both models leave out: the substrate and the air above, each solved in 3D, and both at once",
     "--sensitivities": "how both models follow each key: d ln quantity / d ln key, 1D against 3D",
     **common.of_inputs("oxide_thickness=0.1um, voltage=1%%; or materials, for the scene's table of them",
                        "pad_width,oxide_width=0.9"),
@@ -85,15 +88,16 @@ def _run_array(arguments: argparse.Namespace, sink: Sink) -> int:
 
 def _request(arguments: argparse.Namespace, sink: Sink) -> Request:
     """What is asked for; SceneError where one thing leaves out another."""
-    from reduced1d.ladder import canonical
     from scenes.kinds import Quantity
     from scenes.units import TIME
+    from validate.models import of_reduction
 
     only, named, times, samples = arguments.only, arguments.reduction, arguments.field_times, arguments.monte_carlo
     sampling = f"--monte-carlo {printable(samples or '')}"
     common.refuse(
         (arguments.why and only, f"--why compares both models: leave out --only {only}"),
         (arguments.air and only, f"--air compares both models: leave out --only {only}"),
+        (arguments.left_out and only == "1d", "--left-out solves in 3D: leave out --only 1d"),
         (arguments.fields and only == "1d", "--fields writes the 3D model's fields: leave out --only 1d"),
         (
             arguments.export is not None and only == "1d",
@@ -113,6 +117,10 @@ def _request(arguments: argparse.Namespace, sink: Sink) -> Request:
         ),
         (samples is not None and only, f"--monte-carlo compares both models: leave out --only {only}"),
     )
+    reduction, model = of_reduction(named or "paper")
+    own = f"--reduction {printable(named or '')} is judged against 3D as it is: leave out"
+    for option, given in (("--why", arguments.why), ("--only 1d", only == "1d"), ("--monte-carlo", samples)):
+        common.refuse((model and given, f"{own} {option}"))
     if samples is not None:
         from validate.monte_carlo import FEWEST, MOST
 
@@ -121,6 +129,6 @@ def _request(arguments: argparse.Namespace, sink: Sink) -> Request:
     return common.request(
         arguments, sink, sink.accuracy,
         models={None: ("fem3d", "reduced1d"), "3d": ("fem3d",), "1d": ("reduced1d",)}[only],
-        transient=not arguments.steady, reduction=canonical(named or "paper"), monte_carlo=samples or 0,
+        transient=not arguments.steady, reduction=reduction, model=model, monte_carlo=samples or 0,
         field_times=tuple(kind.read("--field-times", part.strip()) or 0.0 for part in stored),
     )  # fmt: skip
