@@ -12,6 +12,9 @@ from typing import Any, ClassVar
 from scenes.model import Boundary, Box, Point, Probe, Scene
 from scenes.sink import Sink, face
 
+ONE_SINK = "array.columns = {0.columns} and array.rows = {0.rows}: {1}, so give 1 of each"
+"""What is said where more than one isn't solved."""
+
 
 @dataclass(frozen=True)
 class SinkArray(Sink):

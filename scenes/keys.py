@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
 
 from scenes import units as d
+from scenes.array import SinkArray
 from scenes.checks import DEVICE_CHECKS, SLOPE_TOLERANCES, Differing, tolerances
 from scenes.device import Device
 from scenes.following import Following
@@ -141,11 +142,13 @@ SINK = SceneType("sink", _SINK, Sink(), "drive.voltage")
 DEVICE = SceneType("device", _DEVICE, Device(), "external.final_temperature")
 
 TYPES: dict[str, SceneType[Any]] = {found.name: found for found in (SINK, DEVICE)}
+OF_KIND = {**TYPES, SinkArray.kind: SINK}
+"""What type of scene each kind is of: rows of sinks stand in the file of one."""
 
 
 def type_of(scene: object) -> SceneType[Any]:
     """The type of a scene; TypeError for what is none."""
-    found = TYPES.get(getattr(scene, "kind", ""))
+    found = OF_KIND.get(getattr(scene, "kind", ""))
     if found is None:
         raise TypeError(f"{type(scene).__name__} is not a scene")
     return found

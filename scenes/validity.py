@@ -9,6 +9,7 @@ from operator import attrgetter
 from typing import Any, TypeVar
 
 from scenes import laws
+from scenes.array import ONE_SINK
 from scenes.device import Device
 from scenes.errors import SceneError, quoted
 from scenes.following import number_of
@@ -53,7 +54,7 @@ def _check_device(device: Device) -> None:
     if device.sink.spans > 1:
         raise SceneError(f"sink.spans = {device.sink.spans} makes a row, and a device has one span: give 1")
     if device.sink.count > 1:
-        raise SceneError(f"array.columns = {device.sink.columns} is of sinks alone: give 1, one device is simulated")
+        raise SceneError(ONE_SINK.format(device.sink, "one device is simulated"))
     _check_control(device)
 
 

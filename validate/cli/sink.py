@@ -17,10 +17,12 @@ exit status: 0 every check came out as the scene declares, 1 one did not, 2 bad 
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
 from reduced1d.ladder import REDUCTIONS
+from scenes.array import ONE_SINK
 from scenes.errors import SceneError, printable
 from validate.cli import common
 
@@ -74,16 +76,14 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _run_array(arguments: argparse.Namespace, sink: Sink) -> int:
     """The same of more than one sink on a substrate: their steady state in 3D."""
-    from scenes.array import SinkArray
-
-    given = vars(arguments)
-    for option in ("against", "only", "reduction", "why", "air", "sensitivities", "uncertain", "monte_carlo", "export",
-                   "fields", "field_times", "calibrate", "correlated", "column", "data_uncertainty"):  # fmt: skip
-        if given.get(option):
-            name = option.replace("_", "-")
-            raise SceneError(f"--{name} is of one sink: leave it out, or give array.columns = 1 and array.rows = 1")
-    array = SinkArray.of(sink)
-    return common.run(arguments, array, common.request(arguments, array, sink.accuracy, transient=False), arguments.set)
+    of_both = common.of_run("sink", "", "").keys() | {"--voltage V", "--steady", "--only {3d,1d}"}
+    for option in OPTIONS.keys() - of_both:
+        name = option.split()[0]
+        if vars(arguments).get(name[2:].replace("-", "_")):
+            raise SceneError(ONE_SINK.format(sink, f"{name} is of one sink"))
+    common.refuse((arguments.only == "1d", "--only 1d: the paper's model has no neighbours: leave it out"))
+    request = replace(_request(arguments, sink), models=("fem3d",), transient=False)
+    return common.run(arguments, sink, request, arguments.set)
 
 
 def _request(arguments: argparse.Namespace, sink: Sink) -> Request:

@@ -12,6 +12,7 @@ from validate.report.table import Section, Style, Table, wrapped
 
 if TYPE_CHECKING:
     from compare.verdict import Check
+    from fem3d.runs.array import Fall
     from scenes.array import SinkArray
     from validate.run.outcome import Outcome
 
@@ -62,7 +63,7 @@ def _fall(outcome: Outcome[SinkArray]) -> Section:
 
     rows = []
     for each in fall(outcome.scene, outcome.solved):
-        pitches = [_pitch(each.below(tolerance)) for tolerance in TOLERANCES]
+        pitches = [_pitch(each, tolerance) for tolerance in TOLERANCES]
         rows.append([quantity(each.thickness, "m", 3), *pitches])
     heads = ("substrate thickness", *(f"below {tolerance:g} from" for tolerance in TOLERANCES))
     said = (
@@ -72,7 +73,10 @@ def _fall(outcome: Outcome[SinkArray]) -> Section:
     return Section("Crosstalk by pitch", [Table(heads, rows), said])
 
 
-def _pitch(pitch: float) -> str:
+def _pitch(fall: Fall, tolerance: float) -> str:
+    pitch = fall.below(tolerance)
+    if pitch == fall.pitch[0]:
+        return "all that fit"
     return f"{pitch * 1e6:.4g} um" if np.isfinite(pitch) else "none that fits"
 
 

@@ -15,7 +15,7 @@ from validate.run.outcome import Outcome, Run
 if TYPE_CHECKING:
     from compare.against import Data
 
-PYTHON = "compare.run"
+PYTHON = "fem3d.runs.array.solve"
 SHOWN = ()
 FIGURE = "array"
 

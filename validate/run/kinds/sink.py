@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from scenes.array import ONE_SINK
 from scenes.errors import SceneError, listed
 from scenes.formats import sink_text
 from scenes.model import AnyScene, Probe
@@ -49,10 +50,7 @@ def _refuse(sink: Sink, request: Request) -> None:
     from reduced1d.ladder import refuse
 
     if sink.count > 1:
-        raise SceneError(
-            f"array.columns = {sink.columns} and array.rows = {sink.rows} are solved by `validate sink` alone: give 1 "
-            "of each"
-        )
+        raise SceneError(ONE_SINK.format(sink, "rows of sinks are a scenes.array.SinkArray"))
     if "reduced1d" in request.models and not request.model:
         refuse(sink, request.reduction)
     if inputs.differentiated(request):
