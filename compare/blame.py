@@ -126,13 +126,14 @@ def scale_of(sink: Sink, name: str, fem3d: Result, levels: Levels) -> float:
         return abs(value)
     if fem3d.traces is not None:
         return abs(value - float(fem3d.traces.values["current_A"][0]))
-    return abs(value - sink.voltage / levels.fine.plate.model.resistance)
+    return abs(value - float(sink.drive.through(levels.fine.plate.model.resistance)))
 
 
 def of_current(sink: Sink) -> str:
     """What differences of the current are relative to, in words: itself where it does not change, and of a row, whose
-    islands add to the resistance whatever the temperature."""
-    return "change of the current" if sink.silicon.temperature_coefficient and sink.spans == 1 else ITSELF
+    islands add to the resistance whatever the temperature; and where it is given."""
+    changes = sink.silicon.temperature_coefficient and sink.spans == 1 and sink.current is None
+    return "change of the current" if changes else ITSELF
 
 
 def _split(

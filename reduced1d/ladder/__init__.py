@@ -82,7 +82,7 @@ def solve(
     """
     name = canonical(reduction)
     refuse(sink, name)
-    if name == "paper" and sink.spans == 1:
+    if name == "paper" and sink.spans == 1 and not sink.drive.series:
         from reduced1d.sink import solve as solve_paper
 
         found = solve_paper(sink, steady_only=steady_only, times=times)

@@ -174,7 +174,7 @@ def assemble(sink: Sink, grading: Grading) -> Plate:
     source = COPIES * heat * over_beam
     model = FewStates(
         (silicon.heat_capacity * t * mass_beam + in_pads + in_oxide).tocsc(), conductance, source,
-        (heat * mass_beam).tocsc(), float(source.sum()), source, float(source.sum()), outputs, a, sink.voltage,
+        (heat * mass_beam).tocsc(), float(source.sum()), source, float(source.sum()), outputs, a, sink.drive,
     )  # fmt: skip
     return Plate(sink, part, basis, model, in_pads, in_oxide, factorize(conductance))
 

@@ -71,6 +71,7 @@ def test_known_numbers_of_two_columns() -> None:
         (("array.columns=0",), "must be a whole number from 1 to 100"),
         (("array.columns=20",), "is smaller than the array on it"),
         (("array.columns=5", "array.driven=[7]"), "names element 7, and the array has 5"),
+        (("array.columns=2", "drive.current=3mA"), "drive.current is of one sink"),
         (("array.columns=2", "substrate.thickness=none"), "stand on one substrate"),
     ],
 )

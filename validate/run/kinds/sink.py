@@ -10,7 +10,7 @@ from scenes.array import ONE_SINK
 from scenes.errors import SceneError, listed
 from scenes.formats import sink_text
 from scenes.model import AnyScene, Probe
-from scenes.physics import refuse_laws
+from scenes.physics import refuse_laws, refuse_terminals
 from scenes.plan import Request, Step, noted
 from scenes.sink import OF_A_SINK, Sink
 from validate.run import plan as plans
@@ -55,6 +55,7 @@ def _refuse(sink: Sink, request: Request) -> None:
         refuse(sink, request.reduction)
     if inputs.differentiated(request):
         refuse_laws((sink.silicon, sink.oxide), "a sensitivity")
+        refuse_terminals(sink.scene(), "a sensitivity")
 
 
 def exported(sink: Sink, request: Request) -> AnyScene:
