@@ -29,7 +29,8 @@ Curve = tuple[str, str, str, dict[str, Any]]
 SINK: Curve = ("sink_power_W", "power of the sink", LAYERS["sink"], {"drawstyle": "steps-post"})
 SENSOR: Curve = ("sensor_power_W", "power of the sensor", LAYERS["sensor"], {"drawstyle": "steps-post", "ls": "--"})
 FLOW: Curve = ("polymer_flux_W", "heat into the polymer", LAYERS["polymer"], {"lw": 3.0})
-IN_3D = {"color": "black", "lw": 0.9, "ls": ":"}
+IN_3D = {"lw": 5.0, "ls": "-", "alpha": 0.3, "zorder": 1}
+"""A pale band of the 1D curve's own colour under it, which is seen beside it where the two are apart."""
 _SAMPLES = 30
 """A panel of a start, or of what follows a step, has at least so many."""
 _START = 0.02
@@ -74,7 +75,7 @@ def _start_and_whole(
     outcome: Outcome[Device], number: int, what: str, curves: tuple[Curve, ...], label: str, slow: bool = False
 ) -> Figure:
     """Left the start, at its own scale; right the whole run, at the scale of what follows, and thin the scene's own run
-    beside the ``slow`` one, once its start is over; dotted the same run in 3D."""
+    beside the ``slow`` one, once its start is over; below, wide and pale, the same run in 3D."""
     run, three = (
         None if of is None else of.slow if slow else of.base
         for of in (outcome.runs, None if outcome.device_3d is None else outcome.device_3d.runs)
@@ -94,7 +95,8 @@ def _start_and_whole(
             for key, name, colour, look in curves:
                 own = {"color": colour, "label": name} | look
                 if model is three:
-                    own = look | IN_3D | {"label": "the same in 3D" if key == curves[0][0] else None}
+                    same = "the same in 3D" if key == curves[0][0] else None
+                    own = look | IN_3D | {"color": colour, "label": same}
                 ax.plot(model.result.time_s[at] * 1e3, model.result.trace(key)[at] * factor, **own)
         ax.set(xlim=(0.0, until * 1e3), xlabel="time (ms)")
         ax.xaxis.set_major_locator(MaxNLocator(5))
@@ -150,7 +152,7 @@ def responses(outcome: Outcome[Device]) -> Figure:
         power.plot(time, values, label=f"{run.step:+g} K" if run.step else "0 K", **look)
         if run.step in three:
             label = "in 3D" if run is runs[-1] else None
-            power.plot(*seen(three[run.step]), drawstyle="steps-post", label=label, **IN_3D)
+            power.plot(*seen(three[run.step]), label=label, **look | IN_3D)
         final = run.after.sensor_power_W * 1e3
         change = abs(final - run.before.sensor_power_W * 1e3)
         if change:
@@ -163,7 +165,7 @@ def responses(outcome: Outcome[Device]) -> Figure:
     power.set_ylabel("power of the sensor (mW)")
     rest.set(ylabel="part of the change still to come", ylim=(8e-5, 1.5), xlim=(0.0, shown))
     logarithmic(rest, "y")
-    rest.axhline(BAND, color=INK, lw=1.0, ls=":", label=f"band of {percent(BAND, 1)}")
+    rest.axhline(BAND, color=INK, lw=0.8, label=f"band of {percent(BAND, 1)}")
     legend(figure, power, rest, handlelength=1.5, columnspacing=1.2, fontsize=9)
     return figure
 
