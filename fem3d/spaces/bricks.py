@@ -16,6 +16,7 @@ from skfem import MeshHex
 from skfem.assembly.dofs import Dofs
 from skfem.refdom import RefHex
 
+from fem3d.spaces import varying as coefficient
 from fem3d.spaces.element import Degrees, ElementHexTrunk, active, factors, gauss, heights, line, local, modes
 from fem3d.spaces.entities import entities
 from fem3d.spaces.integrals import Rule, Side, Space, halves, rule, side
@@ -151,6 +152,20 @@ class BrickSpace(Space):
             data.append(both.ravel())
         joined = np.concatenate(data), (np.concatenate(rows), np.concatenate(columns))
         return csc_array(coo_array(joined, shape=(self.size, self.size)))
+
+    def alike(self, cells: np.ndarray) -> list[np.ndarray]:
+        return [own for _, of in self._classes if len(own := np.intersect1d(of, cells))]
+
+    def varying(
+        self, cells: np.ndarray, rule: Rule, inverse: np.ndarray, k: np.ndarray, drift: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        x, y, z = self.degrees[:, cells[0]].tolist()
+        one, n = coefficient.reference(self.p, (x, y, z)), len(rule.there)
+        modes = [coefficient.coefficients(f * s, rule.points) for f, s in ((k, inverse**2), (drift, inverse))]
+        return tuple(  # type: ignore[return-value]
+            sum(c @ own for c, own in zip(each, table, strict=True)).reshape(-1, n, n)
+            for each, table in zip(modes, one, strict=True)
+        )
 
     def rule(self, cells: np.ndarray, more: int) -> Rule:
         """Gauss's rule of as many points along each axis as the highest degree of the cells there plus one."""

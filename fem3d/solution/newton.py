@@ -1,0 +1,194 @@
+"""The coupled steady state where a term makes the heat problem nonlinear: Newton's method, along a rising drive.
+
+The residual is exact but for its quadrature: outflow(u) - source(u), the Joule heat being that of the current that is
+solved for at u. Its tangent (`fem3d.problems.linearized`) treats the current's pattern as given, which costs steps and
+no accuracy. Where a step fails, the drive is raised in smaller steps from a state that is known; where these end
+nowhere, no steady state exists beyond: with a resistance that falls, or a conductivity that does, the heating runs away.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from fem3d.problems.current import Conductor, Potential
+from fem3d.problems.heat import HeatProblem
+from fem3d.problems.linearized import linearized
+from fem3d.solution.steady import CONVERGED, SteadyState
+from scenes.errors import NumericsError, RunawayError
+
+MOST_STEPS = 30  # of Newton's method at one drive
+INNER = 1e-4  # to which each step's linear system is solved, relatively
+HALVINGS = 3  # of a step that doesn't bring the state nearer
+SHORTEST = 1e-4  # step of the drive, relative, at which its largest value counts as found
+HOTTEST = 1e5  # K, beyond any solid: a state that hot is none
+TOLD = 0.05  # of the accuracy: what a finer quadrature may change of the rise
+MOST_FINER = 8
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """A rise (all nodes), the current there, the ``source`` (all nodes, W) and the residual (free nodes, W)."""
+
+    rise: np.ndarray
+    potential: Potential | None
+    source: np.ndarray
+    residual: np.ndarray
+
+
+@dataclass
+class Newton:
+    """The states of a nonlinear problem at fractions of what drives it."""
+
+    heat: HeatProblem
+    conductor: Conductor | None
+    accuracy: float
+    steps: int = 0
+    last: float = np.inf
+    tangent: HeatProblem | None = field(default=None, repr=False)
+
+    def at(self, rise: np.ndarray, drive: float, near: Potential | None = None) -> Point | None:
+        """The point of a rise, ``near`` being the current of a similar one; None where no law says anything there."""
+        heat, conductor = self.heat, self.conductor
+        hottest = float(np.abs(rise[heat.unit == 1.0]).max(initial=0.0))
+        if not np.isfinite(rise).all() or hottest > HOTTEST:
+            return None
+        source, potential = drive * heat.loads[0], None
+        if conductor is not None:
+            if not conductor.conducts(rise):
+                return None
+            potential = conductor.solve(rise, drive * conductor.voltages[0], None if near is None else near.potential)
+            source = source + conductor.joule_load(potential.density, rise)
+        return Point(rise, potential, source, (source - heat.outflow(rise))[: heat.free])
+
+    def solve(self, drive: float, start: np.ndarray, near: Potential | None) -> Point | None:
+        """The state at a fraction of the drive, from a rise near it; None where the iteration leads nowhere."""
+        heat = self.heat
+        start = np.concatenate([start[: heat.free], drive * heat.given[0]])
+        point, before = self.at(start, drive, near), np.inf
+        for _ in range(MOST_STEPS):
+            if point is None:
+                return None
+            self.steps += 1
+            density = np.empty(0) if point.potential is None else point.potential.density
+            tangent = linearized(heat, self.conductor, point.rise, density)
+            try:
+                direction = tangent.inner_rest.solve(tangent.solve_steady, point.residual[None], INNER)[0]
+            except NumericsError:
+                return None
+            moved = _largest(direction) / (_largest(point.rise[: heat.free] + direction) or 1.0)
+            new = self._along(point, tangent, direction, drive)
+            if new is None:
+                return None
+            point, self.last, self.tangent = new, moved, tangent
+            if moved < CONVERGED * self.accuracy and (moved < 1e-10 or moved > before / 2 or moved < 1e-7):
+                return point
+            before = moved
+        return None
+
+    def _along(self, point: Point, tangent: HeatProblem, direction: np.ndarray, drive: float) -> Point | None:
+        """The point at the end of a step, which is halved until it is nearer, as the tangent sees it."""
+        n, size = self.heat.free, _largest(direction)
+        for halving in range(HALVINGS + 1):
+            factor = 0.5**halving
+            rise = np.concatenate([point.rise[:n] + factor * direction, point.rise[n:]])
+            new = self.at(rise, drive, point.potential)
+            if new is None:
+                continue
+            left = _largest(tangent.solve_steady(new.residual))
+            if left < (1 - factor / 4) * size or left < 1e-9 * _largest(rise):
+                return new
+        return None
+
+
+def coupled(
+    heat: HeatProblem, conductor: Conductor | None, voltage: float, accuracy: float, start: np.ndarray | None = None
+) -> SteadyState:
+    """The steady state at constant inputs; ``start`` is a rise (all nodes) that may be near it. The heat problem of the
+    state is the one linearized about it. ``voltage`` (V) names the drive in messages.
+
+    Raises RunawayError where no steady state exists, NumericsError where the iteration fails.
+    """
+    if heat.inputs.schedules:
+        raise NumericsError("a scene whose conditions vary in time has no steady state")
+    if not heat.anchored:
+        raise NumericsError("a part of the scene has no exit for heat: it has no steady state")
+    newton = Newton(heat, conductor, accuracy)
+    point = None if start is None else newton.solve(1.0, start, None)
+    point = point or _driven(newton, voltage)
+    off = np.inf
+    for _ in range(MOST_FINER):
+        finer = replace(newton.heat, terms=tuple(term.finer() for term in newton.heat.terms))
+        assert newton.tangent is not None
+        change = (finer.outflow(point.rise) - newton.heat.outflow(point.rise))[: heat.free]
+        off = _largest(newton.tangent.solve_steady(change)) / (_largest(point.rise) or 1.0)
+        if off <= TOLD * accuracy:
+            return _state(newton, point, off)
+        newton.heat = finer
+        again = newton.solve(1.0, point.rise, point.potential)
+        if again is None:
+            break
+        point = again
+    raise NumericsError("the law of a property bends so sharply that no quadrature is fine enough for this accuracy")
+
+
+def _driven(newton: Newton, voltage: float) -> Point:
+    """The state at the whole drive, which is raised as far as each step leads."""
+    heat = newton.heat
+    drive, step, rise = 0.0, 1.0, np.zeros(heat.size)
+    near, before = None, None
+    while True:
+        ahead = min(1.0, drive + step)
+        guess = rise if before is None else rise + (ahead - drive) / (drive - before[0]) * (rise - before[1])
+        point = newton.solve(ahead, guess, near)
+        if point is None and before is not None:
+            point = newton.solve(ahead, rise, near)
+        if point is not None:
+            if ahead == 1.0:
+                return point
+            before, drive, rise, near = (drive, rise), ahead, point.rise, point.potential
+            step *= 2
+            continue
+        step /= 2
+        if step < SHORTEST * max(drive, SHORTEST):
+            raise _runaway(newton, voltage, drive)
+
+
+def _runaway(newton: Newton, voltage: float, drive: float) -> RunawayError:
+    if newton.conductor is None:
+        return RunawayError(
+            "thermal runaway: no steady state exists, because the conductivity falls as it heats; the largest part of "
+            f"what heats the scene with a steady state is {drive:.4g}", drive * abs(voltage),
+        )  # fmt: skip
+    limit = drive * abs(voltage)
+    return RunawayError(
+        f"thermal runaway: at {voltage:g} V no steady state exists, because the conductivity or the resistance falls as "
+        f"it heats; the largest voltage with a steady state is {limit:.4g} V", limit,
+    )  # fmt: skip
+
+
+def _state(newton: Newton, point: Point, off: float) -> SteadyState:
+    """The state of a point, with what its quadrature is ``off`` by."""
+    conductor, potential = newton.conductor, point.potential
+    density = np.zeros((3, 0, 0)) if potential is None else potential.density
+    heat = linearized(newton.heat, conductor, point.rise, density)
+    # What the stiffness makes of the rise is not the outflow where a term is no conduction.
+    source = point.source + heat.stiffness @ point.rise - newton.heat.outflow(point.rise)
+    lift = heat.lifts[0]
+    fields = (point.rise - lift)[: heat.free, None]
+    unsettled = newton.last + off
+    if conductor is None or potential is None:
+        return SteadyState(
+            heat, None, point.rise, source, {}, {}, 0.0, None, fields, [], 0.0, False, newton.steps,
+            unsettled=unsettled,
+        )  # fmt: skip
+    pattern, joule = conductor.pattern(potential), conductor.joule(density, point.rise)
+    return SteadyState(
+        heat, conductor, point.rise, source, joule, pattern.currents, float(sum(joule.values())), potential.potential,
+        fields, [pattern], 0.0, True, newton.steps, unsettled=unsettled, density=density,
+    )  # fmt: skip
+
+
+def _largest(field: np.ndarray) -> float:
+    return float(np.abs(field).max(initial=0.0))
