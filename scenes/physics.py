@@ -79,11 +79,11 @@ def follows(scene: AnyScene) -> bool:
 
 
 def refuse_following(scene: AnyScene) -> None:
-    """Refuses a law of the temperature, which the 3D solution does not have yet."""
+    """Refuses a law of the temperature over time, which the 3D solution does not have yet."""
     if follows(scene):
         raise SceneError(
-            "a property follows the temperature, and the 3D solution takes numbers, or three along x, y and z: give "
-            "its value at a temperature"
+            "a property follows the temperature, and over time the 3D solution takes numbers, or three along x, y and "
+            "z: give its value at a temperature, or ask for the steady state"
         )
 
 

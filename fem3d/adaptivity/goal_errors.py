@@ -62,6 +62,7 @@ def examined(study: Study, given: Problems, fine: Solution, marks: Features) -> 
         low = solution(study, given, 1, fine.state.follows_pattern)
     except NumericsError:
         return None
+    given = given.about(fine.state)
     judge = Estimator(given.bricks.grid, marks)
     scales = study.steady_scales(fine.out)
     own = of_part(study.part, study.goals, scales)
@@ -174,12 +175,16 @@ def steady_parts(
     source = heat.loads[0].copy()
     if state.conductor is not None:
         source += heat.take(state.conductor.on.load(state.conductor.heating(state.density, state.density, state.rise)))
-    # Two degrees lower only the rate is asked for, which the heat of the low solution gives.
+    # Two degrees lower only the rate is asked for, which the heat of the low solution gives, at the conductivity of the
+    # fine one.
     lowest = given.heats[0]
-    to_lowest = lowest.take(heat.field(source))
+    nonlinear = heat.about is not None
+    balanced = source + (heat.stiffness @ fine.state.rise - heat.outflow(fine.state.rise) if nonlinear else 0.0)
+    to_lowest = lowest.take(heat.field(balanced))
     rise = lowest.lifts[0] + lowest.whole(lowest.solve_steady(to_lowest[: lowest.free]))
-    fields = given.lifted(rise, 0), given.lifted(state.rise, 1)
-    residuals = tuple(source - heat.stiffness @ u for u in fields)
+    residuals = (
+        balanced - heat.stiffness @ given.lifted(rise, 0), source - heat.outflow(given.lifted(state.rise, 1))
+    )  # fmt: skip
     found = thermal_parts(given, fine.state.rise, residuals, scales, None, duals)
     return found | _potentials(study, given, scales)
 
@@ -214,7 +219,7 @@ def duals_of(goals: Mapping[str, str], given: Problems, rise: np.ndarray, time: 
         return {}
     loads, fields = np.array(list(thermal.values())), []
     for heat in given.heats[1:]:
-        solve = heat.solve_steady if time is None else heat.solve_shifted(time)
+        solve = heat.solve_dual if time is None else heat.solve_shifted(time)
         fields.append(heat.field(solve(loads[:, : heat.free])))
     return {name: [of[i] for of in fields] for i, name in enumerate(thermal)}
 
@@ -304,7 +309,7 @@ def at_contradictions(
         row = goal_row(heat, given.domain.probes[goals[name]], rise)
         assert row is not None
         dual, jump_heat = heat.take(of_spaces[-1]), np.zeros(space.size)
-        residual = row - heat.stiffness @ dual - (0.0 if time is None else heat.mass @ dual / time)
+        residual = row - heat.turned(dual) - (0.0 if time is None else heat.mass @ dual / time)
         jump_heat[heat.order[nodes]] = np.abs(heat.torn * residual)[nodes] / scales[name]
         part = (jump_heat / shares)[vertices]
         counts = map(len, space.grid.degrees)

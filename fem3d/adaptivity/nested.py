@@ -7,7 +7,7 @@ its own; on a mesh file the one of degree 2 holds that of degree 1.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Any
@@ -22,11 +22,12 @@ from fem3d.problems.current import Conductor
 from fem3d.problems.heat import HeatProblem
 from fem3d.results.outputs import Outputs, of_steady
 from fem3d.results.study import Quantities, Study
-from fem3d.solution import steady
+from fem3d.solution import newton, steady
 from fem3d.solution.steady import SteadyState
 from fem3d.spaces.bricks import BrickSpace
 from fem3d.spaces.domain import Domain
 from scenes import physics
+from scenes.errors import NumericsError
 
 SOLVED = 1e-3  # potentials are solved to this fraction of the accuracy in the energy norm; powers see the square of it
 
@@ -38,6 +39,8 @@ class Problems:
     domain: Domain
     heats: tuple[HeatProblem, ...]
     conductors: tuple[Conductor | None, ...]
+    states: dict[int, SteadyState] = field(default_factory=dict)
+    """Of a nonlinear problem the steady states that are known, by the number of the space."""
 
     @property
     def heat(self) -> HeatProblem:
@@ -54,6 +57,13 @@ class Problems:
         """The space on a grid of bricks, whose functions stand on known intervals of the axes."""
         assert isinstance(self.domain.space, BrickSpace)
         return self.domain.space
+
+    def about(self, state: SteadyState) -> Problems:
+        """The problems linearized about the steady state of the highest space, where they are nonlinear."""
+        if not state.heat.terms:
+            return self
+        lower = (state.heat.lower(k) for k in range(len(self.heats) - 1))
+        return replace(self, heats=(*lower, state.heat))
 
     def lifted(self, rise: np.ndarray, level: int) -> np.ndarray:
         """(..., all nodes of the highest space): fields of a lower one."""
@@ -107,9 +117,30 @@ def solution(study: Study, given: Problems, level: int = -1, follow: bool | None
     """The steady state in one of the nested spaces, by default the highest; ``follow`` as of `steady.coupled`."""
     heat, conductor = given.heats[level], given.conductors[level]
     thermal = physics.heat(given.domain.scene)
-    state = steady.coupled(heat, conductor, thermal, study.voltage, study.accuracy, follow)
+    if heat.terms and thermal:
+        state = _nonlinear(study, given, range(len(given.heats))[level])
+    else:
+        state = steady.coupled(heat, conductor, thermal, study.voltage, study.accuracy, follow)
     out = of_steady(state, study.part)
     return Solution(state, out, study.steady(out))
+
+
+def _nonlinear(study: Study, given: Problems, space: int) -> SteadyState:
+    """The steady state of a nonlinear problem in a space by its number, from that of the next lower one."""
+    if space in given.states:
+        return given.states[space]
+    heat, start = given.heats[space], None
+    if heat.about is not None:
+        raise NumericsError("a lower space has no steady state")
+    if space:
+        try:
+            below = _nonlinear(study, given, space - 1)
+            start = heat.take(below.heat.field(below.rise))
+        except NumericsError:
+            pass
+    state = newton.coupled(heat, given.conductors[space], study.voltage, study.accuracy, start, space + 1 == len(given.heats))
+    given.states[space] = state
+    return state
 
 
 def free_functions(given: Problems) -> list[np.ndarray]:

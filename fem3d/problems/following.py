@@ -21,7 +21,7 @@ from scenes import laws
 from scenes.laws import Property
 
 COLDEST = 1.0  # K: a state on the way to the solution may lie below, where no law says anything
-MORE = 3  # points along each axis beyond those of the linear problem: see `fem3d.solution.newton` for what they leave
+MORE = 1  # points along each axis beyond those of the linear problem: see `fem3d.solution.newton` for what they leave
 
 
 class Term(Protocol):

@@ -272,11 +272,12 @@ class HeatProblem:
     @cached_property
     def held_rows(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """For each boundary of given temperature the rows (all nodes,) of its heat flow per rise and per rate."""
-        turned = None if self.rest is None else self.rest.transposed()
-        return {
-            name: (self.stiffness @ v + (0.0 if turned is None else turned(v)), self.mass @ v)
-            for name, v in self.held_fields.items()
-        }
+        return {name: (self.turned(v), self.mass @ v) for name, v in self.held_fields.items()}
+
+    def turned(self, z: np.ndarray) -> np.ndarray:
+        """(all nodes,): the transposed tangent times a field (all nodes), in W per K of what it tests."""
+        found: np.ndarray = self.stiffness @ z
+        return found if self.rest is None else found + self.rest.transposed()(z)
 
 
 def _combined(a: csc_array, factor: float, b: csc_array) -> csc_array:

@@ -34,7 +34,8 @@ def solve(
     count = long_rows.modelled(sink)
     while True:
         part = symmetry.reduce(sink.scene(count))
-        physics.refuse_following(part.scene)
+        if request.transient:
+            physics.refuse_following(part.scene)
         answer = _answer(sink, count, part, request, progress or (lambda _: None), earlier)
         off = long_rows.apart(sink, count, answer)
         if off.within(sink.accuracy):

@@ -23,8 +23,9 @@ INNER = 1e-4  # to which each step's linear system is solved, relatively
 HALVINGS = 3  # of a step that doesn't bring the state nearer
 SHORTEST = 1e-4  # step of the drive, relative, at which its largest value counts as found
 HOTTEST = 1e5  # K, beyond any solid: a state that hot is none
-TOLD = 0.05  # of the accuracy: what a finer quadrature may change of the rise
+TOLD = 0.01  # of the accuracy: what a finer quadrature may change of the rise
 MOST_FINER = 8
+OLD = 1e-2  # of the rise, by which a state may have moved from where its tangent was made
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,13 +40,15 @@ class Point:
 
 @dataclass
 class Newton:
-    """The states of a nonlinear problem at fractions of what drives it."""
+    """The states of a nonlinear problem at fractions of what drives it: how many ``steps`` they took, the relative size
+    of the ``last`` one, and a ``tangent`` from which the state has moved by ``old`` of itself."""
 
     heat: HeatProblem
     conductor: Conductor | None
     accuracy: float
     steps: int = 0
     last: float = np.inf
+    old: float = np.inf
     tangent: HeatProblem | None = field(default=None, repr=False)
 
     def at(self, rise: np.ndarray, drive: float, near: Potential | None = None) -> Point | None:
@@ -66,13 +69,12 @@ class Newton:
         """The state at a fraction of the drive, from a rise near it; None where the iteration leads nowhere."""
         heat = self.heat
         start = np.concatenate([start[: heat.free], drive * heat.given[0]])
-        point, before = self.at(start, drive, near), np.inf
+        point, self.old = self.at(start, drive, near), np.inf
         for _ in range(MOST_STEPS):
             if point is None:
                 return None
             self.steps += 1
-            density = np.empty(0) if point.potential is None else point.potential.density
-            tangent = linearized(heat, self.conductor, point.rise, density)
+            tangent = self.tangent_at(point)
             try:
                 direction = tangent.inner_rest.solve(tangent.solve_steady, point.residual[None], INNER)[0]
             except NumericsError:
@@ -81,11 +83,17 @@ class Newton:
             new = self._along(point, tangent, direction, drive)
             if new is None:
                 return None
-            point, self.last, self.tangent = new, moved, tangent
-            if moved < CONVERGED * self.accuracy and (moved < 1e-10 or moved > before / 2 or moved < 1e-7):
+            point, self.last, self.old = new, moved, self.old + moved
+            if moved < CONVERGED * self.accuracy:
                 return point
-            before = moved
         return None
+
+    def tangent_at(self, point: Point) -> HeatProblem:
+        """The problem linearized about a point, or about one so near that its factors serve."""
+        if self.tangent is None or self.old > OLD:
+            density = np.empty(0) if point.potential is None else point.potential.density
+            self.tangent, self.old = linearized(self.heat, self.conductor, point.rise, density), 0.0
+        return self.tangent
 
     def _along(self, point: Point, tangent: HeatProblem, direction: np.ndarray, drive: float) -> Point | None:
         """The point at the end of a step, which is halved until it is nearer, as the tangent sees it."""
@@ -103,10 +111,12 @@ class Newton:
 
 
 def coupled(
-    heat: HeatProblem, conductor: Conductor | None, voltage: float, accuracy: float, start: np.ndarray | None = None
+    heat: HeatProblem, conductor: Conductor | None, voltage: float, accuracy: float, start: np.ndarray | None = None,
+    finer: bool = True,
 ) -> SteadyState:
     """The steady state at constant inputs; ``start`` is a rise (all nodes) that may be near it. The heat problem of the
-    state is the one linearized about it. ``voltage`` (V) names the drive in messages.
+    state is the one linearized about it, by a quadrature that is made ``finer`` until its error hardly counts.
+    ``voltage`` (V) names the drive in messages.
 
     Raises RunawayError where no steady state exists, NumericsError where the iteration fails.
     """
@@ -117,15 +127,15 @@ def coupled(
     newton = Newton(heat, conductor, accuracy)
     point = None if start is None else newton.solve(1.0, start, None)
     point = point or _driven(newton, voltage)
-    off = np.inf
+    off = 0.0
     for _ in range(MOST_FINER):
-        finer = replace(newton.heat, terms=tuple(term.finer() for term in newton.heat.terms))
-        assert newton.tangent is not None
-        change = (finer.outflow(point.rise) - newton.heat.outflow(point.rise))[: heat.free]
-        off = _largest(newton.tangent.solve_steady(change)) / (_largest(point.rise) or 1.0)
+        better = replace(newton.heat, terms=tuple(term.finer() for term in newton.heat.terms))
+        if finer:
+            change = (better.outflow(point.rise) - newton.heat.outflow(point.rise))[: heat.free]
+            off = _largest(newton.tangent_at(point).solve_steady(change)) / (_largest(point.rise) or 1.0)
         if off <= TOLD * accuracy:
             return _state(newton, point, off)
-        newton.heat = finer
+        newton.heat = better
         again = newton.solve(1.0, point.rise, point.potential)
         if again is None:
             break
@@ -172,7 +182,9 @@ def _state(newton: Newton, point: Point, off: float) -> SteadyState:
     """The state of a point, with what its quadrature is ``off`` by."""
     conductor, potential = newton.conductor, point.potential
     density = np.zeros((3, 0, 0)) if potential is None else potential.density
-    heat = linearized(newton.heat, conductor, point.rise, density)
+    near = newton.tangent_at(point)
+    heat = replace(near, about=near.field(point.rise), exact=newton.heat)
+    heat.kept.tell(solve_steady=near.solve_steady)
     # What the stiffness makes of the rise is not the outflow where a term is no conduction.
     source = point.source + heat.stiffness @ point.rise - newton.heat.outflow(point.rise)
     lift = heat.lifts[0]
