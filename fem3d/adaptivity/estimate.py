@@ -18,7 +18,7 @@ solution and the dual one (`sizes`), and this counts where it is the largest of 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -36,6 +36,9 @@ SLOWEST = 1.0  # slowest rate a that is assumed next to an edge, unless theory h
 LAG, LAG_OVER_EXPONENT = 3.0, 0.6
 REGULAR = 2.0  # slowest rate a away from edges: that next to an edge of exponent 1/2
 FASTEST = 40.0
+# Of a solution whose second derivative jumps inside an interval, at p^-3/2 in the energy norm (Gui and Babuska) and
+# twice that in a reading, less one, as parts of either sign make up what is seen of it.
+BENT = 2.0
 
 Spread = list[np.ndarray]
 """Per axis (intervals,): what is missing there."""
@@ -85,9 +88,11 @@ def _ratios(p: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 class Estimator:
-    """What a grid and its features say of how errors fall with the degree, on each interval."""
+    """What a grid and its features say of how errors fall with the degree, on each interval; ``bent`` (intervals,) per
+    axis are those across which the solution bends, as a property's law does: there a small part is so by chance, and
+    errors fall no faster than `BENT`."""
 
-    def __init__(self, grid: Grid, marks: Features) -> None:
+    def __init__(self, grid: Grid, marks: Features, bent: Sequence[np.ndarray] | None = None) -> None:
         self._degrees = [np.maximum(p, 2) for p in grid.degrees]
         self._cap, self._least, self._fall = [], [], []
         for p, b, near, planes in zip(self._degrees, grid.breaks, marks.near(grid), marks.exponents, strict=True):
@@ -101,6 +106,8 @@ class Estimator:
             self._fall.append(fall)
             self._least.append(np.where(np.isfinite(s), np.minimum(edge, SLOWEST), REGULAR))
             self._cap.append(np.where(np.isfinite(s), edge, rate(p, fall)).clip(max=FASTEST))
+        if bent is not None:
+            self._cap = [np.where(at, np.minimum(cap, BENT), cap) for at, cap in zip(bent, self._cap, strict=True)]
 
     @property
     def most(self) -> float:

@@ -63,7 +63,7 @@ def examined(study: Study, given: Problems, fine: Solution, marks: Features) -> 
     except NumericsError:
         return None
     given = given.about(fine.state)
-    judge = Estimator(given.bricks.grid, marks)
+    judge = Estimator(given.bricks.grid, marks, given.bent)
     scales = study.steady_scales(fine.out)
     own = of_part(study.part, study.goals, scales)
     duals = duals_of(study.goals, given, fine.state.rise, None)

@@ -29,6 +29,7 @@ from fem3d.spaces.domain import Domain
 from scenes import physics
 from scenes.errors import NumericsError
 
+ALONG = 0.1  # of the largest change over a cell, along another axis, from which on it bends along that one too
 SOLVED = 1e-3  # potentials are solved to this fraction of the accuracy in the energy norm; powers see the square of it
 
 
@@ -68,6 +69,18 @@ class Problems:
     def lifted(self, rise: np.ndarray, level: int) -> np.ndarray:
         """(..., all nodes of the highest space): fields of a lower one."""
         return self.heat.take(self.heats[level].field(rise))
+
+    @property
+    def bent(self) -> list[np.ndarray] | None:
+        """Per axis (intervals,): those across which the law of a property bends at the state that the problems are
+        linearized about; None where nothing does."""
+        space, changes = self.bricks, np.zeros((3, len(self.domain.body)))
+        for term in self.heat.terms if self.heat.about is not None else ():
+            changes = np.maximum(changes, term.bent(self.heat.about))
+        if not changes.any():
+            return None
+        matter = (changes > 0) & (changes >= ALONG * changes.max(axis=0))
+        return [np.bincount(at, own, len(n)) > 0 for at, own, n in zip(space.ijk, matter, space.grid.degrees, strict=True)]
 
     def let_go(self) -> None:
         """Lets go of the factors of the lower spaces, of which a response with a known steady state needs none."""

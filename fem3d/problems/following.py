@@ -8,7 +8,7 @@ grad v, which is not. A term of another kind (radiation, say) has the same three
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
 
@@ -21,6 +21,7 @@ from scenes import laws
 from scenes.laws import Property
 
 COLDEST = 1.0  # K: a state on the way to the solution may lie below, where no law says anything
+FINEST = 64  # pieces of a cell
 MORE = 1  # points along each axis beyond those of the linear problem: see `fem3d.solution.newton` for what they leave
 
 
@@ -34,8 +35,11 @@ class Term(Protocol):
         """(functions, functions) twice, in W/K: a symmetric part of its derivative, with which K stays positive
         definite, and the rest where there is one."""
 
-    def finer(self) -> Term:
-        """The same by a finer quadrature, which tells the error of its own."""
+    def bent(self, u: np.ndarray) -> np.ndarray:
+        """(3, all cells): by how much u (K) changes along each axis of the cells in which the term bends, else zero."""
+
+    def finer(self, u: np.ndarray) -> Term:
+        """The same by a quadrature that is finer for a field u, which tells the error of its own."""
 
 
 class OfCells:
@@ -58,6 +62,15 @@ class OfCells:
         """Its derivative (per K)."""
         return self._made(rise, lambda law, t: law.slope(t) if callable(law) else np.zeros_like(t))
 
+    def bends(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        """(cells,): where a table has a bend between two rises (cells,), in K."""
+        found = np.zeros(len(low), bool)
+        for at, given in self._parts:
+            for law in laws.of(given):
+                for bend in getattr(law, "temperatures", ()):
+                    found[at] |= (self._start + low[at] < bend) & (bend < self._start + high[at])
+        return found
+
     def _made(self, rise: np.ndarray, of: Callable[[Property, np.ndarray], np.ndarray]) -> np.ndarray:
         temperature = np.maximum(self._start + rise, COLDEST)
         found = np.empty((*((3,) if self._axes else ()), *rise.shape))
@@ -79,31 +92,36 @@ def following(domain: Domain, key: str) -> np.ndarray:
 @dataclass(frozen=True, eq=False)
 class Conduction:
     """The conductivity beyond that of the initial temperature, on the cells where it follows; ``more`` points along
-    each axis than is their due."""
+    each axis than is their due, on so many ``pieces`` (3, all cells) where a law bends inside."""
 
     domain: Domain
     more: int = MORE
-    parts: list[tuple[Cells, OfCells, np.ndarray]] = field(init=False)
+    pieces: np.ndarray | None = None
 
-    def __post_init__(self) -> None:
-        parts = []
-        for cells in self.domain.space.alike(following(self.domain, "thermal_conductivity")):
-            on = self.domain.space.on(cells, self.more)
-            law = OfCells(self.domain, "thermal_conductivity", cells)
-            parts.append((on, law, law.value(np.zeros((len(cells), 1)))))
-        object.__setattr__(self, "parts", parts)
+    @cached_property
+    def parts(self) -> list[tuple[Cells, OfCells, np.ndarray, np.ndarray]]:
+        """Cells with a quadrature, the law and its value at the initial temperature there, and their numbers."""
+        found, space = [], self.domain.space
+        for alike in space.alike(following(self.domain, "thermal_conductivity")):
+            pieces = np.ones((3, len(alike)), int) if self.pieces is None else self.pieces[:, alike]
+            kinds, kind = np.unique(pieces, axis=1, return_inverse=True)
+            for k, (x, y, z) in enumerate(kinds.T.tolist()):
+                cells = alike[kind.ravel() == k]
+                on, law = space.on(cells, self.more, (x, y, z)), OfCells(self.domain, "thermal_conductivity", cells)
+                found.append((on, law, law.value(np.zeros((len(cells), 1))), cells))
+        return found
 
     def outflow(self, u: np.ndarray) -> np.ndarray:
         """(functions,): int (k - k0) grad u . grad v, in W."""
         found = np.zeros(self.domain.space.size)
-        for on, law, cold in self.parts:
+        for on, law, cold, _ in self.parts:
             found += on.flow((law.value(on.value(u)) - cold) * on.gradient(u))
         return found
 
     def tangent(self, u: np.ndarray) -> tuple[csc_array, csc_array]:
         """(functions, functions) twice: the integrals of (k - k0) grad w . grad v and of k' w grad u . grad v."""
         both = []
-        for on, law, cold in self.parts:
+        for on, law, cold, _ in self.parts:
             rise = on.value(u)
             one, other = on.tangent(law.value(rise) - cold, law.slope(rise) * on.gradient(u))
             both.append((one.ravel(), other.ravel()))
@@ -116,16 +134,34 @@ class Conduction:
     def _pattern(self) -> tuple[csc_array, np.ndarray]:
         """The pattern of the matrices, and which of its entries each entry of a cell's block adds to."""
         size, keys = self.domain.space.size, []
-        for on, _, _ in self.parts:
+        for on, _, _, _ in self.parts:
             numbers = on.numbers.astype(np.int64)
             keys.append((numbers[:, None, :] * size + numbers[:, :, None]).ravel())
         every, places = np.unique(np.concatenate(keys), return_inverse=True)
         starts = np.searchsorted(every, np.arange(size + 1, dtype=np.int64) * size)
         return csc_array((np.zeros(len(every)), every % size, starts), (size, size)), places
 
-    def finer(self) -> Conduction:
-        """By two more points along each axis."""
-        return Conduction(self.domain, self.more + 2)
+    def bent(self, u: np.ndarray) -> np.ndarray:
+        """(3, all cells): by how much a field u changes along each axis of the cells where a law bends between its
+        temperatures (K); zero elsewhere."""
+        found = np.zeros((3, len(self.domain.body)))
+        for on, law, _, cells in self.parts:
+            rise = on.value(u)
+            at = np.flatnonzero(law.bends(rise.min(axis=1), rise.max(axis=1)))
+            if len(at):
+                found[:, cells[at]] = on.within(on.gradient(u))[:, at]
+        return found
+
+    def finer(self, u: np.ndarray) -> Conduction:
+        """By four times the pieces along the axis along which a field u changes most in cells where a law bends between
+        its temperatures; without such cells, or where they are cut finely, by two more points along each axis."""
+        pieces = np.ones((3, len(self.domain.body)), int) if self.pieces is None else self.pieces.copy()
+        changes = self.bent(u)
+        cells = np.flatnonzero(changes.any(axis=0))
+        pieces[changes.argmax(axis=0)[cells], cells] *= 4
+        if 1 < pieces.max() <= FINEST:
+            return Conduction(self.domain, self.more, pieces)
+        return Conduction(self.domain, self.more + 2, self.pieces)
 
 
 def at_faces(domain: Domain, u: np.ndarray, faces: Faces, cells: np.ndarray) -> np.ndarray:

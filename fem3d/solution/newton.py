@@ -23,8 +23,8 @@ INNER = 1e-4  # to which each step's linear system is solved, relatively
 HALVINGS = 3  # of a step that doesn't bring the state nearer
 SHORTEST = 1e-4  # step of the drive, relative, at which its largest value counts as found
 HOTTEST = 1e5  # K, beyond any solid: a state that hot is none
-TOLD = 0.01  # of the accuracy: what a finer quadrature may change of the rise
-MOST_FINER = 8
+TOLD = 0.03  # of the accuracy: what a finer quadrature may change of the rise
+MOST_FINER = 6
 OLD = 1e-2  # of the rise, by which a state may have moved from where its tangent was made
 
 
@@ -129,7 +129,8 @@ def coupled(
     point = point or _driven(newton, voltage)
     off = 0.0
     for _ in range(MOST_FINER):
-        better = replace(newton.heat, terms=tuple(term.finer() for term in newton.heat.terms))
+        u = heat.field(point.rise)
+        better = replace(newton.heat, terms=tuple(term.finer(u) for term in newton.heat.terms))
         if finer:
             change = (better.outflow(point.rise) - newton.heat.outflow(point.rise))[: heat.free]
             off = _largest(newton.tangent_at(point).solve_steady(change)) / (_largest(point.rise) or 1.0)

@@ -32,6 +32,8 @@ def halves(both: csc_array) -> tuple[csc_array, csc_array]:
     return real, imaginary
 
 
+Pieces = tuple[int, int, int]
+WHOLE: Pieces = (1, 1, 1)
 Side = tuple[Rule, np.ndarray]
 """The rule of a side of the reference cell, with exact zeros of what vanishes there, and its outward normal, as long as
 the parallelogram that two of its edges span."""
@@ -97,8 +99,9 @@ class Space(ABC):
         """(points, functions of a cell): their values at reference points (3, points)."""
 
     @abstractmethod
-    def rule(self, cells: np.ndarray, more: int) -> Rule:
-        """The quadrature of some cells, with ``more`` points along each axis than is their due."""
+    def rule(self, cells: np.ndarray, more: int, pieces: Pieces = WHOLE) -> Rule:
+        """The quadrature of some cells, with ``more`` points along each axis than is their due, on so many ``pieces``
+        along each axis where they are bricks."""
 
     @abstractmethod
     def side(self, number: int) -> Side:
@@ -130,9 +133,9 @@ class Space(ABC):
         """Some cells, those together that have the same functions."""
         return [cells]
 
-    def on(self, cells: np.ndarray, more: int = 0) -> Cells:
-        """Integrals over some cells; ``more`` as of `rule`."""
-        return Cells(self, cells, self.rule(cells, more))
+    def on(self, cells: np.ndarray, more: int = 0, pieces: Pieces = WHOLE) -> Cells:
+        """Integrals over some cells; ``more`` and ``pieces`` as of `rule`."""
+        return Cells(self, cells, self.rule(cells, more, pieces))
 
     def faces(self, facets: np.ndarray, cells: np.ndarray) -> Faces:
         """Integrals over some facets of the mesh, each seen from one of its cells."""
@@ -161,6 +164,14 @@ class Cells:
         """(3, cells, points): its gradient."""
         own = u[self._dofs]
         return self.covariant(np.array([own @ s.T for s in self._rule.slopes]))
+
+    def within(self, slopes: np.ndarray) -> np.ndarray:
+        """(3, cells): how far a gradient (3, cells, points) spans each cell along the axes of the reference cell, in
+        the mean square."""
+        own = slopes / self._inverse if self._inverse.ndim == 3 else np.linalg.solve(
+            np.moveaxis(self._inverse, (0, 1), (-1, -2)), np.moveaxis(slopes, 0, -1)[..., None]
+        )[..., 0].transpose(2, 0, 1)
+        return np.sqrt((own**2).mean(axis=-1))
 
     def covariant(self, field: np.ndarray) -> np.ndarray:
         """(3, cells, points): a gradient (3, cells or 1, points or 1) of the reference cell on the cells themselves."""

@@ -15,11 +15,14 @@ from skfem import CellBasis, ElementHex1, ElementHex2, ElementTetP1, ElementTetP
 from skfem.assembly.dofs import Dofs
 from skfem.element import ElementH1
 from skfem.quadrature import get_quadrature
+from skfem.refdom import RefTet
 
 from fem3d.spaces import forms
 from fem3d.spaces.entities import entities
-from fem3d.spaces.integrals import Rule, Side, Space, halves, rule, side
+from fem3d.spaces.element import gauss
+from fem3d.spaces.integrals import WHOLE, Pieces, Rule, Side, Space, halves, rule, side
 
+LARGEST_ORDER = 8  # of scikit-fem's rules of the tetrahedron
 ORDER = 5  # order of the quadrature: twice the degree for the mass matrix, and one more for a coefficient
 
 
@@ -76,7 +79,7 @@ class MappedSpace(Space):
             self.mesh, self.element, quadrature=rule, elements=own, dofs=self.numbering, disable_doflocs=True
         )
 
-    def rule(self, cells: np.ndarray, more: int) -> Rule:
+    def rule(self, cells: np.ndarray, more: int, pieces: Pieces = WHOLE) -> Rule:
         """scikit-fem's, of `ORDER` and two more for each point."""
         return _rule(self._simplex, ORDER + 2 * more)
 
@@ -119,8 +122,19 @@ def _values(simplex: bool, X: np.ndarray, along: int | None = None) -> np.ndarra
 
 @lru_cache
 def _rule(simplex: bool, order: int) -> Rule:
-    points, weights = get_quadrature(_element(simplex).refdom, order)
+    points, weights = _collapsed(order) if simplex else get_quadrature(_element(simplex).refdom, order)
     return rule(points, weights, partial(_values, simplex))
+
+
+def _collapsed(order: int) -> tuple[np.ndarray, np.ndarray]:
+    """scikit-fem's rule of the tetrahedron, or beyond its highest order that of a collapsed cube (Stroud, Approximate
+    Calculation of Multiple Integrals, 1971, section 2.4)."""
+    if order <= LARGEST_ORDER:
+        return get_quadrature(RefTet, order)
+    x, w = gauss(order // 2 + 2)
+    u, v, t = (c.ravel() for c in np.meshgrid(x, x, x, indexing="ij"))
+    weights = np.einsum("i,j,k->ijk", w, w, w).ravel() * (1 - u) ** 2 * (1 - v)
+    return np.array([u, (1 - u) * v, (1 - u) * (1 - v) * t]), weights
 
 
 @lru_cache
