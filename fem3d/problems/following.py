@@ -21,6 +21,9 @@ from scenes import laws
 from scenes.laws import Property
 
 COLDEST = 1.0  # K: a state on the way to the solution may lie below, where no law says anything
+# Of the span of the points of a quadrature, which a cell may go on beyond them: two points leave 1/4 (1/sqrt(3) - 1/2
+# on either side over 1/sqrt(3)), more of them less.
+OUTSIDE = 0.37
 FINEST = 64  # pieces of a cell
 MORE = 1  # points along each axis beyond those of the linear problem: see `fem3d.solution.newton` for what they leave
 
@@ -147,7 +150,9 @@ class Conduction:
         found = np.zeros((3, len(self.domain.body)))
         for on, law, _, cells in self.parts:
             rise = on.value(u)
-            at = np.flatnonzero(law.bends(rise.min(axis=1), rise.max(axis=1)))
+            low, high = rise.min(axis=1), rise.max(axis=1)
+            beyond = OUTSIDE * (high - low)
+            at = np.flatnonzero(law.bends(low - beyond, high + beyond))
             if len(at):
                 found[:, cells[at]] = on.within(on.gradient(u))[:, at]
         return found
