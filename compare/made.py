@@ -18,6 +18,7 @@ DEVICE_FIGURES = {
     "figure11": "the same as figure 9, sampled every 5 ms with gains of 0.5 and 0.05 V",
     "figure12": "the sensor's power after outer steps from -80 to +20 K",
     "figure13": "the steady power of the sensor against the outer temperature",
+    "figure14": "what a lead to ground that sink and sensor share does to both",
 }
 LATE = ("figure11", "figure12", "figure13")
 """The figures of a device that need runs of their own, which the paper's scheme does not make."""

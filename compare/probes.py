@@ -6,46 +6,18 @@ largest; that of all else the 3D value itself, over time the largest. No differe
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
 
 import numpy as np
 
 from compare.course import Course, told_apart
+from compare.quantities import Quantities, called
 from compare.verdict import Check, Comparison, judged, spread
 from scenes.formats import cut, quantity, signed
 from scenes.model import OVER_TIME, Declared
 from scenes.result import Estimate, Result, Traces
-
-EDGE = 1e-5
-"""The part of the run to either side of a drive's jump in which nothing is compared."""
-
-
-@dataclass(frozen=True)
-class Quantities:
-    """What both models answer: ``units`` by name, the ``initial`` temperature (K) above which temperatures rise, when
-    (s) the errors over time begin to hold, the ``jumps`` (s) after which they begin again, and the ``edges`` (s) at
-    which a drive jumps: a circuit's edge takes a while, and what happens on it is no difference of models."""
-
-    units: Mapping[str, str]
-    initial: float
-    start: float = 0.0
-    jumps: tuple[float, ...] = ()
-    edges: tuple[float, ...] = ()
-
-    def base(self, name: str) -> float:
-        """What the scale of a quantity counts from."""
-        return self.initial if self.units[name] == "K" else 0.0
-
-    def sure(self, times: np.ndarray) -> np.ndarray:
-        """(times,): where the errors hold."""
-        found: np.ndarray = times >= self.start * (1 - 1e-9)
-        for jump in self.jumps:
-            found &= ~((times >= jump) & (times < jump + self.start * (1 - 1e-9)))
-        for edge in self.edges:
-            found &= np.abs(times - edge) > EDGE * times[-1]
-        return found
 
 
 @dataclass(frozen=True)
@@ -81,7 +53,7 @@ class Both:
         said = f"{quantity(one.value - base, unit)} against {quantity(three.value - base, unit)} in 3D"
         return Comparison(
             cut(name, 30), one.value - base, three.value - base, unit, off, u_num,
-            f"{name} is {said}{_above(unit)}", relative_to=_scale(unit),
+            f"{called(name)} is {said}{_above(unit)}", relative_to=_scale(unit),
         )  # fmt: skip
 
     def course(self, name: str) -> Course:
@@ -108,7 +80,8 @@ class Both:
             where = f"{quantity(float(found.model[i]), unit)} against {quantity(float(found.fem3d[i]), unit)} in 3D"
             apart = told_apart(found, abs(scale))
             said = f"; {apart.said()}" if apart is not None else ""
-            return f"{name} is {where} at {quantity(float(found.time[i]), 's', 3)}, {signed(float(off[i]), unit)}{said}"
+            when = f"at {quantity(float(found.time[i]), 's', 3)}, {signed(float(off[i]), unit)}"
+            return f"{called(name)} is {where} {when}{said}"
 
         return Comparison(
             f"{cut(name, 24)}, trace", float(found.model[i]), float(found.fem3d[i]), unit, part(float(off[i]), scale),

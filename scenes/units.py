@@ -10,7 +10,7 @@ import re
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 from scenes.errors import did_you_mean, printable
 
@@ -98,6 +98,7 @@ def parse_quantity(text: str) -> tuple[float, Unit | None]:
     return (round(value + 273.15, 9) if unit.celsius else value), unit
 
 
+@lru_cache(maxsize=256)
 def parse_unit(text: str) -> Unit:
     """A unit such as "um", "W/(m K)", "W/m/K", "kg/m^3" or "1/K"; a slash divides by the one factor that follows it.
 
@@ -245,6 +246,8 @@ THERMAL_CONTACT = Dimension("a thermal contact resistance", "m2 K/W", "1e-7 m2 K
 ELECTRICAL_CONTACT = Dimension("an electrical contact resistance", "ohm m2", "1e-12 ohm m2")
 HEAT_FLUX = Dimension("a heat flux", "W/m2", "100 W/m2")
 HEAT_SOURCE = Dimension("a heat source", "W/m3", "1e9 W/m3")
+CURRENT = Dimension("a current", "A", "3 mA", prefixed=True)
+RESISTANCE = Dimension("a resistance", "ohm", "100 ohm", prefixed=True)
 POWER = Dimension("a power", "W", "3 mW")
 
 DIMENSIONS = tuple(found for found in list(globals().values()) if isinstance(found, Dimension))

@@ -16,9 +16,9 @@ from typing import Any, TypeVar
 
 from scenes import laws, physics
 from scenes.following import number_of
-from scenes.free.document import HEAT_SOURCE, LISTS
+from scenes.free.document import HEAT_CONTACT, HEAT_SOURCE, LISTS, SERIES
 from scenes.keys import TYPES, type_of
-from scenes.kinds import HEAT_CONTACT, KELVIN, Convection, Quantity, Varying
+from scenes.kinds import KELVIN, Convection, Quantity, Varying
 from scenes.model import AnyScene, Material, Scene, Schedule, Value, values
 from scenes.moved import transferred
 from scenes.parameters import SECTION, Parameters
@@ -36,7 +36,7 @@ _SIZE = Quantity(LENGTH, 0.0, 1e4)
 
 def is_free(scene: object) -> bool:
     """Whether a scene is one of boxes or on a mesh, and none of the parametric ones."""
-    return not any(isinstance(scene, type(found.default)) for found in TYPES.values())
+    return getattr(scene, "kind", "") not in TYPES
 
 
 def numbers(scene: Any) -> dict[str, float]:
@@ -158,8 +158,9 @@ class Number:
 def of_free(scene: AnyScene) -> dict[str, Number]:
     """The numbers by their keys, zeros among them, which no logarithmic derivative can be taken by."""
     found = dict([*_materials(scene), *_conditions(scene), *_sources(scene)])
-    if isinstance(scene, Scene):
-        found |= dict(_planes(scene))
+    if scene.parts == "boxes":
+        boxes: Any = scene
+        found |= dict(_planes(boxes))
     if not scene.steady or not physics.heat(scene):
         found["scene.initial_temperature"] = Number(
             scene.initial_temperature, KELVIN, _scaled(scene, "initial_temperature")
@@ -212,8 +213,8 @@ def _with_material(scene: AnyScene, material: Material, key: str) -> Callable[[f
 def _conditions(scene: AnyScene) -> Iterator[tuple[str, Number]]:
     boundaries: tuple[Any, ...] = scene.boundaries
     for i, boundary in enumerate(boundaries):
-        kind, key = LISTS["boundary"][boundary.kind], f"boundary.{boundary.name}.{boundary.kind}"
-        if boundary.key != boundary.kind:
+        kind, key = LISTS["boundary"][boundary.key], f"boundary.{boundary.name}.{boundary.key}"
+        if boundary.kind == "convection" and boundary.contact_resistance:
             given = Number(_largest(boundary.ambient), KELVIN, _with_item(scene, "boundaries", i, "ambient"))
             yield f"boundary.{boundary.name}.{boundary.key}", given
             resistance = Number(boundary.contact_resistance, HEAT_CONTACT, _with_contact(scene, i))
@@ -227,6 +228,9 @@ def _conditions(scene: AnyScene) -> Iterator[tuple[str, Number]]:
             assert isinstance(kind, Varying)
             own = kind.quantity
         yield key, Number(_largest(boundary.value), own, _with_item(scene, "boundaries", i, "value"))
+        if 0 < boundary.series_resistance < inf:
+            more = _with_item(scene, "boundaries", i, "series_resistance")
+            yield f"boundary.{boundary.name}.series_resistance", Number(boundary.series_resistance, SERIES, more)
 
 
 def _with_contact(scene: Any, number: int) -> Callable[[float], Any]:

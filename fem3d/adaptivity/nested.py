@@ -1,7 +1,7 @@
 """The problems of a domain in its nested spaces, and their steady solutions.
 
 The space of each interval's own degree p holds those of degrees p - 1 and p - 2, whose matrices are leading parts of
-its own; on a mesh file the one of degree 2 holds that of degree 1.
+its own; so has the space of degree 3 on tetrahedra.
 """
 
 from __future__ import annotations
@@ -72,15 +72,20 @@ class Problems:
 
     @property
     def bent(self) -> list[np.ndarray] | None:
-        """Per axis (intervals,): those across which the law of a property bends at the state that the problems are
-        linearized about; None where nothing does."""
-        space, changes = self.bricks, np.zeros((3, len(self.domain.body)))
-        for term in self.heat.terms if self.heat.about is not None else ():
-            changes = np.maximum(changes, term.bent(self.heat.about))
+        """Per axis (intervals,), or on a mesh (cells,): those across which the law of a property bends at the state
+        that the problems are linearized about; None where nothing does."""
+        space, about = self.domain.space, self.heat.about
+        if about is None:
+            return None
+        changes = np.max([term.bent(about) for term in self.heat.terms], axis=0)
         if not changes.any():
             return None
+        if not isinstance(space, BrickSpace):
+            return [(changes > 0).any(axis=0)]
         matter = (changes > 0) & (changes >= ALONG * changes.max(axis=0))
-        return [np.bincount(at, own, len(n)) > 0 for at, own, n in zip(space.ijk, matter, space.grid.degrees, strict=True)]
+        return [
+            np.bincount(at, own, len(n)) > 0 for at, own, n in zip(space.ijk, matter, space.grid.degrees, strict=True)
+        ]
 
     def let_go(self) -> None:
         """Lets go of the factors of the lower spaces, of which a response with a known steady state needs none."""
@@ -97,9 +102,9 @@ class Problems:
     @cached_property
     def electric_parts(self) -> Parts:
         """What the degrees p - 1 and p take away of the power of the cold conductor, relative to it."""
-        space, own = self.bricks, self.conductor
+        space, own = self.domain.space, self.conductor
         if own is None:
-            none = [np.zeros(len(d)) for d in space.grid.degrees]
+            none = space.spread(np.empty(0, int), np.empty(0))
             return Parts(none, none, none)
         potentials, products = self.cold_potentials, []
         for lower, phi in pairwise(potentials):
@@ -151,7 +156,9 @@ def _nonlinear(study: Study, given: Problems, space: int) -> SteadyState:
             start = heat.take(below.heat.field(below.rise))
         except NumericsError:
             pass
-    state = newton.coupled(heat, given.conductors[space], study.voltage, study.accuracy, start, space + 1 == len(given.heats))
+    state = newton.coupled(
+        heat, given.conductors[space], study.voltage, study.accuracy, start, space + 1 == len(given.heats)
+    )
     given.states[space] = state
     return state
 
@@ -165,5 +172,5 @@ def parts_of(space: Any, free: Sequence[np.ndarray], products: Sequence[np.ndarr
     """The parts of one goal, from the free functions of each space, the lowest first, for the two upper ones the dual
     solutions (functions,) times the residuals of the space below, and the fine one times the `estimate.weights`."""
     new = [np.setdiff1d(upper, lower) for lower, upper in pairwise(free)]
-    before, last = (estimate.spread(space, at, own[at]) for at, own in zip(new, products, strict=True))
+    before, last = (space.spread(at, own[at]) for at, own in zip(new, products, strict=True))
     return Parts(before, last, estimate.every_second(space, free[-1], sizes[free[-1]]))

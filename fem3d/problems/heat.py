@@ -17,9 +17,9 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from fem3d.problems.cholesky import Factors, Ordering, part
+from fem3d.problems.following import Term
 from fem3d.problems.kept import Kept
 from fem3d.problems.rest import Rest
-from fem3d.problems.following import Term
 from fem3d.spaces.channels import Inputs
 from fem3d.spaces.domain import Domain
 from scenes.model import Value

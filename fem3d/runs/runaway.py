@@ -10,6 +10,7 @@ import numpy as np
 
 from fem3d.runs import scene as scene_run
 from fem3d.solution import transient
+from fem3d.solution.exponential import runs_away
 from fem3d.spaces import channels
 from scenes.errors import NumericsError, RunawayError, RunawayInTimeError
 from scenes.model import AnyScene, Boundary, GroupBoundary, Value
@@ -45,19 +46,19 @@ def until(
             raise runaway from None
     else:
         raise runaway
-    said = str(runaway)
+    found = runaway.time
     try:
         fields = result.details["transient"]
         transient.march(fields.base, fields.reduced, scene.end_time, STEPS * scene.accuracy)
     except RunawayInTimeError as known:
-        said = str(known)
+        found = known.time
     limit = _limit(scene, runaway.time)
-    most = f"; the largest voltage with a steady state is {limit:.4g} V" if np.isfinite(limit) else ""
-    return kept, result, f"{said}; it is solved up to {TIME.show(end)}{most}"
+    return kept, result, f"{runs_away(found, scene.accuracy)}; it is solved up to {TIME.show(end)}{limit}"
 
 
-def _limit(scene: AnyScene, time: float) -> float:
-    """The largest voltage with a steady state under what holds at a ``time`` (s); infinite where it isn't known."""
+def _limit(scene: AnyScene, time: float) -> str:
+    """The largest voltage, or given current, with a steady state under what holds at a ``time`` (s), as the end of a
+    sentence; nothing where it isn't known."""
 
     def then(value: Value) -> float:
         return float(channels.value(value, np.array([time]))[0])
@@ -71,7 +72,7 @@ def _limit(scene: AnyScene, time: float) -> float:
     try:
         scene_run.solve(replace(scene, **given, steady=True, output_times=(), accuracy=ROUGH))
     except RunawayError as error:
-        return error.limit
+        return f"; {error.largest}" if error.largest else ""
     except NumericsError:
-        pass
-    return float("inf")
+        return ""
+    return ""

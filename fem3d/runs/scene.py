@@ -9,6 +9,7 @@ from typing import Any
 
 from fem3d.adaptivity import loop
 from fem3d.adaptivity.mesh import Answer
+from fem3d.adaptivity.trace_errors import ROW_SHARE, Response
 from fem3d.results import outputs
 from fem3d.results.study import Study
 from fem3d.runs import currents, probe_quantities
@@ -45,24 +46,23 @@ def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole:
             details["field_error"] = answer.field
             details["warnings"] += _of_field(answer.field, study.field)
     else:
-        details |= {
-            "scales": response.scales, "accurate_from_s": study.earliest, "transient": response.transient,
-            "jumps": len(answer.heat.jumps(study.end)),
-        }  # fmt: skip
+        details |= {"scales": response.scales, "transient": response.transient}
     if isinstance(scene, Scene):
         details["warnings"] += structure.remarks(scene)
     details["warnings"] += on.warnings(study, {n: e / details["scales"][n] for n, e in errors.items()})
     if response is not None:
-        return Result("fem3d", {}, Traces(response.times, response.traces, response.errors), details)
+        jumps = tuple(answer.heat.jumps(study.end).tolist())
+        traces = Traces(response.times, response.traces, response.errors, study.earliest, jumps)
+        return Result("fem3d", {}, traces, details)
     values = answer.fine.quantities
     return Result("fem3d", {n: Estimate(float(v), errors[n]) for n, v in values.items()}, None, details)
 
 
 def on_file(scene: MeshScene) -> Any:
-    """The `fem3d.adaptivity.mesh_file.FileMesh` of a scene, which boxes do not wait for."""
-    from fem3d.adaptivity.mesh_file import FileMesh
+    """The mesh of a scene's file (`fem3d.adaptivity.mesh_file`), which boxes do not wait for."""
+    from fem3d.adaptivity import mesh_file
 
-    return FileMesh.of(scene)
+    return mesh_file.of(scene)
 
 
 def part_of(scene: AnyScene, whole: bool) -> Symmetry:
@@ -96,6 +96,15 @@ def _of_field(off: float, enough: float) -> list[str]:
     ]
 
 
+def _of_rows(study: Study, response: Response | None) -> list[str]:
+    if response is None or response.between <= ROW_SHARE * study.accuracy:
+        return []
+    return [
+        f"the {len(response.times)} rows of the traces are as many as are made: straight lines between them are off by "
+        f"up to {response.between:.1e}, more than {ROW_SHARE:g} of the accuracy of {study.accuracy:g}; errors have it"
+    ]
+
+
 def described(study: Study, answer: Answer) -> dict[str, Any]:
     """What a result says of its last level."""
     heat, conductor, mesh, response = answer.heat, answer.conductor, answer.mesh, answer.response
@@ -105,33 +114,24 @@ def described(study: Study, answer: Answer) -> dict[str, Any]:
     over_time = None if response is None else response.imbalance
     return {
         "unknowns": heat.free if physics.heat(heat.domain.scene) else electric, "electric_unknowns": electric,
-        "levels": answer.levels, "symmetry": study.part.part, "warnings": [],
+        "levels": answer.levels, "symmetry": study.part.part,
+        "warnings": _of_rows(study, response),
         "fields": mesh.fields(heat, study.part, state, transient), "mesh": mesh.statistics(heat),
         "steps": 0 if transient is None else len(transient.trajectory.steps),
-        "energy_imbalance": over_time if answer.steady is None else imbalance(answer.steady.out),
+        "energy_imbalance": over_time if answer.steady is None else outputs.unbalanced(answer.steady.out)[1],
         "transient_imbalance": over_time,
     }  # fmt: skip
-
-
-def imbalance(out: outputs.Outputs) -> float:
-    """|what enters| over what passes: heat by the boundaries' flows, sources and currents, or, where nothing thermal is
-    asked for, power by what the electrodes supply; of a steady state."""
-    flows = [float(v) for name, v in out.items() if name.startswith("flow:")]
-    power, generated = float(out["power"]), float(out["generated"])
-    if not flows:
-        return abs(power - float(out["dissipated"])) / power if power else 0.0
-    passing = (sum(abs(f) for f in flows) + power + abs(generated)) / 2
-    return abs(sum(flows) + power + generated) / passing if passing else 0.0
 
 
 def plan(scene: AnyScene, whole: bool = False, mesh: Any = None) -> tuple[Step, ...]:
     """What `solve` will do, before it does it; of a mesh file also, with the last ``mesh``, as it turned out."""
     if isinstance(scene, MeshScene):
-        given = mesh.given if mesh else on_file(scene)
-        lines, reached = given.steps(mesh), f"errors estimated, and compared with {scene.accuracy:g}"
+        given = mesh or on_file(scene)
+        lines, reached = given.steps(mesh and mesh.levels), f"errors estimated, and compared with {scene.accuracy:g}"
         electric = Step("electric problem", "skipped", "there is no electrode")
         if physics.electric(scene) and any(b.kind == "voltage" for b in scene.boundaries):
-            alone = int((given.placed.conducting & ~given.placed.fixed).sum())
+            placed = given.domain.placed
+            alone = int((placed.conducting & ~placed.fixed).sum())
             heat_alone = f"; {alone} of them, which no electrode touches, are solved for heat alone" * bool(alone)
             electric = Step("electric problem", "done", f"in the cells that conduct{heat_alone}")
         return *lines, heat_step(scene), electric, *states(scene, reached)

@@ -45,7 +45,7 @@ def solve(
     details = scene_run.described(study(sink, count, part), answer)
     details |= {
         "plan": noted(_plan(sink, part, request), _found(sink, answer)),
-        "warnings": _warnings(sink, float(answer.fine.quantities["peak_rise_K"])),
+        "warnings": [*details["warnings"], *_warnings(sink, float(answer.fine.quantities["peak_rise_K"]))],
         "profile": _profile(sink, count, answer.fine.state, part),
         "sink": sink,
         "spans_solved": count,

@@ -113,7 +113,9 @@ class Goals:
                 changed = conductivity * _shrinks(domain, probe, by) + by.conductivity
                 return float(probes.gradient(domain, probe, probes.cell_by_cell(changed)) @ rise)
 
-            return replace(self._none, row=probes.gradient(domain, probe, probes.cell_by_cell(conductivity)), own=((1.0, own),))
+            return replace(
+                self._none, row=probes.gradient(domain, probe, probes.cell_by_cell(conductivity)), own=((1.0, own),)
+            )
         found, facets = self._none, domain.facets(probe)
         for boundary in domain.scene.boundaries:
             if boundary.kind != "voltage":

@@ -111,7 +111,11 @@ class Newton:
 
 
 def coupled(
-    heat: HeatProblem, conductor: Conductor | None, voltage: float, accuracy: float, start: np.ndarray | None = None,
+    heat: HeatProblem,
+    conductor: Conductor | None,
+    voltage: float,
+    accuracy: float,
+    start: np.ndarray | None = None,
     finer: bool = True,
 ) -> SteadyState:
     """The steady state at constant inputs; ``start`` is a rise (all nodes) that may be near it. The heat problem of the

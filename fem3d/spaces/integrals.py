@@ -82,6 +82,16 @@ class Space(ABC):
 
     @property
     @abstractmethod
+    def depth(self) -> np.ndarray:
+        """(functions,): in how many degrees less each is not there any more, less one; more than any for vertices."""
+
+    @abstractmethod
+    def spread(self, functions: np.ndarray, parts: np.ndarray) -> list[np.ndarray]:
+        """What some functions (n,) miss, each ``parts`` (n,) of it, on what they stand on
+        (`fem3d.adaptivity.estimate.Spread`)."""
+
+    @property
+    @abstractmethod
     def unit(self) -> np.ndarray:
         """(functions,): the coefficients of the constant 1."""
 
@@ -168,9 +178,13 @@ class Cells:
     def within(self, slopes: np.ndarray) -> np.ndarray:
         """(3, cells): how far a gradient (3, cells, points) spans each cell along the axes of the reference cell, in
         the mean square."""
-        own = slopes / self._inverse if self._inverse.ndim == 3 else np.linalg.solve(
-            np.moveaxis(self._inverse, (0, 1), (-1, -2)), np.moveaxis(slopes, 0, -1)[..., None]
-        )[..., 0].transpose(2, 0, 1)
+        own = (
+            slopes / self._inverse
+            if self._inverse.ndim == 3
+            else np.linalg.solve(np.moveaxis(self._inverse, (0, 1), (-1, -2)), np.moveaxis(slopes, 0, -1)[..., None])[
+                ..., 0
+            ].transpose(2, 0, 1)
+        )
         return np.sqrt((own**2).mean(axis=-1))
 
     def covariant(self, field: np.ndarray) -> np.ndarray:

@@ -61,8 +61,8 @@ def _moments(p: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def coefficients(values: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """(..., modes): the Legendre coefficients of fields (..., points), times the weights of a rule of the unit cube with
-    such points (3, points)."""
+    """(..., modes): the Legendre coefficients of fields (..., points), times the weights of a rule of the unit cube
+    with such points (3, points)."""
     x, y, z = (_legendre(c)[k] for c, k in zip(points, POWERS.T, strict=True))
     return values @ (x * y * z).T
 

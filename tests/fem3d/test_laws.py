@@ -48,7 +48,8 @@ def bar(law, hot=None, volts=None, accuracy=1e-4, **material):
         given = {"resistivity": RHO, **given}
         probe.append({"name": "current", **ends[1], "quantity": "current"})
     probe.append({"name": "flow", **ends[0], "quantity": "heat_flow"})
-    probe.append({"name": "section", "lower": [LENGTH / 4, 0, 0], "upper": [LENGTH / 4, *b[1:]], "quantity": "heat_flow"})
+    quarter = LENGTH / 4
+    probe.append({"name": "section", "lower": [quarter, 0, 0], "upper": [quarter, *b[1:]], "quantity": "heat_flow"})
     return {
         "scene": {"initial_temperature": COLD},
         "material": [given],
@@ -73,7 +74,8 @@ def test_between_two_temperatures_the_transform_is_linear(law):
     held(found["flow"], -whole / LENGTH * area, 1e-3 * whole / LENGTH * area)
     held(found["section"], -whole / LENGTH * area, 1e-3 * whole / LENGTH * area)
     # A law that differs by a thousandth is told apart.
-    twin = {**law, "exponent": law["exponent"] * 1.001} if "exponent" in law else {**law, "values": [130.0, 60.06, 90.0]}
+    off = {"exponent": law["exponent"] * 1.001} if "exponent" in law else {"values": [130.0, 60.06, 90.0]}
+    twin = law | off
     assert abs(found["at"].value - inverse(twin, theta(twin, 700.0) / 2)) > found["at"].error
 
 

@@ -6,6 +6,7 @@ examples:
   validate sink --voltage 2V --set sink.width=20um --set drive.electrodes=pad-edge
   validate sink --export my-model
   validate sink --why
+  validate sink --left-out
   validate sink --sensitivities
   validate scene sink > mine.toml; validate sink mine.toml --accuracy 1e-4 --strict
 
@@ -17,7 +18,6 @@ from __future__ import annotations
 
 import argparse
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from reduced1d.ladder import REDUCTIONS
@@ -25,7 +25,6 @@ from scenes.errors import SceneError, printable
 from validate.cli import common
 
 if TYPE_CHECKING:
-    from compare.against import Data
     from scenes.plan import Request
     from scenes.sink import Sink
 
@@ -34,16 +33,14 @@ _FIRST, *_BETWEEN, _LAST = REDUCTIONS
 OPTIONS = {
     **common.of_run("sink", "sink.width=20um", "relative accuracy of the 3D solution (default 1e-3 or the scene's)"),
     "--voltage V": 'voltage across the electrodes: 1, 2V or "500 mV"; for --set drive.voltage=V',
-    "--against FILE": "compare your own traces with 3D: a COMSOL table, a CSV or other table, an ngspice file",
-    "--column NAME=COLUMN ...": 'what a column of that file is, where its name does not tell: peak="T (K), Point 1"'
-    ', "end rise (K)=3", drive.voltage=Va; as often as needed',
-    "--data-uncertainty U ...": 'the standard uncertainty of the data: 0.5K, 1%%, peak=0.5K or peak="a column"',
-    "--calibrate KEY ...": "fit a key to that data in 3D, as often as needed, and go on with what is fitted",
+    **common.of_data('peak="T (K), Point 1", "end rise (K)=3", drive.voltage=Va', "peak"),
     "--steady": "",
     "--only {3d,1d}": "one model only",
-    "--reduction R": f"the 1D model: {_FIRST} (default), {', '.join(_BETWEEN)} or {_LAST}[:N]",
+    "--reduction R": f"the 1D model: {_FIRST} (default), {', '.join(_BETWEEN)} or {_LAST}[:N]; or one of your own, "
+    "FILE.py:FUNCTION, FILE.cir, FILE.fmu or FILE.csv",
     "--why": "split the 1D model's differences from 3D by the assumptions behind them",
     "--air": "up to which coefficient losses to the air may be left out, and what a lumped term gives",
+    "--left-out": "what both models leave out: the substrate and the air above, each solved in 3D, and both at once",
     "--sensitivities": "how both models follow each key: d ln quantity / d ln key, 1D against 3D",
     **common.of_inputs("oxide_thickness=0.1um, voltage=1%%; or materials, for the scene's table of them",
                        "pad_width,oxide_width=0.9"),
@@ -61,7 +58,9 @@ def run(arguments: argparse.Namespace) -> int:
     sink = load(arguments.scene or "sink", common.settings(arguments, ("drive.voltage", arguments.voltage)), of=SINK)
     request = _request(arguments, sink)
     given = [arguments.against, *arguments.column] if arguments.against else []
-    data, sampled = _data(arguments, sink, request), None
+    if arguments.against is not None and (not request.transient or "fem3d" not in request.models):
+        raise SceneError("--against compares with the 3D model over time: leave out --steady and --only 1d")
+    data, sampled = common.data_of(arguments, sink), None
     if request.monte_carlo:
         from validate.monte_carlo import added, check_apart
 
@@ -73,15 +72,16 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _request(arguments: argparse.Namespace, sink: Sink) -> Request:
     """What is asked for; SceneError where one thing leaves out another."""
-    from reduced1d.ladder import canonical
     from scenes.kinds import Quantity
     from scenes.units import TIME
+    from validate.models import of_reduction
 
     only, named, times, samples = arguments.only, arguments.reduction, arguments.field_times, arguments.monte_carlo
     sampling = f"--monte-carlo {printable(samples or '')}"
     common.refuse(
         (arguments.why and only, f"--why compares both models: leave out --only {only}"),
         (arguments.air and only, f"--air compares both models: leave out --only {only}"),
+        (arguments.left_out and only == "1d", "--left-out solves in 3D: leave out --only 1d"),
         (arguments.fields and only == "1d", "--fields writes the 3D model's fields: leave out --only 1d"),
         (
             arguments.export is not None and only == "1d",
@@ -101,6 +101,10 @@ def _request(arguments: argparse.Namespace, sink: Sink) -> Request:
         ),
         (samples is not None and only, f"--monte-carlo compares both models: leave out --only {only}"),
     )
+    reduction, model = of_reduction(named or "paper")
+    own = f"--reduction {printable(named or '')} is judged against 3D as it is: leave out"
+    for option, given in (("--why", arguments.why), ("--only 1d", only == "1d"), ("--monte-carlo", samples)):
+        common.refuse((model and given, f"{own} {option}"))
     if samples is not None:
         from validate.monte_carlo import FEWEST, MOST
 
@@ -109,29 +113,6 @@ def _request(arguments: argparse.Namespace, sink: Sink) -> Request:
     return common.request(
         arguments, sink, sink.accuracy,
         models={None: ("fem3d", "reduced1d"), "3d": ("fem3d",), "1d": ("reduced1d",)}[only],
-        transient=not arguments.steady, reduction=canonical(named or "paper"), monte_carlo=samples or 0,
+        transient=not arguments.steady, reduction=reduction, model=model, monte_carlo=samples or 0,
         field_times=tuple(kind.read("--field-times", part.strip()) or 0.0 for part in stored),
     )  # fmt: skip
-
-
-def _data(arguments: argparse.Namespace, sink: Sink, request: Request) -> Data | None:
-    """The user's own traces, read before anything is solved."""
-    if arguments.against is None:
-        common.refuse(
-            (arguments.column, "--column says what a column of --against FILE is: give that, too"),
-            (arguments.data_uncertainty, "--data-uncertainty is that of the data of --against FILE: give that, too"),
-            (arguments.calibrate, "--calibrate fits keys to the data of --against FILE: give that, too"),
-        )
-        return None
-    if not request.transient or "fem3d" not in request.models:
-        raise SceneError("--against compares with the 3D model over time: leave out --steady and --only 1d")
-    from validate.against.read import read
-
-    data = read(Path(arguments.against), sink, arguments.column, arguments.data_uncertainty)
-    if arguments.calibrate:
-        from validate.inputs.calibration import keys_of
-
-        if not arguments.data_uncertainty:
-            raise SceneError("--calibrate weighs the data by what they are known to: give --data-uncertainty, too")
-        keys_of(sink, arguments.calibrate, data)
-    return data

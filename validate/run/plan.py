@@ -63,6 +63,8 @@ def of_sink(sink: Sink, request: Request, solver: tuple[Step, ...], data: Data |
     steps += _uncertain(request)
     if request.air:
         steps.append(step("air", "3D at coefficients from 0 to 1e5 W/(m2 K), and where the limits are"))
+    if request.left_out:
+        steps.append(step("left_out", "3D again with each effect that both models leave out, and with all"))
     if request.sensitivities:
         of = "by dual solutions in 3D, by the formulas in 1D" if len(request.models) > 1 else "of one model"
         steps.append(step("sensitivity", f"how quantities follow each key, {of}"))
@@ -70,13 +72,7 @@ def of_sink(sink: Sink, request: Request, solver: tuple[Step, ...], data: Data |
     steps.append(step("field files", _FIELD_FILES, fields_reason(request, "" if in_3d else _NO_FIELD)))
     turned = "" if "figure4" in left else ", with the field to turn"
     steps.append(step("report.html", f"everything on one page{turned}"))
-    if data is not None:
-        if request.calibrate:
-            steps.append(step("fit", f"{', '.join(request.calibrate)} by least squares, the rest with what is fitted"))
-        if request.uncertain is not None or request.data_uncertainty:
-            steps.append(step("validation", "E = S - D against u_val of ASME V&V 20, of both models"))
-        said = data.said().partition(": ")[2].rstrip(".")
-        steps.append(step(f"against {data.name}", f"{said}; at its own times"))
+    steps += _against(request, data)
     return tuple(steps)
 
 
@@ -108,13 +104,17 @@ def of_device(device: Device, request: Request) -> tuple[Step, ...]:
     found += _checks(device, request)
     if made := made_3d_checks(device, request):
         found.append(step("checks of 3D", ", ".join(made)))
+    if "dev3d_shielding" in made:
+        found.append(step("shielding", "what 1 K of the substrate does to both powers, steady and after a step"))
     found += _figures(DEVICE_FIGURES, left)
     found.append(step("traces.csv", "a row per controller sample"))
     found.append(step("designer's questions", "largest gains, range and resolution", design_reason(request)))
     return tuple(found)
 
 
-def of_free(scene: AnyScene, request: Request, solver: tuple[Step, ...]) -> tuple[Step, ...]:
+def of_free(
+    scene: AnyScene, request: Request, solver: tuple[Step, ...], data: Data | None = None
+) -> tuple[Step, ...]:  # fmt: skip
     """The plan of a free scene around the lines of the 3D ``solver``."""
     skipped, when = skipped_of_free(scene, request), "steady" if scene.steady else "hottest moment's"
     steps = [*solver, *_own_model(scene, request), *_uncertain(request)]
@@ -132,6 +132,7 @@ def of_free(scene: AnyScene, request: Request, solver: tuple[Step, ...]) -> tupl
         step("traces.csv", "a column for each probe", _no_traces(scene)),
         step("field files", _FIELD_FILES, fields_reason(request, _no_heat(scene))),
         *_export(request),
+        *_against(request, data),
     ]
     return tuple(steps)
 
@@ -227,9 +228,11 @@ def _reduction(request: Request) -> Step:
     if "reduced1d" not in request.models:
         return Step("1D model", "skipped", "only the 3D model was asked for")
     when = "steady and at the 3D model's times" if "fem3d" in request.models else "steady and over time"
+    name = request.reduction
+    if request.model:
+        return step("1D model", f"{name}, {when if request.transient else 'steady only'}")
     from reduced1d.ladder import describe
 
-    name = request.reduction
     model = describe(name) if name == "paper" else f"{name}, {describe(name)}"
     return step("1D model", f"{model}, {when if request.transient else 'steady only'}")
 
@@ -239,6 +242,19 @@ def _uncertain(request: Request) -> list[Step]:
         return []
     given = ", ".join(request.uncertain.given)
     return [step("uncertain inputs", f"{given}: u_input by the sensitivities, to first order")]
+
+
+def _against(request: Request, data: Data | None) -> list[Step]:
+    """What is done with a user's own data."""
+    if data is None:
+        return []
+    steps = []
+    if request.calibrate:
+        steps.append(step("fit", f"{', '.join(request.calibrate)} by least squares, the rest with what is fitted"))
+    if request.uncertain is not None or request.data_uncertainty:
+        steps.append(step("validation", "E = S - D against u_val of ASME V&V 20, of every model"))
+    said = data.said().partition(": ")[2].rstrip(".")
+    return [*steps, step(f"against {data.name}", f"{said}; {'at rest' if data.at_rest else 'at its own times'}")]
 
 
 def _export(request: Request) -> list[Step]:

@@ -4,6 +4,7 @@ probes, each with its name."""
 from __future__ import annotations
 
 import re
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +17,8 @@ from matplotlib.patches import Patch
 
 from scenes import physics
 from scenes.formats import cut
-from scenes.free.document import CONDITIONS, HEAT_SOURCE
-from scenes.kinds import HEAT_CONTACT, Convection, Quantity, Varying
+from scenes.free.document import CONDITIONS, HEAT_CONTACT, HEAT_SOURCE, SERIES
+from scenes.kinds import Convection, Quantity, Varying
 from scenes.model import Boundary, Material, Point, Probe, Scene, Schedule, Value, values
 from scenes.units import THERMAL_CONDUCTIVITY
 from validate.report.figures import INK, PARTS
@@ -169,14 +170,15 @@ def labels_of(scene: Scene, found: Drawing) -> list[Label]:
 
 def _condition(boundary: Boundary) -> str:
     kind = CONDITIONS[boundary.key]
-    if boundary.key != boundary.kind:
+    if boundary.kind == "convection" and boundary.contact_resistance:
         assert isinstance(kind, Varying)
         contact = HEAT_CONTACT.show(boundary.contact_resistance)
         return f"{_value(boundary.ambient, kind.quantity)} behind {contact}"
     if isinstance(kind, Convection):
         return f"{_value(boundary.value, kind.coefficient)} to {_value(boundary.ambient, kind.ambient.quantity)}"
     assert isinstance(kind, Varying)
-    return _value(boundary.value, kind.quantity)
+    behind = f" behind {SERIES.show(boundary.series_resistance)}" if 0 < boundary.series_resistance < inf else ""
+    return _value(boundary.value, kind.quantity) + behind
 
 
 def _value(value: Value, kind: Quantity) -> str:

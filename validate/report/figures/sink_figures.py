@@ -20,7 +20,7 @@ from scenes.formats import quantity, scale, sink_text
 from scenes.result import Result
 from scenes.sink import OF_A_SINK, Sink, start
 from validate.report.figures import INK, LINES
-from validate.report.figures.drawing import band, legend, logarithmic, new_figure, smooth
+from validate.report.figures.drawing import VISIBLE, band, legend, logarithmic, new_figure, smooth
 from validate.run.outcome import Outcome
 
 Spans = list[tuple[float, int]]
@@ -28,8 +28,6 @@ Spans = list[tuple[float, int]]
 _NAMES = {asked.trace: name for name, asked in OF_A_SINK.items()}
 _MARKS = 25
 """How many marks of a user's own trace are drawn."""
-_VISIBLE = 0.004
-"""The part of the axis from which on an error band is wider than a line."""
 _MANY = 8
 """Spans from which on a second panel shows the outer ones alone."""
 _TOO_MANY = 30
@@ -59,7 +57,7 @@ def profile(outcome: Outcome[Sink]) -> Figure:
     off = without_kinks(um, rise - fitted, error / 40)
     band(below, um, off, error, LINES["mean_K"])
     below.plot(um, off, color=LINES["mean_K"])
-    if one is not None:
+    if one is not None and {"end_rise_K", "peak_rise_K"} <= one.steady.keys():
         end, peak = one.steady["end_rise_K"].value, one.steady["peak_rise_K"].value
         if one.model in PAPERS:
             reduction = parabola(y, peak - end, end, sink.length)
@@ -124,6 +122,8 @@ def _against_time(
     for ax, times in zip(axes, dense, strict=True):
         for key in keys:
             for model in models:
+                if key not in model.over_time.values:
+                    continue
                 name = "3D" if model is three else "1D" if model.model in PAPERS else model.model
                 look: dict[str, Any] = {"lw": 2.0} if model is three else {"ls": (0, (5, 2.5)), "lw": 1.6}
                 values = shown(model, key, times)
@@ -147,7 +147,7 @@ def _against_time(
         return figure
     low, high = axes[0].get_ylim()
     halves = {key: factor * three.traces.errors[key] for key in keys}
-    visible = {key: half for key, half in halves.items() if half > _VISIBLE * (high - low)}
+    visible = {key: half for key, half in halves.items() if half > VISIBLE * (high - low)}
     for key, half in visible.items():
         for ax, times in zip(axes, dense, strict=True):
             band(ax, times * 1e3, shown(three, key, times), half, LINES[key])
@@ -174,7 +174,8 @@ def _marks(ax: Any, data: Data, key: str, times: np.ndarray, factor: float, zero
 def row(outcome: Outcome[Sink]) -> Figure:
     """The steady rise along the row in 3D and 1D, with the islands shaded; of a long row its outer spans below, and of
     one whose curves would run into each other the spans' tops alone above."""
-    sink, three, one = outcome.scene, outcome.solved, outcome.reduced1d
+    # A user's own model has numbers of the spans, of which not all need be there.
+    sink, three, one = outcome.scene, outcome.solved, None if outcome.own is not None else outcome.reduced1d
     checks = [check for check in outcome.checks if check.id in ("islands_peak_inner", "islands_equivalent")]
     text = f"Steady rise along {sink.spans} spans, {sink_text(sink)}"
     ends = [sink.row_length, *[start(sink, _OUTER) + sink.length] * (sink.spans > _MANY)]

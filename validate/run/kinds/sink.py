@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from scenes.errors import listed
 from scenes.formats import sink_text
 from scenes.model import AnyScene, Probe
 from scenes.physics import refuse_laws
@@ -15,11 +17,14 @@ from validate.run.kinds import inputs
 from validate.run.outcome import Outcome, Run
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from compare.against import Data
     from compare.verdict import Check
     from reduced1d.ladder.levels import Levels
     from scenes.result import Result
-    from validate.inputs.propagation import Estimates, Propagated
+    from validate.inputs.calibration import Modelled
+    from validate.inputs.propagation import Estimates, In_units, Propagated
     from validate.inputs.sensitivities import Sensitivities
 
 PYTHON = "compare.run"
@@ -43,9 +48,9 @@ def _refuse(sink: Sink, request: Request) -> None:
     """SceneError for a reduction, or sensitivities, that there are not of this sink."""
     from reduced1d.ladder import refuse
 
-    if "reduced1d" in request.models:
+    if "reduced1d" in request.models and not request.model:
         refuse(sink, request.reduction)
-    if inputs.followed(request):
+    if inputs.differentiated(request):
         refuse_laws((sink.silicon, sink.oxide), "a sensitivity")
 
 
@@ -63,22 +68,14 @@ def answer(run: Run, data: Data | None) -> Outcome[Sink]:
 
     sink, request, clock = run.scene, run.request, run.clock
     _refuse(sink, request)
-    fit = None
-    if request.calibrate and data is not None:
-        from validate.inputs import calibration
-
-        run.say("fitting")
-        with clock.stage("fit"):
-            keys = calibration.keys_of(sink, request.calibrate, data)
-            fit = calibration.fit(sink, data, keys, calibration.in_3d)
-        sink = fit.scene
-        run = replace(run, scene=sink)
+    run, fit = inputs.calibrated(run, data)
+    sink = run.scene
     levels = _levels(sink, request)
     outcome = _compared(run, levels, data=data)
     with clock.stage("checks"):
         from validate.run import hottest
 
-        hot = hottest.of_sink(sink, outcome.fem3d, outcome.reduced1d)
+        hot = hottest.of_sink(sink, outcome.fem3d, None if outcome.own is not None else outcome.reduced1d)
     with clock.stage("answer"):
         said, reason = answered(sink, outcome.fem3d, outcome.reduced1d, outcome.checks, outcome.why, levels)
     steps = noted(outcome.plan, [Step(plans.BLAME, "skipped", reason)] if reason else [])
@@ -89,28 +86,14 @@ def answer(run: Run, data: Data | None) -> Outcome[Sink]:
         with clock.stage("air"):
             air = air_of(sink, run.say, request.transient)
         outcome = replace(outcome, air=air, checks=(*outcome.checks, *air.checks))
-    outcome = inputs.told(run, outcome)
-    if data is None or outcome.fem3d is None:
-        return outcome
-    from compare.against import definitions, evaluate
+    if request.left_out:
+        from validate.inputs.left_out import of_sink as left_out_of
 
-    against = evaluate(sink, data, outcome.fem3d)
-    if request.uncertain is not None and outcome.propagated is not None:
-        from compare.verdict import Models
-        from validate.inputs.propagation import judged
-
-        followed = outcome.propagated.sensitivities
-        held = Models(sink, outcome.fem3d, None)
-        against = judged(against, held, request.uncertain, followed, definitions(data, outcome.fem3d))
-    of_data = (f"{data.name}: {text}" for text in data.warnings)
-    warnings = (*outcome.warnings, *of_data, *(fit.warnings() if fit else ()))
-    outcome = replace(outcome, checks=(*outcome.checks, *against), warnings=warnings, against=data, fit=fit)
-    if request.uncertain is None and not data.u:
-        return outcome
-    from validate.inputs import validation
-
-    models = [(name, result) for name, result in (("3D", outcome.fem3d), ("1D", outcome.reduced1d)) if result]
-    return replace(outcome, validation=validation.validate(sink, data, models, outcome.propagated))
+        with clock.stage("left out"):
+            left_out = left_out_of(sink, run.say)
+        # What decides whether such a sink works at all comes before how far its models agree.
+        outcome = replace(outcome, left_out=left_out, answer=f"{left_out.sentence} {outcome.answer}")
+    return inputs.held_against(run, inputs.told(run, outcome), data, fit)
 
 
 def compared(sink: Sink, request: Request, earlier: Result | None = None) -> Outcome[Sink]:
@@ -125,7 +108,11 @@ def _compared(
     sink, request, clock, say = run.scene, run.request, run.clock, run.say
     solver_steps: tuple[Step, ...] = (plans.ONLY_1D,)
     outcome = Outcome(sink, request, ())
-    fem3d = reduced1d = single = None
+    fem3d = reduced1d = single = own = None
+    if request.model:
+        from validate.models import asked, opened
+
+        own = opened(request.model)
     if "fem3d" in request.models:
         with clock.stage("imports"):
             from fem3d.runs.sink import solve as solve_3d
@@ -143,7 +130,10 @@ def _compared(
         solver_steps = tuple(fem3d.details["plan"])
     if "reduced1d" in request.models:
         with clock.stage("reduced1d"):
-            reduced1d = _reduction(sink, request, fem3d, levels)
+            if own is None:
+                reduced1d = _reduction(sink, request, fem3d, levels)
+            elif fem3d is not None:
+                reduced1d = asked.solve(own, asked.of_sink(sink, fem3d), fem3d, 0.0, True, say)
     if fem3d is not None:
         from compare.checks import evaluate, varied
 
@@ -159,13 +149,19 @@ def _compared(
                 if single is not None:
                     outcome = replace(outcome, varied=varied(sink, request.reduction, single, say))
     warnings = tuple(text for model in (fem3d, reduced1d) if model for text in model.details.get("warnings", ()))
+    if own is not None and fem3d is not None:
+        from compare.made import made_checks
+
+        made = {check.id for check in outcome.checks}
+        if left := [check for check in made_checks(sink, request) if check not in made]:
+            warnings += (f"not checked, as {own.name} leaves out what it is of: {listed(left)}",)
     steps = plans.of_sink(sink, request, solver_steps, data)
-    return replace(outcome, plan=steps, fem3d=fem3d, reduced1d=reduced1d, warnings=warnings)
+    return replace(outcome, plan=steps, fem3d=fem3d, reduced1d=reduced1d, warnings=warnings, own=own)
 
 
 def _levels(sink: Sink, request: Request) -> Levels | None:
     """The plate, where any of what is asked for stands on it; it is solved when first used."""
-    if request.reduction == "paper" and not request.why:
+    if request.model or (request.reduction == "paper" and not request.why):
         return None
     from reduced1d.ladder.levels import Levels
 
@@ -191,10 +187,11 @@ def quantities(outcome: Outcome[Sink]) -> dict[str, tuple[str, str]]:
     return {asked.steady: (asked.called, asked.unit) for asked in OF_A_SINK.values()}
 
 
-def sensitivities(outcome: Outcome[Sink]) -> Sensitivities:
+def sensitivities(outcome: Outcome[Sink], keys: Sequence[str] | None) -> Sensitivities:
     from validate.inputs.sensitivities import of_sink
 
-    return of_sink(outcome.scene, outcome.fem3d, outcome.reduced1d, outcome.request.uncertain is not None)
+    with_profile = outcome.request.uncertain is not None
+    return of_sink(outcome.scene, outcome.fem3d, outcome.reduced1d, with_profile, outcome.own)
 
 
 def steady(outcome: Outcome[Sink], found: Sensitivities) -> tuple[Estimates | None, Estimates | None]:
@@ -215,3 +212,38 @@ def judged(outcome: Outcome[Sink], propagated: Propagated, run: Run) -> tuple[tu
     if outcome.reduced1d is not None and outcome.reduced1d.model == "paper":
         warnings = propagation.bent(outcome.scene, propagated)
     return checks, warnings
+
+
+def models(outcome: Outcome[Sink]) -> dict[str, Result]:
+    """The results by what they are called beside data."""
+    both = {"3D": outcome.fem3d, "1D": outcome.reduced1d}
+    return {name: result for name, result in both.items() if result is not None}
+
+
+def slopes(outcome: Outcome[Sink], found: Sensitivities) -> dict[str, In_units]:
+    """How the traces of each model follow a key, in their units."""
+    from validate.inputs.propagation import in_units
+
+    called = {"3D": "fem3d", "1D": "reduced1d"}
+    return {name: in_units(outcome.scene, found, model) for name, model in called.items()}
+
+
+def beside(outcome: Outcome[Sink], found: Sensitivities) -> Callable[[str, float], Result]:
+    """What 3D is, to first order, with a key larger by a relative step."""
+    from validate.inputs.propagation import moved
+
+    return lambda key, step: moved(outcome.solved, outcome.scene, found, key, step)
+
+
+def in_3d(sink: Sink, keys: Sequence[str], times: np.ndarray) -> Modelled:
+    """The traces in 3D at some times (s), and their derivatives by keys."""
+    from validate.inputs.sink_traces import in_3d as modelled
+
+    return modelled(sink, keys, times)
+
+
+def checked(sink: Sink) -> Sink:
+    """A sink that can be built. Raises SceneError."""
+    from scenes.validity import check
+
+    return check(sink)
