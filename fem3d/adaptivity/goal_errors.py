@@ -279,7 +279,7 @@ def joule_parts(
 def _warmed(given: Problems, state: SteadyState) -> list[np.ndarray]:
     """(functions,) in each space: the potential of the cold conductor, at so many volts that the power is the state's;
     nothing where no heat is asked for."""
-    own = given.conductor
+    own = state.conductor
     if own is None or not physics.heat(given.domain.scene):
         return []
     potentials = [phi[0] for phi in given.cold_potentials]

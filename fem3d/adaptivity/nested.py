@@ -61,7 +61,7 @@ class Problems:
 
     def about(self, state: SteadyState) -> Problems:
         """The problems linearized about the steady state of the highest space, where they are nonlinear."""
-        if not state.heat.terms:
+        if state.heat.about is None:
             return self
         lower = (state.heat.lower(k) for k in range(len(self.heats) - 1))
         return replace(self, heats=(*lower, state.heat))
@@ -77,7 +77,7 @@ class Problems:
         space, about = self.domain.space, self.heat.about
         if about is None:
             return None
-        changes = np.max([term.bent(about) for term in self.heat.terms], axis=0)
+        changes = np.max([np.zeros((3, len(self.domain.body))), *(t.bent(about) for t in self.heat.terms)], axis=0)
         if not changes.any():
             return None
         if not isinstance(space, BrickSpace):
@@ -135,7 +135,7 @@ def solution(study: Study, given: Problems, level: int = -1, follow: bool | None
     """The steady state in one of the nested spaces, by default the highest; ``follow`` as of `steady.coupled`."""
     heat, conductor = given.heats[level], given.conductors[level]
     thermal = physics.heat(given.domain.scene)
-    if heat.terms and thermal:
+    if thermal and (heat.terms or (conductor is not None and conductor.following is not None)):
         state = _nonlinear(study, given, range(len(given.heats))[level])
     else:
         state = steady.coupled(heat, conductor, thermal, study.voltage, study.accuracy, follow)

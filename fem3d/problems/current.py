@@ -76,7 +76,8 @@ class Conductor:
     ``matrix`` is that of the initial temperature. ``electrodes``: for each its part (functions,) of the currents that
     enter. ``sections``: the current probes inside. ``stands_for`` (cells, 1): how many such cells in series each one
     is, all of which the resistivity counts and the heat does not. ``following``: the resistivity (ohm m) where one is a
-    law, of which ``cold`` and ``warm`` are the tangent. Current densities are (3, cells, points).
+    law, of which ``cold`` and ``warm`` are the tangent. Current densities are (3, cells, points), by a quadrature with
+    ``more`` points along each axis than the space asks for.
     """
 
     heat: HeatProblem
@@ -94,6 +95,7 @@ class Conductor:
     solved: float = SOLVED
     terminals: tuple[Terminal, ...] = ()
     following: OfCells | None = None
+    more: int = 0
     kept: Kept = field(init=False, default_factory=Kept)
 
     def lower(self, level: int, heat: HeatProblem) -> Conductor:
@@ -113,6 +115,22 @@ class Conductor:
             return self.warm / self.resistivity(rise)
         at = self.on.value(self.heat.field(rise))
         return self.following.slope(at) / self.following.value(at)
+
+    def finer(self) -> Conductor:
+        """By a finer quadrature, where a table of the resistivity has bends; else itself."""
+        if self.following is None or not self.following.has_bends:
+            return self
+        more = self.more + 2
+        return replace(self, on=self.heat.domain.space.on(self.cells, more), more=more)
+
+    def taken(self, density: np.ndarray, dissipated: float) -> float:
+        """Of what drives a current the part that the conductor takes, which ``dissipated`` so much (W): the rest is
+        for the resistances of terminals, and nothing of a given current follows the conductor."""
+        if self.by_current:
+            return 0.0
+        charge = self.on.flow(density)
+        outside = sum(float(t.unit @ charge) ** 2 * t.resistance for t in self.terminals if t.conductance)
+        return dissipated / (dissipated + outside) if dissipated > 0 else 1.0
 
     @property
     def warms(self) -> bool:

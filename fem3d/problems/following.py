@@ -1,8 +1,9 @@
 """Heat conduction whose conductivity follows the temperature, as a term beside the linear problem.
 
-The linear problem has the conductivity k0 of the initial temperature. `Conduction` adds int (k(T) - k0) grad u . grad v,
-by a quadrature of its own, and what its tangent is made of: the matrix of k(T) - k0, symmetric, and int k'(T) w grad u .
-grad v, which is not. A term of another kind (radiation, say) has the same three methods, and joins `HeatProblem.terms`.
+The linear problem has the conductivity k0 of the initial temperature. `Conduction` adds the integral of (k(T) - k0)
+grad u . grad v, by a quadrature of its own, and what its tangent is made of: the matrix of k(T) - k0, symmetric, and the
+integral of k'(T) w grad u . grad v, which is not. A term of another kind has the methods of `Term` and joins
+`HeatProblem.terms`.
 """
 
 from __future__ import annotations
@@ -56,6 +57,11 @@ class OfCells:
         self._axes = any(isinstance(given[b], tuple) for b in np.unique(bodies))
         of = {b: given[b] for b in np.unique(bodies).tolist()}
         self._parts = [(np.flatnonzero(bodies == b), each) for b, each in of.items()]
+
+    @property
+    def has_bends(self) -> bool:
+        """Whether there is a table among the laws."""
+        return any(isinstance(each, laws.Table) for _, given in self._parts for each in laws.of(given))
 
     def value(self, rise: np.ndarray) -> np.ndarray:
         """The property at a rise (K)."""
@@ -126,7 +132,9 @@ class Conduction:
         both = []
         for on, law, cold, _ in self.parts:
             rise = on.value(u)
-            one, other = on.tangent(law.value(rise) - cold, law.slope(rise) * on.gradient(u))
+            k = law.value(rise)
+            ratio = float((k.max(axis=-1) / k.min(axis=-1)).max())
+            one, other = on.tangent(k - cold, law.slope(rise) * on.gradient(u), ratio)
             both.append((one.ravel(), other.ravel()))
         pattern, places = self._pattern
         matrices = (np.bincount(places, np.concatenate(data), pattern.nnz) for data in zip(*both, strict=True))

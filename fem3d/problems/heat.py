@@ -53,8 +53,8 @@ class HeatProblem:
     are eliminated. ``order`` (all nodes,) is the function of the domain's space that each is of, ``torn`` (all nodes,)
     by how much temperatures given there contradict each other (K).
 
-    ``terms`` make the problem nonlinear. One that is linearized (`fem3d.problems.linearized`) knows the field (functions,)
-    ``about`` which it is, the ``rest`` of its tangent beside the stiffness, and the ``exact`` problem.
+    ``terms`` make the problem nonlinear. One that is linearized (`fem3d.problems.linearized`) knows the field
+    (functions,) ``about`` which it is, the ``rest`` of its tangent beside the stiffness, and the ``exact`` problem.
     """
 
     inputs: Inputs

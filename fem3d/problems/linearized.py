@@ -1,9 +1,9 @@
 """A nonlinear heat problem linearized about a state: the matrices of the tangent.
 
 The tangent is K + R. K is the stiffness at the state's conductivity, symmetric and factorized; R is the rest: what a
-rise changes of the conductivity under the gradient that is there, and of the Joule heat. The latter is that of a current
-whose pattern stays while its size follows the resistance: rho' |J|^2 w, less twice the heat's load times the relative
-change of the resistance, a matrix of rank one.
+rise changes of the conductivity under the gradient that is there, and of the Joule heat. The latter is that of a
+current whose pattern stays while its size follows the resistance: rho' |J|^2 w, less twice the heat's load times the
+relative change of the resistance in the circuit, a matrix of rank one.
 """
 
 from __future__ import annotations
@@ -33,8 +33,9 @@ def linearized(heat: HeatProblem, conductor: Conductor | None, rise: np.ndarray,
     if conductor is not None and conductor.warms and len(density):
         heating, steepness = conductor.heating(density, density, rise), conductor.steepness(rise)
         matrix = csc_array(matrix - part(conductor.on.mass_of(steepness * heating), heat.order))
-        dissipated = conductor.on.weights * heating * conductor.stands_for
-        columns = 2 * heat.take(conductor.on.load(heating))[None] / (dissipated.sum() or 1.0)
+        dissipated = float((conductor.on.weights * heating * conductor.stands_for).sum())
+        falls = 2 * conductor.taken(density, dissipated) / (dissipated or 1.0)
+        columns = falls * heat.take(conductor.on.load(heating))[None]
         rows = heat.take(conductor.on.load(steepness * heating * conductor.stands_for))[None]
     stiffness.sort_indices()
     return replace(heat, stiffness=stiffness, rest=Rest(matrix, columns, rows), about=u, exact=heat)

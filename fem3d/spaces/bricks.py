@@ -168,11 +168,11 @@ class BrickSpace(Space):
         return [own for _, of in self._classes if len(own := np.intersect1d(of, cells))]
 
     def varying(
-        self, cells: np.ndarray, rule: Rule, inverse: np.ndarray, k: np.ndarray, drift: np.ndarray
+        self, cells: np.ndarray, rule: Rule, inverse: np.ndarray, k: np.ndarray, drift: np.ndarray, ratio: float
     ) -> tuple[np.ndarray, np.ndarray]:
-        x, y, z = self.degrees[:, cells[0]].tolist()
-        one, n = coefficient.reference(self.p, (x, y, z)), len(rule.there)
-        modes = [coefficient.coefficients(f * s, rule.points) for f, s in ((k, inverse**2), (drift, inverse))]
+        (x, y, z), n, degree = self.degrees[:, cells[0]].tolist(), len(rule.there), coefficient.degree_for(ratio)
+        one = coefficient.reference(self.p, (x, y, z), degree)
+        modes = [coefficient.coefficients(f * s, rule.points, degree) for f, s in ((k, inverse**2), (drift, inverse))]
         return tuple(  # type: ignore[return-value]
             sum(c @ own for c, own in zip(each, table, strict=True)).reshape(-1, n, n)
             for each, table in zip(modes, one, strict=True)

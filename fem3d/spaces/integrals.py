@@ -123,7 +123,7 @@ class Space(ABC):
         size of its determinant (cells, points or 1)."""
 
     def varying(
-        self, cells: np.ndarray, rule: Rule, inverse: np.ndarray, k: np.ndarray, drift: np.ndarray
+        self, cells: np.ndarray, rule: Rule, inverse: np.ndarray, k: np.ndarray, drift: np.ndarray, ratio: float
     ) -> tuple[np.ndarray, np.ndarray]:
         """`Cells.tangent`, for k and drift (3, cells, points) times the weights; ``inverse`` as of `jacobian`."""
         one = other = np.zeros(())
@@ -220,11 +220,12 @@ class Cells:
         """(cells, n): which of the space's functions the cells have."""
         return self._dofs
 
-    def tangent(self, k: np.ndarray, field: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def tangent(self, k: np.ndarray, field: np.ndarray, ratio: float) -> tuple[np.ndarray, np.ndarray]:
         """(cells, n, n) twice: the integrals of k grad u . grad v and of u field . grad v in each cell, for k (cells,
-        points), or with axes in front, and a field (3, cells, points); rows are v."""
+        points), or with axes in front, and a field (3, cells, points); rows are v. ``ratio``: of the largest to the
+        smallest value of what k comes from in a cell, by which bricks see how finely they must take it."""
         along, drift = np.broadcast_to(k, field.shape) * self.weights, field * self.weights
-        return self._space.varying(self._cells, self._rule, self._inverse, along, drift)
+        return self._space.varying(self._cells, self._rule, self._inverse, along, drift, ratio)
 
     def _scattered(self, own: np.ndarray) -> np.ndarray:
         return np.bincount(self._dofs.ravel(), own.ravel(), self._space.size)
