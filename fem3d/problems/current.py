@@ -14,13 +14,13 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import LinearOperator, cg
 
 from fem3d.problems.cholesky import Factors, Ordering, part
-from fem3d.problems.following import OfCells, following
+from fem3d.problems.following import FINEST, OfCells, following
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.kept import Kept
 from fem3d.problems.reactions import SharedReactions
 from fem3d.problems.terminals import Terminal, packed, unpacked
 from fem3d.spaces.domain import Domain
-from fem3d.spaces.integrals import Cells, Faces
+from fem3d.spaces.integrals import WHOLE, Cells, Faces, Pieces
 from scenes import laws
 from scenes.errors import NumericsError
 from scenes.model import Material
@@ -28,6 +28,7 @@ from scenes.model import Material
 SAME = 1e-9  # relative size below which a current field is taken for a sum of others
 # Error of a potential over that of its first guess, in the energy norm, unless a looser one is asked for.
 SOLVED = 1e-12
+NOTHING = 1e-30  # a residual of which, relatively, only an exact solution leaves no more
 Influence = tuple[np.ndarray, np.ndarray, dict[str, float]]
 """What `Conductor.influence` returns."""
 Resistivity = Callable[[np.ndarray], np.ndarray]
@@ -77,7 +78,7 @@ class Conductor:
     enter. ``sections``: the current probes inside. ``stands_for`` (cells, 1): how many such cells in series each one
     is, all of which the resistivity counts and the heat does not. ``following``: the resistivity (ohm m) where one is a
     law, of which ``cold`` and ``warm`` are the tangent. Current densities are (3, cells, points), by a quadrature with
-    ``more`` points along each axis than the space asks for.
+    ``more`` points along each axis than the space asks for, on ``pieces`` of each cell.
     """
 
     heat: HeatProblem
@@ -95,6 +96,7 @@ class Conductor:
     solved: float = SOLVED
     terminals: tuple[Terminal, ...] = ()
     following: OfCells | None = None
+    pieces: Pieces = WHOLE
     more: int = 0
     kept: Kept = field(init=False, default_factory=Kept)
 
@@ -116,12 +118,20 @@ class Conductor:
         at = self.on.value(self.heat.field(rise))
         return self.following.slope(at) / self.following.value(at)
 
-    def finer(self) -> Conductor:
-        """By a finer quadrature, where a table of the resistivity has bends; else itself."""
-        if self.following is None or not self.following.has_bends:
+    def finer(self, u: np.ndarray) -> Conductor:
+        """By a quadrature that is finer for a field u (functions,), where a table of the resistivity bends between its
+        temperatures: by four times the pieces along the axis along which it changes most; else itself."""
+        if self.following is None:
             return self
-        more = self.more + 2
-        return replace(self, on=self.heat.domain.space.on(self.cells, more), more=more)
+        at = self.following.bent(self.on, u)
+        if not len(at):
+            return self
+        pieces, more = np.array(self.pieces), self.more
+        pieces[self.on.within(self.on.gradient(u))[:, at].max(axis=1).argmax()] *= 4
+        if pieces.max() > FINEST:
+            pieces, more = np.array(self.pieces), more + 2
+        x, y, z = pieces.tolist()
+        return replace(self, on=self.heat.domain.space.on(self.cells, more, (x, y, z)), pieces=(x, y, z), more=more)
 
     def taken(self, density: np.ndarray, dissipated: float) -> float:
         """Of what drives a current the part that the conductor takes, which ``dissipated`` so much (W): the rest is
@@ -296,7 +306,7 @@ class Conductor:
             size = (len(leak), len(leak))
             operator, inverse = (LinearOperator(size, f, dtype=float) for f in (inner, near))
             right = loads - leak * self._unknowns(start) - packed(ends, free, charge(start))
-            more = cg(operator, right, rtol=0.0, atol=0.0, maxiter=steps, M=inverse)[0]
+            more = cg(operator, right, rtol=NOTHING, atol=0.0, maxiter=steps, M=inverse)[0]
             start += unpacked(ends, free, more, len(start))
         density = -self.on.gradient(start) / resistivity
         through = {name: self._through(section, start, rise) for name, section in self.sections.items()}

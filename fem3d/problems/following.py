@@ -1,8 +1,8 @@
 """Heat conduction whose conductivity follows the temperature, as a term beside the linear problem.
 
 The linear problem has the conductivity k0 of the initial temperature. `Conduction` adds the integral of (k(T) - k0)
-grad u . grad v, by a quadrature of its own, and what its tangent is made of: the matrix of k(T) - k0, symmetric, and the
-integral of k'(T) w grad u . grad v, which is not. A term of another kind has the methods of `Term` and joins
+grad u . grad v, by a quadrature of its own, and what its tangent is made of: the matrix of k(T) - k0, symmetric, and
+the integral of k'(T) w grad u . grad v, which is not. A term of another kind has the methods of `Term` and joins
 `HeatProblem.terms`.
 """
 
@@ -58,11 +58,6 @@ class OfCells:
         of = {b: given[b] for b in np.unique(bodies).tolist()}
         self._parts = [(np.flatnonzero(bodies == b), each) for b, each in of.items()]
 
-    @property
-    def has_bends(self) -> bool:
-        """Whether there is a table among the laws."""
-        return any(isinstance(each, laws.Table) for _, given in self._parts for each in laws.of(given))
-
     def value(self, rise: np.ndarray) -> np.ndarray:
         """The property at a rise (K)."""
         return self._made(rise, lambda law, t: law(t) if callable(law) else np.full_like(t, law))
@@ -79,6 +74,14 @@ class OfCells:
                 for bend in getattr(law, "temperatures", ()):
                     found[at] |= (self._start + low[at] < bend) & (bend < self._start + high[at])
         return found
+
+    def bent(self, on: Cells, u: np.ndarray) -> np.ndarray:
+        """The cells, by their place among those that integrals are ``on``, in which a law bends between the
+        temperatures of a field u (functions,)."""
+        rise = on.value(u)
+        low, high = rise.min(axis=1), rise.max(axis=1)
+        beyond = OUTSIDE * (high - low)
+        return np.flatnonzero(self.bends(low - beyond, high + beyond))
 
     def _made(self, rise: np.ndarray, of: Callable[[Property, np.ndarray], np.ndarray]) -> np.ndarray:
         temperature = np.maximum(self._start + rise, COLDEST)
@@ -157,10 +160,7 @@ class Conduction:
         temperatures (K); zero elsewhere."""
         found = np.zeros((3, len(self.domain.body)))
         for on, law, _, cells in self.parts:
-            rise = on.value(u)
-            low, high = rise.min(axis=1), rise.max(axis=1)
-            beyond = OUTSIDE * (high - low)
-            at = np.flatnonzero(law.bends(low - beyond, high + beyond))
+            at = law.bent(on, u)
             if len(at):
                 found[:, cells[at]] = on.within(on.gradient(u))[:, at]
         return found

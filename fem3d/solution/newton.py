@@ -107,7 +107,7 @@ class Newton:
     def finer(self, u: np.ndarray) -> Newton:
         """The same problem by quadratures that are finer for a field u (functions,)."""
         heat = replace(self.heat, terms=tuple(term.finer(u) for term in self.heat.terms))
-        return Newton(heat, self.conductor and self.conductor.finer(), self.accuracy)
+        return Newton(heat, self.conductor and self.conductor.finer(u), self.accuracy)
 
     def off(self, point: Point, better: Newton) -> float:
         """What a better quadrature would change of the rise of a point, relatively, seen through the tangent."""

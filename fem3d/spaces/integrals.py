@@ -111,7 +111,7 @@ class Space(ABC):
     @abstractmethod
     def rule(self, cells: np.ndarray, more: int, pieces: Pieces = WHOLE) -> Rule:
         """The quadrature of some cells, with ``more`` points along each axis than is their due, on so many ``pieces``
-        along each axis where they are bricks."""
+        along each axis, or as fine without."""
 
     @abstractmethod
     def side(self, number: int) -> Side:

@@ -132,8 +132,8 @@ class MappedSpace(Space):
 
     def rule(self, cells: np.ndarray, more: int, pieces: Pieces = WHOLE) -> Rule:
         """scikit-fem's, of twice the degree of the mass matrix, one more for a coefficient on hexahedra, and two more
-        for each point."""
-        return _rule(self._simplex, _order(self._simplex) + 2 * more)
+        for each point; as many more for each factor of two in ``pieces``, into which these cells aren't cut."""
+        return _rule(self._simplex, _order(self._simplex) + 2 * (more + int(np.log2(np.prod(pieces)))))
 
     def side(self, number: int) -> Side:
         return _side(self._simplex, number)
