@@ -55,7 +55,7 @@ def _falling(sink: Sink) -> dict[str, Any]:
 
 EFFECTS = {
     "conductivity": Effect(
-        "silicon's conductivity, which falls with the temperature,",
+        "silicon's falling conductivity",
         "Glassbrenner and Slack, Phys. Rev. 134, A1058 (1964)",
         lambda sink: f"that of room temperature times (T/{sink.room_temperature:g} K)^{EXPONENT:g}",
         _falling,
