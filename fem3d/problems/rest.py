@@ -46,8 +46,8 @@ class Rest:
         of ``solved``. Raises NumericsError where that isn't reached."""
         right = inverse(loads)
         size = np.linalg.norm(right, axis=1)
-        size = np.where(size > 0, size, 1.0)
-        basis = [right / size[:, None]]
+        # A load of nothing has nothing for its answer.
+        basis = [right / np.where(size > 0, size, 1.0)[:, None]]
         count = len(right)
         upper = np.zeros((count, MOST + 1, MOST))
         found = np.zeros_like(right)
