@@ -96,6 +96,22 @@ def test_joule_heat_between_cold_ends(law):
     held(found["current"], volts / RHO / LENGTH * 2e-11, accuracy * volts / RHO / LENGTH * 2e-11)
 
 
+def test_a_flux_that_is_given_is_read_as_it_is():
+    """theta at the heated end is q L; a probe of what is given there sees nothing of the temperature."""
+    flux = theta(POWER, 600.0) / LENGTH
+    given = bar(POWER, hot=600.0, accuracy=1e-3)
+    del given["boundary"][1]["temperature"]
+    given["boundary"][1]["heat_flux"] = flux
+    end = given["boundary"][1]
+    given["probe"] = [
+        {"name": "at", "at": end["upper"]},
+        {"name": "given", "lower": end["lower"], "upper": end["upper"], "quantity": "heat_flow"},
+    ]
+    found = solve(from_dict(given)).steady
+    held(found["at"], 600.0, 0.3)
+    assert found["given"].value == pytest.approx(flux * 2e-11, rel=1e-9)
+
+
 RISING = {"value": RHO, "at": COLD, "exponent": 1.0}
 
 
