@@ -1,5 +1,6 @@
-"""Random scenes whose properties follow the temperature: those of `random_scenes` that are steady, heated more, with
-conductivities that fall or rise by a power or a table with kinks, some along one axis alone, and such resistivities."""
+"""Random scenes whose properties follow the temperature: those of `random_scenes` that are steady, heated until laws
+matter, with conductivities that fall or rise by a power or a table with kinks, some along one axis alone, and such
+resistivities."""
 
 from __future__ import annotations
 
@@ -7,31 +8,40 @@ from dataclasses import replace
 
 import numpy as np
 
+from fem3d.runs.scene import solve
 from scenes.laws import Law, PowerLaw, Property, Table
 from scenes.model import Material, Scene
 from validate.stress.random_scenes import ROOM, Drawn, draw
 
-STRONGER = (1.0, 40.0)
-"""Times the heat of `random_scenes`, which is for some ten kelvin."""
+RISES = (20.0, 500.0)
+"""K: from the least to the largest mean rise that a box would have with numbers in place of the laws."""
+ROUGH = 0.1  # accuracy of the solution that tells how strong the heat must be for that
 LAW, RESISTIVITY, ALONG_ONE = 0.7, 0.4, 0.15
 """Of materials, those with a law of the conductivity; of conductors, of the resistivity; of laws, along one axis."""
 
 
 def draw_steady(seed: int, accuracy: float = 1e-2) -> Drawn:
-    """The scene of a seed; what is drawn here leaves the scene that it is made of as it is."""
-    # Three of twenty of those run over time.
+    """The scene of a seed. Raises NumericsError where it can't be solved with numbers in place of the laws."""
+    # Three of twenty of `random_scenes` run over time.
     drawn = draw(seed // 17 * 20 + seed % 17, accuracy)
-    rng = np.random.default_rng([seed, 3])
-    factor = float(np.exp(rng.uniform(*np.log(STRONGER))))
+    rng, scene = np.random.default_rng([seed, 3]), drawn.scene
+    rough = replace(scene, accuracy=ROUGH, probes=scene.means())
+    linear = _changed(rough, 1.0, {b.material: replace(b.material, temperature_coefficient=0.0) for b in scene.boxes})
+    rise = max(mean.value - ROOM for mean in solve(linear).steady.values())
+    factor = float(np.exp(rng.uniform(*np.log(RISES)))) / rise
     made: dict[Material, Material] = {}
-    for box in drawn.scene.boxes:
+    for box in scene.boxes:
         if box.material not in made:
             made[box.material] = _with_laws(rng, box.material)
+    return replace(drawn, scene=replace(_changed(scene, factor, made), name=f"laws {seed}"))
+
+
+def _changed(scene: Scene, factor: float, made: dict[Material, Material]) -> Scene:
+    """The scene of other materials, with so much more heat."""
     factors = {"voltage": factor**0.5, "heat_flux": factor}
-    scene = drawn.scene
     boxes = tuple(replace(b, material=made[b.material], heat_source=_times(b.heat_source, factor)) for b in scene.boxes)
     boundaries = tuple(replace(b, value=_times(b.value, factors.get(b.kind, 1.0))) for b in scene.boundaries)
-    return replace(drawn, scene=replace(scene, name=f"laws {seed}", boxes=boxes, boundaries=boundaries))
+    return replace(scene, boxes=boxes, boundaries=boundaries)
 
 
 def _times(value: object, factor: float) -> float:
