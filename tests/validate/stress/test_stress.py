@@ -114,12 +114,12 @@ def test_scenes_with_laws_hold_their_errors_and_a_law_that_is_off_is_seen():
     assert set(outcome.violations) == set(invariants.OF_LAWS)
     assert max(outcome.violations.values()) <= 1.0
     found = invariants.solve(drawn.scene)
-    warmer = replace(drawn.scene, boxes=tuple(replace(b, material=_steeper(b.material)) for b in drawn.scene.boxes))
+    warmer = replace(drawn.scene, boxes=tuple(replace(b, material=_raised(b.material)) for b in drawn.scene.boxes))
     assert invariants.honest(replace(drawn, scene=warmer), found) > 1.0
 
 
-def _steeper(material):
-    """The material with 5 % more conductivity, as a law or a number."""
+def _raised(material):
+    """The material with 5 % more of a conductivity that follows the temperature."""
     k = material.thermal_conductivity
     if isinstance(k, laws.PowerLaw):
         return replace(material, thermal_conductivity=replace(k, value=1.05 * k.value))
