@@ -154,7 +154,7 @@ def test_a_sweep_opens_no_port_and_interrupted_ends_at_once_and_says_what_is_sto
 
 
 def _until(true: Callable[[], bool], run: subprocess.Popen[bytes]) -> None:
-    for _ in range(18000):
+    for _ in range(18_000):
         if true():
             return
         assert run.poll() is None, run.stderr
