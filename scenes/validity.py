@@ -112,8 +112,8 @@ def _check_gas(sink: Sink) -> None:
         return
     if sink.spans > 1:
         raise SceneError(
-            f"sink.spans = {sink.spans} makes a row, and no gas is solved under a row: give sink.spans = 1, or leave out "
-            "environment.gap_gas_conductivity"
+            f"sink.spans = {sink.spans} makes a row, and no gas is solved under a row: give sink.spans = 1, or leave "
+            "out environment.gap_gas_conductivity"
         )
     if sink.count > 1:
         raise SceneError(ONE_SINK.format(sink, "environment.gap_gas_conductivity is of one sink"))
