@@ -72,7 +72,7 @@ def test_in_air_the_gas_below_decides_and_from_a_pressure_on_it_matters(found: l
     oxide = -sum(float(out[f"flow:substrate-{n}"]) for n in (0, 1))
     assert share == pytest.approx(1 - oxide / below.steady["power_W"].value, rel=1e-6)
     assert found.sentence.startswith(f"In air the sink would not work: the gas under it takes {100 * share:.0f} % of")
-    said = re.search(r"from (\S+) (m?k?)Pa on it changes the peak by more than 5 %", gas.assumed)
+    said = re.search(r"from (\S+) (m?k?)Pa on it changes the peak by more than 5.0 %", gas.assumed)
     assert said is not None
     pressure = float(said[1]) * {"": 1.0, "k": 1e3, "m": 1e-3}[said[2]]
     k = CONDUCTIVITY / (1 + 2 * left_out.jump(pressure) / SINK.oxide_thickness)
