@@ -30,6 +30,7 @@ from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base, Transient
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.file_domain import groups
+from fem3d.spaces.size import Size
 from meshes.grouped.check import check, remarks
 from meshes.grouped.place import Placed
 from meshes.grouped.read import read
@@ -59,6 +60,12 @@ class OnFile:
     """A scene on the tetrahedra of its file, or on their halves."""
 
     placed: Placed
+
+    given = True
+
+    def because(self, size: Size) -> str:
+        """Nothing: the mesh is the user's."""
+        return ""
 
     @property
     def cells(self) -> Any:
@@ -185,6 +192,14 @@ class FileMesh:
     def raised(self) -> FileMesh | None:
         """The same."""
         return FileMesh(replace(self.placed, mesh=refine(self.placed.mesh)), self) if self.refines else None
+
+    def field_error(self, level: Level) -> float:
+        """Nothing is known to bound it."""
+        return np.inf
+
+    def on(self, scene: MeshScene) -> FileMesh:
+        """Another scene, with the same groups, on the mesh."""
+        return FileMesh(replace(self.placed, scene=scene), self.before)
 
     def refined_for_field(self, level: Level) -> None:
         """Nothing is: the mesh is the user's."""

@@ -15,7 +15,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from fem3d.adaptivity import estimate, goal_errors, nested, reach, trace_errors
+from fem3d.adaptivity import estimate, field_error, goal_errors, nested, reach, trace_errors
 from fem3d.adaptivity.estimate import Estimator, Spread
 from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.nested import Problems, Solution
@@ -43,9 +43,15 @@ PER_HALVING = 2.0
 class Laid(Protocol):
     """A scene laid on a mesh of tetrahedra."""
 
+    given: bool
+    """Whether the mesh is the user's, and its answer taken as it is where no accuracy is reached."""
+
     @property
     def cells(self) -> Any:
         """scikit-fem's mesh."""
+
+    def because(self, size: Size) -> str:
+        """What makes it so large, in words."""
 
     def domain(self) -> Domain:
         """Its cells and facets with what is on them."""
@@ -73,6 +79,8 @@ class Tetrahedra:
     laid: Laid
     accuracy: float
     levels: int = 0
+
+    whole = True
 
     @cached_property
     def domain(self) -> Domain:
@@ -114,7 +122,7 @@ class Tetrahedra:
         if steady is not None:
             given.let_go()
         return trace_errors.respond(
-            study, given, bases, shift, self._judge, out, relative, generations, as_it_is=self._last
+            study, given, bases, shift, self._judge, out, relative, generations, as_it_is=self._last and self.laid.given
         )
 
     def refined(
@@ -123,7 +131,9 @@ class Tetrahedra:
         """Halved once for each factor of two that a cell misses more than its share, `MOST_HALVINGS` times at most, the
         cells that miss most first, as far as `MOST_GROWTH` goes."""
         if self._last:
-            return None
+            if self.laid.given:
+                return None
+            raise reach.not_reached(self.accuracy, self.laid.because(self.size))
         (missing,) = estimate.worst(goals)
         missing = missing * max(worst / max(float(missing.sum()), 1e-300), 1.0)
         excess = missing / max(grading.share_of(missing, AIM * enough), 1e-300)
@@ -148,8 +158,21 @@ class Tetrahedra:
             return None
         return Tetrahedra(self.laid.halved(times), self.accuracy, self.levels + 1)
 
-    def refined_for_field(self, level: Level) -> None:
-        """Nothing is."""
+    def field_error(self, level: Level) -> float:
+        return field_error.relative(*self._sampled(level))
+
+    def refined_for_field(self, level: Level) -> Tetrahedra | None:
+        gaps, _ = self._sampled(level)
+        worst = gaps.max(axis=1)
+        return (
+            None if self._last else self._halved(np.where(worst >= field_error.CAUSES * worst.max(), MOST_HALVINGS, 0))
+        )
+
+    def _sampled(self, level: Level) -> tuple[np.ndarray, np.ndarray]:
+        """(cells, points) twice: how far degrees 2 and 3 are apart in each cell, and the fine field."""
+        given, on = level.problems, self.domain.space.on(np.arange(self.size.cells))
+        fine = on.value(given.heat.field(level.fine.state.rise))
+        return np.abs(fine - on.value(given.heat.field(given.lifted(level.low.state.rise, 1)))), fine
 
     def steps(self, levels: int | None) -> tuple[Step, ...]:
         """The lines of the plan; after a run with the ``levels`` that it has."""

@@ -113,7 +113,10 @@ REQUIRED: dict[str, tuple[str, ...]] = {
 }
 """What has no default; a box or boundary without a name is called box-1, boundary-1 and so on."""
 
-BOXES = Schema(_SCENE_AND_RUN, LISTS, REQUIRED, "a free scene", "run.accuracy=1e-4")
+BOXES = Schema(
+    (*_SCENE_AND_RUN, Key("run.mesh", "mesh", k.Choice(("bricks", "tetrahedra")), physical=False)),
+    LISTS, REQUIRED, "a free scene", "run.accuracy=1e-4",
+)  # fmt: skip
 """What a file of a free scene of boxes may say."""
 
 _CORNERS = ("lower", "upper")
@@ -361,6 +364,8 @@ def as_dict(scene: m.AnyScene) -> dict[str, Any]:
         {"name": p.name, "quantity": p.quantity, **_where(p)} | ({} if p.quantity in _FLOWS else {"reduce": p.reduce})
         for p in scene.probes
     ]
+    if isinstance(scene, m.Scene) and scene.mesh:
+        run["mesh"] = scene.mesh
     found |= {"run": {**run, "accuracy": scene.accuracy}}
     if scene.model is not None:
         own = scene.model
