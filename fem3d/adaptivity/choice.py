@@ -19,8 +19,8 @@ from fem3d.adaptivity.tetrahedra import Tetrahedra
 from fem3d.results.study import Study
 from fem3d.spaces.box_cells import BoxCells, box_cells
 from fem3d.spaces.size import Size, foreseen
-from meshes import columns, connected
-from meshes.grouped.refine import bisected
+from meshes import connected
+from meshes.columns import Columns
 from scenes.free.crowding import crowding
 from scenes.model import Scene
 from scenes.plan import Step
@@ -34,23 +34,33 @@ TO_PERCENT, PER_DECADE = 3.0, 4.0
 class OnBoxes:
     """A scene of boxes on tetrahedra that its parts are made of."""
 
-    scene: Scene
-    cells: Any
+    columns: Columns
     why: str
 
     given = False
+    most, becomes = 2, 4.0
+
+    @property
+    def scene(self) -> Scene:
+        """The scene."""
+        return self.columns.scene
+
+    @property
+    def cells(self) -> Any:
+        """scikit-fem's mesh."""
+        return self.columns.mesh
 
     def domain(self) -> BoxCells:
         """What the boxes are made of."""
         return box_cells(self.scene, self.cells)
 
-    def halved(self, times: np.ndarray) -> OnBoxes:
-        """On the halves."""
-        return replace(self, cells=bisected(self.cells, times)[0])
+    def finer(self, times: np.ndarray) -> OnBoxes:
+        """On columns that are finer there."""
+        return replace(self, columns=self.columns.refined(times))
 
     def of(self, scene: Any) -> OnBoxes:
         """Another scene on the mesh."""
-        return replace(self, scene=scene)
+        return replace(self, columns=replace(self.columns, scene=scene))
 
     def because(self, size: Size) -> str:
         """What makes the mesh so large."""
@@ -68,7 +78,7 @@ class OnBoxes:
     def steps(self, levels: int | None) -> tuple[Step, ...]:
         """The lines of the plan."""
         done = (
-            "" if levels is None else f"; halved where readings missed most, {levels} times, to {self.cells.t.shape[1]}"
+            "" if levels is None else f"; finer where readings missed most, {levels} times, to {self.cells.t.shape[1]}"
         )
         return (Step("mesh", "done", f"tetrahedra of degree 3, of the whole scene: {self.why}{done}"),)
 
@@ -103,9 +113,8 @@ def factor(accuracy: float) -> float:
 
 def on_tetrahedra(scene: Scene, grid: Size) -> Tetrahedra:
     """The first tetrahedra of a scene that a ``grid`` of that size is not taken for."""
-    cells = columns.tetrahedra(scene)
     why = "run.mesh asks for them"
     if scene.mesh != "tetrahedra":
         shown = f"{float(f'{grid.unknowns:.2g}'):,.0f} unknowns and {grid.memory / 1e9:.2g} GB or more"
         why = f"a grid of bricks would take {shown}, as {crowding(scene, connected.coarsest(scene).breaks)}"
-    return Tetrahedra(OnBoxes(scene, cells, why), scene.accuracy)
+    return Tetrahedra(OnBoxes(Columns.of(scene), why), scene.accuracy)

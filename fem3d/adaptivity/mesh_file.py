@@ -62,6 +62,7 @@ class OnFile:
     placed: Placed
 
     given = True
+    most, becomes = 1, 12.0
 
     def because(self, size: Size) -> str:
         """Nothing: the mesh is the user's."""
@@ -76,9 +77,9 @@ class OnFile:
         """What the groups are on."""
         return groups(self.placed)
 
-    def halved(self, times: np.ndarray) -> OnFile:
-        """With the groups on the halves."""
-        return OnFile(replace(self.placed, mesh=refine(self.placed.mesh, times)))
+    def finer(self, times: np.ndarray) -> OnFile:
+        """With the groups on the parts of cells: three bisections make one half as long."""
+        return OnFile(replace(self.placed, mesh=refine(self.placed.mesh, 3 * times)))
 
     def of(self, scene: MeshScene) -> OnFile:
         """Another scene, with the same groups, on the mesh."""

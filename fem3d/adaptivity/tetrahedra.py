@@ -1,5 +1,5 @@
 """Tetrahedra as the search for an accuracy sees them (`fem3d.adaptivity.mesh.Mesh`): degree 3, with degrees 2 and 1
-within, halved where these say that readings miss most.
+within, refined where these say that readings miss most.
 
 What degrees 2 and 3 take away of an error tells on each cell how fast it falls and what is left, as on bricks
 (`fem3d.adaptivity.estimate`); what nobody knows of a mesh is where a solution is singular, so that errors are believed
@@ -35,9 +35,10 @@ AIM = 0.5  # of what is enough, at which a refinement aims, as on bricks
 # Unknowns: factors of so many take some 20 s; half as many more than a mesh has are little use.
 MOST_UNKNOWNS, LEAST_GROWTH = 60_000, 1.5
 MOST_GROWTH = 3.0  # times the cells of a level that the next one may have
-MOST_HALVINGS = 3  # of a cell from level to level: three halve its size
-# Cells that a halving leaves in place of one, with those that must follow: 1.6 to 2.1 on plates with pads.
-PER_HALVING = 2.0
+# An error falls like this power of the size of the cells that cause it, at least, where an edge is re-entrant.
+FALLS = 4 / 3
+# Of what is missing, what the cells hold that are refined: the others are many, and miss little each.
+MARKED = 0.9
 
 
 class Laid(Protocol):
@@ -56,8 +57,13 @@ class Laid(Protocol):
     def domain(self) -> Domain:
         """Its cells and facets with what is on them."""
 
-    def halved(self, times: np.ndarray) -> Laid:
-        """On the mesh with each cell halved so many ``times`` (cells,)."""
+    most: int
+    """How many times shorter by two cells may become at once."""
+    becomes: float
+    """How many cells stand in the place of one that is shorter by two, with those that must follow."""
+
+    def finer(self, times: np.ndarray) -> Laid:
+        """On the mesh with each cell so many ``times`` (cells,) shorter by two."""
 
     def of(self, scene: Any) -> Laid:
         """Another scene, with the same parts, on the mesh."""
@@ -74,7 +80,7 @@ class Laid(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Tetrahedra:
-    """A scene on tetrahedra, to be solved for an accuracy, halved ``levels`` times."""
+    """A scene on tetrahedra, to be solved for an accuracy, refined ``levels`` times."""
 
     laid: Laid
     accuracy: float
@@ -128,8 +134,7 @@ class Tetrahedra:
     def refined(
         self, goals: Collection[Spread], falls: Spread | None, worst: float, enough: float
     ) -> Tetrahedra | None:
-        """Halved once for each factor of two that a cell misses more than its share, `MOST_HALVINGS` times at most, the
-        cells that miss most first, as far as `MOST_GROWTH` goes."""
+        """Finer where cells miss more than their share, those that miss most first, as far as `MOST_GROWTH` goes."""
         if self._last:
             if self.laid.given:
                 return None
@@ -137,26 +142,27 @@ class Tetrahedra:
         (missing,) = estimate.worst(goals)
         missing = missing * max(worst / max(float(missing.sum()), 1e-300), 1.0)
         excess = missing / max(grading.share_of(missing, AIM * enough), 1e-300)
-        times = np.ceil(np.log2(np.maximum(excess, 1.0))).clip(max=MOST_HALVINGS).astype(int)
+        times = np.ceil(np.log2(np.maximum(excess, 1.0)) / FALLS).clip(max=self.laid.most).astype(int)
         order = np.argsort(-missing)
-        more = np.cumsum(PER_HALVING ** times[order] - 1)
+        times[order[np.searchsorted(np.cumsum(missing[order]), MARKED * missing.sum()) + 1 :]] = 0
+        more = np.cumsum(self.laid.becomes ** times[order] - 1)
         times[order[more > (self._growth - 1) * len(times)]] = 0
-        finer = self._halved(times)
+        finer = self._finer(times)
         # What must follow is more than is foreseen where cells are few.
         while finer is not None and finer.size.cells > self._growth * self.size.cells:
             order = order[times[order] > 0]
             times[order[(len(order) + 1) // 2 :]] = 0
             times = np.where(len(order) > 1, times, times - 1)
-            finer = self._halved(times)
+            finer = self._finer(times)
         return finer
 
     def raised(self) -> Tetrahedra | None:
-        return None if self._last else self._halved(np.ones(self.size.cells, int))
+        return None if self._last else self._finer(np.ones(self.size.cells, int))
 
-    def _halved(self, times: np.ndarray) -> Tetrahedra | None:
+    def _finer(self, times: np.ndarray) -> Tetrahedra | None:
         if not times.any():
             return None
-        return Tetrahedra(self.laid.halved(times), self.accuracy, self.levels + 1)
+        return Tetrahedra(self.laid.finer(times), self.accuracy, self.levels + 1)
 
     def field_error(self, level: Level) -> float:
         return field_error.relative(*self._sampled(level))
@@ -164,9 +170,8 @@ class Tetrahedra:
     def refined_for_field(self, level: Level) -> Tetrahedra | None:
         gaps, _ = self._sampled(level)
         worst = gaps.max(axis=1)
-        return (
-            None if self._last else self._halved(np.where(worst >= field_error.CAUSES * worst.max(), MOST_HALVINGS, 0))
-        )
+        times = (worst >= field_error.CAUSES * worst.max()).astype(int)
+        return None if self._last else self._finer(times)
 
     def _sampled(self, level: Level) -> tuple[np.ndarray, np.ndarray]:
         """(cells, points) twice: how far degrees 2 and 3 are apart in each cell, and the fine field."""
