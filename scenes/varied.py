@@ -16,9 +16,9 @@ from typing import Any, TypeVar
 
 from scenes import laws, physics
 from scenes.following import number_of
-from scenes.free.document import HEAT_SOURCE, LISTS, SERIES
+from scenes.free.document import HEAT_CONTACT, HEAT_SOURCE, LISTS, SERIES
 from scenes.keys import TYPES, type_of
-from scenes.kinds import HEAT_CONTACT, KELVIN, Convection, Quantity, Varying
+from scenes.kinds import KELVIN, Convection, Quantity, Varying
 from scenes.model import AnyScene, Material, Scene, Schedule, Value, values
 from scenes.moved import transferred
 from scenes.parameters import SECTION, Parameters

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 from fem3d.adaptivity import estimate, field_error, goal_errors, nested, reach, trace_errors
@@ -57,14 +58,14 @@ class Bricks:
         grid = diffusion.graded(grid, scene, study.earliest) if over_time else grid
         return Bricks(scene, grid, accuracy, marks, reach.Edges(accuracy, marks))
 
-    @property
+    @cached_property
     def _judge(self) -> Estimator:
         return Estimator.of_grid(self.grid, self.marks)
 
     def problems(self) -> Problems:
         reach.check_size(self.scene, self.grid, self.accuracy, self.marks)
         given = nested.problems(boxes(self.scene, self.grid), self.accuracy)
-        self.edges.check_power(given)
+        self.edges.check_power(given, self._judge)
         return given
 
     def examined(self, study: Study, given: Problems, fine: Solution) -> Level | None:
@@ -73,11 +74,7 @@ class Bricks:
     def responded(
         self, study: Study, given: Problems, bases: Sequence[Base], shift: float, steady: Level | None, generations: int
     ) -> Response:
-        out = None if steady is None else steady.fine.out
-        relative = {} if steady is None else {n: e / steady.scales[n] for n, e in steady.errors.items()}
-        if steady is not None:
-            given.let_go()
-        return trace_errors.respond(study, given, bases, shift, self._judge, out, relative, generations)
+        return trace_errors.respond(study, given, bases, shift, self._judge, steady, generations)
 
     def refined(self, goals: Collection[Spread], falls: Spread | None, worst: float, enough: float) -> Bricks:
         self.edges.check(self.grid, goals, enough)

@@ -100,8 +100,9 @@ class Estimator:
     @classmethod
     def of_grid(cls, grid: Grid, marks: Features) -> Estimator:
         """That of a grid with its features."""
-        found = cls([np.maximum(p, 2) for p in grid.degrees], [], [], [], marks.near(grid))
-        for p, b, near, planes in zip(found._degrees, grid.breaks, found._near, marks.exponents, strict=True):
+        at_planes, degrees = marks.near(grid), [np.maximum(p, 2) for p in grid.degrees]
+        caps, slowest, falls = list[np.ndarray](), list[np.ndarray](), list[np.ndarray]()
+        for p, b, near, planes in zip(degrees, grid.breaks, at_planes, marks.exponents, strict=True):
             s, half, middle = np.minimum(near[:-1], near[1:]), np.diff(b) / 2, (b[1:] + b[:-1]) / 2
             edge = at_edge(p, s)
             away = np.abs(np.array([*planes, np.inf]) - middle[:, None]) / half[:, None]
@@ -109,10 +110,10 @@ class Estimator:
             fall = np.zeros(len(p))
             seen = np.isfinite(away)
             fall[seen] = (away[seen] + np.sqrt(away[seen] ** 2 - 1)) ** -2.0
-            found._fall.append(fall)
-            found._least.append(np.where(np.isfinite(s), np.minimum(edge, SLOWEST), REGULAR))
-            found._cap.append(np.where(np.isfinite(s), edge, rate(p, fall)).clip(max=FASTEST))
-        return found
+            falls.append(fall)
+            slowest.append(np.where(np.isfinite(s), np.minimum(edge, SLOWEST), REGULAR))
+            caps.append(np.where(np.isfinite(s), edge, rate(p, fall)).clip(max=FASTEST))
+        return cls(degrees, caps, slowest, falls, at_planes)
 
     def at_vertices(self, space: Any, vertices: np.ndarray, parts: np.ndarray) -> Spread:
         """What the functions (n,) of some vertices on edges miss, on what ends there, in equal parts."""

@@ -113,7 +113,7 @@ class Tetrahedra:
         """The problems of degrees 1, 2 and 3."""
         return nested.problems(self.domain, self.accuracy)
 
-    @property
+    @cached_property
     def _judge(self) -> Estimator:
         return Estimator.of_mesh(self.size.cells, self.domain.space.p)
 
@@ -123,12 +123,8 @@ class Tetrahedra:
     def responded(
         self, study: Study, given: Problems, bases: Sequence[Base], shift: float, steady: Level | None, generations: int
     ) -> Response:
-        out = None if steady is None else steady.fine.out
-        relative = {} if steady is None else {n: e / steady.scales[n] for n, e in steady.errors.items()}
-        if steady is not None:
-            given.let_go()
         return trace_errors.respond(
-            study, given, bases, shift, self._judge, out, relative, generations, as_it_is=self._last and self.laid.given
+            study, given, bases, shift, self._judge, steady, generations, as_it_is=self._last and self.laid.given
         )
 
     def refined(

@@ -9,6 +9,7 @@ import numpy as np
 
 from fem3d.adaptivity import estimate, goal_errors
 from fem3d.adaptivity.estimate import Estimator, Parts, Spread
+from fem3d.adaptivity.goal_errors import Level
 from fem3d.adaptivity.nested import Problems
 from fem3d.problems.heat import HeatProblem
 from fem3d.results import outputs, probes, trace_times
@@ -110,16 +111,19 @@ def respond(
     bases: Sequence[Base],
     shift: float,
     judge: Estimator,
-    steady_out: Outputs | None,
-    steady_errors: Mapping[str, float],
+    steady: Level | None,
     generations: int = 0,
     as_it_is: bool = False,
 ) -> Response:
     """The response of the first of ``bases``, with its error from those of the lower spaces: of degrees lower by one
-    where the relative ``steady_errors`` are known, and by two where they aren't. ``steady_out`` are the outputs that
-    scales are taken from, or else those of the response itself; ``generations`` of fields is where to start; ``judge``
-    as of `goal_errors.examined`, ``as_it_is`` as of `concluded`."""
-    march = marched(study, bases[0], shift, steady_out, generations)
+    where the ``steady`` level is known, and by two where it isn't. Scales are taken from that level's outputs, or else
+    from those of the response itself; ``generations`` of fields is where to start; ``judge`` as of
+    `goal_errors.examined`, ``as_it_is`` as of `concluded`."""
+    steady_errors: Mapping[str, float] = {}
+    if steady is not None:
+        steady_errors = {name: error / steady.scales[name] for name, error in steady.errors.items()}
+        given.let_go()
+    march = marched(study, bases[0], shift, None if steady is None else steady.fine.out, generations)
     # One space's factors at a time: these have made all their fields.
     bases[0].heat.let_go()
     lesser = [beside(study, base, shift, march.generations) for base in bases[1:]]

@@ -36,7 +36,8 @@ def assemble(domain: Domain, order: np.ndarray | None = None, matrices: Matrices
         conduction, storage = space.matrices(
             domain.per_cell("thermal_conductivity"), domain.per_cell("density") * domain.per_cell("specific_heat")
         )
-        # A sum of matrices leaves out what is zero, which those of other terms may have: with a one beside nothing is.
+        # scipy's sum of two matrices drops entries that cancel, and stiffness and mass must keep one pattern: an
+        # imaginary one beside each entry keeps it.
         with_ones = csc_array((conduction.data + 1j, conduction.indices, conduction.indptr), conduction.shape)
         stiffness = halves(csc_array(with_ones + films.matrix))[0] if films.matrix.nnz else conduction
         stiffness, mass = part(stiffness, order), part(storage, order)

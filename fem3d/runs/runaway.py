@@ -72,7 +72,7 @@ def _limit(scene: AnyScene, time: float) -> str:
     try:
         scene_run.solve(replace(scene, **given, steady=True, output_times=(), accuracy=ROUGH))
     except RunawayError as error:
-        return f"; {str(error).rpartition('; ')[2]}" if np.isfinite(error.limit) else ""
+        return f"; {error.largest}" if error.largest else ""
     except NumericsError:
         return ""
     return ""

@@ -25,6 +25,7 @@ CLOSE = 1e-4
 """The accuracy of both solutions, at most: the smallest effects are half a percent."""
 TOGETHER = "together"
 RANKED = "peak_rise_K"
+_STEADY = Request(models=("fem3d",), transient=False)
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,8 @@ EFFECTS = {
     ),
 }
 """By name, as summary.json has them."""
+UNSOLVED = "a conductivity that follows the temperature, contacts, the gas in the gap and radiation"
+"""What both models leave out and 3D can't be asked for either: nothing is known of how much it matters."""
 IN_AIR = ("gap_gas", "air")
 """The effects that a vacuum is without."""
 
@@ -94,10 +97,9 @@ class LeftOut:
 
 def of_sink(sink: Sink, say: Callable[[str], None]) -> LeftOut:
     """What each effect changes of a sink. Raises RunawayError where there is no steady state without any of them."""
-    request = Request(models=("fem3d",), transient=False)
     sink = replace(sink, accuracy=min(sink.accuracy, CLOSE))
     say("without what is left out")
-    bare = solve_3d(sink, request)
+    bare = solve_3d(sink, _STEADY)
     found: dict[str, Found] = {}
     skipped: dict[str, str] = {}
     everything: dict[str, Any] = {}
@@ -108,7 +110,7 @@ def of_sink(sink: Sink, say: Callable[[str], None]) -> LeftOut:
             continue
         say(f"with what is left out, {number} of {len(EFFECTS)}: {effect.what}")
         try:
-            found[name] = _found(effect, effect.assumed(sink), bare, lambda c=changed: _solved(sink, c, request))  # type: ignore[misc]
+            found[name] = _found(effect.what, effect.assumed(sink), effect.source, bare, changed)
         except (SceneError, NumericsError) as error:
             skipped[name] = str(error)
             continue
@@ -116,44 +118,46 @@ def of_sink(sink: Sink, say: Callable[[str], None]) -> LeftOut:
     together = None
     if len(found) > 1:
         say("with all of that together")
-        all_of_it = Effect("all together", "", lambda sink: "", lambda sink: everything)
-        together = _found(all_of_it, f"{', '.join(found)} at once", bare, lambda: _solved(sink, everything, request))
+        try:
+            together = _found("all together", f"{', '.join(found)} at once", "", bare, everything)
+        except (SceneError, NumericsError) as error:
+            skipped[TOGETHER] = str(error)
     ranked = dict(sorted(found.items(), key=lambda item: -item[1].size))
     asked = [each.steady for each in OF_A_SINK.values()]
     added = {q: sum(f.changes[q].value for f in found.values() if f.changes) for q in asked}
-    return LeftOut(ranked, together, added, skipped, _sentence(sink, ranked))
+    return LeftOut(ranked, together, added, skipped, _sentence(ranked))
 
 
-def _solved(sink: Sink, changed: dict[str, Any], request: Request) -> Result:
-    return solve_3d(check(replace(sink, **changed)), request)
-
-
-def _found(effect: Effect, assumed: str, bare: Result, solved: Callable[[], Result]) -> Found:
+def _found(what: str, assumed: str, source: str, bare: Result, changed: dict[str, Any]) -> Found:
+    """What some changed keywords do to the sink of a result."""
     try:
-        steady = solved().steady
+        steady = solve_3d(check(replace(bare.details["sink"], **changed)), _STEADY).steady
     except RunawayError:
-        return Found(effect.what, assumed, effect.source, {})
+        return Found(what, assumed, source, {})
     changes = {}
     for name in (asked.steady for asked in OF_A_SINK.values()):
         inputs = {"predicted": steady[name], "measured": bare.steady[name]}
         changes[name] = Estimate(relative(*(e.value for e in inputs.values())), spread(relative, inputs))
-    return Found(effect.what, assumed, effect.source, changes)
+    return Found(what, assumed, source, changes)
 
 
-def _sentence(sink: Sink, ranked: dict[str, Found]) -> str:
-    """What decides."""
+def _sentence(ranked: dict[str, Found]) -> str:
+    """What decides, of all that is solved: the largest effect in air, and the largest one in vacuum."""
     if not ranked:
-        return "Nothing is left out: the scene has every effect that is known here."
-    of = [f for name, f in ranked.items() if name not in IN_AIR]
+        return f"Of what both models leave out the scene has all that can be solved; not solved: {UNSOLVED}."
     said = []
-    if "air" in ranked:
-        said.append(f"In air {_does(ranked['air'])}.")
-    if of:
-        said.append(f"In vacuum {_does(of[0])}.")
+    for where, inside in (("In air", True), ("In vacuum", False)):
+        those = [each for name, each in ranked.items() if (name in IN_AIR) is inside]
+        if those:
+            said.append(f"{where} {_does(those[0], len(those))}.")
     return " ".join(said)
 
 
-def _does(found: Found) -> str:
+def _does(found: Found, of: int) -> str:
+    """What the largest ``of`` so many effects does."""
     if not found.changes:
         return f"{found.what} makes it run away"
-    return f"{found.what} matters most, {percent(found.changes[RANKED].value, sign=True)} at the peak"
+    change = percent(found.changes[RANKED].value, sign=True)
+    if of > 1:
+        return f"{found.what} matters most, {change} at the peak"
+    return f"{found.what} changes the peak by {change}"

@@ -254,6 +254,7 @@ def air(found: Air, outcome: Outcome[Any], style: Style) -> Section:
 def left_out(found: LeftOut, outcome: Outcome[Any], style: Style) -> Section:
     """By effect the changes of the steady state, the largest first; what decides is the first line of the run."""
     from scenes.sink import OF_A_SINK
+    from validate.inputs.left_out import UNSOLVED
 
     shown = [q for q in OF_A_SINK.values() if style.page or q.steady in kinds.of(outcome.scene).SHOWN]
 
@@ -273,7 +274,8 @@ def left_out(found: LeftOut, outcome: Outcome[Any], style: Style) -> Section:
     if rows:
         parts.append(Table(("left out", *(q.called for q in shown)), rows))
         parts.append("Changes of the 3D steady state with each effect, over that without.")
-    return Section("What both models leave out", [*parts, sentences(skipped)], headed=True)
+    unsolved = f"Not solved, so that it may matter more: {UNSOLVED}."
+    return Section("What both models leave out", [*parts, sentences(skipped), unsolved], headed=True)
 
 
 def why(found: Budget, outcome: Outcome[Any], style: Style) -> Section:

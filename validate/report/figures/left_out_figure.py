@@ -8,6 +8,7 @@ from matplotlib.ticker import FuncFormatter, NullLocator
 
 from scenes.formats import sink_text
 from scenes.sink import OF_A_SINK, Sink
+from validate.inputs.left_out import UNSOLVED
 from validate.report.figures import INK, LINES
 from validate.report.figures.drawing import legend, new_figure
 from validate.run.outcome import Outcome
@@ -23,9 +24,10 @@ def draw(outcome: Outcome[Sink]) -> Figure:
     found = outcome.left_out
     assert found is not None
     effects = dict(found.found) | ({} if found.together is None else {"together": found.together})
-    height = 1.9 + 0.62 * len(effects)
+    height = 2.4 + 0.62 * len(effects)
     text = f"What both models leave out, {sink_text(outcome.scene)}"
-    figure = new_figure(8.5, height, text, [found.sentence], bottom=1.0, left=1.5)
+    said = [found.sentence, f"Not solved, so that it may matter more: {UNSOLVED}."]
+    figure = new_figure(8.5, height, text, said, bottom=1.0, left=1.5)
     ax = figure.subplots()
     for n, (asked, colour) in enumerate(_COLOURS.items()):
         key = OF_A_SINK[asked].steady

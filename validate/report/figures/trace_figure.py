@@ -63,8 +63,8 @@ def draw(outcome: Outcome[AnyScene]) -> Figure:
     axes[-1].set(xlabel=f"time ({unit})", xscale="log" if first else "linear")
     axes[-1].set_xlim(first * factor, scene.end_time * factor)
     listed = ", ".join(cut(probe, MOST_NAME) for probe in wider[:3]) + (" and more" if len(wider) > 3 else "")
-    note = f"shaded where that is wider than its line: {listed}" if wider else "narrower than the lines"
-    figure.text(0.5, 0.12 / height, f"estimated error of the 3D traces, {note}", ha="center", fontsize=9)
+    note = f"is shaded where it is wider than the line: {listed}" if wider else "is narrower than the lines"
+    figure.text(0.5, 0.12 / height, f"the estimated error of the 3D traces {note}", ha="center", fontsize=9)
     return figure
 
 

@@ -154,7 +154,7 @@ def _compared(
 
         made = {check.id for check in outcome.checks}
         if left := [check for check in made_checks(sink, request) if check not in made]:
-            warnings += (f"{own.name} says nothing of what {listed(left)} are of: they are not made",)
+            warnings += (f"not checked, as {own.name} leaves out what it is of: {listed(left)}",)
     steps = plans.of_sink(sink, request, solver_steps, data)
     return replace(outcome, plan=steps, fem3d=fem3d, reduced1d=reduced1d, warnings=warnings, own=own)
 
