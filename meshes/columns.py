@@ -18,6 +18,7 @@ import numpy as np
 
 from meshes import connected
 from meshes.grid import VOID, Grid
+from scenes.errors import NumericsError
 from scenes.model import Scene
 
 # Triangles with a larger angle are cut at the foot of their height: linear interpolation degrades as 1/sin of it
@@ -229,7 +230,7 @@ def _outlines(own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _conforming(points: np.ndarray, pieces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Points and pieces with more points, so that the pieces are edges of Delaunay's triangles: on those that aren't,
-    and at the feet of wide angles."""
+    and at the feet of wide angles. Raises NumericsError where that takes more than `MOST_ROUNDS`."""
     rounds = 0
     for _ in range(MOST_ROUNDS):
         count, triangles = len(points), _Plan(points).triangles
@@ -241,9 +242,9 @@ def _conforming(points: np.ndarray, pieces: np.ndarray) -> tuple[np.ndarray, np.
         rounds += 1
         feet = _feet(points, triangles)
         if rounds > ROUNDS or not len(feet[0]):
-            break
+            return points, pieces
         points, pieces = _with(points, pieces, *feet)
-    return points, pieces
+    raise NumericsError("the outlines of boxes lie so close to one another that no triangles are found between them")
 
 
 def _halved(points: np.ndarray, pieces: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
