@@ -19,7 +19,7 @@ from fem3d.adaptivity import nested, trace_errors
 from fem3d.adaptivity.estimate import Spread
 from fem3d.adaptivity.goal_errors import Level, as_balanced
 from fem3d.adaptivity.nested import Problems, Solution
-from fem3d.adaptivity.tetrahedra import Tetrahedra, less_accurate
+from fem3d.adaptivity.tetrahedra import FINER, Tetrahedra, less_accurate
 from fem3d.adaptivity.trace_errors import Response
 from fem3d.problems.heat import HeatProblem
 from fem3d.results import outputs
@@ -30,7 +30,6 @@ from fem3d.solution.steady import SteadyState
 from fem3d.solution.transient import Base, Transient
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.file_domain import groups
-from fem3d.spaces.size import Size
 from meshes.grouped.check import check, remarks
 from meshes.grouped.place import Placed
 from meshes.grouped.read import read
@@ -61,12 +60,8 @@ class OnFile:
 
     placed: Placed
 
-    given = True
+    advice = FINER
     most, becomes = 1, 12.0
-
-    def because(self, size: Size) -> str:
-        """Nothing: the mesh is the user's."""
-        return ""
 
     @property
     def cells(self) -> Any:
@@ -254,7 +249,7 @@ class FileMesh:
     def warnings(self, study: Study, relative: dict[str, float]) -> list[str]:
         """Of ``relative`` errors above the accuracy, and of what may not be meant in the mesh."""
         words = f"this mesh with elements of {self.words}"
-        return [*less_accurate(study, relative, words), *remarks(self.given.placed.mesh)]
+        return [*less_accurate(study, relative, f"{words}; {FINER}"), *remarks(self.given.placed.mesh)]
 
 
 def _of_gradient(heat: HeatProblem, name: str) -> bool:

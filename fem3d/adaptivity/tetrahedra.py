@@ -44,15 +44,12 @@ MARKED = 0.9
 class Laid(Protocol):
     """A scene laid on a mesh of tetrahedra."""
 
-    given: bool
-    """Whether the mesh is the user's, and its answer taken as it is where no accuracy is reached."""
+    advice: str
+    """What to do where the accuracy isn't reached, in words."""
 
     @property
     def cells(self) -> Any:
         """scikit-fem's mesh."""
-
-    def because(self, size: Size) -> str:
-        """What makes it so large, in words."""
 
     def domain(self) -> Domain:
         """Its cells and facets with what is on them."""
@@ -123,18 +120,14 @@ class Tetrahedra:
     def responded(
         self, study: Study, given: Problems, bases: Sequence[Base], shift: float, steady: Level | None, generations: int
     ) -> Response:
-        return trace_errors.respond(
-            study, given, bases, shift, self._judge, steady, generations, as_it_is=self._last and self.laid.given
-        )
+        return trace_errors.respond(study, given, bases, shift, self._judge, steady, generations, as_it_is=self._last)
 
     def refined(
         self, goals: Collection[Spread], falls: Spread | None, worst: float, enough: float
     ) -> Tetrahedra | None:
         """Finer where cells miss more than their share, those that miss most first, as far as `MOST_GROWTH` goes."""
         if self._last:
-            if self.laid.given:
-                return None
-            raise reach.not_reached(self.accuracy, self.laid.because(self.size))
+            return None
         (missing,) = estimate.worst(goals)
         missing = missing * max(worst / max(float(missing.sum()), 1e-300), 1.0)
         excess = missing / max(grading.share_of(missing, AIM * enough), 1e-300)
@@ -197,13 +190,16 @@ class Tetrahedra:
 
     def warnings(self, study: Study, relative: dict[str, float]) -> list[str]:
         return [
-            *less_accurate(study, relative, "tetrahedra of degree 3, as many as memory has room for"),
+            *less_accurate(study, relative, f"as many tetrahedra of degree 3 as are made; {self.laid.advice}"),
             *self.laid.remarks(),
         ]
 
 
+FINER = "give a finer mesh, above all at edges, corners and the rims of electrodes and fixed temperatures"
+
+
 def less_accurate(study: Study, relative: dict[str, float], words: str) -> list[str]:
-    """What is to be said of ``relative`` errors above the accuracy, on elements that are so in ``words``."""
+    """What is to be said of ``relative`` errors above the accuracy: ``words`` are on what they are, and what to do."""
     over = {name: e for name, e in relative.items() if e > study.accuracy}
     if not over:
         return []
@@ -213,6 +209,5 @@ def less_accurate(study: Study, relative: dict[str, float], words: str) -> list[
         shown = f"just over {shown}"
     names = f"{len(over)} of {len(relative)} probes are" if len(over) > 1 else f'probe "{worst}" is'
     return [
-        f"{names} less accurate than the {study.accuracy:g} asked for, {worst} with an estimated {shown}, on "
-        f"{words}; give a finer mesh, above all at edges, corners and the rims of electrodes and fixed temperatures"
+        f"{names} less accurate than the {study.accuracy:g} asked for, {worst} with an estimated {shown}, on {words}"
     ]

@@ -156,6 +156,8 @@ def plan(scene: AnyScene, whole: bool = False, mesh: Any = None) -> tuple[Step, 
     line = part.step
     if whole and part.planes:
         line = Step("symmetry", "skipped", "the whole is solved, for a number of one side changes that side alone")
+    if laid.whole:
+        reached = f"refined until every estimated error is below {scene.accuracy:g}, or memory ends it"
     told = (Step(what, "done", text) for what, text in structure.described(scene))
     if laid.whole and part.planes:
         line = Step("symmetry", "skipped", "tetrahedra are of the whole scene")
