@@ -144,9 +144,7 @@ def _check_stays(part: Symmetry, other: Symmetry) -> None:
     """Raises SceneError where any part of a scene is elsewhere in another."""
     both: Any = [(*s.scene.boxes, *s.scene.boundaries, *s.scene.probes) for s in (part, other)]
     if any((a.lower, a.upper) != (b.lower, b.upper) for a, b in zip(*both, strict=True)):
-        raise SceneError(
-            'it moves a part of the scene, which no tetrahedra follow: run.mesh = "bricks" has cells that do'
-        )
+        raise SceneError('a part of the scene moves, which tetrahedra don\'t follow; run.mesh = "bricks" does')
 
 
 def speeds(domain: Any, here: Scene, there: Scene, step: float) -> tuple[np.ndarray, ...]:

@@ -25,17 +25,14 @@ from tests.fem3d.test_size import UM, plate
 
 def heated(pads: int = 3) -> Scene:
     """A plate with pads that a current crosses."""
-    scene = plate(pads)
-    side = (0.0, 200 * UM, 2 * UM)
-    ends = [
-        Boundary(n, "voltage", (x, 0.0, 0.0), (x, *side[1:]), u) for n, x, u in (("+", 0.0, 0.5), ("-", 200 * UM, 0.0))
-    ]
+    scene, side = plate(pads), (0.0, 200 * UM, 2 * UM)
+    electrodes = (("plus", 0.0, 0.5), ("minus", 200 * UM, 0.0))
+    ends = [Boundary(n, "voltage", (x, 0.0, 0.0), (x, *side[1:]), u) for n, x, u in electrodes]
     probes = (
         *scene.probes,
         Probe("current", (0.0, 0.0, 0.0), side, "current"),
         Probe("out", (200 * UM, 0.0, 0.0), (200 * UM, *side[1:]), "heat_flow"),
         Probe("top", (0.0, 0.0, 2 * UM), (200 * UM, 200 * UM, 2 * UM), "temperature", "max"),
-        Probe("line", (0.0, 100 * UM, 0.0), (200 * UM, 100 * UM, 0.0)),
     )
     return check(replace(scene, boundaries=(*scene.boundaries, *ends), probes=probes))
 
@@ -74,14 +71,16 @@ def test_a_rate_that_smooth_parts_have_is_not_believed(monkeypatch: pytest.Monke
 
 
 def test_a_mirrored_scene_has_the_same_values() -> None:
-    scene, extent = replace(heated(), mesh="tetrahedra"), 200 * UM
+    line = Probe("line", (20 * UM, 80 * UM, UM), (150 * UM, 80 * UM, UM))
+    scene, extent = heated(), 200 * UM
+    scene = replace(scene, mesh="tetrahedra", probes=(*scene.probes, line))
 
     def mirrored(item: Any) -> Any:
         (x0, y0, z0), (x1, y1, z1) = item.lower, item.upper
         return replace(item, lower=(x0, extent - y1, z0), upper=(x1, extent - y0, z1))
 
     parts = {n: tuple(mirrored(i) for i in getattr(scene, n)) for n in ("boxes", "boundaries", "probes")}
-    assert off(solved("tetrahedra"), runs.solve(replace(scene, **parts))) < 1.0
+    assert off(runs.solve(scene), runs.solve(replace(scene, **parts))) < 1.0
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -169,7 +168,7 @@ def test_what_an_accuracy_out_of_reach_leaves_is_said(monkeypatch: pytest.Monkey
 
 
 def test_sensitivities_are_those_on_bricks_and_what_moves_has_none() -> None:
-    keys = ["material.silicon.thermal_conductivity", "boundary.+.voltage"]
+    keys = ["material.silicon.thermal_conductivity", "boundary.plus.voltage"]
     scene = heated()
     tables = []
     for mesh in ("bricks", "tetrahedra"):
