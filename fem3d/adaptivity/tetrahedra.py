@@ -1,9 +1,8 @@
 """Tetrahedra as the search for an accuracy sees them (`fem3d.adaptivity.mesh.Mesh`): degree 3, with degrees 2 and 1
 within, refined where these say that readings miss most.
 
-What degrees 2 and 3 take away of an error tells on each cell how fast it falls and what is left, as on bricks
-(`fem3d.adaptivity.estimate`); what nobody knows of a mesh is where a solution is singular, so that errors are believed
-to fall no faster than they are seen to.
+What degrees 2 and 3 take away of an error tells on each cell what is left, as on bricks (`fem3d.adaptivity.estimate`);
+what nobody knows of a mesh is where a solution is singular, so that no rate beyond the slowest is believed.
 """
 
 from __future__ import annotations
