@@ -6,10 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from scenes.errors import listed
+from scenes.array import ONE_SINK
+from scenes.errors import SceneError, listed
 from scenes.formats import sink_text
 from scenes.model import AnyScene, Probe
-from scenes.physics import refuse_laws
+from scenes.physics import refuse_laws, refuse_terminals
 from scenes.plan import Request, Step, noted
 from scenes.sink import OF_A_SINK, Sink
 from validate.run import plan as plans
@@ -48,10 +49,13 @@ def _refuse(sink: Sink, request: Request) -> None:
     """SceneError for a reduction, or sensitivities, that there are not of this sink."""
     from reduced1d.ladder import refuse
 
+    if sink.count > 1:
+        raise SceneError(ONE_SINK.format(sink, "rows of sinks are a scenes.array.SinkArray"))
     if "reduced1d" in request.models and not request.model:
         refuse(sink, request.reduction)
     if inputs.differentiated(request):
         refuse_laws((sink.silicon, sink.oxide), "a sensitivity")
+        refuse_terminals(sink.scene(), "a sensitivity")
 
 
 def exported(sink: Sink, request: Request) -> AnyScene:
