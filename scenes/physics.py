@@ -68,18 +68,26 @@ def needed(scene: AnyScene) -> tuple[str, ...]:
     return HEAT_KEYS if capacity(scene) else HEAT_KEYS[:1] if heat(scene) else ()
 
 
-def follows(scene: AnyScene) -> bool:
+def may_follow(scene: AnyScene, over_time: bool) -> tuple[str, ...]:
+    """The properties that matter here and may have a law of the temperature."""
+    if not heat(scene):
+        return ()
+    capacities = ("specific_heat",) if over_time else ()
+    return "thermal_conductivity", *capacities, *(("resistivity",) if electric(scene) else ())
+
+
+def follows(scene: AnyScene, over_time: bool) -> bool:
     """Whether a property that matters here has a law of the temperature."""
-    used = {*needed(scene), *(("resistivity",) if electric(scene) else ())}
-    return heat(scene) and any(used & set(m.follows) for m in materials(scene))
+    keys = set(may_follow(scene, over_time))
+    return any(keys & set(m.follows) for m in materials(scene))
 
 
 def refuse_following(scene: AnyScene) -> None:
-    """Refuses a law of the temperature, which the 3D solution does not have yet."""
-    if follows(scene):
+    """Refuses a law of the temperature over time, which the 3D solution does not have yet."""
+    if follows(scene, over_time=True):
         raise SceneError(
-            "a property follows the temperature, and the 3D solution takes numbers, or three along x, y and z: give "
-            "its value at a temperature"
+            "a property follows the temperature, and over time the 3D solution takes numbers, or three along x, y and "
+            "z: give its value at a temperature, or ask for the steady state"
         )
 
 
