@@ -126,7 +126,8 @@ class Estimator:
         if bent is None:
             return self
         cap = [np.where(at, np.minimum(own, BENT), own) for at, own in zip(bent, self._cap, strict=True)]
-        return Estimator(self._degrees, cap, self._least, self._fall, self._near)
+        of_last = [np.minimum(own, most) for own, most in zip(self._last, cap, strict=True)]
+        return Estimator(self._degrees, cap, self._least, self._fall, self._near, of_last)
 
     def at_vertices(self, space: Any, vertices: np.ndarray, parts: np.ndarray) -> Spread:
         """What the functions (n,) of some vertices on edges miss, on what ends there, in equal parts."""

@@ -218,7 +218,8 @@ def thermal_parts(
         sizes += estimate.weights(heat.mass, rise, depth) / time
     free = [h.order[: h.free] for h in given.heats]
     tested = []
-    if space.by_cells and duals:
+    # Where a law makes the tangent, its heat is known of functions alone.
+    if space.by_cells and heat.about is None and duals:
         for upper, residual in zip(given.heats[1:], left, strict=True):
             solve = upper.solve_steady if time is None else upper.solve_shifted(time)
             change = solve((time or 1.0) * upper.take(residual)[: upper.free])

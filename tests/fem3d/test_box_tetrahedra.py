@@ -194,3 +194,13 @@ def test_over_time_values_agree_within_their_errors() -> None:
         for t in (1e-4, 3e-4, 1e-3):
             x, y = (float(np.interp(t, r.time, r.values[name])) for r in (a, b))
             assert abs(x - y) <= a.errors[name] + b.errors[name]
+
+
+def test_laws_of_the_temperature_give_the_same_on_both() -> None:
+    document, found = as_dict(heated(2)), []
+    document["material"][0]["thermal_conductivity"] = {"value": 130.0, "at": 293.0, "exponent": -1.3}
+    next(b for b in document["boundary"] if b["name"] == "end-0")["temperature"] = 400.0
+    for mesh in ("bricks", "tetrahedra"):
+        document["run"]["mesh"] = mesh
+        found.append(runs.solve(from_dict(document), whole=True))
+    assert off(*found) < 1.0
