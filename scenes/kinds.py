@@ -378,6 +378,20 @@ class ContactResistance(Kind):
 
 
 @dataclass(frozen=True)
+class Pair(Kind):
+    """A list of two names; ``called`` says of what."""
+
+    of: Kind
+    called: str
+
+    def read(self, path: str, given: object) -> tuple[str, str]:
+        if not isinstance(given, (list, tuple)) or len(given) != 2:
+            raise SceneError(f'{path} = {quoted(given)} is not a pair: give two {self.called}, such as ["a", "b"]')
+        one, other = (self.of.read(f"{path}[{i}]", name) for i, name in enumerate(given, 1))
+        return one, other
+
+
+@dataclass(frozen=True)
 class GroupName(Kind):
     """The name of a group of a mesh, or the number of one that has no name."""
 

@@ -238,14 +238,14 @@ def joule_parts(
     own = given.conductor
     if own is None or not duals or not any(phi.any() for phi in potentials):
         return {}
-    heat, space = given.heat, given.bricks
+    heat, space = given.heat, given.electric_bricks
     densities = [own.on.gradient(a + b) / (own.cold * own.stands_for) for a, b in pairwise(potentials)]
     residuals = [-(own.matrix @ phi) for phi in potentials[:-1]]
     weights = estimate.weights(own.matrix, potentials[-1], space.depth)
     stills = []
     for name in duals:
         held = reading(heat, given.domain.probes[goals[name]]).boundaries
-        stills.append(sum((heat.field(heat.held_fields[b]) for b in held), np.zeros(space.size)))
+        stills.append(sum((heat.field(heat.held_fields[b]) for b in held), np.zeros(given.bricks.size)))
     seen = []
     for k, (upper, density) in enumerate(zip(given.conductors[1:], densities, strict=True)):
         assert upper is not None
@@ -333,7 +333,7 @@ def goal_row(heat: HeatProblem, probe: Any, rise: np.ndarray) -> np.ndarray | No
 
 def _potentials(study: Study, given: Problems, scales: Mapping[str, float]) -> dict[str, Parts]:
     """For each potential that is read inside the conductor the parts of its error, at the initial temperature."""
-    domain, own, space = given.domain, given.conductor, given.bricks
+    domain, own, space = given.domain.electric, given.conductor, given.electric_bricks
     names = [n for n, p in study.goals.items() if domain.probes[p].quantity == "potential"]
     if own is None or not names:
         return {}

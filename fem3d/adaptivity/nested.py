@@ -55,6 +55,13 @@ class Problems:
         assert isinstance(self.domain.space, BrickSpace)
         return self.domain.space
 
+    @property
+    def electric_bricks(self) -> BrickSpace:
+        """That of the potential."""
+        space = self.domain.electric.space
+        assert isinstance(space, BrickSpace)
+        return space
+
     def lifted(self, rise: np.ndarray, level: int) -> np.ndarray:
         """(..., all nodes of the highest space): fields of a lower one."""
         return self.heat.take(self.heats[level].field(rise))
@@ -74,7 +81,7 @@ class Problems:
     @cached_property
     def electric_parts(self) -> Parts:
         """What the degrees p - 1 and p take away of the power of the cold conductor, relative to it."""
-        space, own = self.bricks, self.conductor
+        space, own = self.electric_bricks, self.conductor
         if own is None:
             none = [np.zeros(len(d)) for d in space.grid.degrees]
             return Parts(none, none, none)

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.sparse import csc_array
@@ -16,6 +17,7 @@ from scipy.sparse.linalg import LinearOperator, cg
 from fem3d.problems.cholesky import Factors, Ordering, part
 from fem3d.problems.heat import HeatProblem
 from fem3d.problems.kept import Kept
+from fem3d.problems.paths import Paths, crossings
 from fem3d.problems.reactions import SharedReactions
 from fem3d.spaces.integrals import Cells, Faces
 from scenes.errors import NumericsError
@@ -24,8 +26,9 @@ from scenes.model import Material
 SAME = 1e-9  # relative size below which a current field is taken for a sum of others
 # Error of a potential over that of its first guess, in the energy norm, unless a looser one is asked for.
 SOLVED = 1e-12
-Section = list[tuple[Faces, float, np.ndarray, np.ndarray]]
-"""Faces inside a conductor, half the sign of their normal, and the law of the resistivity (facets, 1) there."""
+Section = list[tuple[Faces, Faces, float, np.ndarray, np.ndarray]]
+"""Faces inside a conductor by the functions of the potential and by those of the temperature, half the sign of their
+normal, and the law of the resistivity (facets, 1) there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,18 +62,20 @@ class Pattern:
 
 @dataclass(frozen=True, eq=False)
 class Conductor:
-    """The cells that carry current; ``free`` (n,) are the functions that the potential is sought of, ``cold`` and
-    ``warm`` (cells, 1) the resistivity at the initial temperature (ohm m) and its change per kelvin, ``voltages``
+    """The ``cells`` that carry current and, after these in all that is known by rows, the facets of the contacts that
+    it crosses (`fem3d.problems.paths`); ``free`` (n,) are the functions that the potential is sought of, ``cold`` and
+    ``warm`` (rows, 1) the resistivity at the initial temperature (ohm m) and its change per kelvin, ``voltages``
     (channels, functions) the given ones.
 
     ``matrix`` is that of the initial temperature. ``electrodes``: for each its part (functions,) of the currents that
-    enter. ``sections``: the current probes inside. ``stands_for`` (cells, 1): how many such cells in series each one
-    is, all of which the resistivity counts and the heat does not. Current densities are (3, cells, points).
+    enter. ``sections``: the current probes inside. ``stands_for`` (rows, 1): how many such cells in series each one
+    is, all of which the resistivity counts and the heat does not. ``names`` (rows,) are those of bodies and contacts.
+    Current densities are (3, rows, points).
     """
 
     heat: HeatProblem
     cells: np.ndarray
-    on: Cells
+    on: Cells | Paths
     free: np.ndarray
     cold: np.ndarray
     warm: np.ndarray
@@ -79,13 +84,19 @@ class Conductor:
     sections: dict[str, Section]
     matrix: csc_array
     stands_for: np.ndarray
+    names: np.ndarray
     ordering: Ordering
     solved: float = SOLVED
     kept: Kept = field(init=False, default_factory=Kept)
 
     def lower(self, level: int, heat: HeatProblem) -> Conductor:
         """The problem in a lower space, for the heat problem there."""
-        return replace(self, heat=heat, free=self.free[heat.domain.space.nested[level][self.free]])
+        return replace(self, heat=heat, free=self.free[self.space.nested[level][self.free]])
+
+    @property
+    def space(self) -> Any:
+        """That of the potential."""
+        return self.heat.domain.electric.space
 
     def resistivity(self, rise: np.ndarray) -> np.ndarray:
         """(cells, points) in ohm m at a rise (all nodes of the heat problem)."""
@@ -105,7 +116,7 @@ class Conductor:
     @property
     def solve_cold(self) -> Callable[[np.ndarray], np.ndarray]:
         """What gives the potential (free,) of the cold conductor for charges (free,) between earthed electrodes."""
-        groups = self.heat.domain.space.entity[self.free]
+        groups = self.space.entity[self.free]
         solve: Callable[[np.ndarray], np.ndarray]
         solve = self.kept.get("solve_cold", lambda: Factors(part(self.matrix, self.free), groups, self.ordering).solve)
         return solve
@@ -142,7 +153,7 @@ class Conductor:
     @cached_property
     def influences(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """`influence` of each probe of a mean potential that lies in the conductor."""
-        domain, found = self.heat.domain, {}
+        domain, found = self.heat.domain.electric, {}
         mine = domain.space.of(self.cells)
         for probe in domain.scene.probes:
             if probe.quantity == "potential" and probe.reduce == "mean":
@@ -193,7 +204,8 @@ class Conductor:
         """The current along the normals (A), the mean of what both sides say."""
         at = self.heat.field(rise)
         return sum(
-            sign * float(faces.flux(1 / (cold + warm * faces.value(at))) @ phi) for faces, sign, cold, warm in section
+            sign * float(faces.flux(1 / (cold + warm * warmed.value(at))) @ phi)
+            for faces, warmed, sign, cold, warm in section
         )
 
     def pattern(self, potential: Potential) -> Pattern:
@@ -225,8 +237,7 @@ class Conductor:
     def joule(self, density: np.ndarray, rise: np.ndarray) -> dict[str, float]:
         """The Joule heat of each conducting body by its name (W)."""
         per_cell = (self.on.weights * self.heating(density, density, rise)).sum(axis=1)
-        names = np.array(self.heat.domain.names)[self.heat.domain.body[self.cells]]
-        return {name: float(per_cell[names == name].sum()) for name in dict.fromkeys(names.tolist())}
+        return {name: float(per_cell[self.names == name].sum()) for name in dict.fromkeys(self.names.tolist())}
 
 
 def independent(conductor: Conductor, potentials: Sequence[Potential]) -> list[Pattern]:
@@ -264,7 +275,7 @@ def law(material: Material, initial: float) -> tuple[float, float]:
 def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
     """The conductors of a domain that carry current; ``None`` where no part touches two voltages. ``solved`` is how
     small the residual of a potential must be."""
-    domain, space = heat.domain, heat.domain.space
+    domain, space = heat.domain.electric, heat.domain.electric.space
     scene, cells = domain.scene, np.flatnonzero(domain.live)
     if not len(cells):
         return None
@@ -284,10 +295,25 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
     for probe in scene.probes:
         if probe.quantity == "current":
             sections[probe.name] = [
-                (own, sign, laws[at, :1], laws[at, 1:]) for own, sign, at in domain.sides(probe, domain.live)
+                (own, Faces(heat.domain.space, own.facets, own.cells), sign, laws[at, :1], laws[at, 1:])
+                for own, sign, at in domain.sides(probe, domain.live)
             ]
     cold, warm = laws[cells, :1], laws[cells, 1:]
+    on: Any
+    matrix, on, names = (
+        space.stiffness(1 / cold[:, 0], cells),
+        space.on(cells),
+        np.array(domain.names)[domain.body[cells]],
+    )
+    copies, crossed = each[cells], crossings(heat.domain)
+    if crossed or domain is not heat.domain:
+        on = Paths(heat.domain.space.on(cells), on, crossed)
+        counts = [len(c.warmed[0].areas) for c in crossed]
+        matrix = sum((c.potential.mass() / c.resistance for c in crossed), matrix)
+        cold = np.vstack([cold, np.repeat([c.resistance for c in crossed], counts)[:, None]])
+        warm, copies = (np.vstack([x, np.full((sum(counts), 1), y)]) for x, y in ((warm, 0.0), (copies, 1.0)))
+        names = np.concatenate([names, np.repeat([c.name for c in crossed], counts)])
     return Conductor(
-        heat, cells, space.on(cells), np.flatnonzero(mine & ~fixed & space.nested[-1]), cold, warm, voltages, parts,
-        sections, space.stiffness(1 / cold[:, 0], cells), each[cells], Ordering(space.places), solved,
+        heat, cells, on, np.flatnonzero(mine & ~fixed & space.nested[-1]), cold, warm, voltages, parts,
+        sections, csc_array(matrix), copies, names, Ordering(space.places), solved,
     )  # fmt: skip

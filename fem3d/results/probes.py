@@ -14,6 +14,7 @@ import numpy as np
 from fem3d.problems.heat import HeatProblem
 from fem3d.spaces.domain import Domain
 from fem3d.spaces.extreme import Extreme
+from fem3d.spaces.split import Interface
 from scenes.model import Schedule
 
 
@@ -81,15 +82,22 @@ def extreme(domain: Domain, probe: Any, inside: np.ndarray | None = None) -> Ext
 
 def gradient(domain: Domain, probe: Any, conductivity: np.ndarray) -> np.ndarray:
     """(functions,): the heat (W) that passes a flat probe, per rise, for a conductivity (cells,): on the surface into
-    the solid, inside the mean of what both sides say."""
+    the solid, inside the mean of what both sides say, at contacts what the jump drives."""
     conductivity = conductivity[:, None]
     facets = domain.facets(probe)
     outer = facets[domain.exposed(facets)]
     found = np.zeros(domain.space.size)
     if len(outer):
         found -= domain.seen(outer).flux(conductivity[domain.space.mesh.f2t[0, outer]])
-    for faces, sign, cells in domain.sides(probe, np.ones(len(domain.body), bool)):
+    jumping = [joint for joint in domain.contacts if joint.contact.thermal_resistance]
+    every = np.ones(len(domain.body), bool)
+    for faces, sign, cells in domain.sides(probe, every, [joint.facets for joint in jumping]):
         found += sign * faces.flux(conductivity[cells])
+    for joint in jumping:
+        on = np.isin(facets, joint.facets)
+        if on.any():
+            along = domain.directions(probe)[on, None] / joint.contact.thermal_resistance
+            found += Interface.inside(domain.space, facets[on]).load(along)
     return found
 
 

@@ -21,6 +21,7 @@ from fem3d.sensitivity.motion import STEP
 from fem3d.sensitivity.over_time import over_time
 from fem3d.sensitivity.steady import Known, Table
 from scenes.errors import SceneError, quoted
+from scenes.free import contacts
 from scenes.model import AnyScene, values
 from scenes.result import Estimate, Result
 from scenes.varied import neighbour, numbers
@@ -43,7 +44,9 @@ class Slopes:
 
 
 def of_scene(scene: AnyScene, result: Result) -> Slopes:
-    """The derivatives of a result of a whole scene by every number other than zero. Raises ConvergenceError."""
+    """The derivatives of a result of a whole scene by every number other than zero. Raises SceneError for one with
+    contacts, and ConvergenceError."""
+    contacts.refuse(scene, "sensitivities, and what is made of them, don't follow the jump at a contact yet")
     others, torn = dict[str, AnyScene](), dict[str, str]()
     for key in numbers(scene):
         try:

@@ -17,6 +17,7 @@ import numpy as np
 
 from scenes import physics
 from scenes.errors import SceneError, quoted
+from scenes.free import contacts
 from scenes.free.grid import Grid, grid_of
 from scenes.free.validity import tidy
 from scenes.model import AnyScene, Boundary, Box, MeshScene, Point, Scene
@@ -138,6 +139,7 @@ def layout(scene: AnyScene) -> Layout:
         raise SceneError(
             f"scene {quoted(scene.name)} is on a mesh file, and a network is made of boxes: give [[box]]es"
         )
+    contacts.refuse(scene, "a network has no resistance at a contact yet")
     grid = grid_of(scene)
     return _Cutting(replace(grid, scene=tidy(grid))).layout()
 

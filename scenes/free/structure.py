@@ -11,8 +11,10 @@ import numpy as np
 from scenes import physics
 from scenes.errors import listed, quoted
 from scenes.formats import area, percent, quantity
+from scenes.free import contacts
 from scenes.free.cut import cut
 from scenes.free.grid import VOID, Grid, grid_of
+from scenes.kinds import CURRENT_CONTACT, HEAT_CONTACT
 from scenes.model import Boundary, Scene
 
 NARROW = 0.1  # of the thinner box beside it: a gap that is narrower is likely a slip, and is said
@@ -29,6 +31,8 @@ def described(scene: Scene) -> list[tuple[str, str]]:
         lines.append(("overlaps", f"the later box wins: {_joined(texts)}"))
     if physics.electric(scene):
         lines.append(("conductors", _joined(_conductors(grid))))
+    if scene.contacts:
+        lines.append(("contacts", _joined(_contacts(grid))))
     return [*lines, ("boundaries", _joined(_areas(grid)))]
 
 
@@ -116,6 +120,18 @@ def _conductors(grid: Grid) -> Iterable[str]:
         if names:
             what = f"joins {listed(names, MOST)}" if len(names) > 1 else f"touches {listed(names)} alone"
         yield f"{listed(_boxes(grid, labels == label), MOST)} {what}"
+
+
+def _contacts(grid: Grid) -> Iterable[str]:
+    """What each contact joins, over which area, and what jumps there."""
+    for c in grid.scene.contacts:
+        jumps = [f"the temperature by {HEAT_CONTACT.show(c.thermal_resistance)}"] if c.thermal_resistance else []
+        if c.electrical_resistance:
+            jumps.append(
+                f"the potential by {CURRENT_CONTACT.show(c.electrical_resistance)}, half of its heat to each side"
+            )
+        where = f"{quoted(c.name)} between {listed(list(c.between))}, {area(contacts.area(grid, c))}"
+        yield f"{where}: {' and '.join(jumps) or 'perfect'}"
 
 
 def _areas(grid: Grid) -> Iterable[str]:

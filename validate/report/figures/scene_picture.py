@@ -17,7 +17,7 @@ from matplotlib.patches import Patch
 from scenes import physics
 from scenes.formats import cut
 from scenes.free.document import CONDITIONS, HEAT_SOURCE
-from scenes.kinds import HEAT_CONTACT, Convection, Quantity, Varying
+from scenes.kinds import CURRENT_CONTACT, HEAT_CONTACT, Convection, Quantity, Varying
 from scenes.model import Boundary, Material, Point, Probe, Scene, Schedule, Value, values
 from scenes.units import THERMAL_CONDUCTIVITY
 from validate.report.figures import INK, PARTS
@@ -169,10 +169,12 @@ def labels_of(scene: Scene, found: Drawing) -> list[Label]:
 
 def _condition(boundary: Boundary) -> str:
     kind = CONDITIONS[boundary.key]
-    if boundary.key != boundary.kind:
+    if boundary.contact_resistance:
         assert isinstance(kind, Varying)
-        contact = HEAT_CONTACT.show(boundary.contact_resistance)
-        return f"{_value(boundary.ambient, kind.quantity)} behind {contact}"
+        given, own = (
+            (boundary.value, CURRENT_CONTACT) if boundary.kind == "voltage" else (boundary.ambient, HEAT_CONTACT)
+        )
+        return f"{_value(given, kind.quantity)} behind {own.show(boundary.contact_resistance)}"
     if isinstance(kind, Convection):
         return f"{_value(boundary.value, kind.coefficient)} to {_value(boundary.ambient, kind.ambient.quantity)}"
     assert isinstance(kind, Varying)
