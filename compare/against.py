@@ -14,19 +14,16 @@ from typing import Any
 
 import numpy as np
 
-from compare import windows
+from compare import quantities, windows
+from compare.quantities import Quantities
 from compare.verdict import COVERS, Check, Comparison, Models, judged, spread, unit_of
 from scenes.checks import FIRST_TIME
 from scenes.errors import SceneError, quoted
 from scenes.formats import cut, quantity, signed, span
 from scenes.result import Estimate, Result, Traces
-from scenes.sink import OF_A_SINK, Sink
 
-QUANTITIES = {name: asked.trace for name, asked in OF_A_SINK.items() if asked.trace}
-"""What a user calls the quantities of traces.csv."""
-_NAMES = {key: name for name, key in QUANTITIES.items()}
 _OF = {"current_A": "final change", "power_W": "final value"}
-"""What a difference of a trace is relative to, where that is no final rise."""
+"""What a difference of a trace is relative to, where that is its final value and no rise."""
 
 
 @dataclass(frozen=True)
@@ -101,12 +98,14 @@ def part(distance: float, final: float) -> float:
 
 @dataclass(frozen=True)
 class Data:
-    """Traces from a file: ``time`` (s, ascending) and ``values`` by the keys of traces.csv, in SI units.
+    """Traces from a file: ``time`` (s, ascending) and ``values`` by their names, in SI units; or values of the steady
+    state, at the one time `quantities.AT_REST`.
 
     ``headers`` are the columns' own names, the time's among them, and ``how`` they were read where that is not plain,
     ``left_out`` says why the others are none, ``run`` which of several runs it is, ``notes`` what else was done,
     ``warnings`` what may be another scene's; ``others`` are the values (SI) of columns that were left out, ``u`` the
-    standard uncertainties (times,) of the values, by the same keys, where they are known.
+    standard uncertainties (times,) of the values, by the same names, where they are known; ``words`` what a user calls
+    a quantity, where that is not its name.
     """
 
     name: str
@@ -121,6 +120,12 @@ class Data:
     warnings: tuple[str, ...] = ()
     others: Mapping[str, np.ndarray] = field(default_factory=dict)
     u: Mapping[str, np.ndarray] = field(default_factory=dict)
+    words: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether the data are of the steady state."""
+        return bool(np.isinf(self.time[-1]))
 
     def document(self) -> dict[str, Any]:
         return {
@@ -132,87 +137,135 @@ class Data:
 
     def said(self) -> str:
         """One sentence: which column is which quantity, of which run, and which are left out, and why."""
-        names = {"time_s": "time", **_NAMES}
+        names = {"time_s": "time", **self.words}
         how = {key: f" ({text})" for key, text in self.how.items()}
-        parts = [", ".join(f"{names[k]} is {quoted(header)}{how.get(k, '')}" for k, header in self.headers.items())]
+        of = {k: quoted(header) for k, header in self.headers.items()}
+        told = (f"{names.get(k, k)}{'' if quoted(k) == of[k] else f' is {of[k]}'}{how.get(k, '')}" for k in of)
+        parts = [", ".join(told)]
         parts += [self.run] if self.run else []
         parts += list(self.notes)
         left = [f"{quoted(name)}, it {why}" for name, why in list(self.left_out.items())[:6]]
         left += [f"{len(self.left_out) - 6} more"] if len(self.left_out) > 6 else []
         parts += [f"left out: {'; '.join(left)}"] if left else []
-        first, last = (quantity(float(t), "s", 3) for t in (self.time[0], self.time[-1]))
-        covered = f"{len(self.time)} rows, {first} to {last}"
+        covered = "the steady state"
+        if not self.at_rest:
+            first, last = (quantity(float(t), "s", 3) for t in (self.time[0], self.time[-1]))
+            covered = f"{len(self.time)} rows, {first} to {last}"
         return f"{self.name} ({self.kind}, {covered}): {'; '.join(parts)}."
 
 
-def definitions(data: Data, fem3d: Result) -> dict[str, Callable[[Models], Comparison]]:
-    """What the checks of a file are made of, by their ids: one for every quantity of the data. The windows of noisy
-    data are cut by the traces of ``fem3d``, and stay where they are for models that are moved."""
-
-    def of(key: str) -> Callable[[Models], Comparison]:
-        return lambda models: compare(models.sink, data, models.fem3d, key, fem3d)
-
-    return {f"against_{key.rpartition('_')[0]}": of(key) for key in _NAMES if key in data.values}
+def checked(scene: Any, data: Data) -> dict[str, str]:
+    """The quantities of the data by the ids of their checks, in the order of the scene's."""
+    return {f"against_{word}": name for word, name in quantities.of(scene).names.items() if name in data.values}
 
 
-def evaluate(sink: Sink, data: Data, fem3d: Result) -> tuple[Check, ...]:
-    """A check for every quantity of the data, in the order of the declared tolerances."""
-    models = Models(sink, fem3d, None)
-    return tuple(judged(name, made(models), sink, always=True) for name, made in definitions(data, fem3d).items())
+def evaluate(scene: Any, data: Data, fem3d: Result) -> tuple[Check, ...]:
+    """A check for every quantity of the data, in the order of the scene's."""
+    return tuple(
+        judged(check, compare(scene, data, fem3d, name), scene, always=True)
+        for check, name in checked(scene, data).items()
+    )
 
 
-def compare(sink: Sink, data: Data, fem3d: Result, key: str, cutting: Result | None = None) -> Comparison:
-    """The largest distance data - 3D from 10 us on, relative to the quantity's final rise, change or value.
+def simulated(result: Result, name: str, times: np.ndarray) -> np.ndarray:
+    """(times,): a quantity of a model at the times (s) of data; its steady value where those are at rest."""
+    if np.isinf(times[-1]):
+        return np.array([result.steady[name].value])
+    return np.interp(times, result.over_time.time, result.over_time.values[name])
+
+
+def known_to(result: Result, name: str, times: np.ndarray) -> float:
+    """The error of that."""
+    return result.steady[name].error if np.isinf(times[-1]) else result.over_time.errors[name]
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where data are furthest from 3D: at which ``rows`` of the data, what 3D is known to there (``error``) and, of
+    data with an uncertainty, how far the largest distance may be from the one there (``u_data``), in the quantity's
+    unit."""
+
+    rows: np.ndarray
+    error: float
+    u_data: float | None
+
+
+def furthest(scene: Any, data: Data, fem3d: Result, key: str) -> Place:
+    """Where a quantity of the data is furthest from 3D, where 3D's error holds.
 
     It is sought at the file's own times, where the 3D trace is known to its error; nothing is read into the data
     between them. By how much the distance may be larger between two rows is what the rows around them tell of it
-    (`_beyond`). Of data with an uncertainty it is the largest mean over a window (`compare.windows`), cut by the traces
-    of ``cutting``, if that is another result, and u_data says how far the largest may be from that.
+    (`_beyond`). Of data with an uncertainty it is the largest mean over a window (`compare.windows`).
     """
-    traces, unit = fem3d.over_time, unit_of(key)
-    both = (data.time >= traces.time[0]) & (data.time <= traces.time[-1] * (1 + 1e-9))
-    late = data.time[both] >= FIRST_TIME
-    if not late.any():
+    of = quantities.of(scene, fem3d)
+    sure = np.flatnonzero(of.sure(data.time))
+    if not len(sure):
         covered = f"{quantity(float(data.time[0]), 's')} to {quantity(float(data.time[-1]), 's')}"
         raise SceneError(
-            f"--against {quoted(data.name)} covers {covered}, the run 10 us to {quantity(sink.end_time, 's')}: there "
-            "is no time to compare at"
+            f"--against {quoted(data.name)} covers {covered}, the run {quantity(of.since, 's')} to "
+            f"{quantity(of.end, 's')}: there is no time to compare at"
         )
-    time, theirs = data.time[both], data.values[key][both]
-    ours = np.interp(time, traces.time, traces.values[key])
-    error, u_data = traces.errors[key], None
+    error = known_to(fem3d, key, data.time)
     if key in data.u:
-        time, theirs, ours, u = time[late], theirs[late], ours[late], data.u[key][both][late]
-        by = (cutting or fem3d).over_time
-        cuts = windows.cut(np.interp(time, by.time, by.values[key]))
-        means = windows.windows(time, theirs - ours, u, cuts)
+        time, ours = data.time[sure], simulated(fem3d, key, data.time[sure])
+        cuts = windows.cut(ours)
+        means = windows.windows(time, data.values[key][sure] - ours, data.u[key][sure], cuts)
         i, k = windows.worst(means, [0.0] * len(means))
         u_data = (max(abs(w.distance) + k * w.u_data for w in means) - abs(means[i].distance)) / COVERS
-        rows = cuts[i]
-    else:
-        off = np.abs(theirs - ours)
-        i = int(np.argmax(np.where(late, off, -1.0)))
-        error += _beyond(time, off, i)
-        rows = slice(i, i + 1)
-    (scale, of), room = _scale(fem3d, key), sink.room_temperature if unit == "K" else 0.0
-    p, m, off_by = (float(v[rows].mean()) for v in (theirs - room, ours - room, theirs - ours))
-    start, end = float(time[rows][0]), float(time[rows][-1])
+        return Place(sure[cuts[i]], error, u_data)
+    if data.at_rest:
+        return Place(sure, error, None)
+    within = data.time <= of.end * (1 + 1e-9)
+    off = np.abs(data.values[key] - simulated(fem3d, key, data.time))[within]
+    i = int(sure[np.argmax(off[sure])])
+    return Place(np.array([i]), error + _beyond(data.time[within], off, i), None)
+
+
+def distance(scene: Any, data: Data, fem3d: Result, key: str, rows: np.ndarray) -> tuple[float, float, str]:
+    """The mean of data - 3D over some rows, what it is relative to, and what that is called (`_scale`)."""
+    off = data.values[key][rows] - simulated(fem3d, key, data.time[rows])
+    return float(off.mean()), *_scale(quantities.of(scene, fem3d), fem3d, key, data.at_rest)
+
+
+def compare(scene: Any, data: Data, fem3d: Result, key: str) -> Comparison:
+    """The largest distance data - 3D (`furthest`) over the quantity's final rise, change or value, or its largest."""
+    of, place = quantities.of(scene, fem3d), furthest(scene, data, fem3d, key)
+    rows, unit, base = place.rows, of.units[key], of.base(key)
+    off_by, scale, relative_to = distance(scene, data, fem3d, key, rows)
+    p = float(data.values[key][rows].mean()) - base
+    start, end = float(data.time[rows[0]]), float(data.time[rows[-1]])
 
     def because() -> str:
-        when = f"at {quantity(end, 's', 3)}" if start == end else f"in the mean over {span(start, end)}"
+        when = f"in the mean over {span(start, end)}" if start < end else moment(end)
         return (
-            f"{data.name} is furthest from 3D {when}: {quantity(p, unit)} against {quantity(m, unit)}, "
-            f"{signed(off_by, unit)} of a {of} of {quantity(scale, unit)}"
+            f"{data.name} is furthest from 3D {when}: {quantity(p, unit)} against {quantity(p - off_by, unit)}, "
+            f"{signed(off_by, unit)} of a {relative_to} of {quantity(scale, unit)}"
         )
 
-    title, size = f"{_NAMES[key]}, {cut(data.name, 16, '...')}", abs(scale)
-    known = None if u_data is None else u_data / size
-    return Comparison(title, p, m, unit, off_by / size, error / size, because, (start + end) / 2, u_data=known)
+    title, size = f"{cut(of.word(key), 24)}, {cut(data.name, 16, '...')}", abs(scale)
+    known = None if place.u_data is None else part(place.u_data, size)
+    return Comparison(
+        title, p, p - off_by, unit, part(off_by, size), part(place.error, size), because,
+        None if data.at_rest else (start + end) / 2, u_data=known,
+    )  # fmt: skip
 
 
-def _scale(fem3d: Result, key: str) -> tuple[float, str]:
-    of, value = _OF.get(key, "final rise"), fem3d.steady[OF_A_SINK[_NAMES[key]].steady].value
+def moment(time: float) -> str:
+    """A time (s) in words; after all time is the steady state."""
+    return f"at {quantity(time, 's', 3)}" if np.isfinite(time) else "in the steady state"
+
+
+def _scale(of: Quantities, fem3d: Result, key: str, at_rest: bool) -> tuple[float, str]:
+    """What a difference is relative to, and what that is called."""
+    kind = "rise" if of.units[key] == "K" else "value"
+    if at_rest:
+        return fem3d.steady[key].value - of.base(key), f"steady {kind}"
+    traces = fem3d.over_time
+    if key not in of.final:
+        course = (traces.values[key] - of.base(key))[of.sure(traces.time)]
+        return float(course[np.abs(course).argmax()]), f"largest {kind}"
+    value, called = fem3d.steady[of.final[key]].value, _OF.get(key, "final rise")
     if key == "current_A":
-        change = value - float(fem3d.over_time.values[key][0])
-        return (change, of) if change else (value, "final value")
-    return value, of
+        change = value - float(traces.values[key][0])
+        return (change, called) if change else (value, "final value")
+    return value, called

@@ -61,6 +61,10 @@ def _steady(both: Both, quantity_: str, title: str, unit: str) -> Comparison:
 
 
 def _why_steady(both: Both, quantity_: str) -> str:
+    if both.device.control.ground_resistance:
+        state = both.base.after
+        apart = quantity(state.sink_K - state.sensor_K, "K", 3)
+        return f"through the common ground sink and sensor are seen too warm and come to {apart} apart"
     if quantity_.startswith("sensor"):
         return "sink and sensor have one mean temperature, so that what the sensor takes leaves through the polymer"
     said = (
@@ -174,7 +178,8 @@ def _why_between(both: Both) -> str:
     device, state = both.device, both.base.after
     if abs(state.sink_K - state.sensor_K) < 1e-9 * device.set_rise:
         return "whose mean temperatures are one while their temperatures along the beam are not"
-    return f"whose mean temperatures are {state.sink_K - state.sensor_K:.3g} K apart, as one of them isn't held"
+    why = "as the common ground shifts both" if device.control.ground_resistance else "as one of them isn't held"
+    return f"whose mean temperatures are {state.sink_K - state.sensor_K:.3g} K apart, {why}"
 
 
 def _claim_over_time(both: Both) -> Comparison:

@@ -1,4 +1,4 @@
-"""What the paper says of Figures 9 to 13 and of meters, checked: predicted is the paper, measured the 1D model. A
+"""What the paper says of Figures 9 to 14 and of meters, checked: predicted is the paper, measured the 1D model. A
 claim on a meter is of one side."""
 
 from __future__ import annotations
@@ -10,7 +10,8 @@ import numpy as np
 
 from compare.made import made_checks
 from compare.verdict import Check, Comparison, judged, relative
-from reduced1d.device.design import PXI_4070, reading
+from reduced1d.device.design import PXI_4070, delivered, reading
+from reduced1d.device.ground import of_device
 from reduced1d.device.lumped import lump
 from reduced1d.device.stability import at_sample_time, largest_eigenvalue, shown
 from scenes.device import Device
@@ -219,8 +220,9 @@ def _at_most(title: str, claim: float, run: Run, name: str, unit: str) -> Compar
     )
     state, step = run.after, math.inf
     try:
-        step = float(getattr(reading(PXI_4070, state.sensor_V, state.sensor_power_W), name))
-        taken = state.sensor_power_W / state.sensor_V
+        drawn = delivered(run.device, state, 1)
+        step = float(getattr(reading(PXI_4070, *drawn), name))
+        taken = drawn[1] / drawn[0]
         said += f"{quantity(state.sensor_V, 'V')} and {quantity(taken, 'A')}"
         said += f", beyond {quantity(current, 'A', 2)}: the next range serves" if taken > current else ""
     except ValueError as error:
@@ -314,9 +316,33 @@ def _decay(rate: float) -> str:
     return f"{'decays' if rate >= 0 else 'grows'} at {abs(rate):.3g} 1/s"
 
 
+def fig14_ground(runs: Runs) -> Comparison:
+    """The paper: the design provides "an additional common ground between the detecting layer and the active sink". It
+    gives no resistance; where the scene has none either, that of one square of the sensor's film is taken."""
+    device, film = runs.base.device, lump(runs.base.device)
+    square = float(film.resistance[1]) * device.sink.width / device.sink.length
+    own = device.control.ground_resistance
+    found = of_device(device, METER_POWER, METER_RESISTANCE)
+    lead = own or square
+    said = (
+        "paper: sink and sensor may share a ground; here a lead of "
+        f"{quantity(found.by_power_ohm, 'ohm', 3)} in both circuits is where the sensor's power is off by the paper's "
+        f"own {quantity(METER_POWER, 'W', 2)}, and one of {quantity(found.by_resistance_ohm, 'ohm', 3)} where its "
+        f"resistance is by {quantity(METER_RESISTANCE, 'ohm', 2)}; one square of the sensor's film has "
+        f"{quantity(square, 'ohm', 3)}"
+    )
+    if own:
+        now = next(lead for lead in found.leads if lead.resistance_ohm == own)
+        off = f"{quantity(now.sensor_off_K, 'K', 3)} and {quantity(now.sink_off_K, 'K', 3)}"
+        said += f", and the scene's {quantity(own, 'ohm', 3)} leave sensor and sink {off} off"
+    said += "; measured by four wires each, voltages at the films' own ends, neither sees the lead"
+    missing = max(relative(lead, found.by_power_ohm), 0.0)
+    return Comparison("common ground", lead, found.by_power_ohm, "ohm", missing, ROUNDING, said, sense="at least")
+
+
 DEFINITIONS: dict[str, Callable[[Runs], Comparison]] = {
     **{check.__name__: check for check in (fig9_settling, fig9_balance, fig10_steady, fig11_slow, fig12_same_time)},
-    **{check.__name__: check for check in (fig13_slope, fig13_limit)},
+    **{check.__name__: check for check in (fig13_slope, fig13_limit, fig14_ground)},
     "meter_resistance": lambda runs: _at_most("NI 4070, gold", METER_RESISTANCE, runs.base, "resistance", "ohm"),
     "meter_power": lambda runs: _at_most("NI 4070, power", METER_POWER, runs.base, "power", "W"),
     "meter_rate": meter_rate,

@@ -8,6 +8,7 @@ from typing import Any
 from scenes import checks as known
 from scenes.checks import FIRST_TIME
 from scenes.device import Device
+from scenes.laws import is_plain
 from scenes.plan import Request
 from scenes.sink import Sink
 
@@ -17,6 +18,7 @@ DEVICE_FIGURES = {
     "figure11": "the same as figure 9, sampled every 5 ms with gains of 0.5 and 0.05 V",
     "figure12": "the sensor's power after outer steps from -80 to +20 K",
     "figure13": "the steady power of the sensor against the outer temperature",
+    "figure14": "what a lead to ground that sink and sensor share does to both",
 }
 LATE = ("figure11", "figure12", "figure13")
 """The figures of a device that need runs of their own, which the paper's scheme does not make."""
@@ -43,6 +45,8 @@ def _skipped_of_sink(sink: Sink, request: Request) -> dict[str, str]:
     if "fem3d" not in request.models:
         return dict.fromkeys(_of_sink(sink), "they need the 3D model")
     skipped: dict[str, str] = {}
+    if not all(is_plain(given) for material in (sink.silicon, sink.oxide) for _, given in material.given()):
+        skipped |= dict.fromkeys(set(_of_sink(sink)) - {"energy"}, "the paper's equations take one conductivity")
     if not request.transient:
         skipped |= dict.fromkeys(known.OVER_TIME, "they need the transient")
     elif sink.end_time <= FIRST_TIME:

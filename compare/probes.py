@@ -6,46 +6,18 @@ largest; that of all else the 3D value itself, over time the largest. No differe
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
 
 import numpy as np
 
 from compare.course import Course, told_apart
+from compare.quantities import Quantities
 from compare.verdict import Check, Comparison, judged, spread
 from scenes.formats import cut, quantity, signed
 from scenes.model import OVER_TIME, Declared
 from scenes.result import Estimate, Result, Traces
-
-EDGE = 1e-5
-"""The part of the run to either side of a drive's jump in which nothing is compared."""
-
-
-@dataclass(frozen=True)
-class Quantities:
-    """What both models answer: ``units`` by name, the ``initial`` temperature (K) above which temperatures rise, when
-    (s) the errors over time begin to hold, the ``jumps`` (s) after which they begin again, and the ``edges`` (s) at
-    which a drive jumps: a circuit's edge takes a while, and what happens on it is no difference of models."""
-
-    units: Mapping[str, str]
-    initial: float
-    start: float = 0.0
-    jumps: tuple[float, ...] = ()
-    edges: tuple[float, ...] = ()
-
-    def base(self, name: str) -> float:
-        """What the scale of a quantity counts from."""
-        return self.initial if self.units[name] == "K" else 0.0
-
-    def sure(self, times: np.ndarray) -> np.ndarray:
-        """(times,): where the errors hold."""
-        found: np.ndarray = times >= self.start * (1 - 1e-9)
-        for jump in self.jumps:
-            found &= ~((times >= jump) & (times < jump + self.start * (1 - 1e-9)))
-        for edge in self.edges:
-            found &= np.abs(times - edge) > EDGE * times[-1]
-        return found
 
 
 @dataclass(frozen=True)

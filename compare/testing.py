@@ -8,13 +8,16 @@ A failure shows both values, their difference, the tolerance, and the numerical 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import compare
+from compare import quantities
 from compare.verdict import COVERS, Check, Verdict, judge, relative, spread
-from scenes.checks import AGAINST_TOLERANCES, DEFAULT_TOLERANCES, OVER_TIME
+from scenes import load
+from scenes.checks import DEFAULT_TOLERANCES, OVER_TIME
 from scenes.errors import SceneError, did_you_mean, quoted
 from scenes.formats import difference_text, percent, quantity, sink_text, with_error
 from scenes.kinds import Quantity
@@ -89,25 +92,32 @@ def assert_model_agrees(
 
 
 def assert_traces_agree(
-    scene: Sink | str | Path,
+    scene: Sink | AnyScene | str | Path,
     file: str | Path,
     *,
-    voltage: float | None = None,
     accuracy: float | None = None,
     columns: Mapping[str, str] | None = None,
+    voltage: float | None = None,
+    data_uncertainty: str | Sequence[str] = (),
     **tolerances: float | str,
-) -> compare.Run:
-    """Assert that traces in a file (COMSOL table, CSV, ngspice) are within tolerances of the 3D model's over time.
+) -> compare.Run | compare.Solution:
+    """Assert that data in a file (COMSOL table, CSV, ngspice) are within tolerances of the 3D model, for any scene.
 
-    ``columns`` say what some of the file's columns are: {"peak": "T (K), Point 1"}.
-    ``tolerances``: ``peak``, ``end``, ``mean`` relative to the final 3D rise, ``current`` to its final change,
-    ``power`` to itself. Raises as ``assert_reduction_agrees``, and SceneError for a quantity that the file has not.
+    ``columns`` say what some of the file's columns are: {"peak": "T (K), Point 1"}; ``data_uncertainty`` what they are
+    known to, which then counts. ``tolerances`` of a sink: ``peak``, ``end``, ``mean`` relative to the final 3D rise,
+    ``current`` to its final change, ``power`` to itself; ``voltage`` is a sink's. Of any other scene: by probe,
+    relative to its largest 3D rise, or value. Raises as ``assert_reduction_agrees``, and SceneError for a quantity that
+    the file has not.
     """
     __tracebackhide__ = True
-    allowed = _read(tolerances, tuple(name.removeprefix("against_") for name in AGAINST_TOLERANCES))
-    found = compare.run(scene, voltage=voltage, accuracy=accuracy, against=file, columns=columns)
+    given: Any = load(scene) if isinstance(scene, (str, Path)) else scene
+    asked: dict[str, Any] = {"accuracy": accuracy, "against": file, "columns": columns}
+    asked["data_uncertainty"] = data_uncertainty
+    allowed = _read(tolerances, tuple(quantities.of(given).names))
+    solve = partial(compare.run, voltage=voltage) if given.kind == "sink" else compare.solve
+    found: compare.Run | compare.Solution = solve(given, **asked)
     told = [_check(found.check(f"against_{name}"), tolerance) for name, tolerance in allowed.items()]
-    _fail(f"{Path(file).name} for {sink_text(found.scene)}", told)
+    _fail(f"{Path(file).name} for {given.name}", told)
     return found
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from meshes.grading import RATIO
 from meshes.grid import Grid
+from scenes import laws
 from scenes.model import Boundary, Box, Scene, Schedule
 
 REACH = 3.0  # the first interval at a face is at most this many diffusion lengths long
@@ -27,8 +28,9 @@ def _lengths(scene: Scene, d: int, earliest: float) -> dict[float, float]:
         for box in scene.boxes:
             if b.kind == "voltage" or b.lower[d] != b.upper[d] or not _touch(b, box):
                 continue
-            k = box.material.thermal_conductivity
-            length = float(np.sqrt(k / box.material.heat_capacity * earliest))
+            material = box.material.at(scene.initial_temperature)
+            k = laws.along(material.thermal_conductivity)[d]
+            length = float(np.sqrt(k / material.heat_capacity * earliest))
             if _jumps(b, scene.initial_temperature, k / length):
                 found[b.lower[d]] = min(length, found.get(b.lower[d], np.inf))
     return found

@@ -22,6 +22,7 @@ from numpy.polynomial import legendre
 
 from meshes import connected
 from meshes.grid import VOID, Grid
+from scenes import laws
 from scenes.free.contacts import ELECTRIC, THERMAL, across, resistances
 from scenes.model import Boundary, Box, Scene, Value
 
@@ -42,17 +43,18 @@ def edges(scene: Scene) -> list[dict[float, float]]:
     An edge lies in two planes, one of each axis across it; both are listed.
     """
     grid = connected.coarsest(scene)
-    thermal = np.array([b.material.thermal_conductivity for b in grid.boxes])
-    electric = np.array([1 / (b.material.resistivity or np.inf) for b in grid.boxes])
+    cold = [b.material.at(scene.initial_temperature) for b in grid.boxes]
+    thermal = np.array([laws.along(m.thermal_conductivity) for m in cold]).T
+    electric = np.array([[1 / (rho or np.inf) for rho in laws.along(m.resistivity)] for m in cold]).T
     found: list[dict[float, float]] = [{}, {}, {}]
     solid, live = grid.owner != VOID, connected.live(scene)
-    held, k = _held(grid, scene, "temperature"), np.where(solid, thermal[grid.owner], 0.0)
+    held, k = _held(grid, scene, "temperature"), np.where(solid, thermal[:, grid.owner], 0.0)
     cuts = [_cuts(grid, table) for table in resistances(scene)] if scene.contacts else [_none(grid), _none(grid)]
     _collect(grid, k, held, found, _passing(grid, scene))
     if any(faces.any() for faces in cuts[THERMAL]):
         _collect(grid, k, held, found, _passing(grid, scene), cuts[THERMAL])
     if live.any():
-        sigma = np.where(live, electric[grid.owner], 0.0)
+        sigma = np.where(live, electric[:, grid.owner], 0.0)
         _collect(grid, sigma, _held(grid, scene, "voltage"), found)
         if any(faces.any() for faces in cuts[ELECTRIC]):
             _collect(grid, sigma, _held(grid, scene, "voltage"), found, cuts=cuts[ELECTRIC])
@@ -76,12 +78,14 @@ def _collect(
     passing: list[np.ndarray] | None = None,
     cuts: list[np.ndarray] | None = None,
 ) -> None:
-    """Add the planes of singular edges. Per axis, ``held`` numbers the value
-    given on each face across it (0: none), ``passing`` says where so much passes that it contradicts one, ``cuts``
-    where nothing passes; with these, only edges at them are looked at."""
-    k = np.pad(conductivity, 1)
+    """Add the planes of singular edges, for the ``conductivity`` (3, cells) along each axis. Per axis, ``held`` numbers
+    the value given on each face across it (0: none), ``passing`` says where so much passes that it contradicts one,
+    ``cuts`` where nothing passes; with these, only edges at them are looked at.
+
+    A cell whose conductivities differ behaves across an edge as one of their geometric mean, stretched."""
     for along in range(3):
         first, second = (d for d in range(3) if d != along)
+        k = np.pad(np.sqrt(conductivity[first] * conductivity[second]), 1)
         cells = np.moveaxis(k, (first, second, along), (0, 1, 2))
         quadrants = np.stack([cells[1:, 1:], cells[:-1, 1:], cells[:-1, :-1], cells[1:, :-1]], axis=-1)
         rays = _rays(held, first, second, along)
@@ -116,7 +120,9 @@ def _passing(grid: Grid, scene: Scene) -> list[np.ndarray]:
         if b.kind == "heat_flux" and b.value != 0.0:
             _mark(found, grid, b)
         elif b.kind == "convection" and isinstance(b.value, float | int):
-            biot = max((b.value * _across(box, b) / box.material.thermal_conductivity for box in grid.boxes), default=0)
+            d, start = next(d for d in range(3) if b.lower[d] == b.upper[d]), scene.initial_temperature
+            k = [laws.along(box.material.at(start).thermal_conductivity)[d] for box in grid.boxes]
+            biot = max((b.value * _across(box, b) / own for own, box in zip(k, grid.boxes, strict=True)), default=0)
             if biot >= PASSES:
                 _mark(found, grid, b)
     return found

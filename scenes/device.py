@@ -20,7 +20,8 @@ class Control:
 
     Sample k happens at ``k * sample_time``: each resistance is measured, its voltage is raised by ``gain`` times the
     normalised error and held until the next sample. ``allow_negative_voltage`` takes eq 21 literally; otherwise a
-    voltage stops at zero.
+    voltage stops at zero. ``ground_resistance`` (ohm) is that of the lead to ground that both currents share, so that
+    it is in both measured resistances.
     """
 
     sample_time: float = 1e-4
@@ -28,6 +29,7 @@ class Control:
     sensor_gain: float = 0.05
     set_temperature: float = 310.5
     allow_negative_voltage: bool = False
+    ground_resistance: float = 0.0
 
 
 @dataclass(frozen=True)

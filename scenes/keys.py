@@ -13,6 +13,7 @@ from typing import Any, Generic, TypeVar
 from scenes import units as d
 from scenes.checks import DEVICE_CHECKS, SLOPE_TOLERANCES, Differing, tolerances
 from scenes.device import Device
+from scenes.following import Following
 from scenes.kinds import NAME, Choice, Count, Insulator, Kind, Numbers, Quantity, Switch
 from scenes.schema import Key, Schema
 from scenes.sink import Sink
@@ -24,9 +25,11 @@ TEMPERATURE = Quantity(d.TEMPERATURE, 1.0, 5000.0)
 VALID_TO = Quantity(d.TEMPERATURE, 1.0, 1e4, word="unknown")
 DURATION = Quantity(d.TIME, 1e-9, 1e6)
 ACCURACY = Quantity(d.NUMBER, 1e-6, 0.1)
-CONDUCTOR = Quantity(d.RESISTIVITY, 1e-9, 1e6)
+CONDUCTOR = Following(Quantity(d.RESISTIVITY, 1e-9, 1e6))
 # A resistivity that is given for the oxide (the paper's Table 1 has 10e12 ohm m) is accepted and then left out: no
 # current is modelled there, which is right only for an insulator.
+# The same of the substrate, whatever its resistivity: the oxide keeps the current from it.
+UNREACHED = Insulator(Quantity(d.RESISTIVITY, 1e-9, 1e30, word="insulator"))
 INSULATOR = Insulator(Quantity(
     replace(d.RESISTIVITY, example="1e13 ohm m"), 1e6, 1e30, word="insulator",
     note=", for no current is modelled in this material",
@@ -45,8 +48,8 @@ def _material(name: str, resistivity: Kind) -> tuple[Key, ...]:
     path, owner = f"materials.{name}", f"{name}."
     return (
         *_section(
-            path, owner, thermal_conductivity=Quantity(d.THERMAL_CONDUCTIVITY, 1e-4, 1e5),
-            density=Quantity(d.DENSITY, 0.1, 1e5), specific_heat=Quantity(d.SPECIFIC_HEAT, 1.0, 1e5),
+            path, owner, thermal_conductivity=Following(Quantity(d.THERMAL_CONDUCTIVITY, 1e-4, 1e5), axes=True),
+            density=Quantity(d.DENSITY, 0.1, 1e5), specific_heat=Following(Quantity(d.SPECIFIC_HEAT, 1.0, 1e5)),
             resistivity=resistivity, temperature_coefficient=Quantity(d.TEMPERATURE_COEFFICIENT, -1.0, 1.0),
             reference_temperature=TEMPERATURE,
         ),
@@ -63,8 +66,15 @@ _PHYSICAL = (
         "anchor", pad_length=SIZE, pad_width=SIZE, oxide_length=SIZE, oxide_width=SIZE, oxide_thickness=SIZE,
         oxide_offset=Quantity(d.LENGTH, 0.0, 1.0, word="centred"),
     ),
+    *(
+        Key(f"substrate.{name}", f"substrate_{name}", kind)
+        for name, kind in (
+            ("thickness", Quantity(d.LENGTH, 1e-9, 1.0, word="none")), ("length", SIZE), ("width", SIZE),
+        )
+    ),
     *_material("silicon", CONDUCTOR),
     *_material("oxide", INSULATOR),
+    *_material("substrate", UNREACHED),
     *_section("drive", voltage=VOLTAGE, electrodes=Choice(("beam-end", "pad-edge"))),
     *_section(
         "environment", room_temperature=TEMPERATURE,
@@ -86,7 +96,7 @@ _SINK = Schema((
     Key("checks.tolerances", "tolerances", tolerances(), physical=False),
     Key("checks.expect_differs", "expected_to_differ", Differing(), physical=False),
     *_section("inputs", physical=False, uncertainties=_UNCERTAINTIES),
-))  # fmt: skip
+), main="sink")  # fmt: skip
 
 _DEVICE = Schema((
     *_section("scene", physical=False, name=NAME),
@@ -101,6 +111,7 @@ _DEVICE = Schema((
     *_section(
         "control", "control.", sample_time=Quantity(d.TIME, 1e-6, 100.0), sink_gain=GAIN, sensor_gain=GAIN,
         set_temperature=TEMPERATURE, allow_negative_voltage=Switch(),
+        ground_resistance=Quantity(d.RESISTANCE, 0.0, 1e3),
     ),
     *_section(
         "external", "external.", initial_temperature=TEMPERATURE, final_temperature=TEMPERATURE,
@@ -110,7 +121,7 @@ _DEVICE = Schema((
     *_section("run", physical=False, accuracy=Quantity(d.NUMBER, 1e-7, 0.1), accuracy_3d=ACCURACY),
     Key("checks.tolerances", "tolerances", tolerances((*DEVICE_CHECKS, *SLOPE_TOLERANCES)), physical=False),
     Key("checks.expect_differs", "expected_to_differ", Differing(DEVICE_CHECKS), physical=False),
-))  # fmt: skip
+), main="sink")  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -294,7 +294,7 @@ class Varying(Kind):
     def read(self, path: str, given: object) -> Value:
         if not isinstance(given, Mapping):
             return self.quantity.read(path, given) or 0.0
-        _only(path, given, ("times", "values"))
+        only(path, given, ("times", "values"))
         lists = []
         for name in ("times", "values"):
             found = given.get(name)
@@ -336,7 +336,7 @@ class Convection(Kind):
         example = '{coefficient = "10 W/(m2 K)", ambient = "293 K"}'
         if not isinstance(given, Mapping):
             raise SceneError(f"{path} = {quoted(given)} is not a table: give {example}")
-        _only(path, given, ("coefficient", "ambient"))
+        only(path, given, ("coefficient", "ambient"))
         for name in ("coefficient", "ambient"):
             if name not in given:
                 raise SceneError(f"{path}.{name} is missing: give {example}")
@@ -446,7 +446,8 @@ CURRENT_CONTACT = Quantity(ELECTRICAL_CONTACT, 1e-18, 1e6, note=_PERFECT)
 KELVIN = Quantity(TEMPERATURE, 0.0, 1e6)
 
 
-def _only(path: str, given: Mapping[Any, object], known: tuple[str, ...]) -> None:
+def only(path: str, given: Mapping[Any, object], known: tuple[str, ...]) -> None:
+    """Refuses a name in a table that is not known."""
     for name, value in given.items():
         if name not in known:
             hint = did_you_mean(name, known)

@@ -253,7 +253,8 @@ def distinguishes(scene: object) -> str:
         if path == kind.leading:
             words.insert(0, _safe(key.kind.show(value)))
         elif value != attrgetter(key.attribute)(kind.default):
-            owner = section.removeprefix("materials.") + "_" if section.startswith("materials.") else ""
+            owned = section.startswith("materials.") or section == "substrate"
+            owner = section.removeprefix("materials.") + "_" if owned else ""
             label = "" if isinstance(key.kind, Choice) else f"{owner}{name}"
             words.append(label + _safe(key.kind.show(value)))
     return shortened("-".join(words))
@@ -267,7 +268,9 @@ def shortened(text: str) -> str:
 
 
 def _safe(shown: str) -> str:
-    """Without the spaces and signs of compound units: a number, and "20um" where the unit is one word."""
+    """Without the spaces and signs of compound units: a number, and "20um" where the unit is one word; of a law all."""
+    if " K" in shown.partition(" ")[2]:
+        return re.sub(r"[^\w.+-]", "", shown)
     number, _, unit = shown.partition(" ")
     signed = re.sub("^-", "minus", number)
     return re.sub(r"[^\w.+-]", "", signed + (unit if unit.isalpha() else ""))

@@ -8,11 +8,14 @@ corners; it is checked against the mesh itself only when that has been read (`me
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import ClassVar, Literal
 
+from scenes import laws
+from scenes.laws import Property
 from scenes.parameters import Parameters
 
 Point = tuple[float, float, float]
@@ -47,14 +50,15 @@ class Material:
 
     The resistivity is ``resistivity * (1 + temperature_coefficient * (T - reference_temperature))`` (the paper's
     eq 7); ``None`` is an electrical insulator. Above ``valid_to`` (K) the material softens, melts or decomposes;
-    ``None`` where nobody says.
+    ``None`` where nobody says. Conductivity, specific heat and resistivity may follow the temperature by a law, the
+    conductivity differ along x, y and z (`scenes.laws`); a law of the resistivity takes the coefficient's place.
     """
 
     name: str
-    thermal_conductivity: float
+    thermal_conductivity: Property
     density: float
-    specific_heat: float
-    resistivity: float | None = None
+    specific_heat: Property
+    resistivity: Property | None = None
     temperature_coefficient: float = 0.0
     reference_temperature: float = 293.0
     valid_to: float | None = None
@@ -62,7 +66,28 @@ class Material:
     @property
     def heat_capacity(self) -> float:
         """Volumetric heat capacity, density times specific heat, in J/(m3 K)."""
-        return self.density * self.specific_heat
+        return float(self.density * self.specific_heat)
+
+    def given(self) -> Iterator[tuple[str, Property]]:
+        """What may follow the temperature, by its key."""
+        for key in ("thermal_conductivity", "specific_heat", "resistivity"):
+            yield key, getattr(self, key)
+
+    @property
+    def warms(self) -> bool:
+        """Whether the resistivity follows the temperature."""
+        return laws.varies(self.resistivity) or bool(self.resistivity and self.temperature_coefficient)
+
+    @property
+    def follows(self) -> tuple[str, ...]:
+        """The keys of the properties that have a law."""
+        return tuple(key for key, given in self.given() if laws.varies(given))
+
+    def at(self, temperature: float) -> Material:
+        """The material with numbers in the place of its laws, those of a temperature (K)."""
+        coefficient = 0.0 if laws.varies(self.resistivity) else self.temperature_coefficient
+        numbers = {key: laws.at(given, temperature) for key, given in self.given()}
+        return replace(self, **numbers, temperature_coefficient=coefficient)
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from itertools import pairwise
 
+from scenes import laws
 from scenes.errors import SceneError, quoted
 from scenes.model import AnyScene, Boundary, GroupBoundary, Material, Schedule, Value, is_zero, values
 
@@ -27,11 +28,6 @@ def driving(scene: AnyScene) -> tuple[Value, ...]:
         *(value for b in scene.boundaries for value in (b.value, b.ambient)),
         *(value for _, value in heat_sources(scene)),
     )
-
-
-def temperature_jumps(scene: AnyScene) -> tuple[float, ...]:
-    """The times (s) after the start at which a given temperature jumps."""
-    return jumps([b.value for b in scene.boundaries if b.kind == "temperature"])
 
 
 def jumps(given: Iterable[Value]) -> tuple[float, ...]:
@@ -58,11 +54,7 @@ def heat(scene: AnyScene) -> bool:
         any(b.kind != "voltage" for b in scene.boundaries)
         or any(not is_zero(value) for _, value in heat_sources(scene))
         or any(p.quantity in ("temperature", "heat_flow") for p in scene.probes)
-        or (
-            not scene.steady
-            and electric(scene)
-            and any(m.resistivity and m.temperature_coefficient for m in materials(scene))
-        )
+        or (not scene.steady and electric(scene) and any(m.warms for m in materials(scene)))
         or not electric(scene)
     )
 
@@ -73,6 +65,42 @@ def capacity(scene: AnyScene) -> bool:
 
 def needed(scene: AnyScene) -> tuple[str, ...]:
     return HEAT_KEYS if capacity(scene) else HEAT_KEYS[:1] if heat(scene) else ()
+
+
+def follows(scene: AnyScene) -> bool:
+    """Whether a property that matters here has a law of the temperature."""
+    used = {*needed(scene), *(("resistivity",) if electric(scene) else ())}
+    return heat(scene) and any(used & set(m.follows) for m in materials(scene))
+
+
+def refuse_following(scene: AnyScene) -> None:
+    """Refuses a law of the temperature, which the 3D solution does not have yet."""
+    if follows(scene):
+        raise SceneError(
+            "a property follows the temperature, and the 3D solution takes numbers, or three along x, y and z: give "
+            "its value at a temperature"
+        )
+
+
+def refuse_laws(used: Iterable[Material], what: str) -> None:
+    """Refuses, for ``what`` takes numbers alone, a property that is a law or differs along the axes."""
+    for material in used:
+        for key, given in material.given():
+            if not laws.is_plain(given):
+                kind = "follows the temperature" if laws.varies(given) else "differs along x, y and z"
+                raise SceneError(
+                    f"{key} of {quoted(material.name)} {kind}, and {what} takes one number: give one value there, or "
+                    "ask for the 3D solution alone"
+                )
+
+
+def refuse_both(label: str, material: Material) -> None:
+    """Refuses a law of the resistivity and a coefficient beside it."""
+    if laws.varies(material.resistivity) and material.temperature_coefficient:
+        raise SceneError(
+            f"{label}.resistivity is a law of the temperature, and {label}.temperature_coefficient = "
+            f"{material.temperature_coefficient:g} 1/K another: give one of them, and 0 for the coefficient"
+        )
 
 
 def is_exit(boundary: Boundary | GroupBoundary) -> bool:
@@ -97,6 +125,8 @@ def check_resistivities(scene: AnyScene) -> None:
 
 def check_resistivity(material: Material, label: str, where: str, temperature: float) -> None:
     """Refuses a resistivity that would not be positive at a temperature (K); ``where`` says which."""
+    if laws.varies(material.resistivity):
+        return
     factor = 1 + material.temperature_coefficient * (temperature - material.reference_temperature)
     if material.resistivity is not None and factor <= 0:
         raise SceneError(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -19,11 +20,23 @@ class Estimate:
 @dataclass(frozen=True)
 class Traces:
     """Quantities over time: ``values[name]`` has one entry per entry of ``time`` (s); ``errors[name]`` bounds the
-    numerical error of all of them (from 10 us on), in the unit of the values."""
+    numerical error of all that are `sure`, in the unit of the values: from ``since`` (s) on, and that long after each
+    of the ``jumps`` (s) of a given temperature (of a sink from 10 us on)."""
 
     time: np.ndarray
     values: dict[str, np.ndarray]
     errors: dict[str, float]
+    since: float = 0.0
+    jumps: tuple[float, ...] = ()
+
+    def sure(self, times: np.ndarray) -> np.ndarray:
+        """(n,): at which of some ``times`` (n,), in s, the errors hold. Between two jumps that are close to one
+        another they do so from half way on at the latest."""
+        found = times >= self.since * (1 - 1e-9)
+        for jump, following in pairwise([*self.jumps, float(self.time[-1])]):
+            until = jump + min(self.since, (following - jump) / 2) * (1 - 1e-9)
+            found &= ~((times >= jump) & (times < until))
+        return found
 
 
 @dataclass(frozen=True)

@@ -61,13 +61,14 @@ class Item:
 class Schema:
     """The keys of one type of scene, in the order in which they are written, and those of the ``lists``, tables that a
     file may have many of, with those of them that are ``required``. ``called`` names the type in messages, for which
-    ``example`` is a setting."""
+    ``example`` is a setting. Where several keys end alike, the one of the ``main`` section is meant."""
 
     keys: tuple[Key, ...]
     lists: Mapping[str, Mapping[str, Kind]] = field(default_factory=dict)
     required: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     called: str = "a scene file"
     example: str = "sink.width=20um"
+    main: str = ""
 
     @cached_property
     def paths(self) -> dict[str, Key]:
@@ -156,6 +157,7 @@ class Schema:
             section = section.rpartition(".")[0]
         first, _, rest = path.removeprefix(section).lstrip(".").partition(".")
         candidates = {} if rest else {p.rpartition(".")[2]: p for p in self.paths}
+        candidates |= {p.rpartition(".")[2]: p for p in self.paths if p.startswith(f"{self.main}.") and not rest}
         candidates |= {name: f"{section}.{name}".lstrip(".") for name in self.sections[section]}
         near = nearest(first, candidates)
         hint = f', did you mean "{candidates[near]}"?' if near else ""
@@ -271,6 +273,7 @@ def locate(
     if key in schema.paths or key in schema.sections:
         return key, ""
     ends = [path for path in schema.paths if path.endswith(f".{key}")]
+    ends = [path for path in ends if path == f"{schema.main}.{key}"] or ends
     if len(ends) > 1:
         said = printable(key) + (f" = {quoted(value)}" if value is not None else "")
         raise SceneError(f"{said} could mean any of {', '.join(ends)}: give one of these")

@@ -9,9 +9,10 @@ the innermost *stand for* the others too, so that the current meets the resistan
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import ClassVar, Literal, NamedTuple
 
+from scenes import laws
 from scenes.checks import SINK_TOLERANCES, SLOPE_TOLERANCES
 from scenes.model import Boundary, Box, Material, Point, Probe, Scene
 from scenes.parameters import Parameters
@@ -29,6 +30,8 @@ UNCERTAINTIES = {
 }
 """Typical relative standard uncertainties; ``sink.toml`` has their sources."""
 OXIDE = Material("oxide", 1.38, 2200.0, 703.0, valid_to=1858.0)
+SUBSTRATE = replace(SILICON, name="substrate", resistivity=None)
+"""Silicon again; the oxide keeps the current from it."""
 
 SLOWEST = 0.9
 """Of the ratio of two spans' differences: a row in which they fall more slowly is solved whole."""
@@ -41,7 +44,9 @@ class Sink:
     The beam lies along y from 0 to ``length``, its underside in z = 0, symmetric about x = 0. ``oxide_offset`` is the
     paper's u_o, from the pad's edge at the beam to the oxide; ``None`` centres the oxide under its pad. More than one
     of ``spans`` follow each other along y, each of that ``length`` and at about that ``voltage``; between two of them
-    the beam goes on over an island of oxide, with ``None`` as long as the anchors' oxide. ``tolerances`` holds those
+    the beam goes on over an island of oxide, with ``None`` as long as the anchors' oxide. The oxide stands on room
+    temperature where ``substrate_thickness`` is ``None``, else on a plate of that thickness, centred under it, which
+    is at room temperature at its bottom and adiabatic elsewhere. ``tolerances`` holds those
     that are declared, by check id; ``expected_to_differ`` is ``None`` where nothing is declared about it.
     ``uncertainties`` are relative and standard, by key: what is typical of the materials.
     """
@@ -60,6 +65,10 @@ class Sink:
     oxide_offset: float | None = None
     silicon: Material = SILICON
     oxide: Material = OXIDE
+    substrate_thickness: float | None = None
+    substrate_length: float = 3e-3
+    substrate_width: float = 3e-3
+    substrate: Material = SUBSTRATE
     voltage: float = 1.0
     electrodes: Literal["beam-end", "pad-edge"] = "beam-end"
     room_temperature: float = 293.0
@@ -86,6 +95,17 @@ class Sink:
     def island_width(self) -> float:
         """The width of an island (m): the anchors' oxide's, or the beam's if that is narrower."""
         return min(self.oxide_width, self.width)
+
+    @property
+    def materials(self) -> tuple[Material, ...]:
+        """Those that the 3D model is made of."""
+        found = self.silicon, self.oxide
+        return found if self.substrate_thickness is None else (*found, self.substrate)
+
+    @property
+    def absent(self) -> tuple[str, ...]:
+        """How the keys start that say nothing of this sink: those of a substrate where there is none."""
+        return ("substrate.", "materials.substrate.") if self.substrate_thickness is None else ()
 
     @property
     def row_length(self) -> float:
@@ -119,8 +139,9 @@ def different(count: int) -> int:
 def decay(sink: Sink) -> float:
     """r: span by span the difference that a row's outer end makes falls like r^k. That of the chain of resistances
     along a span and down through an island, r + 1/r = 2 + R_span / R_island; at most `SLOWEST`."""
-    along = sink.length / (sink.silicon.thermal_conductivity * sink.cross_section)
-    down = sink.oxide_thickness / (sink.oxide.thermal_conductivity * sink.island * sink.island_width)
+    silicon, oxide = (m.at(sink.room_temperature).thermal_conductivity for m in (sink.silicon, sink.oxide))
+    along = sink.length / (laws.along(silicon)[1] * sink.cross_section)
+    down = sink.oxide_thickness / (laws.along(oxide)[2] * sink.island * sink.island_width)
     half = 1 + along / down / 2
     # The inverse of the larger root: the difference that is the smaller one leaves nothing from a half of 1e8 on.
     return min(1 / (half + math.sqrt(half**2 - 1)), SLOWEST)
@@ -132,7 +153,8 @@ def start(sink: Sink, number: int) -> float:
 
 
 def _boxes(sink: Sink, count: int) -> tuple[Box, ...]:
-    """The boxes of a row of ``count`` spans: the beam, cut at the islands, and the islands; then pads and oxide."""
+    """The boxes of a row of ``count`` spans: the beam, cut at the islands, and the islands; then pads and oxide, and
+    the substrate where there is one."""
     w, t, depth, oxide = sink.width / 2, sink.thickness, sink.oxide_thickness, sink.island_width / 2
     # How many spans, and how many islands, each of the innermost stands for.
     spans, islands = (1, 2) if count % 2 else (2, 1)
@@ -151,23 +173,29 @@ def _boxes(sink: Sink, count: int) -> tuple[Box, ...]:
             ]
     end, oxide = start(sink, count) + sink.length, sink.oxide_width / 2
     pad, near, far = sink.pad_width / 2, sink.anchor_distance, sink.anchor_distance + sink.oxide_length
+    below = []
+    if sink.substrate_thickness is not None:
+        half, middle, bottom = sink.substrate_width / 2, end / 2, -depth - sink.substrate_thickness
+        y = sink.substrate_length / 2
+        below = [Box("substrate", sink.substrate, (-half, middle - y, bottom), (half, middle + y, -depth))]
     return (
         *found,
         Box("pad-0", sink.silicon, (-pad, -sink.pad_length, 0.0), (pad, 0.0, t)),
         Box("pad-1", sink.silicon, (-pad, end, 0.0), (pad, end + sink.pad_length, t)),
         Box("oxide-0", sink.oxide, (-oxide, -far, -depth), (oxide, -near, 0.0)),
         Box("oxide-1", sink.oxide, (-oxide, end + near, -depth), (oxide, end + far, 0.0)),
+        *below,
     )
 
 
 def _boundaries(sink: Sink, boxes: tuple[Box, ...]) -> tuple[Boundary, ...]:
     room, pads = sink.room_temperature, [b for b in boxes if b.name.startswith("pad")]
     beams = [b for b in boxes if b.name.startswith(("beam", "span", "bridge"))]
-    found = [
-        Boundary(f"substrate-{b.name.removeprefix('oxide-')}", "temperature", *face(b, 2, 0), room)
-        for b in boxes
-        if b.name.startswith(("oxide", "island"))
-    ]
+    # Heat leaves by the undersides of all oxide, or by that of the plate below.
+    lowest = {f"substrate-{b.name.removeprefix('oxide-')}": b for b in boxes if b.name.startswith(("oxide", "island"))}
+    if sink.substrate_thickness is not None:
+        lowest = {"substrate": boxes[-1]}
+    found = [Boundary(name, "temperature", *face(b, 2, 0), room) for name, b in lowest.items()]
     ends = beams if sink.electrodes == "beam-end" else pads
     found += [
         Boundary("electrode-0", "voltage", *face(ends[0], 1, 0), sink.spans * sink.voltage),

@@ -8,12 +8,13 @@ from collections.abc import Callable
 from operator import attrgetter
 from typing import Any, TypeVar
 
+from scenes import laws
 from scenes.device import Device
 from scenes.errors import SceneError, quoted
+from scenes.following import number_of
 from scenes.keys import type_of
-from scenes.kinds import Quantity
 from scenes.model import Material
-from scenes.physics import check_resistivity
+from scenes.physics import check_resistivity, refuse_both, refuse_laws
 from scenes.sink import Sink
 from scenes.units import LENGTH, TIME
 
@@ -48,6 +49,7 @@ def _check_sink(sink: Sink) -> None:
 
 def _check_device(device: Device) -> None:
     _check_sink(device.sink)
+    refuse_laws((device.sink.silicon, device.sink.oxide, device.gold, device.pdms), "a device")
     if device.sink.spans > 1:
         raise SceneError(f"sink.spans = {device.sink.spans} makes a row, and a device has one span: give 1")
     _check_control(device)
@@ -90,11 +92,42 @@ def _check_sizes(sink: Sink) -> None:
             f"anchor.oxide_offset = {_shown(sink.anchor_distance)} lets the oxide stick out of its pad: give at most "
             f"anchor.pad_length - anchor.oxide_length = {_shown(room)}"
         )
+    _check_substrate(sink)
     if sink.spans > 1 and sink.island > sink.length * (1 + _ROUNDING):
         raise SceneError(
             f"sink.island_length = {_shown(sink.island)} is longer than a span: give at most sink.length = "
             f"{_shown(sink.length)}"
         )
+
+
+def _check_substrate(sink: Sink) -> None:
+    if sink.substrate_thickness is None:
+        for side in ("length", "width"):
+            size, usual = (getattr(s, f"substrate_{side}") for s in (sink, Sink))
+            if size != usual:
+                raise SceneError(
+                    f"substrate.{side} = {_shown(size)} is of no substrate: give its substrate.thickness too, such as "
+                    '"0.5 mm"'
+                )
+        return
+    if sink.spans > 1:
+        raise SceneError(
+            f"sink.spans = {sink.spans} makes a row, and a row stands on no substrate: give sink.spans = 1, or leave "
+            "out substrate.thickness"
+        )
+    oxides = {
+        "length": (
+            sink.length + 2 * (sink.anchor_distance + sink.oxide_length),
+            "from one block's far side to the other's",
+        ),
+        "width": (sink.oxide_width, "anchor.oxide_width"),
+    }
+    for side, (least, of) in oxides.items():
+        size = getattr(sink, f"substrate_{side}")
+        if size < least * (1 - _ROUNDING):
+            raise SceneError(
+                f"substrate.{side} = {_shown(size)} lets the oxide stick out of it: give at least {_shown(least)}, {of}"
+            )
 
 
 def _shown(length: float) -> str:
@@ -103,6 +136,7 @@ def _shown(length: float) -> str:
 
 
 def _check_film(film: Material, where: str, temperature: float) -> None:
+    refuse_both(f"materials.{film.name}", film)
     check_resistivity(film, f"materials.{film.name}", f"{where} = {temperature} K", temperature)
 
 
@@ -115,12 +149,13 @@ def cause(scene: object, instead: str = "") -> str:
     kind = type_of(scene)
     found = []
     for path, key in kind.schema.paths.items():
-        if not isinstance(key.kind, Quantity) or not key.physical:
-            continue
+        quantity = number_of(key.kind)
         value, usual = (attrgetter(key.attribute)(s) for s in (scene, kind.default))
+        if quantity is None or not key.physical or not laws.is_plain(value):
+            continue
         usual = _ROOM.get(path, usual)
         if value and usual:
-            found.append((abs(math.log(abs(value / usual))), path, key.kind, value, usual))
+            found.append((abs(math.log(abs(value / usual))), path, quantity, value, usual))
     far, path, quantity, value, usual = max(found, key=lambda each: each[0])
     if far < math.log(FAR):
         return ""

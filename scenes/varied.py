@@ -14,7 +14,8 @@ from math import inf
 from operator import attrgetter
 from typing import Any, TypeVar
 
-from scenes import physics
+from scenes import laws, physics
+from scenes.following import number_of
 from scenes.free.document import HEAT_SOURCE, LISTS
 from scenes.keys import TYPES, type_of
 from scenes.kinds import CURRENT_CONTACT, HEAT_CONTACT, KELVIN, Convection, Quantity, Varying
@@ -46,10 +47,11 @@ def numbers(scene: Any) -> dict[str, float]:
     if is_free(scene):
         return found | {path: number.value for path, number in of_free(scene).items() if number.value}
     for path, key in type_of(scene).schema.paths.items():
-        if not key.physical or not isinstance(key.kind, Quantity) or path.startswith(SETTINGS):
+        skipped = (*SETTINGS, *getattr(scene, "sink", scene).absent)
+        if not key.physical or number_of(key.kind) is None or path.startswith(skipped):
             continue
         value = _value(scene, key.attribute)
-        if not value:
+        if not value or not laws.is_plain(value):
             continue
         owner = key.attribute.rpartition(".")[0]
         of_law = path.endswith((".temperature_coefficient", ".reference_temperature"))
@@ -74,8 +76,8 @@ def kind_of(scene: Any, path: str) -> Quantity:
         return Quantity(dimension_of(given.powers[name]), 0.0, inf, signed=True)
     if is_free(scene):
         return of_free(scene)[path].kind
-    kind = type_of(scene).schema.paths[path].kind
-    assert isinstance(kind, Quantity)
+    kind = number_of(type_of(scene).schema.paths[path].kind)
+    assert kind is not None
     return kind
 
 
@@ -188,9 +190,10 @@ def _materials(scene: AnyScene) -> Iterator[tuple[str, Number]]:
             own += ["resistivity", "temperature_coefficient"]
             own += ["reference_temperature"] if material.temperature_coefficient else []
         for key in own:
-            kind: Any = LISTS["material"][key]
-            number = Number(float(getattr(material, key)), kind, _with_material(scene, material, key))
-            yield f"material.{material.name}.{key}", number
+            if laws.is_plain(getattr(material, key)):
+                kind: Any = number_of(LISTS["material"][key])
+                number = Number(float(getattr(material, key)), kind, _with_material(scene, material, key))
+                yield f"material.{material.name}.{key}", number
 
 
 def _with_material(scene: AnyScene, material: Material, key: str) -> Callable[[float], AnyScene]:

@@ -207,6 +207,7 @@ def run(
     uncertain: Mapping[str, str] | None = None,
     against: str | Path | None = None,
     columns: Mapping[str, str] | None = None,
+    data_uncertainty: str | Sequence[str] = (),
     out: str | Path | None = None,
     figures: bool = False,
     fields: bool = False,
@@ -217,9 +218,9 @@ def run(
     ``reduction`` is the 1D model, ``why`` splits its difference by assumption, ``steady`` leaves out the transient,
     ``sensitivities`` says how both models follow each key, ``air`` what leaving it out does, ``uncertain`` how well
     keys are known: {"sink.width": "1%"}, ``against`` is a file with traces of your own, of which ``columns`` may name
-    some: {"peak": "T (K), Point 1"}. Only into the folder ``out`` is anything written; ``figures`` and ``fields`` go
-    there. Raises SceneError for bad input, ArithmeticError where the numerics fail (a thermal runaway names its
-    voltage).
+    some: {"peak": "T (K), Point 1"}, and which are known to ``data_uncertainty``: "0.5K". Only into the folder ``out``
+    is anything written; ``figures`` and ``fields`` go there. Raises SceneError for bad input, ArithmeticError where the
+    numerics fail (a thermal runaway names its voltage).
     """
     from reduced1d.ladder import canonical
 
@@ -229,13 +230,9 @@ def run(
     request = Request(
         transient=not steady, figures=figures, fields=fields, reduction=canonical(reduction), why=why,
         sensitivities=sensitivities, air=air, uncertain=_uncertain(sink, uncertain),
+        data_uncertainty=(data_uncertainty,) if isinstance(data_uncertainty, str) else tuple(data_uncertainty),
     )  # fmt: skip
-    data = None
-    if against is not None:
-        from validate.against.read import read
-
-        data = read(Path(against), sink, [f"{name}={column}" for name, column in (columns or {}).items()])
-    return Run(_outcome(sink, request, out, data))
+    return Run(_outcome(sink, request, out, _data(sink, against, columns, data_uncertainty)))
 
 
 def solve(
@@ -246,6 +243,9 @@ def solve(
     model: str | Path | Callable[..., Any] | None = None,
     sensitivities: bool = False,
     uncertain: Mapping[str, str] | None = None,
+    against: str | Path | None = None,
+    columns: Mapping[str, str] | None = None,
+    data_uncertainty: str | Sequence[str] = (),
     out: str | Path | None = None,
     figures: bool = False,
     fields: bool = False,
@@ -254,10 +254,11 @@ def solve(
 
     ``scene`` is what ``scenes.load`` returns, or takes; ``accuracy`` and ``overrides`` change it. ``model`` is a 1D
     model of it to be judged: a function f(scene, times) -> {probe: number or (n,) numbers}, or what `--model` takes;
-    then there are ``checks``, and ``answer`` says how far it is off. ``sensitivities``
-    says how the probes follow each number of the scene, ``uncertain`` how well some are known:
-    {"box.beam.upper.z": "0.1um"}. Only into the folder ``out`` is anything written. Raises SceneError for bad input,
-    ArithmeticError where the numerics fail.
+    then there are ``checks``, and ``answer`` says how far it is off. ``sensitivities`` says how the probes follow each
+    number of the scene, ``uncertain`` how well some are known: {"box.beam.upper.z": "0.1um"}, ``against``, ``columns``
+    and ``data_uncertainty`` are of your own data, as of `run`: traces, or rows "probe, value" of a steady state. Only
+    into the folder ``out`` is anything written. Raises SceneError for bad input, ArithmeticError where the numerics
+    fail.
     """
     from validate.run.kinds.free import reported
 
@@ -267,8 +268,9 @@ def solve(
     request = Request(
         figures=figures, fields=fields, model=str(model) if isinstance(model, Path) else model or "",
         sensitivities=sensitivities, uncertain=_uncertain(found, uncertain),
+        data_uncertainty=(data_uncertainty,) if isinstance(data_uncertainty, str) else tuple(data_uncertainty),
     )  # fmt: skip
-    return Solution(_outcome(scene, request, out))
+    return Solution(_outcome(scene, request, out, _data(scene, against, columns, data_uncertainty)))
 
 
 def device(
@@ -318,6 +320,18 @@ def _uncertain(scene: object, given: Mapping[str, str] | None) -> Uncertain | No
 
     own = [f"{key}={value}" if str(value) else key for key, value in given.items() if "," not in key]
     return read(scene, own, [f"{key}={value}" for key, value in given.items() if "," in key])
+
+
+def _data(
+    scene: Any, against: str | Path | None, columns: Mapping[str, str] | None, known_to: str | Sequence[str]
+) -> Data | None:  # fmt: skip
+    """The user's own data, if there are any."""
+    if against is None:
+        return None
+    from validate.against.read import read
+
+    named = [f"{name}={column}" for name, column in (columns or {}).items()]
+    return read(Path(against), scene, named, [known_to] if isinstance(known_to, str) else known_to)
 
 
 @single_threaded()

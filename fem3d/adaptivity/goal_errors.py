@@ -18,6 +18,8 @@ from fem3d.adaptivity import estimate
 from fem3d.adaptivity.estimate import Estimator, Parts, Spread
 from fem3d.adaptivity.nested import Problems, Solution, free_functions, parts_of, solution
 from fem3d.problems.heat import HeatProblem
+from fem3d.results import outputs
+from fem3d.results.outputs import ROUNDING
 from fem3d.results.probes import extreme, reading
 from fem3d.results.study import Study
 from fem3d.solution.steady import SteadyState
@@ -29,7 +31,6 @@ from scenes.errors import NumericsError
 # Every temperature's stated error is at least this fraction of the worst one, relative to their scales: small ones are
 # so by chance (docs/stress.md).
 OF_WORST = 0.5
-ROUNDING = 1e-10  # relative error that rounding in the solves leaves in every quantity
 
 Duals = dict[str, list[np.ndarray]]
 """For each thermal goal the dual solutions (functions,) in the two upper spaces, zero at fixed nodes."""
@@ -130,7 +131,19 @@ def _errors(
     doubts = {name: float(fine.out.get(f"doubt:{study.goals.get(name)}", 0.0)) for name in space}
     errors = {name: space[name] + unsettled * scales[name] + doubts[name] for name in fine.quantities}
     errors |= _no_rise_far_better(study, errors, scales)
+    errors = as_balanced(study, errors, fine, scales)
     return errors | _ratios_as_their_goals(study, errors, fine)
+
+
+def as_balanced(
+    study: Study, errors: Mapping[str, float], fine: Solution, scales: Mapping[str, float]
+) -> dict[str, float]:
+    """The errors, each at least what the heat balance leaves: of a heat flow that heat itself, of all else its part of
+    what passes."""
+    gap, part = outputs.unbalanced(fine.out)
+    probes = fine.state.heat.domain.probes
+    flows = {name for name, probe in study.goals.items() if probes[probe].quantity == "heat_flow"}
+    return {name: max(e, part * scales[name], gap * (name in flows)) for name, e in errors.items()}
 
 
 def _by_goals(

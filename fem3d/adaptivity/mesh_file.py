@@ -16,7 +16,7 @@ import numpy as np
 
 from fem3d.adaptivity import nested, trace_errors
 from fem3d.adaptivity.estimate import Spread
-from fem3d.adaptivity.goal_errors import Level
+from fem3d.adaptivity.goal_errors import Level, as_balanced
 from fem3d.adaptivity.nested import Problems, Solution
 from fem3d.adaptivity.trace_errors import Response
 from fem3d.problems.heat import HeatProblem
@@ -91,6 +91,7 @@ class FileMesh:
             pairs.append((fine.state.hot_potential, low.state.hot_potential))
         errors = self._errors(study, given.heat, trace_errors.distance(fine.quantities, low.quantities), scales, pairs)
         errors = {n: e + (ROUNDING + fine.state.unsettled) * scales[n] for n, e in errors.items()}
+        errors = as_balanced(study, errors, fine, scales)
         return Level(given, fine, low, scales, errors, {}, [])
 
     def responded(

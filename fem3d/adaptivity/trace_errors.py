@@ -49,6 +49,7 @@ class Response:
     worst: float = 0.0
     relative: dict[str, float] = field(default_factory=dict)  # errors without the rows' own, over their scales
     scales: dict[str, float] = field(default_factory=dict)  # what they are relative to
+    between: float = 0.0  # the largest relative error of straight lines between rows
 
     @property
     def slowest(self) -> float:
@@ -289,10 +290,11 @@ def with_rows(
         _start(answer.base.heat.domain, found)
     relative = {name: errors[name] / scales[name] for name in errors}
     errors = {name: errors[name] + between[name] + ROUNDING * scales[name] for name in errors}
-    imbalance = _imbalance(study, answer)
+    imbalance, widest = _imbalance(study, answer), max(between[name] / scales[name] for name in errors)
     return Response(
-        times, found, errors, True, imbalance, answer, reduced, generations, relative=relative, scales=scales
-    )
+        times, found, errors, True, imbalance, answer, reduced, generations, relative=relative, scales=scales,
+        between=widest,
+    )  # fmt: skip
 
 
 def _start(domain: Domain, traces: Quantities) -> None:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 from fem3d.device.solve import Model, model
 from scenes.device import Device
+from scenes.loop.ground import Shared
 from scenes.loop.result import Run, Runs, with_others
 
 
@@ -17,6 +19,11 @@ class Solved:
 
     model: Model
     runs: Runs
+
+    @cached_property
+    def ground(self) -> list[tuple[Shared, dict[str, float]]]:
+        """What a lead to ground that both films share does, each with its errors (`Model.ground`)."""
+        return self.model.ground(self.runs.base.device)
 
 
 def make(device: Device, meter: tuple[float, float], slow: bool, steps: bool, say: Callable[[str], None]) -> Solved:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -16,6 +16,7 @@ from fem3d.spaces.domain import boxes
 from meshes import grading, symmetry
 from scenes.device import Device, External
 from scenes.errors import NumericsError
+from scenes.loop.ground import NARROW, Shared, shared
 from scenes.loop.march import March, Resolution, march
 from scenes.loop.modal import Modal
 from scenes.loop.result import QUANTITIES, TOP, DeviceResult, Steady, device_result
@@ -80,6 +81,20 @@ class Model:
         return {
             q: self.edges * abs(getattr(one, q) - getattr(two, q)) + 1e-9 * abs(getattr(one, q)) for q in QUANTITIES
         }
+
+    def ground(self, device: Device) -> list[tuple[Shared, dict[str, float]]]:
+        """What a lead to ground that both films share does, each with its errors, in their units: the device's own, or
+        where it has none leads of a thousandth and a hundredth of the sensor's resistance."""
+        film = float(self.fine.resistance[1])
+        leads = [device.control.ground_resistance] if device.control.ground_resistance else [1e-3 * film, 1e-2 * film]
+        found = []
+        for lead in leads:
+            one, two = (asdict(shared(modal, device, lead)) for modal in (self.fine, self.low))
+            errors = {q: self.edges * abs(v - two[q]) + 1e-9 * abs(v) for q, v in one.items() if q != "resistance_ohm"}
+            for q in ("lowest_K", "highest_K"):
+                errors[q] += NARROW * device.set_rise
+            found.append((Shared(**one), errors))
+        return found
 
     def solve(
         self, device: Device, meter: tuple[float, float] = (0.0, 0.0), start: Literal["cold", "settled"] = "cold"

@@ -299,13 +299,13 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
                 for own, sign, at in domain.sides(probe, domain.live)
             ]
     cold, warm = laws[cells, :1], laws[cells, 1:]
-    on: Any
-    matrix, on, names = (
+    matrix, names, copies = (
         space.stiffness(1 / cold[:, 0], cells),
-        space.on(cells),
         np.array(domain.names)[domain.body[cells]],
+        each[cells],
     )
-    copies, crossed = each[cells], crossings(heat.domain)
+    on: Any = space.on(cells)
+    crossed = crossings(heat.domain)
     if crossed or domain is not heat.domain:
         on = Paths(heat.domain.space.on(cells), on, crossed)
         counts = [len(c.warmed[0].areas) for c in crossed]

@@ -7,7 +7,7 @@ the search for an extreme may have left),
 ``current:<electrode>`` (A, into the solid), ``joule:<box>`` (W), ``power`` (W, what the electrodes supply to what is
 solved),
 ``generated`` (W, the heat sources'), ``dissipated`` (W, the Joule heat of all boxes, of those too that symmetry leaves
-out).
+out); of a steady state ``rounding`` (W, what it leaves of flows that are nothing).
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ from fem3d.spaces import channels
 from meshes.symmetry import Symmetry
 from scenes.model import Value
 
+ROUNDING = 1e-10  # relative error that rounding in the solves leaves in every quantity
 Outputs = dict[str, np.ndarray]  # of shape () or (times,)
 
 
@@ -64,7 +65,13 @@ def of_steady(state: SteadyState, symmetry: Symmetry) -> Outputs:
         phi = None if state.conductor is None else state.hot_potential
         return np.array(Voltmeter(heat.domain, probe).read(phi, 0.0))
 
-    return _whole(symmetry, heat, np.zeros(()), _Part(
+    # What the flows are the small differences of.
+    sizes = np.abs(state.rise)
+    # The matrix is symmetric: columns, which it is stored by, serve as rows.
+    terms = (sizes @ abs(heat.stiffness[:, heat.free :])).sum()
+    terms += sum(np.abs(film.entering).sum() + np.abs(film.per_kelvin) @ sizes for film in heat.films.values())
+    rounding = {"rounding": np.array(ROUNDING * symmetry.copies * terms)}
+    return rounding | _whole(symmetry, heat, np.zeros(()), _Part(
         flows, {name: np.array(value) for name, value in state.currents.items()},
         {name: np.array(value) for name, value in state.joule.items()}, np.array(state.power), heat.generated[0],
         lambda how: how.row @ state.rise + how.entering[0], top, potential,
@@ -129,6 +136,18 @@ def stored_heat(transient: Transient, symmetry: Symmetry, times: np.ndarray) -> 
     capacity = heat.mass @ heat.unit
     stored = transient.trajectory(times)[0] @ (capacity[: heat.free] @ transient.reduced.basis)
     return symmetry.copies * (stored + heat.inputs.at(times) @ (heat.lifts @ capacity))
+
+
+def unbalanced(out: Outputs) -> tuple[float, float]:
+    """Of a steady state the heat that enters and does not leave (W), and its part of all that passes: by
+    boundaries, sources and currents or, where nothing thermal is asked for, the power that the electrodes supply and
+    that is not dissipated. The part is 0 where no more passes than rounding leaves of a uniform temperature."""
+    flows = [float(v) for name, v in out.items() if name.startswith("flow:")]
+    power, generated = float(out["power"]), float(out["generated"])
+    gap, passing = abs(power - float(out["dissipated"])), power
+    if flows:
+        gap, passing = abs(sum(flows) + power + generated), (sum(map(abs, flows)) + power + abs(generated)) / 2
+    return gap, gap / passing if passing > float(out["rounding"]) else 0.0
 
 
 def passing(out: Outputs) -> tuple[np.ndarray, np.ndarray]:

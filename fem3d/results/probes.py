@@ -81,18 +81,18 @@ def extreme(domain: Domain, probe: Any, inside: np.ndarray | None = None) -> Ext
 
 
 def gradient(domain: Domain, probe: Any, conductivity: np.ndarray) -> np.ndarray:
-    """(functions,): the heat (W) that passes a flat probe, per rise, for a conductivity (cells,): on the surface into
-    the solid, inside the mean of what both sides say, at contacts what the jump drives."""
-    conductivity = conductivity[:, None]
+    """(functions,): the heat (W) that passes a flat probe, per rise, for a conductivity (cells,), or (3, cells) along
+    the axes: on the surface into the solid, inside the mean of what both sides say, at contacts by the jump."""
+    conductivity = conductivity[..., None]
     facets = domain.facets(probe)
     outer = facets[domain.exposed(facets)]
     found = np.zeros(domain.space.size)
     if len(outer):
-        found -= domain.seen(outer).flux(conductivity[domain.space.mesh.f2t[0, outer]])
+        found -= domain.seen(outer).flux(conductivity[..., domain.space.mesh.f2t[0, outer], :])
     jumping = [joint for joint in domain.contacts if joint.contact.thermal_resistance]
     every = np.ones(len(domain.body), bool)
     for faces, sign, cells in domain.sides(probe, every, [joint.facets for joint in jumping]):
-        found += sign * faces.flux(conductivity[cells])
+        found += sign * faces.flux(conductivity[..., cells, :])
     for joint in jumping:
         on = np.isin(facets, joint.facets)
         if on.any():

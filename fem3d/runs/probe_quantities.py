@@ -17,6 +17,7 @@ import numpy as np
 from fem3d.results.outputs import Outputs
 from fem3d.results.study import Quantities, Study
 from meshes.symmetry import Symmetry
+from scenes import laws
 from scenes.model import AnyScene, Box, GroupProbe, Probe, Scene, Schedule, Value
 
 OF_RISE, OF_FLOW = 0.1, 0.01
@@ -97,7 +98,8 @@ def _least_conductance(scene: AnyScene) -> float:
 
     def along(box: Box) -> float:
         sides = sorted(abs(b - a) for a, b in zip(box.lower, box.upper, strict=True))
-        return box.material.thermal_conductivity * sides[0] * sides[1] / sides[2]
+        k = laws.along(box.material.at(scene.initial_temperature).thermal_conductivity)
+        return float(max(k) * sides[0] * sides[1] / sides[2])
 
     return min(map(along, getattr(scene, "boxes", ())), default=0.0)
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from fem3d.adaptivity import loop
 from fem3d.adaptivity.mesh import Answer
+from fem3d.adaptivity.trace_errors import ROW_SHARE, Response
 from fem3d.results import outputs
 from fem3d.results.study import Study
 from fem3d.runs import currents, probe_quantities
@@ -29,6 +30,7 @@ def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole:
     Where errors on a mesh file exceed the accuracy of the scene, a warning says so. Raises SceneError where mesh and
     scene do not fit, scenes.errors.RunawayError where no steady state exists, NumericsError where the numerics fail.
     """
+    physics.refuse_following(scene)
     if not scene.steady and not physics.heat(scene):
         return currents.over_time(scene, lambda alone: solve(alone, progress), plan(scene))
     mesh = on_file(scene) if isinstance(scene, MeshScene) else None
@@ -43,15 +45,14 @@ def solve(scene: AnyScene, progress: Callable[[str], None] | None = None, whole:
             details["field_error"] = answer.field
             details["warnings"] += _of_field(answer.field, study.field)
     else:
-        details |= {
-            "scales": response.scales, "accurate_from_s": study.earliest, "transient": response.transient,
-            "jumps": len(answer.heat.jumps(study.end)),
-        }  # fmt: skip
+        details |= {"scales": response.scales, "transient": response.transient}
     if isinstance(scene, Scene):
         details["warnings"] += structure.remarks(scene)
     details["warnings"] += on.warnings(study, {n: e / details["scales"][n] for n, e in errors.items()})
     if response is not None:
-        return Result("fem3d", {}, Traces(response.times, response.traces, response.errors), details)
+        jumps = tuple(answer.heat.jumps(study.end).tolist())
+        traces = Traces(response.times, response.traces, response.errors, study.earliest, jumps)
+        return Result("fem3d", {}, traces, details)
     values = answer.fine.quantities
     return Result("fem3d", {n: Estimate(float(v), errors[n]) for n, v in values.items()}, None, details)
 
@@ -94,6 +95,15 @@ def _of_field(off: float, enough: float) -> list[str]:
     ]
 
 
+def _of_rows(study: Study, response: Response | None) -> list[str]:
+    if response is None or response.between <= ROW_SHARE * study.accuracy:
+        return []
+    return [
+        f"the {len(response.times)} rows of the traces are as many as are made: straight lines between them are off by "
+        f"up to {response.between:.1e}, more than {ROW_SHARE:g} of the accuracy of {study.accuracy:g}; errors have it"
+    ]
+
+
 def described(study: Study, answer: Answer) -> dict[str, Any]:
     """What a result says of its last level."""
     heat, conductor, mesh, response = answer.heat, answer.conductor, answer.mesh, answer.response
@@ -103,23 +113,13 @@ def described(study: Study, answer: Answer) -> dict[str, Any]:
     over_time = None if response is None else response.imbalance
     return {
         "unknowns": heat.free if physics.heat(heat.domain.scene) else electric, "electric_unknowns": electric,
-        "levels": answer.levels, "symmetry": study.part.part, "warnings": [],
+        "levels": answer.levels, "symmetry": study.part.part,
+        "warnings": _of_rows(study, response),
         "fields": mesh.fields(heat, study.part, state, transient), "mesh": mesh.statistics(heat),
         "steps": 0 if transient is None else len(transient.trajectory.steps),
-        "energy_imbalance": over_time if answer.steady is None else imbalance(answer.steady.out),
+        "energy_imbalance": over_time if answer.steady is None else outputs.unbalanced(answer.steady.out)[1],
         "transient_imbalance": over_time,
     }  # fmt: skip
-
-
-def imbalance(out: outputs.Outputs) -> float:
-    """|what enters| over what passes: heat by the boundaries' flows, sources and currents, or, where nothing thermal is
-    asked for, power by what the electrodes supply; of a steady state."""
-    flows = [float(v) for name, v in out.items() if name.startswith("flow:")]
-    power, generated = float(out["power"]), float(out["generated"])
-    if not flows:
-        return abs(power - float(out["dissipated"])) / power if power else 0.0
-    passing = (sum(abs(f) for f in flows) + power + abs(generated)) / 2
-    return abs(sum(flows) + power + generated) / passing if passing else 0.0
 
 
 def plan(scene: AnyScene, whole: bool = False, mesh: Any = None) -> tuple[Step, ...]:

@@ -43,12 +43,12 @@ class Slopes:
     errors: dict[str, dict[str, float]] = field(default_factory=dict)
 
 
-def of_scene(scene: AnyScene, result: Result) -> Slopes:
-    """The derivatives of a result of a whole scene by every number other than zero. Raises SceneError for one with
-    contacts, and ConvergenceError."""
+def of_scene(scene: AnyScene, result: Result, keys: Iterable[str] | None = None) -> Slopes:
+    """The derivatives of a result of a whole scene by every number other than zero, or by some ``keys`` alone. Raises
+    SceneError for one with contacts, and ConvergenceError."""
     contacts.refuse(scene, "sensitivities, and what is made of them, don't follow the jump at a contact yet")
     others, torn = dict[str, AnyScene](), dict[str, str]()
-    for key in numbers(scene):
+    for key in numbers(scene) if keys is None else keys:
         try:
             others[key] = neighbour(scene, key, STEP)
         except SceneError as error:

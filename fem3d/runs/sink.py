@@ -17,6 +17,7 @@ from fem3d.runs import scene as scene_run
 from fem3d.solution.steady import SteadyState
 from meshes import connected, symmetry
 from meshes.symmetry import Symmetry
+from scenes import physics
 from scenes.plan import Request, Step, noted, step
 from scenes.result import Result
 from scenes.sink import Sink, different
@@ -33,6 +34,7 @@ def solve(
     count = long_rows.modelled(sink)
     while True:
         part = symmetry.reduce(sink.scene(count))
+        physics.refuse_following(part.scene)
         answer = _answer(sink, count, part, request, progress or (lambda _: None), earlier)
         off = long_rows.apart(sink, count, answer)
         if off.within(sink.accuracy):
@@ -42,7 +44,7 @@ def solve(
     details = scene_run.described(study(sink, count, part), answer)
     details |= {
         "plan": noted(_plan(sink, part, request), _found(sink, answer)),
-        "warnings": _warnings(sink, float(answer.fine.quantities["peak_rise_K"])),
+        "warnings": [*details["warnings"], *_warnings(sink, float(answer.fine.quantities["peak_rise_K"]))],
         "profile": _profile(sink, count, answer.fine.state, part),
         "sink": sink,
         "spans_solved": count,

@@ -31,11 +31,12 @@ def steady(sink: Sink, out: Outputs) -> Quantities:
     The anchor resistance is the end's rise over that heat, which is the beam's own heat less what the air takes from
     the beam, half to each end; it holds for heated or cooled pads too.
     """
+    entering = [flow for name, flow in out.items() if name.startswith("flow:substrate")]
     end_flow = (out["joule:beam"] + out.get("flow:air-beam", np.float64(0.0))) / 2
     return {name: out[f"probe:{probe}"] for name, probe in RISES.items()} | {
         "current_A": out["current:electrode-0"],
         "power_W": out["power"],
-        "heat_out_W": -(out["flow:substrate-0"] + out["flow:substrate-1"]),
+        "heat_out_W": -np.sum(entering, axis=0),
         "anchor_resistance_K_per_W": out["probe:end"] / end_flow,
         "end_flow_W": end_flow,
     }

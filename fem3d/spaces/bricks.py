@@ -98,12 +98,12 @@ class BrickSpace(Space):
 
     def matrices(self, k: np.ndarray, c: np.ndarray) -> tuple[csc_array, csc_array]:
         # Both have one pattern, so both travel through one conversion as a complex number.
-        return halves(self._matrix(np.arange(len(k)), k, c))
+        return halves(self._matrix(np.arange(len(c)), k, c))
 
     def stiffness(self, k: np.ndarray, cells: np.ndarray) -> csc_array:
-        everywhere = np.zeros(self.h.shape[1])
-        everywhere[cells] = k
-        return halves(self._matrix(cells, everywhere, np.zeros_like(everywhere)))[0]
+        everywhere = np.zeros((*k.shape[:-1], self.h.shape[1]))
+        everywhere[..., cells] = k
+        return halves(self._matrix(cells, everywhere, np.zeros(self.h.shape[1])))[0]
 
     def changes(
         self, before: BrickSpace, k: tuple[np.ndarray, np.ndarray], c: tuple[np.ndarray, np.ndarray]

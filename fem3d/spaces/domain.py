@@ -19,6 +19,7 @@ from fem3d.spaces.integrals import Faces, Space, product_rule
 from fem3d.spaces.split import split, twin
 from meshes import connected
 from meshes.grid import Grid
+from scenes import laws
 from scenes.free.contacts import ELECTRIC, THERMAL, resistances
 from scenes.model import Boundary, Box, Contact, Material, Probe, Scene, Schedule, Value
 
@@ -64,9 +65,18 @@ class Domain(ABC):
         """The same with the space of the potentials, in which voltages and currents are told."""
         return self if self.potentials is None else replace(self, space=self.potentials, potentials=None)
 
+    @cached_property
+    def cold(self) -> tuple[Material, ...]:
+        """The materials with numbers in the place of their laws, those of the initial temperature."""
+        return tuple(m.at(self.scene.initial_temperature) for m in self.materials)
+
     def per_cell(self, key: str) -> np.ndarray:
-        """(cells,): a property of the materials."""
-        return np.array([float(getattr(m, key)) for m in self.materials])[self.body]
+        """(cells,): a property of the materials at the initial temperature; (3, cells) where it differs along x, y and
+        z in one of them."""
+        given = [getattr(m, key) for m in self.cold]
+        if any(isinstance(each, tuple) for each in given):
+            return np.array([laws.along(each) for each in given], float).T[:, self.body]
+        return np.array(given, float)[self.body]
 
     @property
     def stands_for(self) -> np.ndarray:

@@ -11,13 +11,16 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 from skfem import BilinearForm, LinearForm
 from skfem.helpers import dot, grad
 
 
 @BilinearForm
 def conduction(u: Any, v: Any, w: Any) -> Any:
-    """k grad u . grad v, or sigma grad u . grad v."""
+    """k grad u . grad v, or sigma grad u . grad v; k one for each axis where there are three."""
+    if np.ndim(w.conductivity) > 2:
+        return (w.conductivity * grad(u) * grad(v)).sum(axis=0)
     return w.conductivity * dot(grad(u), grad(v))
 
 

@@ -140,11 +140,12 @@ class Space(ABC):
 
     @abstractmethod
     def matrices(self, k: np.ndarray, c: np.ndarray) -> tuple[csc_array, csc_array]:
-        """The integrals of k grad u . grad v and of c u v, for k and c (cells,)."""
+        """The integrals of k grad u . grad v and of c u v, for k (cells,), or (3, cells) along the axes, and c
+        (cells,)."""
 
     @abstractmethod
     def stiffness(self, k: np.ndarray, cells: np.ndarray) -> csc_array:
-        """The integral of k grad u . grad v over some cells, for k (of them,)."""
+        """The integral of k grad u . grad v over some cells, for k (of them,), or (3, of them) along the axes."""
 
     @abstractmethod
     def at(self, X: np.ndarray) -> np.ndarray:
@@ -305,10 +306,12 @@ class Faces:
         return sum((own.load(full[at]) for at, own, _ in self.sides), np.zeros(self.space.size))
 
     def flux(self, conductivity: np.ndarray) -> np.ndarray:
-        """(functions,): the integral of -conductivity (facets, 1 or points) du/dn, outwards, for each function u."""
-        full, found = np.broadcast_to(conductivity, self.areas.shape), np.zeros(self.space.size)
+        """(functions,): the integral of -conductivity (facets, 1 or points; with axes in front where it differs along
+        them) du/dn, outwards, for each function u."""
+        full = np.broadcast_to(conductivity, (*conductivity.shape[:-2], *self.areas.shape))
+        found = np.zeros(self.space.size)
         for at, own, normal in self.sides:
-            found -= own.flow(full[at] * normal)
+            found -= own.flow(full[..., at, :] * normal)
         return found
 
     def mass(self) -> csc_array:

@@ -60,14 +60,15 @@ class MappedSpace(Space):
         return self.nested[0].astype(float)
 
     def matrices(self, k: np.ndarray, c: np.ndarray) -> tuple[csc_array, csc_array]:
-        basis = self._basis(np.arange(len(k)))
+        basis = self._basis(np.arange(len(c)))
         capacity = forms.capacity.assemble(basis, heat_capacity=np.outer(c, np.ones(basis.dx.shape[1])))
         # Of one pattern, which one order of elimination suits: scikit-fem leaves out what is zero in each.
-        return halves(csc_array(self.stiffness(k, np.arange(len(k))) + 1j * capacity))
+        return halves(csc_array(self.stiffness(k, np.arange(len(c))) + 1j * capacity))
 
     def stiffness(self, k: np.ndarray, cells: np.ndarray) -> csc_array:
         basis = self._basis(cells)
-        return csc_array(forms.conduction.assemble(basis, conductivity=np.outer(k, np.ones(basis.dx.shape[1]))))
+        along = np.multiply.outer(k, np.ones(basis.dx.shape[1]))
+        return csc_array(forms.conduction.assemble(basis, conductivity=along))
 
     def _basis(self, cells: np.ndarray) -> CellBasis:
         rule, own = get_quadrature(self.mesh.refdom, ORDER), np.asarray(cells, np.int32)

@@ -3,15 +3,18 @@
 # ruff: noqa: N815 - the symbols of units keep their capitals, as in the keys of the output
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from reduced1d.device.accurate import Resolution, march
-from reduced1d.device.lumped import lump, steady
-from reduced1d.device.stability import at_sample_time, plant, stability
+from reduced1d.device.lumped import lump, modes, steady
+from reduced1d.device.stability import DEGREE, at_sample_time, plant, stability
 from scenes.device import Device, External
 from scenes.formats import quantity
+from scenes.loop.ground import NARROW, held_range
+from scenes.loop.result import Steady
 from scenes.loop.stability import gain_limit, gains
 
 SAMPLE_TIMES = (1e-4, 1e-3, 5e-3)
@@ -34,17 +37,39 @@ class Range:
 def measurable_range(device: Device, *, voltage: float = np.inf, power: float = np.inf) -> Range:
     """The range of a device whose sensor gets at most a ``voltage`` in V and a ``power`` in W.
 
-    From P = k A/t (T_set - T_external) of the polymer, and V^2 = P R(T_set). Raises ValueError where both are
-    unlimited or not positive.
+    From P = k A/t (T_set - T_external) of the polymer, and V^2 = P R(T_set); with a common ground, where the films are
+    at other temperatures, by bisecting the steady state. Raises ValueError where both are unlimited or not positive.
     """
     if not (0 < min(voltage, power) < np.inf):
         raise ValueError("give the sensor's largest voltage or power, a positive number")
     lumped, setpoint = lump(device), device.control.set_temperature
+    if device.control.ground_resistance:
+        return _range_over_ground(device, voltage, power)
     hot = float((lumped.resistance * (1 + lumped.coefficient * lumped.set_rise))[1])
     most = min(power, voltage**2 / hot)
     lowest = max(setpoint - most / lumped.polymer.conductance, 0.0)
     needed = lumped.polymer.conductance * (setpoint - lowest)
     return Range(lowest, setpoint, needed, float(np.sqrt(needed * hot)), steady(device, setpoint - 1.0).sink_V)
+
+
+def _range_over_ground(device: Device, voltage: float, power: float) -> Range:
+    """The same through a lead that both films share, within what is held at all; NaN where nothing is."""
+    lowest, highest = held_range(modes(lump(device), DEGREE).modal, device)
+    if math.isnan(highest):
+        return Range(lowest, highest, math.nan, math.nan, math.nan)
+
+    def beyond(outer: float) -> bool:
+        state = steady(device, outer)
+        return state.sensor_power_W > power or state.sensor_V > voltage
+
+    if beyond(lowest):
+        high = highest
+        while high - lowest > NARROW * device.set_rise:
+            middle = (lowest + high) / 2
+            lowest, high = (middle, high) if beyond(middle) else (lowest, middle)
+        lowest = high
+    state = steady(device, lowest)
+    return Range(lowest, highest, state.sensor_power_W, state.sensor_V, state.sink_V)
 
 
 @dataclass(frozen=True)
@@ -69,8 +94,7 @@ def resolution(device: Device, meter: Meter, external: float | None = None) -> E
     Raises ValueError where the sensor has no power or a value is beyond the meter.
     """
     lumped, state = lump(device), steady(device, external)
-    sink = reading(meter, state.sink_V, state.sink_power_W)
-    sensor = reading(meter, state.sensor_V, state.sensor_power_W)
+    sink, sensor = (reading(meter, *delivered(device, state, film)) for film in (0, 1))
     kelvin = np.array([sink.resistance, sensor.resistance]) / (lumped.resistance * lumped.coefficient)
     ratio = lumped.insulator.conductance / lumped.polymer.conductance
     parts = sensor.power / lumped.polymer.conductance, float((1 + ratio) * kelvin[1]), float(ratio * kelvin[0])
@@ -244,14 +268,24 @@ def reading(meter: Meter, voltage: float, power: float) -> Reading:
     return Reading(dV, dI, voltage / current * (dV / voltage + dI / current), current * dV + voltage * dI)
 
 
+def delivered(device: Device, state: Steady, film: int) -> tuple[float, float]:
+    """The voltage (V) of the sink (0) or the sensor (1) in a steady state, and the power (W) that its source delivers:
+    the film's own, and what its current takes from the lead to ground."""
+    voltage, power = (state.sink_V, state.sink_power_W) if film == 0 else (state.sensor_V, state.sensor_power_W)
+    if device.control.ground_resistance and voltage:
+        lumped, rise = lump(device), (state.sink_K, state.sensor_K)[film] - device.sink.room_temperature
+        warm = lumped.resistance[film] * (1 + lumped.coefficient[film] * rise)
+        power = voltage * float(np.sqrt(power / warm))
+    return voltage, power
+
+
 def in_the_loop(device: Device, meter: Meter, external: float | None = None) -> tuple[float, float]:
     """Steps in ohm of the resistances of (sink, sensor) as a meter reads them at the steady state.
 
     To be handed to the solvers as ``meter``, which round each measured resistance to a multiple of its step.
     """
     state = steady(device, external)
-    sink = reading(meter, state.sink_V, state.sink_power_W)
-    sensor = reading(meter, state.sensor_V, state.sensor_power_W)
+    sink, sensor = (reading(meter, *delivered(device, state, film)) for film in (0, 1))
     return sink.resistance, sensor.resistance
 
 

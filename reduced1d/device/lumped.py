@@ -18,7 +18,7 @@ the outer face. With v = sum_i b_i phi_i, where K phi = lambda M phi,
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -32,7 +32,7 @@ from reduced1d.sink import lump as lump_sink
 from scenes.device import Device
 from scenes.loop.modal import Modal
 from scenes.loop.result import Steady
-from scenes.loop.stability import State, complementary, gains, named
+from scenes.loop.stability import controlled, named
 
 GRIDS = (np.array([0.0, 1.0]), np.array([0.0, 0.1, 0.5, 1.0]))
 """Where insulator and polymer are cut into elements, as fractions of their thickness."""
@@ -106,10 +106,8 @@ def steady(device: Device, external: float | None = None) -> Steady:
     outer = (device.external.final_temperature if external is None else external) - device.sink.room_temperature
     sink, between, polymer = lumped.conductance, lumped.insulator.conductance, lumped.polymer.conductance
     K = np.array([[sink + between, -between], [-between, between + polymer]])
-    load = np.array([0.0, polymer * outer])
-    rise, power, held = complementary(K, load, lumped.set_rise, gains(device) > 0)
-    voltage = np.sqrt(power * lumped.resistance * (1 + lumped.coefficient * rise))
-    return named(device, State(rise, power, voltage, np.array([polymer * (rise[1] - outer)]), held))
+    found = controlled(K, np.array([0.0, polymer * outer]), lumped.resistance, lumped.coefficient, device)
+    return named(device, replace(found, flow=np.array([polymer * (found.rise[1] - outer)])))
 
 
 def around(device: Device) -> dict[str, Steady]:

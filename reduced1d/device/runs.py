@@ -23,6 +23,11 @@ def make(
 
     Raises SceneError for what the model refuses, and ArithmeticError where its numerics fail.
     """
+    if scheme == "paper" and device.control.ground_resistance:
+        raise SceneError(
+            f"control.ground_resistance = {device.control.ground_resistance:g} needs the accurate scheme: in the "
+            "paper's each film is heated alone"
+        )
     try:
         say(f"solving in 1D, {scheme} scheme")
         meter = METERS[meter_name] if meter_name else None

@@ -71,11 +71,18 @@ def findings(device: Device, run: March, error: float, goal: float) -> tuple[str
         seen.append(("final", external.final_temperature))
     for name, temperature in seen:
         state = steady(device, temperature)
-        for element in ELEMENTS:
+        also = ", as its controller sees it through the common ground" if device.control.ground_resistance else ""
+        if state.cycles:
+            found.append(
+                f"at the {name} outer temperature, {temperature:g} K, there is no steady state: over the common ground "
+                "a film can neither be held at the set temperature nor rest without power, and its loop swings"
+            )
+        for element in () if state.cycles else ELEMENTS:
             if getattr(state, f"{element}_saturated"):
                 found.append(
-                    f"at the {name} outer temperature, {temperature:g} K, the {element} needs no power: it settles at "
-                    f"{getattr(state, f'{element}_K'):.6g} K instead of the set {device.control.set_temperature:g} K"
+                    f"at the {name} outer temperature, {temperature:g} K, the {element} needs no power{also}: it "
+                    f"settles at {getattr(state, f'{element}_K'):.6g} K instead of the set "
+                    f"{device.control.set_temperature:g} K"
                 )
         said = loop_text(device, stability(device, temperature))
         if said:

@@ -16,6 +16,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from scenes.errors import SceneError, did_you_mean, quoted
+from scenes.physics import refuse_laws
 
 if TYPE_CHECKING:
     import numpy as np
@@ -102,7 +103,9 @@ def solve(
 
 
 def refuse(sink: Sink, name: str) -> None:
-    """Raises SceneError for a reduction (its canonical name) that isn't made of a row of spans."""
+    """Raises SceneError for a reduction (its canonical name) that isn't made of a row of spans, and for materials that
+    no reduction takes."""
+    refuse_laws((sink.silicon, sink.oxide), "a 1D model")
     if sink.spans > 1 and name == "plate":
         raise SceneError(
             f"sink.spans = {sink.spans} makes a row, and the reduction plate is made for one span: give paper, "

@@ -15,11 +15,12 @@ from dataclasses import replace
 from typing import Any, TypeVar
 
 from scenes import kinds as k
+from scenes import laws, physics
 from scenes import model as m
-from scenes import physics
 from scenes import units as d
 from scenes.checks import Differing, tolerances
 from scenes.errors import SceneError, did_you_mean, quoted
+from scenes.following import Following
 from scenes.keys import ACCURACY, VALID_TO
 from scenes.physics import HEAT_KEYS
 from scenes.schema import Item, Key, Schema, section
@@ -44,7 +45,7 @@ CONDITIONS: dict[str, k.Varying | k.Convection] = {
 
 CONTACT_RESISTANCE = k.ContactResistance((k.HEAT_CONTACT, k.CURRENT_CONTACT))
 """Beside a boundary's temperature or voltage."""
-RESISTIVITY = k.Quantity(d.RESISTIVITY, 1e-12, 1e9, word="insulator")
+RESISTIVITY = Following(k.Quantity(d.RESISTIVITY, 1e-12, 1e9, word="insulator"))
 HEAT_SOURCE = k.Varying(k.Quantity(d.HEAT_SOURCE, 0.0, 1e20, signed=True))
 
 
@@ -68,9 +69,9 @@ _SCENE_AND_RUN = (
 LISTS: dict[str, dict[str, k.Kind]] = {
     "material": {
         "name": k.LABEL,
-        "thermal_conductivity": k.Quantity(d.THERMAL_CONDUCTIVITY, 1e-9, 1e9),
+        "thermal_conductivity": Following(k.Quantity(d.THERMAL_CONDUCTIVITY, 1e-9, 1e9), axes=True),
         "density": k.Quantity(d.DENSITY, 1e-6, 1e9),
-        "specific_heat": k.Quantity(d.SPECIFIC_HEAT, 1e-6, 1e9),
+        "specific_heat": Following(k.Quantity(d.SPECIFIC_HEAT, 1e-6, 1e9)),
         "resistivity": RESISTIVITY,
         "temperature_coefficient": k.Quantity(d.TEMPERATURE_COEFFICIENT, 0.0, 1.0, signed=True),
         "reference_temperature": k.KELVIN,
@@ -177,7 +178,7 @@ def _declared(scene: S, values: Values, folder: str) -> S:
     """The scene with what [model] and [checks] say. Refuses what they say of a probe that the scene has not."""
     given, said = section(values, "model"), section(values, "checks")
     probes: list[str] = [item.name for item in values.get("probe", ())]
-    checks = [*probes, *(f"{name}{m.OVER_TIME}" for name in probes), *m.SLOPES]
+    checks = [*probes, *(f"{name}{m.OVER_TIME}" for name in probes), *(f"against_{name}" for name in probes), *m.SLOPES]
     tolerances, differing = said.get("tolerances", {}), said.get("expect_differs")
     for path, names, known in (
         ("model.outputs", given.get("outputs", {}), probes),
@@ -246,7 +247,9 @@ def _run_keys(given: dict[str, Any]) -> dict[str, Any]:
 
 def _material(given: dict[str, Any]) -> m.Material:
     """The material, with a stand-in for what is not given."""
-    return m.Material(**{**dict.fromkeys(HEAT_KEYS, UNUSED), **given})
+    found = m.Material(**{**dict.fromkeys(HEAT_KEYS, UNUSED), **given})
+    physics.refuse_both(f"material {quoted(found.name)}", found)
+    return found
 
 
 def _box(item: Item, materials: dict[str, m.Material]) -> m.Box:
@@ -386,9 +389,10 @@ def as_dict(scene: m.AnyScene) -> dict[str, Any]:
 
 def _of_material(material: m.Material, needed: tuple[str, ...]) -> dict[str, Any]:
     found: dict[str, Any] = {"name": material.name}
-    found |= {key: v for key in HEAT_KEYS if (v := getattr(material, key)) != UNUSED or key in needed}
+    kinds = LISTS["material"]
+    found |= {key: kinds[key].write(v) for key in HEAT_KEYS if (v := getattr(material, key)) != UNUSED or key in needed}
     found["resistivity"] = RESISTIVITY.write(material.resistivity)
-    if material.resistivity is not None:
+    if laws.is_plain(material.resistivity) and material.resistivity is not None:
         found |= {key: getattr(material, key) for key in ("temperature_coefficient", "reference_temperature")}
     return found if material.valid_to is None else found | {"valid_to": material.valid_to}
 

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from scenes.device import Device
+from scenes.loop.circuit import measured
 
 
 @dataclass(frozen=True)
@@ -18,7 +19,7 @@ class Law:
     """Eq 21 for (sink, sensor): gains in V, the set rise in K, and the smallest voltage allowed (-inf for none).
 
     ``resistance`` in ohm and ``coefficient`` in 1/K are eq 7's; ``resolution`` is the step in ohm to which a measured
-    resistance is rounded, 0 for an ideal meter.
+    resistance is rounded, 0 for an ideal meter; ``ground`` (ohm) the lead that both currents share.
     """
 
     gain: np.ndarray
@@ -27,27 +28,29 @@ class Law:
     resistance: np.ndarray
     coefficient: np.ndarray
     resolution: np.ndarray
+    ground: float = 0.0
 
     @cached_property
     def ideal(self) -> bool:
-        """Whether resistances are measured without rounding."""
-        return not self.resolution.any()
+        """Whether the films' own resistances are measured, without rounding."""
+        return not self.resolution.any() and not self.ground
 
-    def error(self, rise: np.ndarray) -> np.ndarray:
-        """(R_req - R)/(R_req - R_0) as measured, for rises in K with the elements on the last axis; no unit."""
+    def error(self, voltage: np.ndarray, rise: np.ndarray) -> np.ndarray:
+        """(R_req - R)/(R_req - R_0) as measured, no unit, for the voltages (V) that have held until then and rises in
+        K, with the elements on the last axis of both."""
         if self.ideal:
             return 1 - rise / self.set_rise
         step = np.where(self.resolution > 0, self.resolution, 1.0)
-        resistance = self.resistance * (1 + self.coefficient * rise)
-        measured = np.where(self.resolution > 0, np.rint(resistance / step) * step, resistance)
-        return 1 - (measured / self.resistance - 1) / (self.coefficient * self.set_rise)
+        resistance = measured(voltage, self.resistance * (1 + self.coefficient * rise), self.ground)
+        read = np.where(self.resolution > 0, np.rint(resistance / step) * step, resistance)
+        return 1 - (read / self.resistance - 1) / (self.coefficient * self.set_rise)
 
     def next_voltage(self, voltage: np.ndarray, rise: np.ndarray) -> np.ndarray:
         """The voltage from this sample on, in V: V(t) = V(t - T_s) + gain * error, not below ``lowest``.
 
         The printed "dt" is the controller's sample time, and the law is integral, not proportional.
         """
-        return np.maximum(voltage + self.gain * self.error(rise), self.lowest)
+        return np.maximum(voltage + self.gain * self.error(voltage, rise), self.lowest)
 
 
 def law(
@@ -58,6 +61,7 @@ def law(
     return Law(
         np.array([control.sink_gain, control.sensor_gain]), device.set_rise,
         -np.inf if control.allow_negative_voltage else 0.0, resistance, coefficient, np.array(resolution, dtype=float),
+        control.ground_resistance,
     )  # fmt: skip
 
 

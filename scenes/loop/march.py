@@ -15,6 +15,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from scenes.device import Device
+from scenes.loop.circuit import powers as powers_of
 from scenes.loop.controller import law, timetable
 from scenes.loop.modal import Modal, interval
 from scenes.loop.result import QUANTITIES, TOP
@@ -102,7 +103,7 @@ class _Places:
     places) is what the heats just before a sample add to its flows.
     """
 
-    def __init__(self, resolutions: Sequence[Resolution]) -> None:
+    def __init__(self, resolutions: Sequence[Resolution], ground: float) -> None:
         counts = [r.modal.responses for r in resolutions]
         flows = [len(r.modal.flux) for r in resolutions]
         sizes = [m * (r.nodes + 1) + k for m, k, r in zip(counts, flows, resolutions, strict=True)]
@@ -110,6 +111,7 @@ class _Places:
         self.starts = np.array([[at.start, at.start + 1] for at in self.of])
         self.flows = np.array([np.arange(at.stop - k, at.stop) for at, k in zip(self.of, flows, strict=True)])
         film, mean, departs, conductance, change, unit, feed = [], [], [], [], [], [], []
+        both: list[list[int]] = [[], []]
         for at, m, k, r in zip(self.of, counts, flows, resolutions, strict=True):
             own, q = r.modal, r.nodes
             response = np.r_[np.arange(m), np.repeat(np.arange(m), q), np.zeros(k, int)]
@@ -118,6 +120,9 @@ class _Places:
             film.append(films)
             of_mean = np.where(node, m + films[: len(node)] * q + node - 1, films[: len(node)])
             mean.append(at.start + np.r_[of_mean, np.arange(len(node), len(films))])
+            for e in (0, 1):
+                of_film = np.where(node, m + e * q + node - 1, e)
+                both[e] += (at.start + np.r_[of_film, np.full(len(films) - len(node), e)]).tolist()
             is_flow = np.arange(len(films)) >= len(node)
             departs.append((response > 1) & ~is_flow)
             conductance.append(np.where(is_flow, 0.0, 1 / own.resistance[films]))
@@ -130,8 +135,27 @@ class _Places:
         self.conductance, self.change = np.concatenate(conductance), np.concatenate(change)
         self.unit, self.feed = np.concatenate(unit), block_diag(*feed)
         self.voltage = self.film + 2 * np.repeat(np.arange(len(sizes)), sizes)
+        self.both = np.array(both)
+        self.ground = ground
         self.local = bool(self.departs.any())
         self.fed = bool(self.feed.any())
+
+    def driven(self, voltages: np.ndarray, ratio: np.ndarray) -> tuple[np.ndarray, np.ndarray | float]:
+        """(places,): V^2/R at no rise of the voltage across each place's film, from the sources' ``voltages`` (two of
+        each resolution) and the resistances' ratio to those at no rise; and by what part of the power's own change a
+        film's power follows its conductance 1/R, the drop across the lead following as well.
+
+        The drop is R_ground sum(V/R)/(1 + R_ground sum(1/R)).
+        """
+        voltage = voltages[self.voltage]
+        if not self.ground:
+            return voltage * voltage * self.conductance, 1.0
+        sink, sensor = self.both
+        one, other = (self.conductance[at] / ratio[at] for at in (sink, sensor))
+        lead = 1 + self.ground * (one + other)
+        voltage = voltage - self.ground * (one * voltage[sink] + other * voltage[sensor]) / lead
+        own = self.conductance / ratio[self.mean]
+        return voltage * voltage * self.conductance, 1 - 2 * self.ground * own / lead
 
     def heats(self, heating: np.ndarray, ratio: np.ndarray, rise: np.ndarray) -> np.ndarray:
         """(places,): the heat at each, from V^2/R at no rise, the resistance's ratio to that, and the rises."""
@@ -153,7 +177,7 @@ def march(
     """
     first, table = resolutions[0].modal, timetable(device)
     control = law(device, first.resistance, first.coefficient, meter)
-    n, at = first.count, _Places(resolutions)
+    n, at = first.count, _Places(resolutions, device.control.ground_resistance)
     modal = _slices([n + 2, *(r.modal.count for r in resolutions[1:])])
     jump = np.concatenate([first.jump, np.zeros(2), *(r.modal.jump for r in resolutions[1:])])
     history = np.empty((table.samples, len(at.film)))
@@ -184,7 +208,6 @@ def march(
             if at.fed:
                 history[k, at.flows.ravel()] += at.feed @ powers
             voltages[k] = voltage = control.next_voltage(voltage, free[at.starts])
-            heating = (voltage * voltage).ravel()[at.voltage] * at.conductance
             stopped = bool(free[0] > CEILING or free[1] > CEILING)
             held = watched is not None and voltage[0, watched] == control.lowest and control.gain[watched] > 0
             if stopped or held or not length:
@@ -195,13 +218,16 @@ def march(
             stepped -= (step - outer) * jump[:n]
             outer, static = step, step * at.unit
             free = _apply(t.readings, b, t.modal, t.places) + static
-        powers, ratio = _powers(free, t.kernel, t.places, at, heating, ratio, tolerance)
+        powers, ratio = _powers(free, t.kernel, t.places, at, voltage.ravel(), ratio, tolerance)
         b = t.decay * b
         b += _apply(t.gain, powers, t.places, t.modal)
         outer_time += outer * length
     history, voltages = history[: k + 1], voltages[: k + 1]
     rises = history[:, at.starts]
-    power = np.stack([r.modal.power(voltages[:, i], rises[:, i]) for i, r in enumerate(resolutions)], axis=1)
+    power = np.stack([
+        powers_of(voltages[:, i], r.modal.resistance * (1 + r.modal.coefficient * rises[:, i]), at.ground)
+        for i, r in enumerate(resolutions)
+    ], axis=1)  # fmt: skip
     limited = (voltages[:, 0] == control.lowest) & (control.gain > 0)
     return March(
         rises, voltages, power, history[:, at.flows], limited, stopped, b[:n] - initial, stepped, b[n : n + 2],
@@ -224,26 +250,29 @@ def _apply(blocks: list[np.ndarray], vector: np.ndarray, columns: list[slice], r
 
 
 def _powers(
-    free: np.ndarray, kernel: list[np.ndarray], of: list[slice], at: _Places, heating: np.ndarray, ratio: np.ndarray,
+    free: np.ndarray, kernel: list[np.ndarray], of: list[slice], at: _Places, voltages: np.ndarray, ratio: np.ndarray,
     tolerance: float,
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-    """Heats P = heating/ratio, ratio = 1 + change T, T = free + kernel P; by Picard's iteration, else by Newton's.
+    """Heats P = V^2/R with ratio = R/R_0 = 1 + change T, T = free + kernel P and V the voltage across the film; by
+    Picard's iteration, else by Newton's.
 
     Where a film's temperature departs from its mean by T, the heat is P change T/ratio. ``ratio`` is a guess; returns
     the heats and the ratio that they belong to. Newton's iteration starts without any power: 1/ratio is convex, so that
-    it then climbs to the solution from below; how a departure follows the mean is left out of it.
+    it then climbs to the solution from below; how a departure follows the mean, and a film through the lead to ground
+    the other, is left out of it.
     """
-    rise = free + _apply(kernel, at.heats(heating, ratio, free), of, of)
+    rise = free + _apply(kernel, at.heats(at.driven(voltages, ratio)[0], ratio, free), of, of)
     for attempt in range(PICARD + NEWTON):
         if attempt == PICARD:
             rise = free
         ratio = 1 + at.change * (rise[at.mean] if at.local else rise)
+        heating, part = at.driven(voltages, ratio)
         powers = at.heats(heating, ratio, rise)
         residual = free + _apply(kernel, powers, of, of) - rise
         if attempt >= PICARD:
-            slope = heating / ratio * np.where(at.departs, -1.0, 1.0) * at.change / ratio
-            for block, part in zip(kernel, of, strict=True):
-                residual[part] = np.linalg.solve(np.eye(len(block)) + block * slope[part], residual[part])
+            slope = heating / ratio * np.where(at.departs, -1.0, part) * at.change / ratio
+            for block, where in zip(kernel, of, strict=True):
+                residual[where] = np.linalg.solve(np.eye(len(block)) + block * slope[where], residual[where])
             tolerance = max(tolerance, 1e-12 * float(np.abs(rise).max()))
         rise = rise + residual
         if residual @ residual < tolerance * tolerance:

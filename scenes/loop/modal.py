@@ -47,10 +47,6 @@ class Modal:
     def responses(self) -> int:
         return len(self.film)
 
-    def power(self, voltage: np.ndarray, rise: np.ndarray) -> np.ndarray:
-        """V^2/R(T) of (sink, sensor) in W; the last axis of both arguments is the films."""
-        return voltage**2 / (self.resistance * (1 + self.coefficient * rise))
-
     def heat(self, power: np.ndarray, rise: np.ndarray) -> np.ndarray:
         """(m,): the heat u for powers (2,) at rises (m,) of the responses."""
         a, own = self.coefficient[self.film], self.film

@@ -30,6 +30,8 @@ class Steady:
     """A steady state: temperatures in K; voltages in V; powers and the heat flow from the sensor into the polymer in W.
 
     ``sink_saturated`` and ``sensor_saturated``: the element is above the set temperature without any power.
+    ``cycles``: there is none, as over a common lead to ground a film can neither be held nor rest without power; the
+    values are those without its power.
     """
 
     sink_K: float
@@ -41,6 +43,7 @@ class Steady:
     polymer_flux_W: float
     sink_saturated: bool
     sensor_saturated: bool
+    cycles: bool = False
 
 
 @dataclass(frozen=True)

@@ -4,28 +4,34 @@ the map from sample to sample, linearised."""
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from scenes.device import Device
+from scenes.loop import circuit
 from scenes.loop.modal import Modal
 from scenes.loop.result import Steady
 
 SMALLEST_GAIN, LARGEST_GAIN = 1e-6, 1e6  # V: between which a limit is sought
+CHOICES = ((True, True), (True, False), (False, True), (False, False))
+"""Which of (sink, sensor) are held at the set temperature, in the order in which that is tried."""
 CLOSER = 1.6  # from one gain that is tried to the next
 
 
 @dataclass(frozen=True)
 class Plant:
-    """The linearised device from sample to sample: b' = a b + in dV (amplitudes, V), rises (K) = out b.
+    """The linearised device from sample to sample: b' = a b + in dV (amplitudes, V), and what the controllers see of
+    both films, as rises (K): out b + across dV with the voltages that have held until then.
 
-    ``a`` (n, n), ``inlet`` (n, 2), ``out`` (2, n); ``active`` (2,) whether (sink, sensor) can respond to its voltage.
+    ``a`` (n, n), ``inlet`` (n, 2), ``out`` (2, n), ``across`` (2, 2) in K/V, zero without a common lead to ground;
+    ``active`` (2,) whether (sink, sensor) can respond to its voltage.
     """
 
     a: np.ndarray
     inlet: np.ndarray
     out: np.ndarray
+    across: np.ndarray
     active: np.ndarray
     set_rise: float
     sample_time: float
@@ -34,9 +40,10 @@ class Plant:
         """The eigenvalue of largest size of the closed loop with these gains (V) of (sink, sensor), per sample: stable
         below 1 in size; negative where the loop swings from sample to sample."""
         at = np.flatnonzero(self.active & (np.asarray(gain) > 0))
-        feedback = -np.asarray(gain)[at, None] / self.set_rise * self.out[at]
+        per_rise = -np.asarray(gain)[at, None] / self.set_rise
+        feedback, held = per_rise * self.out[at], np.eye(len(at)) + per_rise * self.across[np.ix_(at, at)]
         inlet = self.inlet[:, at]
-        loop = np.block([[self.a + inlet @ feedback, inlet], [feedback, np.eye(len(at))]])
+        loop = np.block([[self.a + inlet @ feedback, inlet @ held], [feedback, held]])
         found = np.linalg.eigvals(loop)
         largest = complex(found[np.abs(found).argmax()])
         return complex(largest.real, abs(largest.imag))
@@ -91,13 +98,15 @@ def gain_limit(system: Plant, others: np.ndarray, element: int) -> float:
 @dataclass(frozen=True, eq=False)
 class State:
     """A steady state: ``rise`` (m,) of the responses in K, ``power`` in W and ``voltage`` in V of (sink, sensor), heat
-    ``flow`` (k,) in W, and whether a film is ``held`` at the set temperature (2,)."""
+    ``flow`` (k,) in W, and whether a film is ``held`` at the set temperature (2,). Where it ``cycles`` there is none,
+    and this one, without power in films that cannot be held, is what the controllers leave again and again."""
 
     rise: np.ndarray
     power: np.ndarray
     voltage: np.ndarray
     flow: np.ndarray = field(default_factory=lambda: np.zeros(0))
     held: np.ndarray = field(default_factory=lambda: np.ones(2, bool))
+    cycles: bool = False
 
 
 def gains(device: Device) -> np.ndarray:
@@ -112,24 +121,26 @@ def state_of(modal: Modal, device: Device, external: float | None = None) -> Sta
     The heat of local departures follows from the rises, which follow from it: it is a hundredth of the rest, and a few
     rounds settle it. Raises ArithmeticError where they don't.
     """
-    target, room = device.set_rise, device.sink.room_temperature
+    room = device.sink.room_temperature
     outer = (device.external.final_temperature if external is None else external) - room
     per_heat = (modal.shape / modal.rates) @ modal.shape.T
     rise, own = np.zeros(modal.responses), np.eye(2)[modal.film]
+    first = 0
     for _ in range(100):
         per_power = per_heat @ (modal.heat(np.ones(2), rise)[:, None] * own)
         conductance = np.linalg.inv(per_power[:2])
         load = conductance @ modal.external[:2] * outer
-        _, power, held = complementary(conductance, load, target, gains(device) > 0)
-        before, rise = rise, per_power @ power + modal.external * outer
-        if np.abs(rise - before).max() <= 1e-13 * max(abs(target), np.abs(rise).max()):
+        found = controlled(conductance, load, modal.resistance, modal.coefficient, device, first)
+        # A film that cannot be held stays so: at the end of the range rounds would take turns.
+        first = CHOICES.index((bool(found.held[0]), bool(found.held[1]))) if device.control.ground_resistance else 0
+        before, rise = rise, per_power @ found.power + modal.external * outer
+        if modal.responses == 2 or np.abs(rise - before).max() <= 1e-13 * max(abs(device.set_rise), np.abs(rise).max()):
             break
     else:
         raise ArithmeticError("the steady state of the device does not converge")
-    heat = modal.heat(power, rise)
-    voltage = np.sqrt(power * modal.resistance * (1 + modal.coefficient * rise[:2]))
+    heat = modal.heat(found.power, rise)
     flow = (modal.flux / modal.rates) @ (heat @ modal.shape) + modal.flux_external * outer + modal.feed @ heat
-    return State(rise, power, voltage, flow, held)
+    return replace(found, rise=rise, flow=flow)
 
 
 def steady(modal: Modal, device: Device, external: float | None = None) -> Steady:
@@ -143,7 +154,44 @@ def named(device: Device, state: State) -> Steady:
     return Steady(
         float(room + state.rise[0]), float(room + state.rise[1]), float(state.voltage[0]), float(state.voltage[1]),
         float(state.power[0]), float(state.power[1]), float(state.flow[0]), bool(saturated[0]), bool(saturated[1]),
+        state.cycles,
     )  # fmt: skip
+
+
+def controlled(
+    conductance: np.ndarray, load: np.ndarray, resistance: np.ndarray, coefficient: np.ndarray, device: Device,
+    first: int = 0,
+) -> State:  # fmt: skip
+    """The steady state that the controllers of a device bring both films to, without flows, from their heat balances
+    ``conductance`` (2, 2) in W/K times the rises = ``load`` (2,) in W + powers; ``resistance`` (ohm) is that at no rise
+    and changes by ``coefficient`` (1/K).
+
+    Through a lead that both share a film is held at less than the set temperature, as it is seen with the lead in
+    series; and where its current gets small beside the other's, not at all. ``first`` is the first of the CHOICES of
+    films to hold that is tried there.
+    """
+    target, ground, driven = device.set_rise, device.control.ground_resistance, gains(device) > 0
+    rise, power, hot = complementary(conductance, load, target, driven)
+    warm = resistance * (1 + coefficient * rise)
+    if not ground:
+        return State(rise, power, np.sqrt(power * warm), held=hot)
+    guess, seen = np.sqrt(power / warm), resistance * (1 + coefficient * target)
+    per_power = np.linalg.inv(conductance)
+    cycling = []
+    for choice in CHOICES[first:]:
+        on = np.array(choice) & driven
+        found = circuit.held(per_power, per_power @ load, resistance, coefficient, target, ground, on, guess)
+        if found is None:
+            continue
+        rise, current = found
+        warm = resistance * (1 + coefficient * rise)
+        voltage = np.where(on, current * warm + ground * current.sum(), 0.0)
+        rests = bool((warm + ground >= seen * (1 - 1e-12))[driven & ~on].all())
+        state = State(rise, current**2 * warm, voltage, held=on, cycles=not rests)
+        if rests:
+            return state
+        cycling.append(state)
+    return cycling[0]
 
 
 def complementary(
@@ -151,7 +199,7 @@ def complementary(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Rises and powers of both elements with K rise = load + power, where a controlled one has either the target rise
     and a power of at least 0, or no power and more than the target; and which ones are held at the target."""
-    for choice in ((True, True), (True, False), (False, True), (False, False)):
+    for choice in CHOICES:
         held = np.array(choice) & controlled
         rise = np.where(held, target, 0.0)
         free = ~held
@@ -174,14 +222,15 @@ def plant(modal: Modal, device: Device, external: float | None = None) -> Plant:
     """
     state, own, m = state_of(modal, device, external), modal.film, modal.responses
     a, ratio = modal.coefficient[own], (1 + modal.coefficient * state.rise[:2])[own]
-    # heat = per_power * P; along a row what a rise of each response changes of it.
+    now = circuit.slopes(state.voltage, modal.resistance * ratio[:2], device.control.ground_resistance)
+    warm = modal.resistance * modal.coefficient
+    # heat = per_power * P: what a rise of each response, along a row, and a voltage change of it.
     per_power = modal.heat(np.ones(2), state.rise)
-    slope = np.zeros((m, m))
-    slope[np.arange(m), own] = -per_power * state.power[own] * a / ratio * np.where(np.arange(m) < 2, 1.0, 2.0)
-    departs = np.arange(2, m)
+    slope, departs = np.zeros((m, m)), np.arange(2, m)
+    slope[:, :2] = per_power[:, None] * now.power_by_resistance[own] * warm
+    slope[departs, own[2:]] -= per_power[2:] * state.power[own[2:]] * a[2:] / ratio[2:]
     slope[departs, departs] += state.power[own[2:]] * a[2:] / ratio[2:]
-    per_volt = np.zeros((m, 2))
-    per_volt[np.arange(m), own] = per_power * 2 * state.voltage[own] / (modal.resistance[own] * ratio)
+    per_volt = per_power[:, None] * now.power_by_voltage[own]
     rates, vectors = np.linalg.eig(np.diag(modal.rates) - modal.shape.T @ slope @ modal.shape)
     inverse = np.linalg.inv(vectors)
     into = inverse @ (modal.shape.T @ per_volt)
@@ -189,5 +238,6 @@ def plant(modal: Modal, device: Device, external: float | None = None) -> Plant:
     decay = np.exp(-rates * h)
     return Plant(
         ((vectors * decay) @ inverse).real, (vectors @ ((-np.expm1(-rates * h) / rates)[:, None] * into)).real,
-        modal.shape[:2], state.power > 0, device.set_rise, h,
+        (now.measured_by_resistance * warm / warm[:, None]) @ modal.shape[:2], now.measured_by_voltage / warm[:, None],
+        state.voltage > 0, device.set_rise, h,
     )  # fmt: skip

@@ -16,6 +16,7 @@ SINKS = {
     "hot": Sink(voltage=10.0),
     "pads": Sink(voltage=-6.0, electrodes="pad-edge", convection_coefficient=300.0, room_temperature=320.0),
     "falling": Sink(silicon=silicon(-5e-4), voltage=5.0, electrodes="pad-edge"),
+    "substrate": Sink(substrate_thickness=5e-4, electrodes="pad-edge"),
     "air": Sink(convection_coefficient=1e3, silicon=replace(SILICON, reference_temperature=250.0), oxide_offset=1e-5),
 }
 

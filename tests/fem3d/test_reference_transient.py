@@ -20,6 +20,7 @@ SINKS = [
     Sink(),
     Sink(voltage=8.0, silicon=silicon(0.0)),
     Sink(voltage=2.0, electrodes="pad-edge", convection_coefficient=300.0, silicon=silicon(-5e-4)),
+    Sink(substrate_thickness=2e-5, substrate_length=1.4e-3, substrate_width=2e-4),
 ]
 
 
@@ -54,7 +55,7 @@ def exponential(sink, grid, fields=20):
     return read(answer, part), np.abs(np.array(scale, dtype=float))
 
 
-@pytest.mark.parametrize(("sink", "pieces"), list(zip(SINKS, (1, 2, 2), strict=True)))
+@pytest.mark.parametrize(("sink", "pieces"), list(zip(SINKS, (1, 2, 2, 1), strict=True)))
 def test_agrees_within_the_error_of_the_stepping_which_falls_at_its_order(sink, pieces):
     grid = plain_grid(symmetry.reduce(sink.scene()).scene, degree=1)
     ours, scale = exponential(sink, grid)

@@ -28,20 +28,27 @@ CHANGED = {
     "materials.oxide.thermal_conductivity": 1.1, "materials.oxide.density": 2100,
     "materials.oxide.specific_heat": 1000, "materials.oxide.resistivity": "1e13 ohm m",
     "materials.oxide.temperature_coefficient": 1e-3, "materials.oxide.reference_temperature": 300,
+    "substrate.thickness": "0.4 mm", "substrate.length": "4 mm", "substrate.width": "2 mm",
+    "materials.substrate.thermal_conductivity": 148, "materials.substrate.density": "2.3 g/cm3",
+    "materials.substrate.specific_heat": 700, "materials.substrate.resistivity": "1e-2 ohm cm",
+    "materials.substrate.temperature_coefficient": "1000 ppm/K", "materials.substrate.valid_to": "1000 degC",
+    "materials.substrate.reference_temperature": "20 degC",
     "materials.silicon.valid_to": "1000 degC", "materials.oxide.valid_to": "unknown",
     "drive.voltage": "-2.5 V", "drive.electrodes": "pad-edge",
     "environment.room_temperature": "27 degC", "environment.convection_coefficient": 12,
     "run.end_time": "5 ms", "run.accuracy": "0.2 %",
-    "sink.spans": 3, "sink.island_length": "30 um",
+    "sink.spans": 1, "sink.island_length": "30 um",
     "scene.name": "mine", "checks.tolerances": {"eq12": "1 %"}, "checks.expect_differs": ["eq14"],
     "inputs.uncertainties": {"sink.width": "1 %"},
 }  # fmt: skip
 EXPECTED = Sink(
-    length=800e-6, width=80e-6, thickness=3e-6, spans=3, island_length=30e-6,
+    length=800e-6, width=80e-6, thickness=3e-6, spans=1, island_length=30e-6,
     pad_length=200e-6, pad_width=180e-6, oxide_length=60e-6, oxide_width=40e-6,
     oxide_thickness=1e-6, oxide_offset=10e-6,
     silicon=Material("silicon", 148.0, 2300.0, 700.0, 1e-4, 1e-3, 293.15, 1273.15),
     oxide=Material("oxide", 1.1, 2100.0, 1000.0, None, 1e-3, 300.0),
+    substrate_thickness=4e-4, substrate_length=4e-3, substrate_width=2e-3,
+    substrate=Material("substrate", 148.0, 2300.0, 700.0, None, 1e-3, 293.15, 1273.15),
     voltage=-2.5, electrodes="pad-edge", room_temperature=300.15, convection_coefficient=12.0,
     end_time=5e-3, accuracy=2e-3, name="mine", tolerances={"eq12": 0.01}, expected_to_differ=("eq14",),
     uncertainties={"sink.width": 0.01},
@@ -183,9 +190,12 @@ def test_it_says_what_differs(settings, text):
 
 def test_every_key_but_name_and_checks_counts():
     for path in CHANGED:
-        if not path.startswith(("scene.", "checks.", "inputs.", "materials.oxide.resistivity")):
-            one = load("sink", [f"{path}={CHANGED[path]}"])
-            assert distinguishes(one) not in ("1V", ""), path
+        if not path.startswith(
+            ("scene.", "checks.", "inputs.", "materials.oxide.resistivity", "materials.substrate.res")
+        ):
+            others = ["substrate.thickness=1mm"] if path in ("substrate.length", "substrate.width") else []
+            one = load("sink", [f"{path}={3 if path == 'sink.spans' else CHANGED[path]}", *others])
+            assert distinguishes(one) not in (distinguishes(load("sink", others)), ""), path
 
 
 def test_a_long_text_is_cut_and_still_distinguishes():

@@ -17,6 +17,7 @@ from reduced1d.sink import solve
 from scenes.keys import SINK
 from scenes.loading import load
 from scenes.sink import Sink
+from scenes.validity import check
 from scenes.varied import varied
 from validate.against.uncertainty import data_uncertainty
 from validate.cli import main
@@ -107,7 +108,7 @@ def test_a_parameter_is_fitted(mine: Path) -> None:
         return own.values, of_values(other, own.values, slopes.of_sink(other, "paper", keys, at)[1])
 
     data = replace(data, u=data_uncertainty(sink, data, ["0.05K"]))
-    found = fit(sink, data, keys_of(sink, ["parameters.k"], data), in_1d)
+    found = fit(sink, data, keys_of(sink, ["parameters.k"], data), in_1d, check)
     assert found.fitted["parameters.k"] == pytest.approx(0.9 * 1.38, rel=1e-4)
     assert found.scene.oxide.thermal_conductivity == pytest.approx(0.9 * 1.38, rel=1e-4)
 

@@ -1,37 +1,28 @@
-"""Which column is which quantity of the sink: by what `--column` says, its words, its unit, or the place of a point."""
+"""Which column is which quantity of a scene: by what `--column` says, or by its name and its unit."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from compare.against import QUANTITIES
+from compare.quantities import Quantities
 from scenes.errors import SceneError, quoted
-from scenes.sink import Sink
-from scenes.units import POWER, TEMPERATURE, VOLTAGE, parse_unit
+from scenes.kinds import Quantity
+from scenes.units import TEMPERATURE, VOLTAGE, Unit, called, parse_unit
 from validate.against.tables import Column, Table, in_si, unit_of
 
 IGNORED = "ignore"
 """What a column is called that is to be left out."""
 
-_WORDS = {
-    "peak_K": ("peak", "max", "maximum", "maxop", "centre", "center", "middle", "midpoint", "mid"),
-    "end_K": ("end", "edge", "anchor"),
-    "mean_K": ("mean", "average", "avg", "ave", "aveop", "equivalent"),
-}
-_RISE = {"rise", "delta", "deltat", "dt"}
-_OF_TEMPERATURE = {"t", "temp", "temperature", *_RISE}
+RISE = {"rise", "delta", "deltat", "dt"}
 _DIFFERENCE = re.compile(r"\bT\)?\s*-\s*[\dT]")
-_POINT = re.compile(r"\(\s*([^()\[\],]+)\s*,\s*([^()\[\],]+)\s*,\s*([^()\[\],]+)\s*\)")
-_AMPERE, _KELVIN = parse_unit("A"), parse_unit("K")
-_LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6}
+AMPERE, WATT = parse_unit("A"), parse_unit("W")
 NOTICED, STARTS = 0.005, 0.05
 """How far from room temperature a trace may start, of its own change: what is said, and what the checks' own tolerance
 would be spent on."""
-_NEAR = 1e-3
-"""Of the beam's length: how near a point must be to the place of a quantity."""
 
 
 @dataclass(frozen=True)
@@ -55,136 +46,100 @@ class Match:
     note: str = ""
 
 
-def match(column: Column, meaning: Meaning | None, sink: Sink, spice: bool, start: float | None) -> Match | str:
+@dataclass(frozen=True)
+class Subject:
+    """The scene that data are of: its quantities, the ``kinds`` and ``values`` of the keys that a column may stand for,
+    what messages call the scene and its quantities, and an ``example`` of columns. ``place`` says which quantity a
+    column is, by its name and its unit (None where it has none that is known, and is then read by ``bare``), and a note
+    on how, or "" and why it is none. ``initial`` is the key of the temperature at the start. ``turned`` says of a
+    current's values that they count the other way round."""
+
+    of: Quantities
+    kinds: Mapping[str, Quantity]
+    values: Callable[[str], float | None]
+    called: str
+    example: str
+    place: Callable[[str, Unit, bool], tuple[str, str]]
+    bare: Callable[[Column, Meaning | None, float | None], Match | None]
+    initial: str
+    turned: Callable[[np.ndarray], bool] = lambda _: False
+
+    @property
+    def names(self) -> dict[str, str]:
+        """The quantities by what a user calls them."""
+        return self.of.names
+
+
+def match(column: Column, meaning: Meaning | None, subject: Subject, spice: bool, start: float | None) -> Match | str:
     """The quantity that a column is, or why it is none; SceneError where it can't be what it is said to be. ``start``
     is its first value where the file has the run's start, which tells what a temperature without a unit is in."""
-    unit = unit_of((meaning.unit if meaning else "") or column.unit)
-    words = set(re.findall(r"[a-z]+", column.name.lower()))
+    of, unit = subject.of, unit_of((meaning.unit if meaning else "") or column.unit)
     if meaning is None and "reduced1d" in column.name.lower():
         return "is of a 1D model"
     if unit is None:
-        bare = _bare(column, meaning, sink, start)
-        return bare or _refused(meaning, column, "has no unit that is known")
+        bare = subject.bare(column, meaning, start)
+        return bare or _refused(subject, meaning, column, "has no unit that is known")
     # SPICE calls volts what it knows no unit of.
     volts = spice and unit.powers == VOLTAGE.powers
-    if volts and meaning is not None and meaning.what in ("current_A", "power_W"):
-        unit = unit_of(meaning.what.rpartition("_")[2]) or unit
+    key, note = (meaning.what, "") if meaning else subject.place(column.name, unit, volts)
+    if not key:
+        return note
+    wanted = parse_unit(of.units[key])
+    if volts and wanted.powers in (AMPERE.powers, WATT.powers):
+        unit = wanted
+    if unit.powers != wanted.powers and not (volts and wanted.powers == TEMPERATURE.powers):
+        return _refused(subject, meaning, column, f"is {called(unit.powers)}, not {called(wanted.powers)}")
     values = in_si(column.values, unit)
-    if unit.powers == _AMPERE.powers:
-        found = Match("current_A", column.name, values)
-        if float(np.nanmedian(values)) * sink.voltage < 0:
+    if wanted.powers != TEMPERATURE.powers:
+        if wanted.powers == AMPERE.powers and subject.turned(values):
             # A source's own current counts as negative where it delivers.
-            found = replace(found, values=-values, note="sign turned to that of the voltage")
-    elif unit.powers == POWER.powers:
-        found = Match("power_W", column.name, values)
-    elif unit.powers == TEMPERATURE.powers or volts:
-        key, note = (meaning.what, "") if meaning else _place(column.name, sink)
-        if not key.endswith("_K"):
-            return _refused(meaning, column, note or "is a temperature")
-        # A rise in degrees Celsius is one in kelvins.
-        rise = (meaning is not None and meaning.rise) or bool(words & _RISE or _DIFFERENCE.search(column.name))
-        found = _temperature(key, column, values - (273.15 if rise and unit.celsius else 0.0), rise, note, sink)
-        if volts:
-            found = replace(found, note=", ".join(filter(None, (found.note, "volts taken for kelvins"))))
-    else:
-        return _refused(meaning, column, "is no temperature, current or power")
-    if meaning is not None and meaning.what != found.key:
-        return _refused(meaning, column, f"is the {_called(found.key)} by its unit")
+            values, note = -values, "sign turned to that of the voltage"
+        return Match(key, column.name, values, note)
+    # A rise in degrees Celsius is one in kelvins.
+    rise = is_rise(column.name, meaning) and subject.of.word(key) != column.name
+    found = temperature(of, key, column, values - (273.15 if rise and unit.celsius else 0.0), rise, note)
+    if volts:
+        found = replace(found, note=", ".join(filter(None, (found.note, "volts taken for kelvins"))))
     return found
 
 
-def refusal(table: Table, found: dict[str, str]) -> str:
+def is_rise(name: str, meaning: Meaning | None) -> bool:
+    """Whether a column is said to be a rise, or called one."""
+    words = set(re.findall(r"[a-z]+", name.lower()))
+    return (meaning is not None and meaning.rise) or bool(words & RISE or _DIFFERENCE.search(name))
+
+
+def refusal(table: Table, found: dict[str, str], subject: Subject) -> str:
+    """Why no column of a table is a quantity."""
+    names = list(subject.names)
     if table.unnamed:
+        said = f'--column "{names[0]} ({subject.of.units[subject.names[names[0]]]})=2"'
+        clock = "" if table.spice else '--column "time (s)=1" '
         return (
-            "its columns have no names: say what they are by their numbers, such as "
-            + ("" if table.spice else '--column "time (s)=1" ')
-            + '--column "peak (K)=2", or put a row of names with units on top'
+            f"its columns have no names: say what they are by their numbers, such as {clock}{said}, or put a row of "
+            "names with units on top"
         )
     named = dict.fromkeys(c.name for c in table.columns)
     listed = "; ".join(f"{quoted(name)} {found.get(name, 'is the time')}" for name in list(named)[:8])
     return (
-        f"none of its columns is a quantity of the sink: {listed}; name them with place and unit, such as "
-        '"peak (K)", "end (degC)", "mean temperature (K)", "current (mA)", "power (W)", or say which they are: '
-        f'--column "peak (K)=NAME"'
+        f"none of its columns is {subject.called}: {listed}; name them {subject.example}, or say which they are: "
+        f'--column "{names[0]} ({subject.of.units[subject.names[names[0]]]})=NAME"'
     )
 
 
-def _refused(meaning: Meaning | None, column: Column, why: str) -> str:
+def _refused(subject: Subject, meaning: Meaning | None, column: Column, why: str) -> str:
     if meaning is None:
         return why
-    raise SceneError(f"--column: {quoted(column.name)} can't be the {_called(meaning.what)}: it {why}")
+    raise SceneError(f"--column: {quoted(column.name)} can't be the {subject.of.word(meaning.what)}: it {why}")
 
 
-def _called(what: str) -> str:
-    return next((name for name, key in QUANTITIES.items() if key == what), what)
-
-
-def _temperature(key: str, column: Column, values: np.ndarray, rise: bool, note: str, sink: Sink) -> Match:
-    """Kelvins as absolute ones. The scene starts at room temperature: what starts below half of that is no absolute
-    temperature, but a rise."""
+def temperature(of: Quantities, key: str, column: Column, values: np.ndarray, rise: bool, note: str) -> Match:
+    """Kelvins as absolute ones. The scene starts at its initial temperature: what starts below half of that is no
+    absolute temperature, but a rise."""
     notes = [note] if note else []
     if rise:
         notes.append("a rise")
-    elif (first := values[np.isfinite(values)][:1]) < sink.room_temperature / 2:
+    elif (first := values[np.isfinite(values)][:1]) < of.initial / 2:
         rise = True
         notes.append(f"a rise, for it starts at {first[0]:.4g} K")
-    return Match(key, column.name, values + sink.room_temperature * rise, ", ".join(notes))
-
-
-def _bare(column: Column, meaning: Meaning | None, sink: Sink, start: float | None) -> Match | None:
-    """A temperature without a unit, whose name has no other words than its place: in kelvin where it starts at room
-    temperature, at 0 a rise; ``None`` where it is neither."""
-    words = set(re.findall(r"[^\W\d_]+", column.name.lower()))
-    places = {word for known in _WORDS.values() for word in known}
-    plain = words <= _OF_TEMPERATURE | places | {f"t{word}" for word in places}
-    key = meaning.what if meaning else (_place(column.name, sink)[0] if plain else "")
-    if column.unit or not key.endswith("_K") or start is None:
-        return None
-    change = float(np.nanmax(np.abs(column.values - start)))
-    rise = abs(start) <= NOTICED * change
-    at_room = abs(start - sink.room_temperature) <= STARTS * change
-    if rise == at_room or (at_room and ((meaning is not None and meaning.rise) or words & _RISE)):
-        return None
-    note = f"it has no unit, and starts at {start:.4g}: {'a rise in K' if rise else 'in K'}"
-    return Match(key, column.name, column.values + sink.room_temperature * rise, note)
-
-
-def _place(name: str, sink: Sink) -> tuple[str, str]:
-    """The quantity whose place a name tells, and a note on how; or "" and why there is none."""
-    words = re.findall(r"[a-z]+", name.lower())
-    words += [word[1:] for word in words if word.startswith("t")]
-    found = {key for key, known in _WORDS.items() for word in words if word in known}
-    if found == {"end_K", "mean_K"}:
-        return "end_K", ""  # a mean over an end, which is what the quantity is
-    if len(found) == 1:
-        key = found.pop()
-        return key, "taken for the beam's mean" if "aveop" in words else ""
-    return _by_point(name, sink) or ("", "names no place (peak, end or mean)" if not found else "names several places")
-
-
-def _by_point(name: str, sink: Sink) -> tuple[str, str] | None:
-    """The same by a point in the scene's coordinates: the beam's centre, or an end of its axis. COMSOL writes them in
-    the geometry's unit, which is the largest that puts the point in the sink."""
-    at = _POINT.search(name)
-    if at is None:
-        return None
-    try:
-        given = [float(part) for part in at.groups()]
-    except ValueError:
-        return None
-    near = _NEAR * sink.length
-    for unit, factor in _LENGTHS.items():
-        x, y, z = (factor * part for part in given)
-        beside = max(sink.width, sink.pad_width) / 2 + near
-        along = max(abs(y - sink.length / 2) - sink.length / 2 - sink.pad_length, 0.0)
-        if abs(x) > beside or along > near or not -sink.oxide_thickness - near <= z <= sink.thickness + near:
-            continue
-        said = "" if unit == "m" else f"its place in {unit}"
-        if abs(x) > near or z < -near:
-            return None
-        if abs(y - sink.length / 2) <= near:
-            return "peak_K", said
-        if min(abs(y), abs(y - sink.length)) <= near:
-            return "end_K", ", ".join(filter(None, (said, "a point, taken for the end's mean")))
-        return None
-    return None
+    return Match(key, column.name, values + of.initial * rise, ", ".join(notes))

@@ -4,31 +4,51 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from compare.against import QUANTITIES, Data
+from compare.against import Data
+from compare.quantities import AT_REST, EDGE, Quantities
 from compare.verdict import COVERS
-from scenes.checks import FIRST_TIME
 from scenes.errors import SceneError, printable, quoted
 from scenes.formats import quantity
-from scenes.sink import Sink
+from scenes.units import UnitError, parse_quantity
+from scenes.units import unit_of as unit_text
 from validate.against import quantities, raw, runs, tables
-from validate.against.tables import Table, in_si, is_time, unit_of
+from validate.against.quantities import Subject
+from validate.against.tables import Column, Table, in_si, is_time, unit_of
 from validate.against.uncertainty import data_uncertainty
 
-_AT_THE_START = FIRST_TIME / 10
-"""Up to when (s) a first row is the run's start."""
+_LONGEST_LIST = 100_000
+"""Bytes: a scene has a hundred probes at most, or a few."""
 
 
-def read(path: Path, sink: Sink, columns: Sequence[str] = (), uncertainty: Sequence[str] = ()) -> Data:
+def subject_of(scene: Any) -> Subject:
+    """What columns are looked for, of each kind of scene."""
+    found: Subject = import_module(f"validate.against.{scene.kind}_columns").subject(scene)
+    return found
+
+
+def _at_the_start(of: Quantities) -> float:
+    """Up to when (s) a first row is the run's start."""
+    return max(of.first / 10, EDGE * of.end)
+
+
+def read(path: Path, scene: Any, columns: Sequence[str] = (), uncertainty: Sequence[str] = ()) -> Data:
     """The traces in a file; ``columns`` say what some of its columns are, as `--column` does, and ``uncertainty`` what
-    they are known to, as `--data-uncertainty` does. SceneError where there are none that the sink has, saying what was
+    they are known to, as `--data-uncertainty` does. SceneError where there are none that the scene has, saying what was
     found, and where it can't be told which of several is meant."""
-    table, shown = _table(path), quoted(path)
-    given = runs.meanings(table, columns)
-    picked = runs.pick(table, given, sink, shown)
+    subject, shown = subject_of(scene), quoted(path)
+    if not subject.of.units:
+        raise SceneError(f"--against {shown}: the scene has no [[probe]] that data could be of: add one")
+    steady = subject.of.steady
+    table = _list(path) if steady else _table(path)
+    given = runs.meanings(subject, table, columns)
+    at_rest = runs.Picked(AT_REST, "", "", table.columns, {}, "") if steady else None
+    picked = at_rest or runs.pick(table, given, subject, shown)
     kept: dict[str, quantities.Match] = {}
     left = dict(picked.left_out)
     empty = {c.name: c.empty if c.empty.size else np.zeros(len(picked.time), dtype=bool) for c in picked.columns}
@@ -38,31 +58,32 @@ def read(path: Path, sink: Sink, columns: Sequence[str] = (), uncertainty: Seque
         if not filled.size:
             left[column.name] = "is empty"
             continue
-        start = float(filled[0]) if picked.time[0] <= _AT_THE_START else None
-        found = quantities.match(column, meaning, sink, table.spice, start)
+        start = float(filled[0]) if picked.time[0] <= _at_the_start(subject.of) else None
+        found = quantities.match(column, meaning, subject, table.spice, start)
         if isinstance(found, str):
             left[column.name] = found + ("" if table.spice else runs.constant(column))
         elif meaning is None and found.key in (other.what for other in given.values()):
             left[column.name] = "is not the one that --column names"
         elif found.key in kept and given.get(kept[found.key].header) is None:
-            name = next(name for name, key in QUANTITIES.items() if key == found.key)
+            name = subject.of.word(found.key)
             raise SceneError(
                 f"--against {shown}: both {quoted(kept[found.key].header)} and {quoted(column.name)} may be the "
-                f'sink\'s {name}: say which, --column {name}="{printable(column.name)}"'
+                f'scene\'s {name}: say which, --column {name}="{printable(column.name)}"'
             )
         else:
             kept[found.key] = found
     if not kept:
-        raise SceneError(f"--against {shown}: {quantities.refusal(table, left)}")
+        raise SceneError(f"--against {shown}: {quantities.refusal(table, left, subject)}")
     gaps, notes = _gaps({match.header: empty[match.header] for match in kept.values()}, shown)
     kept = {key: replace(match, values=match.values[~gaps]) for key, match in kept.items()}
     time = picked.time[~gaps]
     for match in kept.values():
         if not np.isfinite(match.values).all():
             raise SceneError(f"--against {shown}: {quoted(match.header)} has values that are not finite numbers")
-    _check_times(time, sink, shown)
+    if not steady:
+        _check_times(time, subject.of.end, shown)
     values = {key: m.values for key, m in kept.items()}
-    headers = {"time_s": picked.clock, **{key: m.header for key, m in kept.items()}}
+    headers = {**({} if steady else {"time_s": picked.clock}), **{key: m.header for key, m in kept.items()}}
     how = {key: note for key, note in (("time_s", picked.how), *((key, m.note) for key, m in kept.items())) if note}
     # Columns that are no quantities, in SI units; of temperatures differences.
     others = {
@@ -70,16 +91,57 @@ def read(path: Path, sink: Sink, columns: Sequence[str] = (), uncertainty: Seque
         for c in picked.columns if c.name not in headers.values() and (unit := unit_of(c.unit)) is not None
     }  # fmt: skip
     data = Data(
-        path.name, table.kind, time, values, headers, how, (*table.notes, *notes), left, picked.run, others=others
-    )
-    data = replace(data, u=data_uncertainty(sink, data, uncertainty))
-    return replace(data, warnings=(*_spans(time, sink), *_starts(data, sink, shown)))
+        path.name, table.kind, time, values, headers, how, (*table.notes, *notes), left, picked.run, others=others,
+        words=subject.of.words,
+    )  # fmt: skip
+    data = replace(data, u=data_uncertainty(scene, data, uncertainty))
+    if steady:
+        return data
+    return replace(data, warnings=(*_spans(time, subject.of.end), *_starts(data, subject, shown)))
+
+
+def _list(path: Path) -> Table:
+    """Values of the steady state, as columns of one row each."""
+    found = _pairs(path, tables.read_bytes(path))
+    if not found:
+        raise SceneError(
+            f"--against {quoted(path)} is no list of values of the steady state, which is what is solved: give rows "
+            '"probe, value", or for traces over time --end-time'
+        )
+    columns = []
+    for name, text in found.items():
+        try:
+            value, unit = parse_quantity(text)
+        except UnitError as error:
+            raise SceneError(f"--against {path.name}: {printable(name)} = {quoted(text)} {error}") from None
+        # The value is in SI units already.
+        said = tables.split(name)[1] if unit is None else unit_text(unit.powers)
+        columns.append(Column(name, said, np.array([value])))
+    return Table("list of values", tuple(columns))
+
+
+def _pairs(path: Path, data: bytes) -> dict[str, str]:
+    """The rows "probe, value" of a file, if it is such a list, which is short."""
+    return tables.pairs(path.name, data.decode("utf-8-sig", "replace")) if len(data) < _LONGEST_LIST else {}
+
+
+def _is_quantity(text: str) -> bool:
+    try:
+        parse_quantity(text)
+    except UnitError:
+        return False
+    return True
 
 
 def _table(path: Path) -> Table:
     """The columns of a file of any kind; those that are called alike are numbered. The time may stand before every
     vector."""
     data = tables.read_bytes(path)
+    if any(_is_quantity(text) for text in _pairs(path, data).values()):
+        raise SceneError(
+            f"--against {quoted(path)} is a list of values of the steady state, and the scene is solved over time: "
+            "give traces, or --steady"
+        )
     table = raw.read(path, data) if raw.is_one(data) else tables.read(path, data)
     seen: dict[object, int] = {}
     made = []
@@ -102,21 +164,21 @@ def _gaps(empty: Mapping[str, np.ndarray], shown: str) -> tuple[np.ndarray, tupl
     return gaps, (said,) if names else ()
 
 
-def _check_times(time: np.ndarray, sink: Sink, shown: str) -> None:
+def _check_times(time: np.ndarray, end: float, shown: str) -> None:
     """Three rows within the run are the least; a file in another unit of time than it says has fewer."""
-    within = int((time <= sink.end_time * (1 + 1e-9)).sum())
+    within = int((time <= end * (1 + 1e-9)).sum())
     if len(time) < 3 or within < 3:
         covered = " to ".join(quantity(float(t), "s", 3) for t in (time[0], time[-1]))
         raise SceneError(
             f"--against {shown} covers {covered} with {within} times up to the run's end, "
-            f"{quantity(sink.end_time, 's')}: three are the least to compare curves by (times in another unit: "
+            f"{quantity(end, 's')}: three are the least to compare curves by (times in another unit: "
             '--column "time (ms)=NAME"; a longer run: --set end_time=T)'
         )
 
 
-def _spans(time: np.ndarray, sink: Sink) -> tuple[str, ...]:
+def _spans(time: np.ndarray, end: float) -> tuple[str, ...]:
     """What to say of traces that cover much more or less than the run."""
-    last, end = float(time[-1]), sink.end_time
+    last = float(time[-1])
     if 0.5 * end <= last <= 10 * end:
         return ()
     which = (
@@ -125,28 +187,28 @@ def _spans(time: np.ndarray, sink: Sink) -> tuple[str, ...]:
     return (f"it ends at {quantity(last, 's', 3)}, the run at {quantity(end, 's', 3)}: {which}",)
 
 
-def _starts(data: Data, sink: Sink, shown: str) -> tuple[str, ...]:
-    """What to say of traces that don't start at the scene's room temperature, as far as the file has its start, by more
-    than they are known to."""
-    if data.time[0] > _AT_THE_START:
+def _starts(data: Data, subject: Subject, shown: str) -> tuple[str, ...]:
+    """What to say of traces that don't start at the scene's initial temperature, as far as the file has its start, by
+    more than they are known to."""
+    of = subject.of
+    if data.time[0] > _at_the_start(of):
         return ()
-    said = []
+    said, initial = [], "room" if subject.initial == "room_temperature" else "initial"
     for key, values in data.values.items():
-        if not key.endswith("_K"):
+        if of.units[key] != "K":
             continue
-        off, change = float(values[0]) - sink.room_temperature, float(np.abs(values - values[0]).max())
+        off, change = float(values[0]) - of.initial, float(np.abs(values - values[0]).max())
         surely = abs(off) - COVERS * float(data.u[key][0]) if key in data.u else abs(off)
         if surely <= quantities.NOTICED * change:
             continue
         header = data.headers[key]
-        where = f"starts {abs(off):.4g} K {'above' if off > 0 else 'below'} the scene's room temperature"
-        name = next(name for name, known in QUANTITIES.items() if known == key)
-        room = f"--set room_temperature={sink.room_temperature + off:.6g}"
+        where = f"starts {abs(off):.4g} K {'above' if off > 0 else 'below'} the scene's {initial} temperature"
+        other = f"--set {subject.initial}={of.initial + off:.6g}"
         if surely > quantities.STARTS * change:
             noisy = "" if key in data.u else "; where it is noise, say how much of it there is, --data-uncertainty U"
             raise SceneError(
-                f"--against {shown}: {quoted(header)} {where}, {sink.room_temperature:g} K: give {room}, "
-                f'or where it is a rise --column "{name} rise={printable(header)}"{noisy}'
+                f"--against {shown}: {quoted(header)} {where}, {of.initial:g} K: give {other}, "
+                f'or where it is a rise --column "{of.word(key)} rise={printable(header)}"{noisy}'
             )
-        said.append(f"{quoted(header)} {where}, which goes into the difference: {room} would meet it")
+        said.append(f"{quoted(header)} {where}, which goes into the difference: {other} would meet it")
     return tuple(said)

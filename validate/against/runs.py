@@ -11,19 +11,13 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from operator import attrgetter
-from typing import Any
 
 import numpy as np
 
-from compare.against import QUANTITIES
 from scenes.errors import SceneError, did_you_mean, printable, quoted
-from scenes.keys import SINK
-from scenes.kinds import Quantity
-from scenes.sink import Sink
 from scenes.units import TIME, UnitError, parse_quantity
 from validate.against import quantities
-from validate.against.quantities import IGNORED, Meaning
+from validate.against.quantities import IGNORED, Meaning, Subject
 from validate.against.tables import Column, Table, has_time, in_si, is_time, split, unit_of
 
 _CLOSE = 1e-4
@@ -32,8 +26,6 @@ _MANY = 100_000
 """Rows that are looked at for the distinct values of a parameter."""
 _VOLTAGE = re.compile(r"[vu](_?(0|in|app|applied|dc|drive|src|source|tot))?", re.IGNORECASE)
 _BARE = re.compile(r"[-+.\deE\s]+")
-_KINDS = {path: key.kind for path, key in SINK.schema.paths.items() if key.physical and isinstance(key.kind, Quantity)}
-"""The scene's keys that a parameter may stand for."""
 
 
 @dataclass(frozen=True)
@@ -46,52 +38,51 @@ class Parameter:
     values: np.ndarray
     shown: tuple[str, ...]
 
-    def wanted(self, sink: Sink) -> Any:
-        """The key's value in the scene."""
-        return attrgetter(SINK.schema.paths[self.path].attribute)(sink)
-
-    def matches(self, sink: Sink) -> np.ndarray:
-        wanted = self.wanted(sink)
+    def matches(self, subject: Subject) -> np.ndarray:
+        wanted = subject.values(self.path)
         return np.isclose(self.values, np.nan if wanted is None else wanted, rtol=_CLOSE, atol=1e-15)
 
-    def of(self, sink: Sink) -> str:
-        """That value in words."""
-        return _KINDS[self.path].show(self.wanted(sink))
+    def of(self, subject: Subject) -> str:
+        """The key's value in the scene, in words."""
+        return subject.kinds[self.path].show(subject.values(self.path))
 
     @property
     def listed(self) -> str:
         return ", ".join(self.shown[:12]) + (f" and {len(self.shown) - 12} more" if len(self.shown) > 12 else "")
 
 
-def key_of(name: str) -> str | None:
+def key_of(subject: Subject, name: str) -> str | None:
     """The path of the scene's key that a name stands for: "drive.voltage", "voltage", "V0"; ``None`` for none."""
     plain = re.sub(r"\s+", "_", name.strip()).lower()
-    ends = [path for path in _KINDS if f".{path}".endswith(f".{plain}")]
-    if plain in _KINDS or len(ends) == 1:
-        return plain if plain in _KINDS else ends[0]
-    return "drive.voltage" if _VOLTAGE.fullmatch(plain) else None
+    known = {path.lower(): path for path in subject.kinds}
+    ends = [path for path in known if f".{path}".endswith(f".{plain}")]
+    if plain in known or len(ends) == 1:
+        return known[plain if plain in known else ends[0]]
+    return "drive.voltage" if "drive.voltage" in known and _VOLTAGE.fullmatch(plain) else None
 
 
-def of_column(column: Column, path: str | None, unit: str = "") -> Parameter | None:
+def of_column(subject: Subject, column: Column, path: str | None, unit: str = "") -> Parameter | None:
     """A column as the key that it is said to stand for, or the one of its name if it has that key's unit; ``None`` for
     none. SceneError where what is said can't be."""
-    found = path or key_of(split(column.name)[0])
+    found = path or key_of(subject, split(column.name)[0])
     if found is None:
         return None
     said = unit_of(unit or column.unit)
-    dimension = _KINDS[found].dimension
+    dimension = subject.kinds[found].dimension
     if said is not None and said.powers != dimension.powers:
         if path is None:
             return None
         raise SceneError(f"--column: {quoted(column.name)} is not {dimension.name}, as {found} is")
     values = column.values if said is None else in_si(column.values, said)
     distinct = dict.fromkeys(values[:_MANY].tolist())
-    return Parameter(split(column.name)[0], found, values, tuple(_show(found, value) for value in distinct))
+    return Parameter(split(column.name)[0], found, values, tuple(_show(subject, found, value) for value in distinct))
 
 
-def of_header(name: str, texts: Sequence[str], path: str | None, unit: str = "") -> Parameter | None:
+def of_header(
+    subject: Subject, name: str, texts: Sequence[str], path: str | None, unit: str = ""
+) -> Parameter | None:  # fmt: skip
     """A parameter behind the headers' "@", a text for each run, as a scene's key; ``None`` where it stands for none."""
-    found = path or key_of(name)
+    found = path or key_of(subject, name)
     if found is None:
         return None
     values = []
@@ -101,29 +92,29 @@ def of_header(name: str, texts: Sequence[str], path: str | None, unit: str = "")
             value, said = parse_quantity(f"{spelled} {unit}" if unit and _BARE.fullmatch(spelled) else spelled)
         except UnitError:
             return None
-        if said is not None and said.powers != _KINDS[found].dimension.powers:
+        if said is not None and said.powers != subject.kinds[found].dimension.powers:
             return None
         values.append(value)
     return Parameter(name, found, np.array(values), tuple(dict.fromkeys(texts)))
 
 
-def choose(shown: str, parameters: Sequence[Parameter], sink: Sink, count: int) -> tuple[np.ndarray, str]:
+def choose(shown: str, parameters: Sequence[Parameter], subject: Subject, count: int) -> tuple[np.ndarray, str]:
     """Which of ``count`` rows or headers are of the scene's run, and a text on that: "the run at V0 = 1 V of 0.5, 1,
     2 V". SceneError, with the choices, where none is. All are where there is no parameter."""
     if not parameters:
         return np.ones(count, dtype=bool), ""
-    fits: np.ndarray = np.all([p.matches(sink) for p in parameters], axis=0)
+    fits: np.ndarray = np.all([p.matches(subject) for p in parameters], axis=0)
     if not fits.any():
         first = parameters[0]
-        value = _show(first.path, float(first.values[0])).replace(" ", "")
+        value = _show(subject, first.path, float(first.values[0])).replace(" ", "")
         raise SceneError(
             f"--against {shown} has no run of this scene: "
-            + "; ".join(f"{p.name} ({p.path}) is {p.listed}, in the scene {p.of(sink)}" for p in parameters)
+            + "; ".join(f"{p.name} ({p.path}) is {p.listed}, in the scene {p.of(subject)}" for p in parameters)
             + f": export that run, or set the scene: --set {first.path}={value}"
             + f' (--column "ignore={first.name}" where it is no such parameter)'
         )
     several = (f" of {p.listed}" * (len(p.shown) > 1) for p in parameters)
-    said = (f"{p.name} = {p.of(sink)} ({p.path}){of}" for p, of in zip(parameters, several, strict=True))
+    said = (f"{p.name} = {p.of(subject)} ({p.path}){of}" for p, of in zip(parameters, several, strict=True))
     return fits, f"the run at {', '.join(said)}"
 
 
@@ -137,11 +128,11 @@ def tells_apart(values: np.ndarray, time: np.ndarray) -> bool:
     return len(breaks) > 2 and bool(counts[0] > 2 and (counts == counts[0]).all())
 
 
-def _show(path: str, value: float) -> str:
-    return _KINDS[path].show(float(f"{value:.6g}"))
+def _show(subject: Subject, path: str, value: float) -> str:
+    return subject.kinds[path].show(float(f"{value:.6g}"))
 
 
-def meanings(table: Table, given: Sequence[str]) -> dict[str, Meaning]:
+def meanings(subject: Subject, table: Table, given: Sequence[str]) -> dict[str, Meaning]:
     """The meaning of columns and of parameters behind an "@" by their names. SceneError for what names no quantity, no
     column, or one of them twice."""
     found: dict[str, Meaning] = {}
@@ -149,7 +140,7 @@ def meanings(table: Table, given: Sequence[str]) -> dict[str, Meaning]:
         left, equals, wanted = (part.strip() for part in text.partition("="))
         if not equals or not left or not wanted:
             raise SceneError(f'--column {quoted(text)}: give NAME=COLUMN, such as peak="T (K), Point 1"')
-        meaning = _meaning(left)
+        meaning = _meaning(subject, left)
         name = _column(table, wanted, text)
         if name in found:
             raise SceneError(f"--column {quoted(text)}: {quoted(name)} is the {found[name].what} already")
@@ -159,20 +150,24 @@ def meanings(table: Table, given: Sequence[str]) -> dict[str, Meaning]:
     return found
 
 
-def _meaning(left: str) -> Meaning:
+def _meaning(subject: Subject, left: str) -> Meaning:
     name, unit = split(left)
-    rise = bool(re.search(r"\brise\b", name, re.IGNORECASE))
+    names, lower = subject.names, {word.lower(): name for word, name in subject.names.items()}
+    for text in (left, name):
+        if text.strip().lower() in lower:
+            return Meaning(lower[text.strip().lower()], unit if text == name else "")
     plain = re.sub(r"\s*\brise\b\s*", "", name, flags=re.IGNORECASE).strip().lower()
     if plain in ("time", IGNORED):
         return Meaning(plain, unit)
-    if plain in QUANTITIES:
-        return Meaning(QUANTITIES[plain], unit, rise)
-    path = key_of(plain)
+    if plain in lower:
+        return Meaning(lower[plain], unit, plain != name.strip().lower())
+    path = key_of(subject, plain)
     if path is None:
-        known = ("time", *QUANTITIES, IGNORED)
+        known = ("time", *names, IGNORED)
+        key = f", or a key of the scene such as {next(iter(subject.kinds))}" if subject.kinds else ""
+        key = key.replace("sink.length", "drive.voltage")
         raise SceneError(
-            f"--column {quoted(left)} is no quantity: give {', '.join(known)}, or a key of the scene such as "
-            f"drive.voltage{did_you_mean(plain, known)}"
+            f"--column {quoted(left)} is no quantity: give {', '.join(known)}{key}{did_you_mean(plain, known)}"
         )
     return Meaning(path, unit)
 
@@ -211,10 +206,10 @@ class Picked:
     run: str
 
 
-def pick(table: Table, given: Mapping[str, Meaning], sink: Sink, shown: str) -> Picked:
+def pick(table: Table, given: Mapping[str, Meaning], subject: Subject, shown: str) -> Picked:
     """The run of the scene; SceneError where there is none, or several that the scene does not tell apart."""
-    columns, beside = _beside(table.columns, given, sink, shown)
-    clock, how, rest = _time(columns, table, given, shown)
+    columns, beside = _beside(table.columns, given, subject, shown)
+    clock, how, rest = _time(columns, table, given, subject, shown)
     if clock.empty.any():
         rest = [c.of_rows(~clock.empty) for c in rest]
         how = "; ".join(filter(None, (how, f"{clock.empty.sum()} rows without one are left out")))
@@ -228,8 +223,8 @@ def pick(table: Table, given: Mapping[str, Meaning], sink: Sink, shown: str) -> 
             f"--against {shown}: {quoted(clock.name)} is {time[unknown[0]]} at number {unknown[0] + 1} of {len(time)} "
             "times: give finite ones, or leave such rows out"
         )
-    below, others, left = _below(rest, given, time, shown)
-    fits, said = choose(shown, below, sink, len(time))
+    below, others, left = _below(rest, given, time, subject, shown)
+    fits, said = choose(shown, below, subject, len(time))
     time, others = time[fits], [c.of_rows(fits) for c in others]
     again = np.flatnonzero(np.diff(time) <= 0)
     if len(again):
@@ -246,7 +241,7 @@ def constant(column: Column) -> str:
 
 
 def _beside(
-    columns: Sequence[Column], given: Mapping[str, Meaning], sink: Sink, shown: str
+    columns: Sequence[Column], given: Mapping[str, Meaning], subject: Subject, shown: str
 ) -> tuple[list[Column], str]:  # fmt: skip
     """Of columns with parameters behind an "@" those of the scene's run, and in words which that is."""
     at = list(dict.fromkeys(c.at for c in columns if c.at))
@@ -257,14 +252,16 @@ def _beside(
     for name in dict.fromkeys(name for pairs in at for name, _ in pairs):
         texts = [dict(pairs).get(name, "") for pairs in at]
         meaning = given.get(name, Meaning(""))
-        if meaning.what not in ("", IGNORED, *_KINDS):
+        if meaning.what not in ("", IGNORED, *subject.kinds):
             raise SceneError(f"--column: {quoted(name)} is a parameter of runs, which can be a key of the scene only")
-        parameter = of_header(name, texts, meaning.what or None, meaning.unit) if meaning.what != IGNORED else None
+        parameter = (
+            of_header(subject, name, texts, meaning.what or None, meaning.unit) if meaning.what != IGNORED else None
+        )
         if parameter is None:
             untold[name] = texts
         else:
             found.append(parameter)
-    fits, said = choose(shown, found, sink, len(at))
+    fits, said = choose(shown, found, subject, len(at))
     left = [pairs for pairs, fit in zip(at, fits, strict=True) if fit]
     if len(left) > 1:
         names = [name for name in untold if len({dict(pairs).get(name) for pairs in left}) > 1]
@@ -279,7 +276,7 @@ def _beside(
 
 
 def _time(
-    columns: Sequence[Column], table: Table, given: Mapping[str, Meaning], shown: str
+    columns: Sequence[Column], table: Table, given: Mapping[str, Meaning], subject: Subject, shown: str
 ) -> tuple[Column, str, list[Column]]:  # fmt: skip
     """The column of times in s, how it was read where that is not plain, and the other columns. A time that is repeated
     before every vector is one."""
@@ -291,7 +288,7 @@ def _time(
     same = [c for c in times if c.unit == times[0].unit and np.array_equal(c.values, times[0].values, equal_nan=True)]
     if not times or len(same) != len(times):
         if table.unnamed and not times:
-            raise SceneError(f"--against {shown}: {quantities.refusal(table, {})}")
+            raise SceneError(f"--against {shown}: {quantities.refusal(table, {}, subject)}")
         names = ", ".join(quoted(c.name) for c in (times or columns)[:8])
         told = "several columns are the time" if times else "no column is the time with its unit"
         raise SceneError(
@@ -307,15 +304,15 @@ def _time(
 
 
 def _below(
-    columns: Sequence[Column], given: Mapping[str, Meaning], time: np.ndarray, shown: str
+    columns: Sequence[Column], given: Mapping[str, Meaning], time: np.ndarray, subject: Subject, shown: str
 ) -> tuple[list[Parameter], list[Column], dict[str, str]]:  # fmt: skip
     """Columns that stand for keys of the scene as parameters of the runs below one another, the other columns, and
     what is left out."""
     found, others, left = [], [], {}
     for column in columns:
         meaning = given.get(column.name, Meaning(""))
-        said = meaning.what if "." in meaning.what else None
-        parameter = of_column(column, said, meaning.unit) if said or column.name not in given else None
+        said = meaning.what if meaning.what in subject.kinds else None
+        parameter = of_column(subject, column, said, meaning.unit) if said or column.name not in given else None
         if meaning.what == IGNORED:
             left[column.name] = "is left out by --column"
         elif parameter is None:

@@ -318,3 +318,26 @@ def _unnamed(found: np.ndarray, empty: np.ndarray, wrdata: bool) -> Table:
     names = ("time" if unit == "s" else f"column {i + 1}" for i, unit in enumerate(units))
     columns = (Column(*column) for column in zip(names, units, found.T, ((),) * count, empty.T, strict=True))
     return Table("ngspice wrdata" if wrdata else "table", tuple(columns), spice=wrdata, unnamed=True)
+
+
+def pairs(name: str, text: str) -> dict[str, str]:
+    """What stands in rows "probe, value", by probe; nothing where the text is no such list."""
+    mark = ";" if text.count(";") > text.count(",") else ","
+    lines = (line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#"))
+    rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=mark, skipinitialspace=True)]
+    if rows and rows[0][0].lower() in ("probe", "quantity", "name"):
+        rows = rows[1:]
+    if any(len(row) != 2 or not row[0] or _is_number(row[0]) for row in rows):
+        return {}
+    for n, (probe, _) in enumerate(rows):
+        if probe in [other for other, _ in rows[:n]]:
+            raise SceneError(f"--against {name}: {quoted(probe)} stands twice: give each probe one value")
+    return {probe: value for probe, value in rows}
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

@@ -3,42 +3,45 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-from compare.against import QUANTITIES, Data
+from compare import quantities
+from compare.against import Data
+from compare.quantities import Quantities
 from scenes.errors import SceneError, did_you_mean, printable, quoted
-from scenes.sink import Sink
-from scenes.units import UnitError, parse_quantity
-
-_FORM = 'give 0.5K, 1%, peak=0.5K, or peak="a column of the file"'
+from scenes.units import UnitError, parse_quantity, parse_unit
 
 
-def data_uncertainty(sink: Sink, data: Data, given: Sequence[str]) -> dict[str, np.ndarray]:
+def data_uncertainty(scene: Any, data: Data, given: Sequence[str]) -> dict[str, np.ndarray]:
     """The standard uncertainties (times of the data,) by quantity, from what ``--data-uncertainty`` says: a number with
     a unit for all quantities that have it, a part in percent (of the rise, for temperatures), or a column of the file;
     a quantity in front means that one alone. Raises SceneError."""
     found: dict[str, np.ndarray] = {}
+    of = quantities.of(scene)
+    names = of.names
+    one = next((word for word, name in names.items() if of.units[name] == "K"), next(iter(names)))
+    form = f'give 0.5K, 1%, {one}=1%, or {one}="a column of the file"'
     for text in given:
         name, equals, value = text.partition("=")
-        if equals and name.strip() not in QUANTITIES:
-            known = ", ".join(QUANTITIES)
+        if equals and name.strip() not in names:
             raise SceneError(
-                f"--data-uncertainty {quoted(text)}: {printable(name)} is no quantity: give {known}"
-                f"{did_you_mean(name.strip(), QUANTITIES)}"
+                f"--data-uncertainty {quoted(text)}: {printable(name)} is no quantity: give {', '.join(names)}"
+                f"{did_you_mean(name.strip(), names)}"
             )
         said = (value if equals else text).strip()
-        keys = [QUANTITIES[name.strip()]] if equals else [k for k in QUANTITIES.values() if k in data.values]
-        own = {key: u for key in keys if (u := _known_to(sink, data, key, said)) is not None}
+        keys = [names[name.strip()]] if equals else [k for k in names.values() if k in data.values]
+        own = {key: u for key in keys if (u := _known_to(of, data, key, said)) is not None}
         if not own:
-            raise SceneError(f"--data-uncertainty {quoted(text)} is one of no quantity of {data.name}: {_FORM}")
+            raise SceneError(f"--data-uncertainty {quoted(text)} is one of no quantity of {data.name}: {form}")
         if any((u <= 0).any() or not np.isfinite(u).all() for u in own.values()):
-            raise SceneError(f"--data-uncertainty {quoted(text)}: an uncertainty must be more than nothing: {_FORM}")
+            raise SceneError(f"--data-uncertainty {quoted(text)}: an uncertainty must be more than nothing: {form}")
         found |= own
     return found
 
 
-def _known_to(sink: Sink, data: Data, key: str, said: str) -> np.ndarray | None:
+def _known_to(of: Quantities, data: Data, key: str, said: str) -> np.ndarray | None:
     """(times of the data,): the uncertainty of a quantity, None where what is said is of another kind."""
     if key not in data.values:
         return None
@@ -49,10 +52,8 @@ def _known_to(sink: Sink, data: Data, key: str, said: str) -> np.ndarray | None:
     except UnitError:
         return None
     if said.endswith("%"):
-        start = sink.room_temperature if key.endswith("_K") else 0.0
         # At the start a rise is nothing: half of the last digit of a double would do as well.
-        return np.maximum(number * np.abs(data.values[key] - start), np.sign(number) * 1e-12)
-    kind = {"K": (0, 0, 0, 0, 1), "A": (0, 0, 0, 1, 0), "W": (2, 1, -3, 0, 0)}[key.rpartition("_")[2]]
-    if unit is None or unit.powers != kind:
+        return np.maximum(number * np.abs(data.values[key] - of.base(key)), np.sign(number) * 1e-12)
+    if unit is None or unit.powers != parse_unit(of.units[key]).powers:
         return None
     return np.full(len(data.time), number - 273.15 if unit.celsius else number)

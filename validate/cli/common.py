@@ -87,6 +87,43 @@ def of_inputs(example: str, pair: str) -> dict[str, str]:
     }
 
 
+OF_DATA = {
+    "--against FILE": "compare your own traces with 3D: a COMSOL table, a CSV or other table, an ngspice file",
+    "--column NAME=COLUMN ...": "what a column of that file is, where its name does not tell: {column}; "
+    "as often as needed",
+    "--data-uncertainty U ...": 'the standard uncertainty of the data: 0.5K, 1%%, {name}=0.5K or {name}="a column"',
+    "--calibrate KEY ...": "fit a key to that data in 3D, as often as needed, and go on with what is fitted",
+}
+
+
+def of_data(column: str, name: str) -> dict[str, str]:
+    """The options of a user's own data, with an example of a ``column`` and the ``name`` of a quantity."""
+    return {option: said.format(column=column, name=name) for option, said in OF_DATA.items()}
+
+
+def data_of(arguments: argparse.Namespace, scene: Any) -> Data | None:
+    """The user's own data, read before anything is solved. Raises SceneError."""
+    if arguments.against is None:
+        refuse(
+            (arguments.column, "--column says what a column of --against FILE is: give that, too"),
+            (arguments.data_uncertainty, "--data-uncertainty is that of the data of --against FILE: give that, too"),
+            (arguments.calibrate, "--calibrate fits keys to the data of --against FILE: give that, too"),
+        )
+        return None
+    from validate.against.read import read
+
+    data = read(Path(arguments.against), scene, arguments.column, arguments.data_uncertainty)
+    if arguments.calibrate:
+        from validate.inputs.calibration import keys_of
+        from validate.run.kinds.inputs import of_model
+
+        if not arguments.data_uncertainty:
+            raise SceneError("--calibrate weighs the data by what they are known to: give --data-uncertainty, too")
+        if not of_model(tuple(arguments.calibrate)):
+            keys_of(scene, arguments.calibrate, data)
+    return data
+
+
 OF_MODEL = {
     "--export DIR": "write a compact model of a few states to DIR: JSON, Python, SPICE, FMU; with its error",
     "--states N": "with --export, how many states the model has (default: as few as --model-accuracy takes)",

@@ -1,5 +1,5 @@
 """Simulate the paper's whole sensor in 1D, and in 3D with --3d: sink, insulator, sensor, polymer and their
-controllers, and say what of Figures 9 to 13 comes out; with the limits of gains, range and resolution.
+controllers, and say what of Figures 9 to 14 comes out; with the limits of gains, range and resolution.
 
 examples:
   validate device
@@ -29,7 +29,7 @@ OPTIONS = {
     **common.of_run("device", "control.sample_time=1ms",
                     "accuracy of the temperatures, relative to the set rise; with --3d that of the 3D model"),
     "--3d": "in 3D too, and how far 1D is off",
-    "--figure {9,10,11,12,13} ...": "this figure and its checks only, as often as needed",
+    "--figure {9,10,11,12,13,14} ...": "this figure and its checks only, as often as needed",
     "--scheme {accurate,paper}": "the accurate scheme (default), or the paper's own and how far it is off",
     "--meter {PXI-4070,MAX1367}": "round the resistances to what a meter resolves",
     "--sensitivities": "how the steady state follows each key: d ln Q / d ln key",

@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import argparse
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from reduced1d.ladder import REDUCTIONS
@@ -25,7 +24,6 @@ from scenes.errors import SceneError, printable
 from validate.cli import common
 
 if TYPE_CHECKING:
-    from compare.against import Data
     from scenes.plan import Request
     from scenes.sink import Sink
 
@@ -34,11 +32,7 @@ _FIRST, *_BETWEEN, _LAST = REDUCTIONS
 OPTIONS = {
     **common.of_run("sink", "sink.width=20um", "relative accuracy of the 3D solution (default 1e-3 or the scene's)"),
     "--voltage V": 'voltage across the electrodes: 1, 2V or "500 mV"; for --set drive.voltage=V',
-    "--against FILE": "compare your own traces with 3D: a COMSOL table, a CSV or other table, an ngspice file",
-    "--column NAME=COLUMN ...": 'what a column of that file is, where its name does not tell: peak="T (K), Point 1"'
-    ', "end rise (K)=3", drive.voltage=Va; as often as needed',
-    "--data-uncertainty U ...": 'the standard uncertainty of the data: 0.5K, 1%%, peak=0.5K or peak="a column"',
-    "--calibrate KEY ...": "fit a key to that data in 3D, as often as needed, and go on with what is fitted",
+    **common.of_data('peak="T (K), Point 1", "end rise (K)=3", drive.voltage=Va', "peak"),
     "--steady": "",
     "--only {3d,1d}": "one model only",
     "--reduction R": f"the 1D model: {_FIRST} (default), {', '.join(_BETWEEN)} or {_LAST}[:N]",
@@ -61,7 +55,9 @@ def run(arguments: argparse.Namespace) -> int:
     sink = load(arguments.scene or "sink", common.settings(arguments, ("drive.voltage", arguments.voltage)), of=SINK)
     request = _request(arguments, sink)
     given = [arguments.against, *arguments.column] if arguments.against else []
-    data, sampled = _data(arguments, sink, request), None
+    if arguments.against is not None and (not request.transient or "fem3d" not in request.models):
+        raise SceneError("--against compares with the 3D model over time: leave out --steady and --only 1d")
+    data, sampled = common.data_of(arguments, sink), None
     if request.monte_carlo:
         from validate.monte_carlo import added, check_apart
 
@@ -112,26 +108,3 @@ def _request(arguments: argparse.Namespace, sink: Sink) -> Request:
         transient=not arguments.steady, reduction=canonical(named or "paper"), monte_carlo=samples or 0,
         field_times=tuple(kind.read("--field-times", part.strip()) or 0.0 for part in stored),
     )  # fmt: skip
-
-
-def _data(arguments: argparse.Namespace, sink: Sink, request: Request) -> Data | None:
-    """The user's own traces, read before anything is solved."""
-    if arguments.against is None:
-        common.refuse(
-            (arguments.column, "--column says what a column of --against FILE is: give that, too"),
-            (arguments.data_uncertainty, "--data-uncertainty is that of the data of --against FILE: give that, too"),
-            (arguments.calibrate, "--calibrate fits keys to the data of --against FILE: give that, too"),
-        )
-        return None
-    if not request.transient or "fem3d" not in request.models:
-        raise SceneError("--against compares with the 3D model over time: leave out --steady and --only 1d")
-    from validate.against.read import read
-
-    data = read(Path(arguments.against), sink, arguments.column, arguments.data_uncertainty)
-    if arguments.calibrate:
-        from validate.inputs.calibration import keys_of
-
-        if not arguments.data_uncertainty:
-            raise SceneError("--calibrate weighs the data by what they are known to: give --data-uncertainty, too")
-        keys_of(sink, arguments.calibrate, data)
-    return data

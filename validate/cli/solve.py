@@ -7,6 +7,7 @@ examples:
   validate solve hotplate --end-time 2ms --explain
   validate solve bridge --model lumped.py:bridge
   validate solve bridge --sensitivities
+  validate solve hotplate --against measured.csv --data-uncertainty 0.5K
   validate solve hotplate --export my-model --model-accuracy 1e-2
 
 results: summary.json, traces.csv (a column per probe) and figures in
@@ -29,6 +30,7 @@ OPTIONS = {
     "--model M": "a 1D model of your own to judge: FILE.py:FUNCTION, FILE.cir (ngspice), FILE.fmu, FILE.csv, "
     "network (lines made of the boxes, as by hand), or scene for the scene's own [model]",
     "--why": "with --model network: which joint of it is to blame for what, by putting 3D's own resistance into it",
+    **common.of_data('heater="T (K), Point 1", "tip rise (K)=3"', "heater"),
     "--end-time T": "over time from the start to T, such as 2ms, whatever the scene says of it",
     "--out DIR": "", "--no-figures": "", "--strict": "",
     "--fields": "write the 3D temperature fields (fem3d.pvd with .vtu files)",
@@ -53,4 +55,5 @@ def run(arguments: argparse.Namespace) -> int:
     scene = load(arguments.scene, settings)
     request = common.request(arguments, scene, scene.accuracy, model=arguments.model or "")
     scene = reported(scene, request)
-    return common.run(arguments, scene, request, settings)
+    given = [arguments.against, *arguments.column] if arguments.against else []
+    return common.run(arguments, scene, request, settings, given, common.data_of(arguments, scene))

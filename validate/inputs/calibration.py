@@ -1,6 +1,7 @@
 """Inputs fitted to measured traces: bounded least squares with the models' own derivatives.
 
-The logarithms of the keys are sought that make sum ((S - D) / u_D)^2 least; with the derivatives J of the residuals
+The scene's keys are fitted in 3D, a 1D model's own parameters with that model. The logarithms of the keys are sought
+that make sum ((S - D) / u_D)^2 least; with the derivatives J of the residuals
 their covariance is (J^T J)^-1 where the model is right and u_D is known (Seber and Wild, Nonlinear Regression, 1989).
 """
 
@@ -12,16 +13,12 @@ from typing import Any
 
 import numpy as np
 
+from compare import quantities
 from compare.against import Data
-from scenes.checks import FIRST_TIME
 from scenes.errors import SceneError
 from scenes.formats import percent
-from scenes.plan import Request
-from scenes.sink import Sink
 from scenes.uncertain import path_of
-from scenes.validity import check
 from scenes.varied import kind_of, numbers, varied
-from validate.inputs.propagation import of_values
 
 COVERS = 1.96
 """Of a normal distribution 95 % lie within so many standard deviations."""
@@ -30,6 +27,7 @@ TOLD = 0.5  # of a relative standard uncertainty, from which on the data tell no
 MOST = 20  # solutions
 SINGULAR = 1e-12  # of the normal matrix: about the square of the rounding of derivatives
 WIDEST = 50.0  # of a logarithm
+BESIDE = 1e-3  # of a logarithm: a central difference over it is off by its square
 TINY = 1e-300  # a bound where there is none: still a number, and its inverse too
 
 Modelled = tuple[Mapping[str, np.ndarray], Mapping[str, Mapping[str, np.ndarray]]]
@@ -48,7 +46,7 @@ class Fit:
     correlations: np.ndarray
     misfit: float
     points: int
-    scene: Sink
+    scene: Any
 
     def interval(self, key: str) -> tuple[float, float]:
         """Where a key lies (95 %), in SI units."""
@@ -88,44 +86,98 @@ class Fit:
         }  # fmt: skip
 
 
-def keys_of(sink: Sink, keys: Sequence[str], data: Data) -> tuple[str, ...]:
+def keys_of(scene: Any, keys: Sequence[str], data: Data) -> tuple[str, ...]:
     """The full names of keys to be fitted. Raises SceneError for what can't be: an unknown key, one that is named
     twice, data of fewer points than there are keys."""
-    paths = tuple(path_of(sink, key, numbers(sink), "--calibrate") for key in keys)
-    again = next((path for n, path in enumerate(paths) if path in paths[:n]), None)
-    if again is not None:
-        raise SceneError(f"--calibrate names {again} twice: give each key once")
-    points = int(_late(sink, data).sum()) * len(data.values)
-    if points <= len(paths):
-        raise SceneError(
-            f"--calibrate: {data.name} has {points} points, which can't tell {len(paths)} keys: give data of more "
-            "points than keys"
-        )
+    paths = tuple(path_of(scene, key, numbers(scene), "--calibrate") for key in keys)
+    _refuse(scene, paths, data)
     return paths
 
 
+def _refuse(scene: Any, paths: Sequence[str], data: Data) -> None:
+    again = next((path for n, path in enumerate(paths) if path in paths[:n]), None)
+    if again is not None:
+        raise SceneError(f"--calibrate names {again} twice: give each key once")
+    points = int(quantities.of(scene).sure(data.time).sum()) * len(data.values)
+    if points <= len(paths):
+        raise SceneError(
+            f"--calibrate: {data.name} has {points} point{'s' * (points != 1)}, which can't tell {len(paths)} "
+            f"key{'s' * (len(paths) > 1)}: give data of more points than keys"
+        )
+
+
 def fit(
-    sink: Sink,
+    scene: Any,
     data: Data,
     keys: Sequence[str],
-    model: Callable[[Sink, Sequence[str], np.ndarray], Modelled],
+    model: Callable[[Any, Sequence[str], np.ndarray], Modelled],
+    check: Callable[[Any], Any],
 ) -> Fit:
-    """Fits keys (by their full names) of a sink to data, those of their quantities that have an uncertainty.
+    """Fits keys (by their full names) of a scene to data, those of their quantities that have an uncertainty.
 
-    ``model`` gives the traces of a sink at some times and their derivatives by keys. Raises SceneError where the data
-    don't follow a key, or a fit leaves what can be built, and what the model raises.
+    ``model`` gives the traces of a scene at some times and their derivatives by keys; ``check`` returns a scene that
+    can be built. Raises SceneError where the data don't follow a key, or a fit leaves what can be built, and what the
+    model raises.
     """
+
+    def there(x: np.ndarray) -> Any:
+        other = scene
+        for key, log in zip(keys, x.tolist(), strict=True):
+            other = varied(other, key, float(np.exp(log)))
+        return check(other)
+
+    bounds = np.array([_bounds(scene, key) for key in keys]).T
+    sure = quantities.of(scene).sure(data.time)
+    x, *told = _least_squares(data, sure, keys, bounds, lambda x: model(there(x), keys, data.time[sure]))
+    found = replace(there(x), expected_to_differ=None)
+    return _fit(keys, numbers(scene), numbers(found), told, found)
+
+
+def fit_model(
+    scene: Any, data: Data, names: Sequence[str], start: Mapping[str, float],
+    model: Callable[[Mapping[str, float], np.ndarray], Mapping[str, np.ndarray]],
+    with_: Callable[[Mapping[str, float]], Any],
+) -> Fit:  # fmt: skip
+    """Fits parameters of a 1D model of its own, from where they ``start``, to data of the quantities that it answers:
+    ``model`` gives these for its parameters, at some times; ``with_`` makes the scene that has them. Raises SceneError
+    as `fit`."""
+    _refuse(scene, names, data)
+    sure = quantities.of(scene).sure(data.time)
+
+    def there(x: np.ndarray) -> dict[str, float]:
+        return {n: start[n] * float(np.exp(log)) for n, log in zip(names, x.tolist(), strict=True)}
+
+    def modelled(x: np.ndarray) -> Modelled:
+        slopes = {}
+        for name, step in zip(names, BESIDE * np.eye(len(names)), strict=True):
+            more, less = (model(there(x + own), data.time[sure]) for own in (step, -step))
+            slopes[name] = {n: (more[n] - less[n]) / (2 * BESIDE) for n in more}
+        return model(there(x), data.time[sure]), slopes
+
+    bounds = np.array([[-WIDEST, WIDEST]] * len(names)).T
+    x, *told = _least_squares(data, sure, names, bounds, modelled)
+    return _fit(names, start, there(x), told, with_(there(x)))
+
+
+def _least_squares(
+    data: Data, sure: np.ndarray, keys: Sequence[str], bounds: np.ndarray, model: Callable[[np.ndarray], Modelled]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The logarithms of the keys over where they start, their covariance, and the residuals."""
     from scipy.optimize import least_squares
 
-    late = _late(sink, data)
-    times, names = data.time[late], [name for name in data.values if name in data.u]
     known: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
 
     def at(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         if x.tobytes() not in known:
-            values, slopes = model(check(_with(sink, keys, x)), keys, times)
-            u = {name: data.u[name][late] for name in names}
-            residuals = np.concatenate([(values[n] - data.values[n][late]) / u[n] for n in names])
+            values, slopes = model(x)
+            names = [name for name in data.values if name in data.u and name in values]
+            if not names:
+                raise SceneError(
+                    f"--calibrate: {data.name} has no quantity that the model answers and that is known to some "
+                    "uncertainty: give --data-uncertainty of one"
+                )
+            u = {name: data.u[name][sure] for name in names}
+            residuals = np.concatenate([(values[n] - data.values[n][sure]) / u[n] for n in names])
             columns = [np.concatenate([slopes[key][n] / u[n] for n in names]) for key in keys]
             known[x.tobytes()] = residuals, np.array(columns).T
         return known[x.tobytes()]
@@ -134,7 +186,6 @@ def fit(
     still = [key for key, column in zip(keys, jacobian.T, strict=True) if not np.abs(column).max() > 1e-9]
     if still:
         raise SceneError(f"--calibrate {still[0]}: nothing in {data.name} follows it, so that it can't be fitted")
-    bounds = np.array([_bounds(sink, key) for key in keys]).T
     found = least_squares(
         lambda x: at(x)[0], np.zeros(len(keys)), lambda x: at(x)[1], (bounds[0], bounds[1]), x_scale="jac",
         xtol=1e-5, ftol=1e-8, max_nfev=MOST,
@@ -142,47 +193,22 @@ def fit(
     residuals, jacobian = at(found.x)
     normal = jacobian.T @ jacobian
     # Where keys can't be told apart at all it would have no inverse; they come out as known to next to nothing.
-    covariance = np.linalg.inv(normal + SINGULAR * np.trace(normal) * np.eye(len(keys)))
-    deviations = np.sqrt(np.diag(covariance))
-    start, free = {key: numbers(sink)[key] for key in keys}, max(len(residuals) - len(keys), 1)
-    scene = check(replace(_with(sink, keys, found.x), expected_to_differ=None))
+    return found.x, np.linalg.inv(normal + SINGULAR * np.trace(normal) * np.eye(len(keys))), residuals
+
+
+def _fit(
+    keys: Sequence[str], start: Mapping[str, float], fitted: Mapping[str, float], told: Sequence[np.ndarray], scene: Any
+) -> Fit:  # fmt: skip
+    covariance, residuals = told
+    deviations, free = np.sqrt(np.diag(covariance)), max(len(residuals) - len(keys), 1)
     return Fit(
-        start, {key: numbers(scene)[key] for key in keys}, dict(zip(keys, deviations.tolist(), strict=True)),
-        covariance / np.outer(deviations, deviations), float(residuals @ residuals) / free, len(residuals), scene,
+        {key: start[key] for key in keys}, {key: fitted[key] for key in keys},
+        dict(zip(keys, deviations.tolist(), strict=True)), covariance / np.outer(deviations, deviations),
+        float(residuals @ residuals) / free, len(residuals), scene,
     )  # fmt: skip
 
 
-def _with(sink: Sink, keys: Sequence[str], x: np.ndarray) -> Sink:
-    for key, log in zip(keys, x.tolist(), strict=True):
-        sink = varied(sink, key, float(np.exp(log)))
-    return sink
-
-
-def _late(sink: Sink, data: Data) -> np.ndarray:
-    return (data.time >= FIRST_TIME) & (data.time <= sink.end_time * (1 + 1e-9))
-
-
-def _bounds(sink: Sink, key: str) -> tuple[float, float]:
+def _bounds(scene: Any, key: str) -> tuple[float, float]:
     """Of the logarithm of a key over its value: those of its kind."""
-    kind, value = kind_of(sink, key), abs(numbers(sink)[key])
+    kind, value = kind_of(scene, key), abs(numbers(scene)[key])
     return float(np.log(max(kind.lower, TINY) / value)) - 1e-9, float(np.log(min(kind.upper, 1 / TINY) / value)) + 1e-9
-
-
-def in_3d(sink: Sink, keys: Sequence[str], times: np.ndarray) -> Modelled:
-    """The traces of a sink in 3D and their derivatives."""
-    from fem3d.runs import sink as sink_run
-    from fem3d.runs import sink_sensitivity
-
-    result = sink_run.solve(sink, Request(models=("fem3d",)))
-    slopes = sink_sensitivity.of_sink(sink, result, keys=keys)
-    assert slopes.course is not None
-    left_out = next((key for key in keys if key in slopes.left_out), None)
-    if left_out is not None:
-        raise SceneError(f"--calibrate {left_out}: {slopes.left_out[left_out]}")
-    values = {n: np.interp(times, result.over_time.time, v) for n, v in result.over_time.values.items()}
-    late = np.log(np.maximum(times, slopes.course.times[0]))
-    by = {
-        key: {n: np.interp(late, np.log(slopes.course.times), s) for n, s in of.items()}
-        for key, of in slopes.course.values.items()
-    }
-    return values, of_values(sink, values, by)

@@ -101,7 +101,7 @@ def judged(checks: Sequence[Check], propagated: Propagated) -> tuple[Check, ...]
 def _top(scene: AnyScene, three: Result, name: str) -> float:
     """The time (s) at which a 3D quantity is largest, a temperature above the start, once its errors hold."""
     traces = three.over_time
-    late = traces.time >= three.details.get("accurate_from_s", 0.0)
+    late = traces.sure(traces.time)
     initial = next(
         (scene.initial_temperature for p in scene.probes if p.name == name and p.quantity == "temperature"), 0.0
     )

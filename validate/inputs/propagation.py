@@ -11,12 +11,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from inspect import signature
+from typing import Any
 
 import numpy as np
 
+from compare.against import Data, checked, distance, furthest, part
 from compare.checks import DEFINITIONS
 from compare.verdict import Check, Comparison, Models
 from scenes.device import Device
+from scenes.errors import SceneError
 from scenes.formats import percent
 from scenes.result import Estimate, Result
 from scenes.sink import Sink
@@ -39,7 +42,6 @@ BALANCE = "energy"
 
 Estimates = Mapping[str, Estimate]
 SURELY, MATTERS = 3.0, 0.05  # standard errors, and part of u_input, from which on the linear propagation is off
-ROUNDING = 1e-9  # of a value: what differs by less between samples follows none of their inputs
 ROUNDING = 1e-9  # of a value: samples that spread by less spread by rounding
 FURTHEST = 0.95  # of a value that a sample takes off or adds: no size is negative
 
@@ -130,28 +132,57 @@ def judged(
     definitions: Mapping[str, Callable[[Models], Comparison]] = DEFINITIONS,
 ) -> tuple[Check, ...]:
     """The checks with their u_input, where all that their ``definitions`` ask of the ``models`` has derivatives."""
-    keys, covariance = list(uncertain.relative), uncertain.covariance()
-    made = [check for check in checks if check.id in definitions and check.id not in (PROFILE, BALANCE)]
-    slopes: dict[str, np.ndarray] = {check.id: np.zeros(len(keys)) for check in made}
+    made = [check.id for check in checks if check.id in definitions and check.id not in (PROFILE, BALANCE)]
     sink, single, alone = models.sink, models.single, found
     if single is not None:
         alone = of_sink(replace(sink, spans=1), single, None)
-    for n, key in enumerate(keys):
-        beside = []
-        for step in (STEP, -STEP):
-            moved, other = (_Moved(of, key, step) for of in (found, alone))
-            in_1d = models.reduced1d and moved(models.reduced1d, sink)
-            # What only a row has, its islands' length, is nothing to one span.
-            one = other(single, sink) if single is not None and key in alone.keys else single
-            there = Models(neighbour(sink, key, step), moved(models.fem3d, sink), in_1d, one)
-            beside.append({check.id: definitions[check.id](there).difference for check in made})
-        for name, own in slopes.items():
-            own[n] = (beside[0][name] - beside[1][name]) / (2 * STEP)
-    known = {name: combined(own, covariance) for name, own in slopes.items() if np.isfinite(own).all()}
+
+    def differences(key: str, step: float) -> dict[str, float]:
+        in_1d = models.reduced1d and moved(models.reduced1d, sink, found, key, step)
+        # What only a row has, its islands' length, is nothing to one span.
+        one = moved(single, sink, alone, key, step) if single is not None and key in alone.keys else single
+        there = Models(neighbour(sink, key, step), moved(models.fem3d, sink, found, key, step), in_1d, one)
+        return {check: definitions[check](there).difference for check in made}
+
+    known = _by_differences(uncertain, differences)
     known[BALANCE] = 0.0
-    if all(key in found.misfit for key in keys):
-        known[PROFILE] = combined(np.array([found.misfit[key] for key in keys]), covariance)
+    if all(key in found.misfit for key in uncertain.relative):
+        slopes = np.array([found.misfit[key] for key in uncertain.relative])
+        known[PROFILE] = combined(slopes, uncertain.covariance())
     return tuple(replace(check, u_input=known.get(check.id)) for check in checks)
+
+
+def judged_against(
+    checks: Sequence[Check], scene: Any, data: Data, fem3d: Result, uncertain: Uncertain,
+    beside: Callable[[str, float], Result],
+) -> tuple[Check, ...]:  # fmt: skip
+    """The checks of data with their u_input: where they are furthest from 3D, by what that is with a key larger by a
+    relative step (``beside``)."""
+    known_at = {check: furthest(scene, data, fem3d, name).rows for check, name in checked(scene, data).items()}
+
+    def differences(key: str, step: float) -> dict[str, float]:
+        try:
+            there = neighbour(scene, key, step)
+        except SceneError:
+            return dict.fromkeys(checked(scene, data), np.nan)
+        result = beside(key, step)
+        found = {c: distance(there, data, result, name, known_at[c]) for c, name in checked(scene, data).items()}
+        return {c: part(off, abs(scale)) for c, (off, scale, _) in found.items()}
+
+    known = _by_differences(uncertain, differences)
+    return tuple(replace(check, u_input=known.get(check.id)) for check in checks)
+
+
+def _by_differences(uncertain: Uncertain, differences: Callable[[str, float], Mapping[str, float]]) -> dict[str, float]:
+    """The u_input of numbers, by their names, from what they are with a key larger by a relative step; of those that
+    have one."""
+    slopes: dict[str, list[float]] = {}
+    for key in uncertain.relative:
+        more, less = (differences(key, sign * STEP) for sign in (1, -1))
+        for name, value in more.items():
+            slopes.setdefault(name, []).append((value - less[name]) / (2 * STEP))
+    covariance = uncertain.covariance()
+    return {name: combined(np.array(own), covariance) for name, own in slopes.items() if np.isfinite(own).all()}
 
 
 def judged_device(
@@ -175,25 +206,47 @@ def judged_device(
     return tuple(replace(check, u_input=known.get(check.id)) for check in checks)
 
 
-class _Moved:
-    """A result as it would be, to first order, with one key larger by a relative step; what has no derivative becomes
-    no number."""
+def moved(result: Result, sink: Sink, found: Sensitivities, key: str, step: float) -> Result:
+    """A result of a sink as it would be, to first order, with one key larger by a relative step; what has no derivative
+    becomes no number."""
+    model = "fem3d" if result.model == "fem3d" else "reduced1d"
+    steady = {}
+    for name, e in result.steady.items():
+        slope = _slope(found, key, name, model)
+        steady[name] = Estimate(e.value * (1 + step * (np.nan if slope is None else slope)), e.error)
+    traces = result.traces
+    if traces is not None:
+        by = {n: over_time(found, key, n, traces.time, model) for n in traces.values}
+        changes = of_values(sink, traces.values, {key: by})[key]
+        traces = replace(traces, values={n: v + step * changes[n] for n, v in traces.values.items()})
+    return replace(result, steady=steady, traces=traces)
 
-    def __init__(self, found: Sensitivities, key: str, step: float) -> None:
-        self._found, self._key, self._step = found, key, step
 
-    def __call__(self, result: Result, sink: Sink) -> Result:
-        model = "fem3d" if result.model == "fem3d" else "reduced1d"
-        steady = {}
-        for name, e in result.steady.items():
-            slope = _slope(self._found, self._key, name, model)
-            steady[name] = Estimate(e.value * (1 + self._step * (np.nan if slope is None else slope)), e.error)
-        traces = result.traces
-        if traces is not None:
-            by = {n: over_time(self._found, self._key, n, traces.time, model) for n in traces.values}
-            changes = of_values(sink, traces.values, {self._key: by})[self._key]
-            traces = replace(traces, values={n: v + self._step * changes[n] for n, v in traces.values.items()})
-        return replace(result, steady=steady, traces=traces)
+In_units = Callable[[str, str, np.ndarray, np.ndarray], np.ndarray]
+"""(times,): d quantity / d ln key in the quantity's unit, of a key and a quantity, at times (s) with its values there;
+not a number where it isn't known."""
+
+
+def u_input(uncertain: Uncertain, slopes: In_units) -> Callable[[str, np.ndarray, np.ndarray], np.ndarray]:
+    """What the uncertainties of the inputs make of a quantity at times (s), with its values there: (times,)."""
+    covariance = uncertain.covariance()
+
+    def of(name: str, times: np.ndarray, values: np.ndarray) -> np.ndarray:
+        own = np.array([slopes(key, name, times, values) for key in uncertain.relative])
+        found: np.ndarray = np.sqrt(np.maximum(np.einsum("it,ij,jt->t", own, covariance, own), 0.0))
+        return found
+
+    return of
+
+
+def in_units(sink: Sink, found: Sensitivities, model: str) -> In_units:
+    """Of the traces of a model of a sink."""
+
+    def of(key: str, name: str, times: np.ndarray, values: np.ndarray) -> np.ndarray:
+        by = {key: {name: over_time(found, key, name, times, model)}}
+        return of_values(sink, {name: values}, by)[key][name]
+
+    return of
 
 
 def over_time(found: Sensitivities, key: str, name: str, times: np.ndarray, model: str) -> np.ndarray:

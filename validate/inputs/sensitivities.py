@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -164,11 +164,12 @@ def misfit_weights(sink: Sink, fem3d: Result) -> np.ndarray:
     return np.array([at(rise + own) - at(rise - own) for own in step * np.eye(len(rise))]) / (2 * step)
 
 
-def of_free(scene: AnyScene, result: Result) -> Sensitivities:
-    """The sensitivities of the probes of a free scene that was solved whole. Raises ConvergenceError."""
+def of_free(scene: AnyScene, result: Result, keys: Sequence[str] | None = None) -> Sensitivities:
+    """The sensitivities of the probes of a free scene that was solved whole; to ``keys``, where only these are asked
+    for. Raises ConvergenceError."""
     from fem3d.runs import scene_sensitivity
 
-    found = scene_sensitivity.of_scene(scene, result)
+    found = scene_sensitivity.of_scene(scene, result, keys)
     steady = {key: {n: Slope(estimate, None) for n, estimate in of.items()} for key, of in found.table.items()}
     course = None if found.times is None else Course(found.times, found.course, found.errors, {})
     return Sensitivities(numbers(scene), steady, course, found.left_out, found.values, zeros(scene))

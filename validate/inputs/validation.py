@@ -1,6 +1,7 @@
 """Validation against measured traces, as ASME V&V 20-2009 has it (sections 1-5 and 1-6).
 
-The comparison error is E = S - D, simulation less data. It is known to the validation uncertainty u_val,
+The comparison error is E = S - D, simulation less data, of 3D as of a 1D model. It is known to the validation
+uncertainty u_val,
 u_val^2 = u_num^2 + u_input^2 + u_D^2: of the numerics, of the inputs, of the data. The error of the model itself lies
 within E -+ k u_val. Over time E is the mean over a window of the trace (`compare.windows`), for one of many noisy
 samples is far off by chance.
@@ -8,31 +9,34 @@ samples is far off by chance.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
-from compare import windows
-from compare.against import QUANTITIES, Data
+from compare import quantities, windows
+from compare.against import Data, known_to, simulated
 from compare.verdict import COVERS
 from compare.windows import Window
-from scenes.checks import FIRST_TIME
 from scenes.formats import span, with_error
 from scenes.result import Result
-from scenes.sink import Sink
-from validate.inputs.propagation import Propagated, of_values, over_time
+
+U_input = Callable[[str, np.ndarray, np.ndarray], np.ndarray]
+"""(times,): the u_input of a quantity, by its name, at times (s) and with its values there."""
 
 
 @dataclass(frozen=True)
 class Statement:
-    """What follows for a ``model`` ("3D" or "1D") and a ``quantity`` of traces.csv from a time to another (s),
-    ``where`` |E| is surely largest, or at the end of the data: the mean E over so many ``rows``, its standard
-    uncertainties, and how many of them, ``k``, make an interval of 95 %; all in the quantity's unit."""
+    """What follows for a ``model`` ("3D" or "1D") and a ``quantity`` of traces.csv, which a
+    user has a word for (``called``) from a time to another (s), infinite in the steady state, ``where`` |E| is surely
+    largest, or at the end of the data: the mean E over so many ``rows``, its standard uncertainties, and how many of
+    them, ``k``, make an interval of 95 %; all in the quantity's ``unit``."""
 
     model: str
     quantity: str
+    called: str
+    unit: str
     where: str
     start: float
     end: float
@@ -63,9 +67,13 @@ class Statement:
         half = self.k * self.u_val
         if not np.isfinite(half):
             return "not known"
-        _, _, unit, places, factor = with_error(self.E, half, self.quantity.rpartition("_")[2])
+        _, _, unit, places, factor = with_error(self.E, half, self.unit)
         low, high = (f"{end * factor:+.{places}f}" for end in self.interval)
         return f"{low} to {high} {unit}"
+
+    def when(self) -> str:
+        """The time that it is of, in words."""
+        return "steady state" if np.isinf(self.end) else span(self.start, self.end)
 
     def document(self) -> dict[str, Any]:
         """As the summary has it."""
@@ -76,10 +84,13 @@ class Statement:
 
 @dataclass(frozen=True)
 class Course:
-    """A quantity of a model at the ``times`` (s) of the data: simulation, data, the three uncertainties (times,)."""
+    """A quantity of a model, its word and its unit, at the ``times`` (s) of the data: simulation, data, the three
+    uncertainties (times,)."""
 
     model: str
     quantity: str
+    called: str
+    unit: str
     times: np.ndarray
     simulated: np.ndarray
     measured: np.ndarray
@@ -109,8 +120,8 @@ class Course:
     def _over(self, window: Window, where: str, k: float) -> Statement:
         rows, times = window.rows, self.times[window.rows]
         return Statement(
-            self.model, self.quantity, where, float(times[0]), float(times[-1]), len(times), window.distance,
-            float(self.u_num[rows].mean()), float(self.u_input[rows].mean()), window.u_data, k,
+            self.model, self.quantity, self.called, self.unit, where, float(times[0]), float(times[-1]), len(times),
+            window.distance, float(self.u_num[rows].mean()), float(self.u_input[rows].mean()), window.u_data, k,
         )  # fmt: skip
 
 
@@ -147,47 +158,28 @@ def finding(found: Validation) -> str:
         at = (
             ""
             if worst is None
-            else f"{worst.quantity.rpartition('_')[0]} {worst.said()} over {span(worst.start, worst.end)}"
+            else f"{worst.called} {worst.said()} {'in the' if np.isinf(worst.end) else 'over'} {worst.when()}"
         )
         said.append(f"no error of {model} is seen" if worst is None else f"{model} is off: {at}")
     text = "; ".join(said)
     return f"{text[0].upper()}{text[1:]}"
 
 
-def validate(
-    sink: Sink,
-    data: Data,
-    models: Sequence[tuple[str, Result]],
-    propagated: Propagated | None,
-) -> Validation:
-    """The validation of models ("3D" or "1D", with traces) against data. Estimated errors of the models count as u_num
-    in full."""
-    late = (data.time >= FIRST_TIME) & (data.time <= sink.end_time * (1 + 1e-9))
+def validate(scene: Any, data: Data, models: Sequence[tuple[str, Result, U_input | None]]) -> Validation:
+    """The validation of models, by what they are called, against data; with the u_input of their quantities, ``None``
+    where the inputs are taken as exact. Estimated errors of the models count as u_num in full."""
+    of = quantities.of(scene, models[0][1])
+    late = of.sure(data.time)
     times, courses = data.time[late], []
-    for key in QUANTITIES.values():
-        if key not in data.values:
-            continue
-        for name, result in models:
-            traces = result.traces
-            if traces is None:
+    for word, key in of.names.items():
+        for called, result, u_of in models:
+            answers = result.steady if data.at_rest else result.traces.values if result.traces else {}
+            if key not in data.values or key not in answers:
                 continue
-            simulated = np.interp(times, traces.time, traces.values[key])
-            u_num = np.full(len(times), traces.errors[key])
-            u_input = np.zeros(len(times))
-            if propagated is not None:
-                u_input = trace_u_input(
-                    sink, propagated, key, times, simulated, "fem3d" if name == "3D" else "reduced1d"
-                )
+            values = simulated(result, key, times)
+            u_num = np.full(len(times), known_to(result, key, times))
+            u_input = np.zeros(len(times)) if u_of is None else u_of(key, times, values)
             known = data.u[key][late] if key in data.u else np.zeros(len(times))
-            courses.append(Course(name, key, times, simulated, data.values[key][late], u_num, u_input, known))
-    return Validation(tuple(courses), propagated is not None, bool(data.u))
-
-
-def trace_u_input(
-    sink: Sink, propagated: Propagated, key: str, times: np.ndarray, values: np.ndarray, model: str
-) -> np.ndarray:
-    """(times,): the u_input of a trace, in its unit; not a number where its derivatives aren't known."""
-    keys, covariance = list(propagated.uncertain.relative), propagated.uncertain.covariance()
-    by = {k: {key: over_time(propagated.sensitivities, k, key, times, model)} for k in keys}
-    own = np.array([of[key] for of in of_values(sink, {key: values}, by).values()])
-    return np.sqrt(np.maximum(np.einsum("it,ij,jt->t", own, covariance, own), 0.0))
+            measured = data.values[key][late]
+            courses.append(Course(called, key, word, of.units[key], times, values, measured, u_num, u_input, known))
+    return Validation(tuple(courses), any(u is not None for _, _, u in models), bool(data.u))

@@ -36,6 +36,9 @@ def of_scene(scene: AnyScene) -> Asked:
     own = scene.model or OwnModel()
     known = {} if scene.parameters is None else scene.parameters.measures()
     parameters = {name: _value(name, given, document, known) for name, given in own.parameters}
+    if parameters:
+        # A model sees numbers: what they are made of is the scene's affair.
+        document["model"] = {**document["model"], "parameters": parameters}
     return Asked(scene.name, document, units, units, parameters, dict(own.outputs))
 
 

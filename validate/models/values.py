@@ -3,7 +3,6 @@ column of times and one for each probe, with headers as data to compare with hav
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -78,7 +77,7 @@ def opened(given: str, folder: str) -> Values:
     path = readable(given, folder, 'a CSV of values, with rows "probe, value" or a column of times')
     try:
         content = tables.read_bytes(path)
-        found = _rows(path.name, content.decode("utf-8-sig", "replace"))
+        found = tables.pairs(path.name, content.decode("utf-8-sig", "replace"))
         if found:
             return Values(path.name, found)
         table = tables.read(path, content)
@@ -96,26 +95,3 @@ def opened(given: str, folder: str) -> Values:
     columns = {tables.split(c.name)[0].lower(): c for c in table.columns if c is not times[0]}
     columns |= {c.name.lower(): c for c in table.columns if c is not times[0]}
     return Values(path.name, {}, clock, columns)
-
-
-def _rows(name: str, text: str) -> dict[str, str]:
-    """What stands in rows "probe, value", by probe; nothing where the text is no such list."""
-    mark = ";" if text.count(";") > text.count(",") else ","
-    lines = (line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#"))
-    rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=mark, skipinitialspace=True)]
-    if rows and rows[0][0].lower() in ("probe", "quantity", "name"):
-        rows = rows[1:]
-    if any(len(row) != 2 or not row[0] or _is_number(row[0]) for row in rows):
-        return {}
-    for n, (probe, _) in enumerate(rows):
-        if probe in [other for other, _ in rows[:n]]:
-            raise SceneError(f"--model {name}: {quoted(probe)} stands twice: give each probe one value")
-    return {probe: value for probe, value in rows}
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True

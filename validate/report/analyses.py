@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from compare import against
 from compare.verdict import COVERS
-from scenes.formats import cut, difference_text, percent, quantity, signed, span
+from scenes.formats import cut, difference_text, percent, quantity, signed
 from scenes.parameters import SECTION
 from scenes.varied import kind_of
 from validate.inputs.sensitivities import PREFIX
@@ -144,7 +143,8 @@ def entered(entries: dict[str, Any], found: Propagated, sampled: Sampled | None)
     """Puts u_input beside the error of every steady quantity of a summary, and the inputs themselves."""
     for model, own in (("fem3d", found.fem3d), ("reduced1d", found.reduced1d)):
         for name, u in own.items():
-            entries[model]["steady"][name]["u_input"] = u
+            # Of a transient it is that of the largest size.
+            entries[model]["steady"].setdefault(name, {})["u_input"] = u
     entries["uncertain"] = {
         "relative": found.uncertain.relative,
         "correlations": [{"keys": list(keys), "value": r} for keys, r in found.uncertain.correlations.items()],
@@ -182,26 +182,27 @@ def fit(found: Fit, outcome: Outcome[Any], style: Style) -> Section:
 
 def validation(found: Validation, outcome: Outcome[Any], style: Style) -> Section:
     """A line for each model and quantity where it is worst and at the end: E, its parts, and the model's error."""
-    called = {key: name for name, key in against.QUANTITIES.items()}
     heads = ("S - D", "mean over", *["E"] * style.page, "u_num", "u_input", "u_D", "u_val", "model's error")
     rows = []
     for s in found.statements:
-        unit, parts = s.quantity.rpartition("_")[2], []
+        unit, parts = s.unit, []
         for u in (s.u_num, s.u_input, s.u_data, s.u_val):
             parts.append("?" if not np.isfinite(u) else quantity(u, unit, 2) if u > _NOTHING * s.u_val else "0")
         middle = [signed(s.E, unit, 2)] * style.page
-        rows.append([f"{called[s.quantity]} {s.model}", span(s.start, s.end), *middle, *parts, s.said()])
+        rows.append([f"{cut(s.called, 20)} {s.model}", s.when(), *middle, *parts, s.said()])
     points = [
-        f"{called[c.quantity]} {c.model} {int((np.abs(c.error) <= COVERS * c.u_val).sum())} of {len(c.times)}"
+        f"{c.called} {c.model} {int((np.abs(c.error) <= COVERS * c.u_val).sum())} of {len(c.times)}"
         for c in found.courses
     ]
+    at_rest = outcome.against is not None and outcome.against.at_rest
     exact = " and ".join(["the inputs"] * (not found.inputs) + ["the data"] * (not found.data))
     return Section(
         "Validation",
         [
             _V20 if style.page else "",
             Table(heads, rows),
-            "The worst window and the last. Where 0 is within (95 %), no error of the model is seen.",
+            "" if at_rest else "The worst window and the last.",
+            "Where 0 is within (95 %), no error of the model is seen.",
             f"Points of the data within 2 u_val: {', '.join(points)}.",
             f"Taken as exact: {exact}." if exact else "",
         ],

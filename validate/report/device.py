@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from compare.device_checks import METER_POWER, METER_RESISTANCE
 from compare.verdict import Check, relative
+from reduced1d.device.ground import of_device
 from reduced1d.device.stability import largest_eigenvalue, shown
 from scenes.formats import kelvin, milliseconds, percent, quantity
 from scenes.loop.result import BAND, QUANTITIES, Run, settling
@@ -20,6 +22,7 @@ from validate.report.table import Section, Style, Table, sentences, wrapped
 if TYPE_CHECKING:
     from fem3d.device.solve import Model
     from scenes.device import Device
+    from scenes.loop.ground import Shared
     from scenes.loop.result import Steady
     from validate.run.outcome import Outcome
 
@@ -29,6 +32,7 @@ FIGURES = {
     "figure11": "device_figures.slow",
     "figure12": "device_figures.responses",
     "figure13": "device_figures.characteristic",
+    "figure14": "ground_figure.shared",
     "sensitivity": "analysis_figures.sensitivity",
 }
 FIELD_FIGURE = ""
@@ -61,6 +65,11 @@ def _happens(run: Run) -> str:
     stopped = f"the run was stopped after {milliseconds(end)} (see Findings)" if run.ran_away else ""
     if unstable or stopped:
         return f"nothing settles: {', and '.join(filter(None, (unstable, stopped)))}"
+    if state.cycles:
+        return (
+            "nothing settles: over the common ground a film can neither be held at the set temperature nor rest "
+            "without power, and its loop swings"
+        )
     if not (run.before.sensor_power_W or run.after.sensor_power_W):
         over = kelvin(state.sensor_K - run.device.control.set_temperature)
         why = "is above the set point" if state.sensor_saturated else "has no gain"
@@ -124,6 +133,7 @@ def sections(outcome: Outcome[Device], contrary: Sequence[Check], style: Style) 
         *checks.of_device(checks.without_slopes(outcome.checks), contrary, style),
         *analysed(outcome, style),
         *([] if outcome.design is None else [_design(outcome, style)]),
+        *([] if "fig14_ground" not in {check.id for check in outcome.checks} else [_ground(outcome)]),
         *(_settling(run, model) for model, run in runs.items() if style.page),
     ]
 
@@ -181,6 +191,7 @@ def _design(outcome: Outcome[Device], style: Style) -> Section:
         "from cold without the limit V >= 0 acting."
     )
     highest, found = f"{control.set_temperature:g} K", design.range
+    highest = "that of the common ground, below" if control.ground_resistance else highest
     reach = f"Range: up to {highest}; give --max-voltage or --max-power for its lower end"
     if found is not None:
         most = f"{quantity(found.sensor_power_W, 'W')} at {quantity(found.sensor_V, 'V')}"
@@ -189,6 +200,35 @@ def _design(outcome: Outcome[Device], style: Style) -> Section:
     told += [f"Source of {name}: {text}" for name, text in design.sources.items()] if style.page else []
     table = Table(("largest stable gain", "sink", "sensor", "slowest mode", "eigenvalue"), rows)
     return Section("For the designer", [table, said, sentences(told)])
+
+
+def _leads(outcome: Outcome[Device]) -> dict[str, list[tuple[Shared, dict[str, float]]]]:
+    """What leads that both films share do in each model, with the errors that are known."""
+    found = of_device(outcome.scene, METER_POWER, METER_RESISTANCE)
+    leads: dict[str, list[tuple[Shared, dict[str, float]]]] = {"1D": [(each, {}) for each in found.leads]}
+    if outcome.device_3d is not None:
+        leads["3D"] = outcome.device_3d.ground
+    return leads
+
+
+def _ground(outcome: Outcome[Device]) -> Section:
+    """A lead to ground that both films share, by its resistance."""
+    rows = []
+    for model, leads in _leads(outcome).items():
+        for each, _ in leads:
+            held = "never" if math.isnan(each.highest_K) else f"{each.lowest_K:.1f} to {each.highest_K:.1f} K"
+            off = [f"{value:+.3g} K" for value in (each.sink_off_K, each.sensor_off_K)]
+            power = quantity(each.sensor_power_W, "W", 4)
+            lead = f"{quantity(each.resistance_ohm, 'ohm', 3)}, {model}"
+            rows.append([lead, *off, power, held, f"{each.largest_eigenvalue:.4f}"])
+    said = (
+        "Off: how far each film's temperature is from that without the lead, after the outer step, as the controllers "
+        "see the lead in series with it. Held: the outer temperatures at which both films can be. Eigenvalue: the "
+        "loop's largest per sample, about the state that it is bound for. Four wires, voltages measured at each "
+        "film's own ends, avoid all of it."
+    )
+    heads = ("common ground", "sink off", "sensor off", "sensor power", "held", "eigenvalue")
+    return Section("A common ground", [Table(heads, rows), said])
 
 
 def _gain(gain: float) -> str:
@@ -204,8 +244,24 @@ def entries(outcome: Outcome[Device]) -> dict[str, Any]:
         "reduced1d": _run(outcome.runs.base),
         "checks": [check_document(check) for check in outcome.checks],
         "findings": list(outcome.runs.base.result.findings),
+        "ground": _ground_document(outcome),
         "design": None if outcome.design is None else asdict(outcome.design),
     }
+
+
+def _ground_document(outcome: Outcome[Device]) -> dict[str, Any] | None:
+    """What leads that both films share do: of each model a list by resistance."""
+    if "fig14_ground" not in {check.id for check in outcome.checks}:
+        return None
+    found = of_device(outcome.scene, METER_POWER, METER_RESISTANCE)
+    listed = {
+        {"1D": "reduced1d", "3D": "fem3d"}[model]: [
+            {q: {"value": v} | ({"error": errors[q]} if q in errors else {}) for q, v in asdict(each).items()}
+            for each, errors in leads
+        ]
+        for model, leads in _leads(outcome).items()
+    }
+    return listed | {"by_power_ohm": found.by_power_ohm, "by_resistance_ohm": found.by_resistance_ohm}
 
 
 def _run(run: Run, model: Model | None = None) -> dict[str, Any]:

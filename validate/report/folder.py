@@ -62,17 +62,19 @@ def folder_of(scene: Any, request: Request, settings: Sequence[str] = (), data: 
     asked = ["sensitivities"] * request.sensitivities
     asked += [] if request.uncertain is None else ["uncertain", *request.uncertain.given]
     fields = ["fields"] * request.fields
+    held = [*request.data_uncertainty, *["calibrate"] * bool(request.calibrate), *request.calibrate]
+    against = ["against", data[0].replace("..", "up"), *data[1:]] if data else []
     model = ["model", getattr(request.model, "__name__", str(request.model))] if request.model else []
     if scene.kind == "free":
-        return _safe(scene.name, *_words(settings), *model, *["why"] * request.why, *asked, *fields)
+        return _safe(scene.name, *_words(settings), *model, *["why"] * request.why, *asked, *held, *fields, *against)
     if scene.kind == "sink":
         words = [request.reduction.replace(":", "")] * (request.reduction != "paper")
         words += ["3d"] * (request.models == ("fem3d",)) + ["1d"] * (request.models == ("reduced1d",))
         words += ["steady"] * (not request.transient) + ["why"] * request.why + ["air"] * request.air
-        words += [*asked, *request.data_uncertainty, *["calibrate"] * bool(request.calibrate), *request.calibrate]
+        words += [*asked, *held]
         words += [f"monte-carlo-{request.monte_carlo}"] * (request.monte_carlo > 0)
         words += [*fields, *(TIME.show(time).replace(" ", "") for time in request.field_times)]
-        words += ["against", data[0].replace("..", "up"), *data[1:]] if data else []
+        words += against
     else:
         words = ["3d"] * request.in_3d + ["paper"] * (request.scheme == "paper")
         words += [*request.about, request.meter or "", *asked]

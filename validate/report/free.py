@@ -25,11 +25,13 @@ FIGURES = {
     "figure differences": "difference_figure.draw",
     "figure network": "network_figure.draw",
     "sensitivity": "analysis_figures.sensitivity",
+    "validation": "analysis_figures.validation",
 }
 FIELD_FIGURE = "figure field"
 _NAME = 30
 _PER_BLOCK = 4
 _MOST_TIMES = 20
+_UNSURE = " (errors larger)"
 _TOLD = 3
 """How many probes the first line has room for."""
 
@@ -46,7 +48,8 @@ def headline(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style
     if scene.steady:
         what, when, key = "Steady state", "in the steady state", "energy_imbalance"
     balance = details.get(key)
-    closed = f", heat balanced to {balance:.0e}" if balance is not None and np.isfinite(balance) else ""
+    # None is stated where no heat passes.
+    closed = f", heat balanced to {balance:.0e}" if balance and np.isfinite(balance) else ""
     shown = [_answer(probe, outcome.solved, style) for probe in scene.probes[:_TOLD]]
     more = f" ({len(scene.probes) - _TOLD} more below)" if len(scene.probes) > _TOLD else ""
     said = [f"{scene.name}: {', '.join(shown)} {when}{more}."]
@@ -59,7 +62,8 @@ def headline(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style
 def sections(outcome: Outcome[AnyScene], contrary: Sequence[Check], style: Style) -> list[Section]:
     """The probes, those of a transient at the times asked for, and how far a model is from them."""
     judged = checks.sections(checks.without_slopes(outcome.checks), contrary, style)
-    found = [_probes(outcome, style), *_at_times(outcome, style), *judged, *analysed(outcome, style)]
+    data = [] if outcome.against is None else [Section("Your data", [outcome.against.said()], headed=False)]
+    found = [_probes(outcome, style), *_at_times(outcome, style), *data, *judged, *analysed(outcome, style)]
     return [*found, network.section(outcome.scene, style)] if (network := _network(outcome)) else found
 
 
@@ -85,7 +89,7 @@ def _answer(probe: Probe | GroupProbe, result: Result, style: Style) -> str:
     if result.traces is None:
         return said
     values, error = result.traces.values[probe.name], result.traces.errors[probe.name]
-    i = int(np.argmax(np.abs(values)))
+    i = int(np.argmax(np.abs(values) * result.traces.sure(result.traces.time)))
     if abs(values[i]) <= abs(values[-1]) + 2 * error:
         return said
     most, at = quantity(float(values[i]), UNITS[probe.quantity]), quantity(float(result.traces.time[i]), "s", 3)
@@ -93,14 +97,14 @@ def _answer(probe: Probe | GroupProbe, result: Result, style: Style) -> str:
 
 
 def _probes(outcome: Outcome[AnyScene], style: Style) -> Section:
-    """Of every probe the steady value, or the last one with the range that the transient passes through."""
+    """Of every probe the steady value, or the last one with the range that it passes through where its errors hold."""
     result, rows, said = outcome.solved, [], []
     for probe in outcome.scene.probes:
         cells = [cut(probe.name, _NAME)]
         if result.traces is None:
             cells.append(value_text(probe, result, style))
         else:
-            values, column = result.traces.values[probe.name], _column(probe, result.traces)
+            values, column = _sure(result.traces, probe.name), _column(probe, result.traces)
             few = replace(column, places=min(column.places, 3))
             error = column.show_error(result.traces.errors[probe.name])
             cells.append(f"{column.show(float(values[-1]))} {style.plus_minus} {error} {column.unit}")
@@ -109,16 +113,23 @@ def _probes(outcome: Outcome[AnyScene], style: Style) -> Section:
     title, heads = "Steady state", ["probe", "steady state"]
     if result.traces is not None:
         title, heads = "Over time", ["probe", "at the end", "least", "largest"]
-        if start := result.details.get("accurate_from_s"):
-            again = ", and that long after each jump of a given temperature" * bool(result.details.get("jumps"))
-            said.append(f"The errors hold from {quantity(start, 's', 3)} on{again}; before that they may be larger.")
+        if result.traces.since:
+            again = ", and that long after each jump of a given temperature" * bool(result.traces.jumps)
+            start = quantity(result.traces.since, "s", 3)
+            said.append(f"The errors hold from {start} on{again}; least and largest are of these times.")
     if off := result.details.get("field_error"):
         said.append(f"The field is known to {off:.2g} of its largest rise, at its worst place.")
     return Section(title, [Table(heads, rows), *said], headed=False)
 
 
+def _sure(traces: Traces, name: str) -> np.ndarray:
+    """What a trace is where its errors hold: right after the start and after a jump it may be far off."""
+    found: np.ndarray = traces.values[name][traces.sure(traces.time)]
+    return found
+
+
 def _column(probe: Probe | GroupProbe, traces: Traces) -> Column:
-    largest = float(np.abs(traces.values[probe.name]).max())
+    largest = float(np.abs(_sure(traces, probe.name)).max())
     return Column.of(largest, traces.errors[probe.name], UNITS[probe.quantity])
 
 
@@ -131,14 +142,13 @@ def _at_times(outcome: Outcome[AnyScene], style: Style) -> list[Section]:
     if len(times) > _MOST_TIMES:
         said = f"The {len(times)} output times are in summary.json and traces.csv."
         return [Section(title, [said], headed=False)]
-    found, most = [], len(scene.probes) if style.page else _PER_BLOCK
+    found, most, sure = [], len(scene.probes) if style.page else _PER_BLOCK, traces.sure(np.array(times))
     for first in range(0, len(scene.probes), most):
         probes: Sequence[Probe | GroupProbe] = scene.probes[first : first + most]
         columns = [(_column(probe, traces), at(traces, probe.name, np.array(times))) for probe in probes]
-        rows = [
-            [TIME.show(time), *(f"{c.show(float(values[i]))} {c.unit}" for c, values in columns)]
-            for i, time in enumerate(times)
-        ]
+        at_rows = [TIME.show(t) + ("" if holds else _UNSURE) for t, holds in zip(times, sure, strict=True)]
+        shown = [[f"{c.show(float(v))} {c.unit}" for v in values] for c, values in columns]
+        rows = [list(row) for row in zip(at_rows, *shown, strict=True)]
         heads = ("time", *(cut(probe.name, _NAME if style.page else 15) for probe in probes))
         found.append(Section(title, [Table(heads, rows)], headed=False))
     return found
@@ -147,7 +157,7 @@ def _at_times(outcome: Outcome[AnyScene], style: Style) -> list[Section]:
 def entries(outcome: Outcome[AnyScene]) -> dict[str, Any]:
     """What summary.json has of a free scene: steady values of the probes with their errors, and that of the field at
     its worst node over its largest rise, null where it isn't known; of a transient the errors, the values at the times
-    asked for and the last one, and the range that each probe passes through."""
+    asked for and the last one, and the range that each probe passes through where its errors hold."""
     from validate.report.summary import check_document, of_3d
 
     scene, traces, details, one = outcome.scene, outcome.solved.traces, outcome.solved.details, outcome.reduced1d
@@ -158,24 +168,24 @@ def entries(outcome: Outcome[AnyScene]) -> dict[str, Any]:
         times = np.array(sorted({*scene.output_times, scene.end_time}))
         found["transient"] = {
             "errors": traces.errors,
-            "accurate_from_s": details.get("accurate_from_s"),
-            "jumps": details.get("jumps", 0),
+            "accurate_from_s": traces.since,
+            "jumps": len(traces.jumps),
             "imbalance": details.get("transient_imbalance"),
             "runs_away": outcome.runs_away or None,
             "time_s": times,
             "values": {probe.name: at(traces, probe.name, times) for probe in scene.probes},
             "range": {
                 name: {"end": values[-1], "least": values.min(), "largest": values.max()}
-                for name, values in traces.values.items()
+                for name, values in ((name, _sure(traces, name)) for name in traces.values)
             },
         }
+    judged = [check_document(check) for check in outcome.checks]
     if one is None:
-        return {"fem3d": found}
+        return {"fem3d": found, **({"checks": judged} if judged else {})}
     model: dict[str, Any] = {"model": one.model}
     model["steady"] = {name: {"value": e.value, "error": e.error} for name, e in one.steady.items()}
     model |= {"errors": one.traces.errors} if one.traces is not None else {}
     model |= {"network": network.entries(scene)} if (network := _network(outcome)) else {}
-    judged = [check_document(check) for check in outcome.checks]
     return {"answer": outcome.answer, "fem3d": found, "reduced1d": model, "checks": judged}
 
 

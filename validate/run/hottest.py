@@ -35,11 +35,11 @@ class Hottest:
 
 def of_sink(sink: Sink, fem3d: Result | None, reduced1d: Result | None) -> tuple[str, ...]:
     """The warnings of a sink's run, of the 3D model where that is solved."""
-    materials = sink.silicon, sink.oxide
     if fem3d is not None:
-        return past(materials, fem3d.details["fields"].distinct, moments(fem3d.traces, FEW))
+        return past(sink.materials, fem3d.details["fields"].distinct, moments(fem3d.traces, FEW))
     if reduced1d is None:
         return ()
+    materials = sink.silicon, sink.oxide
     if sink.spans == 1:
         return warnings(materials, of_painted(of_result(sink, reduced1d)))
     hot = sink.room_temperature + reduced1d.steady["peak_rise_K"].value

@@ -51,6 +51,8 @@ def declared(scene: Any, request: Request) -> Any:
 def of_sink(sink: Sink, request: Request, solver: tuple[Step, ...], data: Data | None = None) -> tuple[Step, ...]:
     """The plan of a sink around the lines of the 3D ``solver``."""
     in_3d, left = "fem3d" in request.models, skipped_of_sink(sink, request)
+    if in_3d and sink.substrate_thickness is not None:
+        solver = (*solver, step("substrate", "in 3D; the 1D model's oxide stands on room temperature"))
     steps = [*solver, _reduction(request), *_checks(sink, request), *_figures(figures_of(sink), left)]
     steps.append(step("traces.csv", "every quantity against time", "" if request.transient else _STEADY))
     # What is done only when asked for, and so has no line where it isn't.
@@ -68,13 +70,7 @@ def of_sink(sink: Sink, request: Request, solver: tuple[Step, ...], data: Data |
     steps.append(step("field files", _FIELD_FILES, fields_reason(request, "" if in_3d else _NO_FIELD)))
     turned = "" if "figure4" in left else ", with the field to turn"
     steps.append(step("report.html", f"everything on one page{turned}"))
-    if data is not None:
-        if request.calibrate:
-            steps.append(step("fit", f"{', '.join(request.calibrate)} by least squares, the rest with what is fitted"))
-        if request.uncertain is not None or request.data_uncertainty:
-            steps.append(step("validation", "E = S - D against u_val of ASME V&V 20, of both models"))
-        said = data.said().partition(": ")[2].rstrip(".")
-        steps.append(step(f"against {data.name}", f"{said}; at its own times"))
+    steps += _against(request, data)
     return tuple(steps)
 
 
@@ -112,7 +108,9 @@ def of_device(device: Device, request: Request) -> tuple[Step, ...]:
     return tuple(found)
 
 
-def of_free(scene: AnyScene, request: Request, solver: tuple[Step, ...]) -> tuple[Step, ...]:
+def of_free(
+    scene: AnyScene, request: Request, solver: tuple[Step, ...], data: Data | None = None
+) -> tuple[Step, ...]:  # fmt: skip
     """The plan of a free scene around the lines of the 3D ``solver``."""
     skipped, when = skipped_of_free(scene, request), "steady" if scene.steady else "hottest moment's"
     steps = [*solver, *_own_model(scene, request), *_uncertain(request)]
@@ -130,6 +128,7 @@ def of_free(scene: AnyScene, request: Request, solver: tuple[Step, ...]) -> tupl
         step("traces.csv", "a column for each probe", _no_traces(scene)),
         step("field files", _FIELD_FILES, fields_reason(request, _no_heat(scene))),
         *_export(request),
+        *_against(request, data),
     ]
     return tuple(steps)
 
@@ -237,6 +236,19 @@ def _uncertain(request: Request) -> list[Step]:
         return []
     given = ", ".join(request.uncertain.given)
     return [step("uncertain inputs", f"{given}: u_input by the sensitivities, to first order")]
+
+
+def _against(request: Request, data: Data | None) -> list[Step]:
+    """What is done with a user's own data."""
+    if data is None:
+        return []
+    steps = []
+    if request.calibrate:
+        steps.append(step("fit", f"{', '.join(request.calibrate)} by least squares, the rest with what is fitted"))
+    if request.uncertain is not None or request.data_uncertainty:
+        steps.append(step("validation", "E = S - D against u_val of ASME V&V 20, of every model"))
+    said = data.said().partition(": ")[2].rstrip(".")
+    return [*steps, step(f"against {data.name}", f"{said}; {'at rest' if data.at_rest else 'at its own times'}")]
 
 
 def _export(request: Request) -> list[Step]:

@@ -1,4 +1,4 @@
-"""The checks of Figures 9 to 13 on the paper's own scene: known numbers, by hand where there is a formula."""
+"""The checks of Figures 9 to 14 on the paper's own scene: known numbers, by hand where there is a formula."""
 
 from __future__ import annotations
 
@@ -114,14 +114,14 @@ def test_what_is_not_needed_is_not_run() -> None:
     late = {k for k in DEVICE_TOLERANCES if k.startswith(("fig11", "fig12", "fig13"))}
     assert set(skipped_checks(device, Request(scheme="paper"))) == late
     still = replace(device, external=External(293.0, 293.0))
-    assert made_checks(still, Request()) == ("fig12_same_time", "fig13_slope", "fig13_limit", *METERS)
+    assert made_checks(still, Request()) == ("fig12_same_time", "fig13_slope", "fig13_limit", "fig14_ground", *METERS)
 
 
 def test_the_papers_scheme_is_checked_against_the_accurate_one() -> None:
     device, request = replace(Device(), end_time=0.08, external=External(step_time=0.01)), Request(scheme="paper")
     made = simulated(device, request)
     found = {check.id: check for check in checks.evaluate(device, request, made)}
-    assert set(found) == {"fig9_settling", "fig9_balance", "fig10_steady", *METERS}
+    assert set(found) == {"fig9_settling", "fig9_balance", "fig10_steady", "fig14_ground", *METERS}
     assert 1e-6 < found["fig9_settling"].u_num < 0.01
     assert "most of that is an error in space" in made.base.result.findings[0]
 

@@ -27,6 +27,7 @@ from scenes.plan import Request
 from tests.validate.cli import summary
 from validate.cli import main
 from validate.report.figures import device_figures as own
+from validate.report.figures import ground_figure
 from validate.report.table import Style, Table
 from validate.run.kinds.device import simulated
 from validate.run.outcome import Outcome
@@ -218,7 +219,7 @@ def test_no_text_of_a_figure_touches_another(setting: str) -> None:
     scene, request = load("device", ("sample_time=1ms", setting), of=DEVICE), Request()
     made = simulated(scene, request)
     outcome = Outcome(scene, request, (), checks=checks.evaluate(scene, request, made), simulated=made)
-    draw = (own.power, own.flow, own.slow, own.responses, own.characteristic)
+    draw = (own.power, own.flow, own.slow, own.responses, own.characteristic, ground_figure.shared)
     for name, figure in zip(FIGURES, draw, strict=True):
         boxes = _boxes(figure(outcome))
         touching = [(a, b) for (a, one), (b, two) in combinations(boxes, 2) if one.overlaps(two)]

@@ -16,6 +16,7 @@ from reduced1d import slopes
 from reduced1d.sink import solve
 from scenes.errors import SceneError
 from scenes.sink import Sink
+from scenes.validity import check
 from scenes.varied import varied
 from validate.against.uncertainty import data_uncertainty
 from validate.cli import main
@@ -46,7 +47,7 @@ def in_1d(sink: Sink, keys: Sequence[str], times: np.ndarray) -> calibration.Mod
 def fitted(data: Data, *keys: str) -> calibration.Fit:
     sink = Sink()
     data = replace(data, u=data_uncertainty(sink, data, [f"{NOISE}K"]))
-    return fit(sink, data, keys_of(sink, keys, data), in_1d)
+    return fit(sink, data, keys_of(sink, keys, data), in_1d, check)
 
 
 def test_the_truth_is_within_the_interval_as_often_as_is_said() -> None:
@@ -94,7 +95,7 @@ def test_refused(keys: list[str], said: str) -> None:
 def test_fewer_points_than_unknowns_are_refused() -> None:
     data = measured(Sink(), 0)
     few = replace(data, time=data.time[:1], values={"peak_K": data.values["peak_K"][:1]})
-    with pytest.raises(SceneError, match="1 points, which can't tell 2 keys"):
+    with pytest.raises(SceneError, match="1 point, which can't tell 2 keys"):
         keys_of(Sink(), [OXIDE, SILICON], few)
 
 

@@ -50,13 +50,18 @@ def statements(data: Data, given: list[str]) -> dict[tuple[str, str], Statement]
     if given:
         uncertain = read(sink, given)
         found = propagation.propagated(uncertain, sensitivities.of_sink(sink, None, one), None, one.steady)
-    made = validate(sink, data, [("1D", one)], found)
+    u_of = (
+        None
+        if found is None
+        else propagation.u_input(found.uncertain, propagation.in_units(sink, found.sensitivities, "reduced1d"))
+    )
+    made = validate(sink, data, [("1D", one, u_of)])
     return {(s.quantity, s.where): s for s in made.statements}
 
 
 def test_data_of_the_model_itself_show_no_error() -> None:
     sink, data = Sink(), known(measured(Sink(), 0.2), "0.2K")
-    made = validate(sink, data, [("1D", model(sink))], None)
+    made = validate(sink, data, [("1D", model(sink), None)])
     # 95 % of normally distributed noise lies within 2 u_D; of 60 points 57 give or take 1.7.
     for points in made.document()["points"]:
         assert 52 <= points["within_2_u_val"] <= 60
@@ -141,7 +146,7 @@ def test_the_figure() -> None:
     data = replace(
         data, values=data.values | {"current_A": current}, u={**data.u, "current_A": np.full(len(TIMES), 1e-7)}
     )
-    made = validate(sink, data, [("1D", model(sink))], None)
+    made = validate(sink, data, [("1D", model(sink), None)])
     outcome: Any = SimpleNamespace(validation=made, scene=sink, against=data)
     figure = analysis_figures.validation(outcome)
     labels = [axes.get_ylabel() for axes in figure.axes]

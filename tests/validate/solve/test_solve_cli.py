@@ -53,14 +53,32 @@ def test_transient_has_a_column_per_probe_by_its_name(capsys: pytest.CaptureFixt
     with open("results/hotplate/traces.csv") as file:
         rows = list(csv.DictReader(file))
     assert list(rows[0]) == ["time_s", "heater", "plate", "current", "heat to the left"]
-    assert [float(row["plate"]) for row in rows] == [1.0, 1.0, 2.0, 2.0]
+    assert [float(row["plate"]) for row in rows] == [-18.0, 1.0, 1.0, 2.0, 2.0]
     found = summary("results/hotplate")["fem3d"]
     assert found["units"] == {"heater": "K", "plate": "K", "current": "A", "heat to the left": "W"}
     assert found["transient"]["time_s"] == [1e-3, 2e-3, 3e-3, 4e-3]
     assert found["transient"]["values"]["heater"] == [1.0] * 4
     assert found["transient"]["errors"]["plate"] == 2e-3
     assert found["transient"]["accurate_from_s"] == 4e-6
-    assert "The errors hold from 4.00 us on" in capsys.readouterr().out
+    text = capsys.readouterr().out
+    assert "The errors hold from 4.00 us on; least and largest are of these times." in text
+    # What is 18 K before that is no result, neither the least nor the largest.
+    assert found["transient"]["range"]["plate"] == {"end": 2.0, "least": 1.0, "largest": 2.0}
+    assert re.search(r"plate +2.0000 ± 0.0020 K +1.000 K +2.000 K", text)
+    assert "at most" not in text
+
+
+def test_an_output_time_right_after_a_jump_is_marked(capsys: pytest.CaptureFixture[str]) -> None:
+    assert solve("hotplate", "--set", 'run.output_times=["1 us", "1 ms"]') == 0
+    text = capsys.readouterr().out
+    assert "1 us (errors larger)" in text
+    assert "1 ms (errors" not in text
+
+
+def test_where_errors_hold_after_jumps() -> None:
+    traces = Traces(np.array([0.0, 10.0]), {}, {}, since=1.0, jumps=(4.0, 5.0))
+    times = np.array([0.0, 0.9, 1.0, 3.9, 4.0, 4.4, 4.5, 5.0, 5.9, 6.0, 10.0])
+    assert times[traces.sure(times)].tolist() == [1.0, 3.9, 4.5, 6.0, 10.0]
 
 
 def test_value_at_a_jump_is_the_later_one() -> None:

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from compare import quantities
 from scenes.formats import cut, scale, sink_text
 from scenes.sink import Sink
 from validate.report.checks import with_mu
@@ -21,6 +22,7 @@ from validate.run import kinds
 if TYPE_CHECKING:
     from compare.blame import Budget
     from validate.inputs.air import Air
+    from validate.inputs.validation import Validation
     from validate.run.outcome import Outcome
 
 _VISIBLE = 0.005
@@ -156,10 +158,11 @@ def sensitivity(outcome: Outcome[Any]) -> Figure:
     return figure
 
 
-def validation(outcome: Outcome[Sink]) -> Figure:
-    """A column for each quantity of the data: above the values with bands of 2 sqrt(u_num^2 + u_input^2), all of the
-    data as dots, some of them with bars of 2 u_D; below the comparison error E = S - D of both models within 2 u_val,
-    and its means over windows with their intervals."""
+def validation(outcome: Outcome[Any]) -> Figure:
+    """A column for each quantity of the data. Of the steady state: E of each model with its interval. Over time: above
+    the values with bands of 2 sqrt(u_num^2 + u_input^2), all of the data as dots, some of them with bars of 2 u_D;
+    below the comparison error E = S - D of the models within 2 u_val, and its means over windows with their
+    intervals."""
     from compare.verdict import COVERS
     from validate.inputs.validation import finding
 
@@ -167,20 +170,24 @@ def validation(outcome: Outcome[Sink]) -> Figure:
     assert found is not None
     keys = list(dict.fromkeys(course.quantity for course in found.courses))
     name = "" if outcome.against is None else f" against {outcome.against.name[:40]}"
+    whose, names = kinds.of(outcome.scene).text(outcome.scene), list(dict.fromkeys(c.model for c in found.courses))
+    colours = dict(zip(names, _MODELS.values(), strict=False))
+    if np.isinf(found.courses[0].times[-1]):
+        return _at_rest(found, keys, f"{whose}{name}, steady state: E = S - D with its interval of 95 %", colours)
     said = (
-        f"{sink_text(outcome.scene)}{name}, {len(found.courses[0].times):,} rows; bands of 2 u: of S by numerics and "
+        f"{whose}{name}, {len(found.courses[0].times):,} rows; bands of 2 u: of S by numerics and "
         "inputs, of E by u_val; diamonds: the worst and the last window with their 95 %"
     )
     figure = new_figure(max(2.0 + 4.2 * len(keys), 8.0), 6.2, finding(found), [said], bottom=0.9, left=0.85)
     axes = figure.subplots(2, len(keys), sharex=True, squeeze=False, gridspec_kw={"wspace": 0.3, "hspace": 0.12})
     for key, above, below in zip(keys, *axes, strict=True):
-        called, _, unit = key.rpartition("_")
-        room = outcome.scene.room_temperature if unit == "K" else 0.0
         courses = [course for course in found.courses if course.quantity == key]
+        called, unit = courses[0].called, courses[0].unit
+        room = quantities.of(outcome.scene).base(key)
         factor, shown = scale(float(np.abs(courses[0].measured - room).max()), unit)
         off, shown_off = scale(max(float(np.abs(course.error).max()) for course in courses), unit)
         for course in courses:
-            ms, colour = course.times * 1e3, _MODELS[course.model]
+            ms, colour = course.times * 1e3, colours[course.model]
             u = np.hypot(course.u_num, np.nan_to_num(course.u_input))
             for ax, values, half in (
                 (above, factor * (course.simulated - room), factor * u),
@@ -198,9 +205,27 @@ def validation(outcome: Outcome[Sink]) -> Figure:
         few = np.unique(np.linspace(0, len(ms) - 1, _MARKS).astype(int))
         above.errorbar(ms[few], measured[few], factor * COVERS * course.u_data[few], fmt="none", color=INK, lw=0.8)
         below.axhline(0.0, color=INK, lw=0.8)
-        above.set_ylabel(with_mu(f"{called}{' rise' if unit == 'K' else ''} ({shown})"))
+        above.set_ylabel(with_mu(f"{cut(called, 24)}{' rise' if unit == 'K' else ''} ({shown})"))
         below.set(ylabel=with_mu(f"E = S - D ({shown_off})"), xlabel="time (ms)")
     legend(figure, axes[0, 0])
+    return figure
+
+
+def _at_rest(found: Validation, keys: list[str], said: str, colours: dict[str, str]) -> Figure:
+    """A column for each quantity: E of each model, with the interval that its own error lies in."""
+    from validate.inputs.validation import finding
+
+    figure = new_figure(max(2.0 + 2.2 * len(keys), 8.0), 4.2, finding(found), [said], bottom=0.9, left=0.85)
+    for key, ax in zip(keys, figure.subplots(1, len(keys), squeeze=False, gridspec_kw={"wspace": 0.5})[0], strict=True):
+        own = [s for s in found.statements if s.quantity == key]
+        factor, unit = scale(max(abs(s.E) for s in own), own[0].unit)
+        for place, s in enumerate(own):
+            half = np.nan_to_num(factor * s.k * s.u_val)
+            ax.errorbar(place, factor * s.E, half, fmt="D", color=colours[s.model], mec=INK, ms=6, capsize=4)
+        ax.axhline(0.0, color=INK, lw=0.8)
+        ax.set_xticks(range(len(own)), [cut(s.model, 16) for s in own])
+        ax.set(xlim=(-0.6, len(own) - 0.4), ylabel=with_mu(f"E = S - D ({unit})"))
+        ax.set_title(cut(own[0].called, 24), fontsize=10)
     return figure
 
 

@@ -23,7 +23,7 @@ _SEEN = 0.01  # part of a trace's range that it has to move by to be seen
 
 
 def draw(outcome: Outcome[AnyScene]) -> Figure:
-    """Every probe with a band for its estimated error, a model's dotted beside it, on a common axis of time: a
+    """Every probe where its errors hold, with a band for them, a model's dotted beside it, on a common axis of time: a
     logarithmic one where a trace has done half of all it does in the first twentieth of the run, and nothing that
     drives the scene changes later."""
     scene, traces = outcome.scene, outcome.solved.over_time
@@ -31,6 +31,7 @@ def draw(outcome: Outcome[AnyScene]) -> Figure:
     one = None if model is None else model.traces
     first = _first(scene, traces)
     times = np.geomspace(first, scene.end_time, 400) if first else traces.time
+    sure = traces.sure(times)
     panels = [q for q in UNITS if any(probe.quantity == q for probe in scene.probes)]
     figure = new_figure(9.5, 0.9 + _PANEL * len(panels), f"{scene.name}: probes against time", [], left=0.9)
     figure.subplots_adjust(right=0.78)
@@ -38,11 +39,12 @@ def draw(outcome: Outcome[AnyScene]) -> Figure:
     factor, unit = next((f, u) for f, u in _TIMES if scene.end_time * f >= 1 or u == "ns")
     for ax, name in zip(axes, panels, strict=True):
         probes = [probe.name for probe in scene.probes if probe.quantity == name]
-        per, shown = scale(max(float(np.abs(traces.values[probe]).max()) for probe in probes), UNITS[name])
+        largest = max(float(np.abs(traces.values[probe][traces.sure(traces.time)]).max()) for probe in probes)
+        per, shown = scale(largest, UNITS[name])
         for number, probe in enumerate(probes):
             values = traces.values[probe]
             # Rows are few where a straight line over time does, which a logarithmic axis bends.
-            drawn = per * (smooth(traces.time, values, times) if first else values)
+            drawn = np.where(sure, per * (smooth(traces.time, values, times) if first else values), np.nan)
             colour, dash = _COLOURS[number % len(_COLOURS)], _DASHES[number // len(_COLOURS) % len(_DASHES)]
             ax.plot(times * factor, drawn, color=colour, ls=dash, label=cut(probe, MOST_NAME))
             band(ax, times * factor, drawn, traces.errors[probe] * per, colour)

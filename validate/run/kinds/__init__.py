@@ -7,8 +7,12 @@
     exported          the scene of boxes that a compact model is of
     quantities        of an outcome: what is followed and uncertain, by name what it is called and its unit; ``SHOWN``
     are those that a terminal has room for (empty: as many as fit)
-    sensitivities     how the quantities follow the keys; steady: their values in 3D and in 1D
+    sensitivities     how the quantities follow the keys, or some of them; steady: their values in 3D and in 1D
     judged            the checks with what uncertain inputs make of them, and warnings
+    models            of an outcome its results, by what they are called beside data; slopes: how each follows a key in
+    the quantities' own units; beside: what 3D is with a key larger
+    in_3d, checked    what a fit to data solves, and whether a scene can be built; fitted_model: the fit of a 1D model's
+    own parameters
 
 All that is done to a result is written once, for these. How a run is told and kept is in `validate.report`, a module of
 the same name.

@@ -79,7 +79,7 @@ def quantities(outcome: Outcome[Device]) -> dict[str, tuple[str, str]]:
     return {name: (called, unit_of(name)) for name, called in OF_DEVICE.items()}
 
 
-def sensitivities(outcome: Outcome[Device]) -> Sensitivities:
+def sensitivities(outcome: Outcome[Device], keys: object) -> Sensitivities:
     from validate.inputs.sensitivities import of_device
 
     return of_device(outcome.scene, None if outcome.device_3d is None else outcome.device_3d.model)

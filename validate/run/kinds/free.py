@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -15,10 +15,14 @@ from validate.run.kinds import inputs
 from validate.run.outcome import Outcome, Run
 
 if TYPE_CHECKING:
+    import numpy as np
+
+    from compare.against import Data
     from compare.probes import Both
     from compare.verdict import Check
     from scenes.result import Estimate, Result
-    from validate.inputs.propagation import Estimates, Propagated
+    from validate.inputs.calibration import Fit, Modelled
+    from validate.inputs.propagation import Estimates, In_units, Propagated
     from validate.inputs.sensitivities import Sensitivities
     from validate.models import Asked, Model
 
@@ -32,10 +36,17 @@ def text(scene: AnyScene) -> str:
     return scene.name
 
 
-def plan(scene: AnyScene, request: Request, data: object) -> tuple[Step, ...]:
+def plan(scene: AnyScene, request: Request, data: Data | None) -> tuple[Step, ...]:
     from fem3d.runs import scene as scene_run
 
-    return plans.of_free(scene, request, scene_run.plan(scene, whole=inputs.followed(request)))
+    _refuse(scene, request)
+    return plans.of_free(scene, request, scene_run.plan(scene, whole=inputs.followed(request)), data)
+
+
+def _refuse(scene: AnyScene, request: Request) -> None:
+    """SceneError for sensitivities that there are not of this scene."""
+    if inputs.differentiated(request):
+        physics.refuse_laws(physics.materials(scene), "a sensitivity")
 
 
 def exported(scene: AnyScene, request: Request) -> AnyScene:
@@ -43,10 +54,12 @@ def exported(scene: AnyScene, request: Request) -> AnyScene:
     return scene
 
 
-def answer(run: Run, data: object) -> Outcome[AnyScene]:
+def answer(run: Run, data: Data | None) -> Outcome[AnyScene]:
     """The probes, the warnings, also of what gets too hot, and the time whose field is drawn."""
     from validate.run import hottest
 
+    _refuse(run.scene, run.request)
+    run, fit = inputs.calibrated(run, data)
     scene, request, clock = run.scene, run.request, run.clock
     with clock.stage("imports"):
         from fem3d.runs import scene as scene_run
@@ -71,11 +84,12 @@ def answer(run: Run, data: object) -> Outcome[AnyScene]:
             warnings += hottest.past(physics.materials(scene), fields, times)
             if result.traces is not None and "field" not in skipped_figures(scene, request):
                 shown = hottest.farthest(fields, times, scene.initial_temperature)
-    steps = plans.of_free(scene, request, tuple(result.details["plan"]))
+    steps = plans.of_free(scene, request, tuple(result.details["plan"]), data)
     if model is None and scene.model is not None and scene.model.file:
         warnings += (f"the scene's model, {scene.model.file}, is a program, and runs only with --model scene",)
     outcome = Outcome(scene, request, steps, result, warnings=warnings, shown=shown, runs_away=runs_away)
-    return inputs.told(run, outcome if model is None else _judged(run, outcome, *model))
+    outcome = inputs.told(run, outcome if model is None else _judged(run, outcome, *model))
+    return inputs.held_against(run, outcome, data, fit)
 
 
 def _opened(scene: AnyScene, request: Request) -> tuple[Model, Asked] | None:
@@ -123,13 +137,12 @@ def _judged(run: Run, outcome: Outcome[AnyScene], model: Model, asked: Asked) ->
 
 def held(scene: AnyScene, three: Result, model: Model, asked: Asked, say: Callable[[str], None]) -> Both:
     """A model beside the 3D result of a scene."""
-    from compare.probes import Both, Quantities
+    from compare import quantities
+    from compare.probes import Both
     from validate.models import asked as of_model
 
     one = of_model.solve(model, asked, three, scene.accuracy, bool(three.steady), say)
-    start = three.details.get("accurate_from_s", 0.0)
-    jumps, edges = physics.temperature_jumps(scene), physics.jumps(physics.driving(scene))
-    return Both(Quantities(asked.over_time, scene.initial_temperature, start, jumps, edges), three, one)
+    return Both(quantities.of(scene, three), three, one)
 
 
 def at_rest(scene: AnyScene, say: Callable[[str], None]) -> dict[str, Estimate]:
@@ -161,10 +174,10 @@ def quantities(outcome: Outcome[AnyScene]) -> dict[str, tuple[str, str]]:
     return {probe.name: (probe.name, UNITS[probe.quantity]) for probe in outcome.scene.probes}
 
 
-def sensitivities(outcome: Outcome[AnyScene]) -> Sensitivities:
+def sensitivities(outcome: Outcome[AnyScene], keys: Sequence[str] | None) -> Sensitivities:
     from validate.inputs.sensitivities import of_free
 
-    found = of_free(outcome.scene, outcome.solved)
+    found = of_free(outcome.scene, outcome.solved, keys)
     if outcome.own is None or outcome.reduced1d is None:
         return found
     from validate.inputs.own_model import beside
@@ -184,3 +197,54 @@ def judged(outcome: Outcome[AnyScene], propagated: Propagated, run: Run) -> tupl
     from validate.inputs.own_model import judged
 
     return judged(outcome.checks, propagated), ()
+
+
+def models(outcome: Outcome[AnyScene]) -> dict[str, Result]:
+    """The results by what they are called beside data."""
+    one = outcome.reduced1d
+    return {"3D": outcome.solved, **({"1D": one} if one is not None else {})}
+
+
+def slopes(outcome: Outcome[AnyScene], found: Sensitivities) -> dict[str, In_units]:
+    """How the probes follow a key by each model, in their units."""
+    from validate.inputs import probe_traces
+
+    of = {"3D": probe_traces.of_3d(outcome.scene, found)}
+    if outcome.own is not None and outcome.reduced1d is not None:
+        of["1D"] = probe_traces.of_model(outcome.scene, outcome.own)
+    return of
+
+
+def beside(outcome: Outcome[AnyScene], found: Sensitivities) -> Callable[[str, float], Result]:
+    """What 3D is, to first order, with a key larger by a relative step."""
+    from validate.inputs import probe_traces
+
+    of = probe_traces.of_3d(outcome.scene, found)
+    return lambda key, step: probe_traces.moved(outcome.scene, outcome.solved, of, key, step)
+
+
+def in_3d(scene: AnyScene, keys: Sequence[str], times: np.ndarray) -> Modelled:
+    """The probes in 3D at some times (s), or at rest, and their derivatives by keys."""
+    from validate.inputs.probe_traces import in_3d as modelled
+
+    return modelled(scene, keys, times)
+
+
+def checked(scene: AnyScene) -> AnyScene:
+    """A scene that can be built. Raises SceneError."""
+    from scenes.free import check
+
+    given: Any = scene
+    # A mesh is held against its scene when it is read.
+    return check(given) if scene.parts == "boxes" else scene
+
+
+def fitted_model(run: Run, keys: Sequence[str], data: Data) -> Fit:
+    """The user's own model with its parameters fitted to the data. Raises SceneError where the scene has no such
+    parameter."""
+    from validate.inputs.model_fit import fitted
+
+    given = plans.own_model(run.scene, run.request)
+    if given is None:
+        raise SceneError(f"--calibrate {keys[0]} is of a 1D model: give one with --model, too")
+    return fitted(run.scene, *given, [key.removeprefix(inputs.OF_MODEL) for key in keys], data)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from scenes.formats import sink_text
 from scenes.model import AnyScene, Probe
+from scenes.physics import refuse_laws
 from scenes.plan import Request, Step, noted
 from scenes.sink import OF_A_SINK, Sink
 from validate.run import plan as plans
@@ -14,11 +16,14 @@ from validate.run.kinds import inputs
 from validate.run.outcome import Outcome, Run
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from compare.against import Data
     from compare.verdict import Check
     from reduced1d.ladder.levels import Levels
     from scenes.result import Result
-    from validate.inputs.propagation import Estimates, Propagated
+    from validate.inputs.calibration import Modelled
+    from validate.inputs.propagation import Estimates, In_units, Propagated
     from validate.inputs.sensitivities import Sensitivities
 
 PYTHON = "compare.run"
@@ -29,15 +34,23 @@ text = sink_text
 
 
 def plan(sink: Sink, request: Request, data: Data | None) -> tuple[Step, ...]:
-    from reduced1d.ladder import refuse
-
-    refuse(sink, request.reduction)
+    _refuse(sink, request)
     steps: tuple[Step, ...] = (plans.ONLY_1D,)
     if "fem3d" in request.models:
         from fem3d.runs.sink import plan as plan_3d
 
         steps = plan_3d(sink, request)
     return plans.of_sink(sink, request, steps, data)
+
+
+def _refuse(sink: Sink, request: Request) -> None:
+    """SceneError for a reduction, or sensitivities, that there are not of this sink."""
+    from reduced1d.ladder import refuse
+
+    if "reduced1d" in request.models:
+        refuse(sink, request.reduction)
+    if inputs.differentiated(request):
+        refuse_laws((sink.silicon, sink.oxide), "a sensitivity")
 
 
 def exported(sink: Sink, request: Request) -> AnyScene:
@@ -51,20 +64,11 @@ def exported(sink: Sink, request: Request) -> AnyScene:
 def answer(run: Run, data: Data | None) -> Outcome[Sink]:
     """Both models, the checks, with those of a user's own ``data``, and the answer."""
     from compare.blame import answered
-    from reduced1d.ladder import refuse
 
     sink, request, clock = run.scene, run.request, run.clock
-    refuse(sink, request.reduction)
-    fit = None
-    if request.calibrate and data is not None:
-        from validate.inputs import calibration
-
-        run.say("fitting")
-        with clock.stage("fit"):
-            keys = calibration.keys_of(sink, request.calibrate, data)
-            fit = calibration.fit(sink, data, keys, calibration.in_3d)
-        sink = fit.scene
-        run = replace(run, scene=sink)
+    _refuse(sink, request)
+    run, fit = inputs.calibrated(run, data)
+    sink = run.scene
     levels = _levels(sink, request)
     outcome = _compared(run, levels, data=data)
     with clock.stage("checks"):
@@ -81,28 +85,7 @@ def answer(run: Run, data: Data | None) -> Outcome[Sink]:
         with clock.stage("air"):
             air = air_of(sink, run.say, request.transient)
         outcome = replace(outcome, air=air, checks=(*outcome.checks, *air.checks))
-    outcome = inputs.told(run, outcome)
-    if data is None or outcome.fem3d is None:
-        return outcome
-    from compare.against import definitions, evaluate
-
-    against = evaluate(sink, data, outcome.fem3d)
-    if request.uncertain is not None and outcome.propagated is not None:
-        from compare.verdict import Models
-        from validate.inputs.propagation import judged
-
-        followed = outcome.propagated.sensitivities
-        held = Models(sink, outcome.fem3d, None)
-        against = judged(against, held, request.uncertain, followed, definitions(data, outcome.fem3d))
-    of_data = (f"{data.name}: {text}" for text in data.warnings)
-    warnings = (*outcome.warnings, *of_data, *(fit.warnings() if fit else ()))
-    outcome = replace(outcome, checks=(*outcome.checks, *against), warnings=warnings, against=data, fit=fit)
-    if request.uncertain is None and not data.u:
-        return outcome
-    from validate.inputs import validation
-
-    models = [(name, result) for name, result in (("3D", outcome.fem3d), ("1D", outcome.reduced1d)) if result]
-    return replace(outcome, validation=validation.validate(sink, data, models, outcome.propagated))
+    return inputs.held_against(run, inputs.told(run, outcome), data, fit)
 
 
 def compared(sink: Sink, request: Request, earlier: Result | None = None) -> Outcome[Sink]:
@@ -183,7 +166,7 @@ def quantities(outcome: Outcome[Sink]) -> dict[str, tuple[str, str]]:
     return {asked.steady: (asked.called, asked.unit) for asked in OF_A_SINK.values()}
 
 
-def sensitivities(outcome: Outcome[Sink]) -> Sensitivities:
+def sensitivities(outcome: Outcome[Sink], keys: Sequence[str] | None) -> Sensitivities:
     from validate.inputs.sensitivities import of_sink
 
     return of_sink(outcome.scene, outcome.fem3d, outcome.reduced1d, outcome.request.uncertain is not None)
@@ -207,3 +190,38 @@ def judged(outcome: Outcome[Sink], propagated: Propagated, run: Run) -> tuple[tu
     if outcome.reduced1d is not None and outcome.reduced1d.model == "paper":
         warnings = propagation.bent(outcome.scene, propagated)
     return checks, warnings
+
+
+def models(outcome: Outcome[Sink]) -> dict[str, Result]:
+    """The results by what they are called beside data."""
+    both = {"3D": outcome.fem3d, "1D": outcome.reduced1d}
+    return {name: result for name, result in both.items() if result is not None}
+
+
+def slopes(outcome: Outcome[Sink], found: Sensitivities) -> dict[str, In_units]:
+    """How the traces of each model follow a key, in their units."""
+    from validate.inputs.propagation import in_units
+
+    called = {"3D": "fem3d", "1D": "reduced1d"}
+    return {name: in_units(outcome.scene, found, model) for name, model in called.items()}
+
+
+def beside(outcome: Outcome[Sink], found: Sensitivities) -> Callable[[str, float], Result]:
+    """What 3D is, to first order, with a key larger by a relative step."""
+    from validate.inputs.propagation import moved
+
+    return lambda key, step: moved(outcome.solved, outcome.scene, found, key, step)
+
+
+def in_3d(sink: Sink, keys: Sequence[str], times: np.ndarray) -> Modelled:
+    """The traces in 3D at some times (s), and their derivatives by keys."""
+    from validate.inputs.sink_traces import in_3d as modelled
+
+    return modelled(sink, keys, times)
+
+
+def checked(sink: Sink) -> Sink:
+    """A sink that can be built. Raises SceneError."""
+    from scenes.validity import check
+
+    return check(sink)

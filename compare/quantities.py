@@ -1,0 +1,91 @@
+"""What the models of a scene answer over time, and data may be of: a name for each quantity, its unit, and where it
+counts from. A scene with probes has these; the sink is one with fixed names."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from scenes import physics
+from scenes.checks import FIRST_TIME
+from scenes.model import UNITS, AnyScene
+from scenes.result import Result, Traces
+from scenes.sink import OF_A_SINK, Sink
+
+EDGE = 1e-5
+"""The part of the run to either side of a drive's jump in which nothing is compared."""
+AT_REST = np.array([np.inf])
+"""The times (s) of data of a steady state: what is reached after all time."""
+
+
+@dataclass(frozen=True)
+class Quantities:
+    """What both models answer: ``units`` by name, the ``initial`` temperature (K) above which temperatures rise, the
+    ``end`` of the run (s), from when (``first``, s) and where the errors of 3D's ``traces`` hold, and the ``edges`` (s)
+    at which a drive jumps: a circuit's edge takes a while, and what happens on it is no difference of models.
+    ``words`` are what a user calls a quantity, where that is not its name; ``final`` the steady quantities that
+    differences of a trace are relative to, where that is not the trace's own largest value. ``steady`` says that there
+    is the steady state alone."""
+
+    units: Mapping[str, str]
+    initial: float
+    end: float = np.inf
+    first: float = 0.0
+    traces: Traces | None = None
+    edges: tuple[float, ...] = ()
+    words: Mapping[str, str] = field(default_factory=dict)
+    final: Mapping[str, str] = field(default_factory=dict)
+    steady: bool = False
+
+    def base(self, name: str) -> float:
+        """What the scale of a quantity counts from."""
+        return self.initial if self.units[name] == "K" else 0.0
+
+    def word(self, name: str) -> str:
+        """What a user calls a quantity."""
+        return self.words.get(name, name)
+
+    @property
+    def since(self) -> float:
+        """When (s) the errors over time begin to hold."""
+        return self.first if self.traces is None else max(self.first, self.traces.since)
+
+    @property
+    def names(self) -> dict[str, str]:
+        """The quantities by what a user calls them."""
+        return {self.word(name): name for name in self.units}
+
+    def sure(self, times: np.ndarray) -> np.ndarray:
+        """(times,): where the errors hold, within the run; the steady state is sure."""
+        found: np.ndarray = (times >= self.first * (1 - 1e-9)) & (times <= self.end * (1 + 1e-9))
+        if self.traces is not None:
+            found &= self.traces.sure(times)
+        for edge in self.edges:
+            found &= np.abs(times - edge) > EDGE * min(self.end, float(times[-1]))
+        return found | ~np.isfinite(times)
+
+
+def of(scene: Any, fem3d: Result | None = None) -> Quantities:
+    """Those of a scene; from when on the errors of ``fem3d`` hold is said by it."""
+    return _OF[scene.kind](scene, fem3d)
+
+
+def _of_sink(sink: Sink, fem3d: Result | None) -> Quantities:
+    traced = {name: asked for name, asked in OF_A_SINK.items() if asked.trace}
+    return Quantities(
+        {asked.trace: asked.unit for asked in traced.values()}, sink.room_temperature, sink.end_time, FIRST_TIME,
+        words={asked.trace: name for name, asked in traced.items()},
+        final={asked.trace: asked.steady for asked in traced.values()},
+    )  # fmt: skip
+
+
+def _of_free(scene: AnyScene, fem3d: Result | None) -> Quantities:
+    units = {probe.name: UNITS[probe.quantity] for probe in scene.probes}
+    traces, edges = None if fem3d is None else fem3d.traces, physics.jumps(physics.driving(scene))
+    return Quantities(units, scene.initial_temperature, scene.end_time, 0.0, traces, edges, steady=scene.steady)
+
+
+_OF: dict[str, Callable[[Any, Result | None], Quantities]] = {"sink": _of_sink, "free": _of_free}

@@ -1,0 +1,82 @@
+"""Laws of a property that follows the temperature: a power of it, or a table over it.
+
+A *property* is a number, a law, or three of these along x, y and z (anisotropic). Temperatures are absolute (K).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+Property = Any
+"""A number, a `PowerLaw`, a `Table` or a tuple of three of these: ``Any``, as most models take numbers alone, and
+`scenes.physics.refuse_laws` keeps the others from them."""
+
+
+@dataclass(frozen=True)
+class PowerLaw:
+    """``value`` (T / ``at``)^``exponent``."""
+
+    value: float
+    at: float
+    exponent: float
+
+    def __call__(self, temperature: Any) -> Any:
+        """The property at a temperature (K), a number or an array."""
+        return self.value * (temperature / self.at) ** self.exponent
+
+    def slope(self, temperature: Any) -> Any:
+        """Its derivative (per K)."""
+        return self.value * self.exponent / self.at * (temperature / self.at) ** (self.exponent - 1)
+
+
+@dataclass(frozen=True)
+class Table:
+    """Linear between rising ``temperatures`` (K), constant outside of them."""
+
+    temperatures: tuple[float, ...]
+    values: tuple[float, ...]
+
+    def __call__(self, temperature: Any) -> Any:
+        """The property at a temperature (K), a number or an array."""
+        import numpy as np
+
+        return np.interp(temperature, self.temperatures, self.values)
+
+    def slope(self, temperature: Any) -> Any:
+        """Its derivative (per K), at a bend that of what follows."""
+        import numpy as np
+
+        slopes = np.concatenate([[0.0], np.diff(self.values) / np.diff(self.temperatures), [0.0]])
+        return slopes[np.searchsorted(self.temperatures, temperature, side="right")]
+
+
+Law = PowerLaw | Table
+
+
+def along(given: Property) -> tuple[Property, Property, Property]:
+    """The property along x, y and z."""
+    return given if isinstance(given, tuple) else (given, given, given)
+
+
+def of(given: Property) -> Iterator[Law]:
+    """The laws in a property."""
+    return (each for each in along(given) if isinstance(each, Law))
+
+
+def at(given: Property, temperature: float) -> Property:
+    """The property at a temperature (K): a number, or three."""
+    if isinstance(given, tuple):
+        return tuple(at(each, temperature) for each in given)
+    return float(given(temperature)) if isinstance(given, Law) else given
+
+
+def varies(given: Property) -> bool:
+    """Whether a property follows the temperature."""
+    return any(True for _ in of(given))
+
+
+def is_plain(given: Property) -> bool:
+    """Whether a property is one number, or nothing."""
+    return not isinstance(given, (Law, tuple))

@@ -1,0 +1,133 @@
+"""What a lead to ground that sink and sensor share does to both: in the steady state, to the range and to the loop.
+
+Each controller sees its film with the lead in series, R + R_ground (1 + I_other/I), and so holds it at less than the
+set temperature; the two by different amounts, so that heat passes from one to the other, which the sensor's power then
+lacks. Where the outer temperature leaves the sensor little current, the sink's through the lead hides its resistance:
+the sensor's range ends there.
+"""
+
+# ruff: noqa: N815 - the symbols of units keep their capitals, as in the keys of the output
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+
+from scenes.device import Device
+from scenes.loop.modal import Modal
+from scenes.loop.stability import gains, plant, steady
+
+NARROW = 2e-3
+"""The end of the range is bisected to this part of the set temperature's rise."""
+SMALLEST, LARGEST = 1e-12, 10.0
+"""Of the sensor's resistance: between which a lead is sought."""
+
+
+@dataclass(frozen=True)
+class Shared:
+    """What a lead of ``resistance_ohm`` does after the outer step: how far both films are off the temperatures without
+    it (K), both powers (W), up to which outer temperature (K) the sensor is held, the size of the loop's largest
+    eigenvalue per sample, and by how much (K) a volt more across the sink moves what is seen of the sensor at once.
+
+    ``sensor_power_W`` of a sensor that can't be held is what the sink's current leaves in it.
+    """
+
+    resistance_ohm: float
+    sink_off_K: float
+    sensor_off_K: float
+    sink_power_W: float
+    sensor_power_W: float
+    lowest_K: float
+    highest_K: float
+    largest_eigenvalue: float
+    coupling_K_per_V: float
+
+
+@dataclass(frozen=True)
+class Ground:
+    """Leads of several resistances, and those (ohm) from which on the sensor is off by more than a step of its power
+    and than a step of its measured resistance; infinite where none is large enough."""
+
+    leads: tuple[Shared, ...]
+    by_power_ohm: float
+    by_resistance_ohm: float
+
+
+def grounded(device: Device, resistance: float) -> Device:
+    """The device with a lead of a resistance (ohm)."""
+    return replace(device, control=replace(device.control, ground_resistance=resistance))
+
+
+def shared(modal: Modal, device: Device, resistance: float) -> Shared:
+    """What a lead of a resistance (ohm) does to a model of a device."""
+    other = grounded(device, resistance)
+    without, state, loop = steady(modal, grounded(device, 0.0)), steady(modal, other), plant(modal, other)
+    return Shared(
+        resistance, state.sink_K - without.sink_K, state.sensor_K - without.sensor_K, state.sink_power_W,
+        state.sensor_power_W, *held_range(modal, other), abs(loop.eigenvalue(gains(other))), float(loop.across[1, 0]),
+    )  # fmt: skip
+
+
+def held_range(modal: Modal, device: Device) -> tuple[float, float]:
+    """The outer temperatures (K) between which both films are held, NaN if at none; without a lead from 0 K to the set
+    temperature.
+
+    With one the sensor's current gets too small beside the sink's above them, and the sink's beside the sensor's below.
+    Sought from the set temperature down in steps of its rise above room, at first smaller ones.
+    """
+    top, step = device.control.set_temperature, device.set_rise
+    if not device.control.ground_resistance:
+        return 0.0, top
+
+    def held(outer: float) -> bool:
+        state = steady(modal, device, outer)
+        return not (state.sink_saturated or state.sensor_saturated or state.cycles)
+
+    def end(inside: float, outside: float) -> float:
+        while abs(inside - outside) > NARROW * step:
+            middle = (inside + outside) / 2
+            inside, outside = (middle, outside) if held(middle) else (inside, middle)
+        return inside
+
+    drops = [step / 4**n for n in (4, 3, 2, 1)] + [step * n for n in range(1, int(top / step) + 1)]
+    tried = [top, *(top - drop for drop in drops), 0.0]
+    inside = [n for n, outer in enumerate(tried) if n and held(outer)]
+    if not inside:
+        return float("nan"), float("nan")
+    first, last = inside[0], inside[-1]
+    lowest = 0.0 if last == len(tried) - 1 else end(tried[last], tried[last + 1])
+    return lowest, end(tried[first], tried[first - 1])
+
+
+def effects(modal: Modal, device: Device, resistances: Iterable[float], power: float, resistance: float) -> Ground:
+    """What leads of some ``resistances`` (ohm) do, and which ones are off by a step of the sensor's ``power`` (W) and
+    of its measured ``resistance`` (ohm)."""
+    without = steady(modal, grounded(device, 0.0))
+    per_kelvin = modal.resistance[1] * modal.coefficient[1]
+
+    def off_power(lead: float) -> float:
+        state = steady(modal, grounded(device, lead))
+        return abs(state.sensor_power_W - without.sensor_power_W) / power
+
+    def off_resistance(lead: float) -> float:
+        state = steady(modal, grounded(device, lead))
+        return abs(state.sensor_K - without.sensor_K) * per_kelvin / resistance
+
+    smallest, largest = (float(part * modal.resistance[1]) for part in (SMALLEST, LARGEST))
+    return Ground(
+        tuple(shared(modal, device, lead) for lead in resistances),
+        _reaches_one(off_power, smallest, largest), _reaches_one(off_resistance, smallest, largest),
+    )  # fmt: skip
+
+
+def _reaches_one(off: Callable[[float], float], low: float, largest: float) -> float:
+    """Where a function that grows from about nothing first reaches one; infinite where that is beyond ``largest``."""
+    from math import log
+
+    from scipy.optimize import brentq
+
+    high = low
+    while off(high) < 1:
+        low, high = high, 10 * high
+        if high > largest:
+            return float("inf")
+    return low if low == high else float(brentq(lambda lead: log(max(off(lead), 1e-300)), low, high, rtol=1e-9))

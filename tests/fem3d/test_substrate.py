@@ -1,0 +1,96 @@
+"""A sink on its substrate, and the spreading resistance of a plate against its series."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fem3d.runs import scene as scene_run
+from fem3d.runs import sink as sink_run
+from scenes.loading import load
+from scenes.model import Boundary, Box, Probe, Scene
+from scenes.plan import Request
+from scenes.sink import SUBSTRATE, Sink
+
+TERMS = 800
+ON = Sink(substrate_thickness=0.5e-3)
+
+
+def spreading(k, plate, source, at=(0.0,)):
+    """The mean rise (K) of a rectangle in the middle of a plate's top for 1 W into it, evenly spread: by the double
+    cosine series of a plate with adiabatic sides and a cold bottom (Muzychka, Culham and Yovanovich, J. Electron.
+    Packag. 125, 2003). ``at`` are places along y (m) of rectangles with 1 W each; told is the first one's rise.
+    """
+    (a, b, t), (c, d) = plate, source
+    m, n = np.arange(TERMS)[:, None], np.arange(TERMS)[None, :]
+    # Of a source off the middle all cosines between the plate's ends count, of one in the middle every second.
+    y = np.asarray(at) + b / 2
+    along, across = np.pi * n / b, 2 * np.pi * m / a
+    size = np.hypot(across, along)
+    size[0, 0] = 1.0
+    response = np.tanh(size * t) / (k * size)
+    response[0, 0] = t / k
+    own = np.sinc(across * c / 2 / np.pi) * np.sinc(along * d / 2 / np.pi)
+    weight = np.where(m > 0, 2.0, 1.0) * np.where(n > 0, 2.0, 1.0) / (a * b)
+    shapes = np.cos(along[..., None] * y)
+    return float((weight * response * own**2 * shapes[..., 0] * shapes.sum(axis=-1)).sum())
+
+
+def plate(thickness=0.5e-3):
+    """1 W into a square of 100 um in the middle of a plate."""
+    a, b, s = 1e-3, 0.8e-3, 100e-6
+    half = s / 2
+    top = ((-half, -half, 0.0), (half, half, 0.0))
+    boundaries = (
+        Boundary("in", "heat_flux", *top, 1.0 / s**2),
+        Boundary("out", "temperature", (-a / 2, -b / 2, -thickness), (a / 2, b / 2, -thickness), 293.0),
+    )
+    box = Box("plate", SUBSTRATE, (-a / 2, -b / 2, -thickness), (a / 2, b / 2, 0.0))
+    return Scene("plate", (box,), boundaries, (Probe("source", *top),), accuracy=1e-3, steady=True)
+
+
+def test_a_square_on_a_plate_has_the_spreading_resistance_of_its_series():
+    found = scene_run.solve(plate()).steady["source"]
+    exact = 293.0 + spreading(SUBSTRATE.thermal_conductivity, (1e-3, 0.8e-3, 0.5e-3), (1e-4, 1e-4))
+    assert abs(found.value - exact) < found.error < 1e-3 * (exact - 293.0)
+    thicker = scene_run.solve(plate(0.52e-3)).steady["source"]
+    assert abs(thicker.value - exact) > 5 * thicker.error
+
+
+def test_the_substrate_adds_what_lies_between_an_even_temperature_and_an_even_flux_under_the_oxide():
+    bare, on = (sink_run.solve(s, Request(transient=False)) for s in (Sink(accuracy=3e-4), replace(ON, accuracy=3e-4)))
+    added = (on.steady["anchor_resistance_K_per_W"], bare.steady["anchor_resistance_K_per_W"])
+    even = spreading(SUBSTRATE.thermal_conductivity, (3e-3, 3e-3, 0.5e-3), (5e-5, 5e-5), (-575e-6, 575e-6))
+    # A square at one temperature on a half space has 0.932 of the resistance that one with an even flux has
+    # (Yovanovich, 1976: 0.4412 and 0.4732 over k times its side); further away the two don't differ.
+    one = 0.4732 / (SUBSTRATE.thermal_conductivity * 5e-5)
+    least = even - (1 - 0.4412 / 0.4732) * one
+    off = added[0].error + added[1].error
+    assert least - off < added[0].value - added[1].value < even + off
+    assert off < 0.25 * (even - least)
+    peaks = [found.steady["peak_rise_K"] for found in (bare, on)]
+    assert peaks[1].value / peaks[0].value - 1 == pytest.approx(0.0057, abs=0.0001)
+
+
+def test_what_a_substrate_is_given_leaves_through_its_bottom_and_both_mirrors_stay():
+    found = sink_run.solve(ON, Request(transient=True))
+    steady = found.steady
+    assert steady["heat_out_W"].value == pytest.approx(steady["power_W"].value, rel=1e-9)
+    assert found.details["symmetry"] == "the quarter"
+    traces, bare = found.traces, sink_run.solve(Sink(), Request(transient=True)).traces
+    assert traces is not None
+    assert bare is not None
+    early = [np.interp(2e-5, t.time, t.values["peak_K"]) - 293.0 for t in (traces, bare)]
+    # Heat is then no further than sqrt(D t) = 40 um from the beam's middle: it knows nothing of the substrate yet.
+    assert early[0] == pytest.approx(early[1], abs=traces.errors["peak_K"] + bare.errors["peak_K"])
+    end = traces.values["end_K"][-1] - 293.0
+    assert end == pytest.approx(steady["end_rise_K"].value, rel=2e-3)
+
+
+def test_the_keys_reach_the_boxes():
+    sink = load("sink", ["substrate.thickness=0.2mm", "substrate.width=1mm", "materials.substrate.density=2000"])
+    box = sink.scene().boxes[-1]
+    assert (box.name, box.material.density) == ("substrate", 2000.0)
+    assert np.subtract(box.upper, box.lower) == pytest.approx([1e-3, 3e-3, 2e-4])
+    assert np.add(box.upper, box.lower)[:2] / 2 == pytest.approx([0.0, 5e-4])
+    assert load("sink").scene() == Sink().scene()

@@ -1,0 +1,150 @@
+"""A lead to ground that sink and sensor share: against the equations of heat and of the circuit, solved by themselves,
+and over time against the steady state and the loop's eigenvalue."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from compare import device_checks
+from reduced1d.device import design
+from reduced1d.device.accurate import solve_accurate
+from reduced1d.device.ground import of_device
+from reduced1d.device.lumped import lump, modes, steady
+from reduced1d.device.runs import make
+from reduced1d.device.stability import DEGREE, largest_eigenvalue
+from scenes.device import Device, External
+from scenes.errors import SceneError
+from scenes.loop import circuit
+from scenes.loop.ground import NARROW, grounded, held_range
+from scenes.loop.result import QUANTITIES
+
+
+def off(device: Device, ground: float, outer: float) -> np.ndarray:
+    """What is missing in both heat balances (relative to the powers) and in what both controllers see (of what they
+    want) at the steady state: by currents from the voltages, Kirchhoff's laws solved as a linear system."""
+    lumped, state = lump(device), steady(device, outer)
+    rise = np.array([state.sink_K, state.sensor_K]) - 293.0
+    warm = lumped.resistance * (1 + lumped.coefficient * rise)
+    voltage, power = np.array([state.sink_V, state.sensor_V]), np.array([state.sink_power_W, state.sensor_power_W])
+    current = np.linalg.solve(np.diag(warm) + ground, voltage)
+    between, outside = lumped.insulator.conductance, lumped.polymer.conductance
+    lost = [
+        lumped.conductance * rise[0] + between * (rise[0] - rise[1]),
+        between * (rise[1] - rise[0]) + outside * (rise[1] - (outer - 293.0)),
+    ]
+    seen = lumped.resistance * (1 + lumped.coefficient * lumped.set_rise)
+    return np.r_[lost / power - 1, current**2 * warm / power - 1, voltage / current / seen - 1]
+
+
+@pytest.mark.parametrize(("ground", "outer"), [(1e-6, 273.0), (1e-3, 293.0), (1e-2, 273.0), (2e-2, 230.0)])
+def test_steady_state_fulfils_heat_balances_and_circuit(ground: float, outer: float) -> None:
+    device = grounded(Device(), ground)
+    assert np.abs(off(device, ground, outer)).max() < 1e-9
+    assert np.abs(off(device, ground * 1.001, outer)).max() > 1e-9
+
+
+def test_ten_milliohms_take_more_than_half_of_the_sensors_power() -> None:
+    """By hand: 4.2 mohm/K of the gold film, a sixteenth of its current in the sink, and 10 mohm."""
+    state = steady(grounded(Device(), 1e-2))
+    assert state.sensor_K - 310.5 == pytest.approx(-1.06 * 10 / 4.2, rel=0.06)
+    assert state.sensor_power_W < 0.5 * steady(Device()).sensor_power_W
+
+
+def test_no_lead_is_the_run_without_one() -> None:
+    device = Device(end_time=0.02, external=External(293.0, 273.0, 0.01))
+    without = solve_accurate(device)
+    traces = np.array([without.trace(q) for q in QUANTITIES])
+    for ground, least, most in ((1e-13, 0.0, 1e-9), (1e-4, 1e-4, 1.0)):
+        found = solve_accurate(grounded(device, ground))
+        apart = np.abs(np.array([found.trace(q) for q in QUANTITIES]) - traces).max(axis=1)
+        relative = (apart / np.abs(traces).max(axis=1)).max()
+        assert least <= relative <= most
+
+
+def test_a_run_comes_to_the_steady_state_as_fast_as_its_eigenvalue_says() -> None:
+    device = grounded(Device(end_time=0.3, external=External(273.0, 263.0, 0.2)), 5e-3)
+    found, state = solve_accurate(device), steady(device, 273.0)
+    last = int(np.searchsorted(found.time_s, 0.2)) - 1
+    away = found.sensor_power_W - state.sensor_power_W
+    assert abs(away[last]) < 1e-6 * state.sensor_power_W
+    assert found.sink_K[last] == pytest.approx(state.sink_K, abs=1e-6)
+    early = int(0.08 / 1e-4)
+    measured = (away[early] / away[early - 200]) ** (1 / 200)
+    assert measured == pytest.approx(abs(largest_eigenvalue(device, 273.0)), rel=2e-5)
+    assert measured != pytest.approx(abs(largest_eigenvalue(Device(), 273.0)), rel=2e-5)
+
+
+def test_powers_are_those_in_the_films() -> None:
+    device = grounded(Device(end_time=0.01), 0.05)
+    found, lumped = solve_accurate(device), lump(device)
+    rise = np.column_stack([found.sink_K, found.sensor_K]) - 293.0
+    warm = lumped.resistance * (1 + lumped.coefficient * rise)
+    voltage = np.column_stack([found.sink_V, found.sensor_V])
+    current = np.array([np.linalg.solve(np.diag(r) + 0.05, v) for r, v in zip(warm, voltage, strict=True)])
+    power = np.column_stack([found.sink_power_W, found.sensor_power_W])
+    np.testing.assert_allclose(power, current**2 * warm, rtol=1e-11, atol=1e-18)
+    assert not np.allclose(power, voltage**2 / warm, rtol=1e-3)
+    assert abs(found.details["energy_imbalance"]) < 1e-6
+
+
+def test_what_is_measured_without_a_current_is_by_a_test_current() -> None:
+    resistance, voltage = np.array([300.0, 1.2]), np.array([1.0, 0.0])
+    assert circuit.measured(voltage, resistance, 0.01)[1] == 1.21
+    np.testing.assert_allclose(circuit.measured(0 * voltage, resistance, 0.01), [300.01, 1.21], rtol=1e-15)
+
+
+@pytest.mark.parametrize("voltage", [[1.4, 0.08], [1.4, 1e-3], [1.4, 0.0]])
+def test_slopes_are_those_of_differences(voltage: list[float]) -> None:
+    given, resistance, ground = np.array(voltage), np.array([302.0, 1.19]), 0.01
+    found = circuit.slopes(given, resistance, ground)
+    for e, small in ((0, 1e-2), (1, 1e-4)):
+        r, v = small * np.eye(2)[e], 1e-6 * np.eye(2)[e]
+        for name, function in (("power", circuit.powers), ("measured", circuit.measured)):
+            by_r = (function(given, resistance + r, ground) - function(given, resistance - r, ground)) / (2 * small)
+            np.testing.assert_allclose(getattr(found, f"{name}_by_resistance")[:, e], by_r, rtol=1e-5, atol=1e-10)
+            if given[1]:
+                by_v = (function(given + v, resistance, ground) - function(given - v, resistance, ground)) / 2e-6
+                np.testing.assert_allclose(getattr(found, f"{name}_by_voltage")[:, e], by_v, rtol=1e-4, atol=1e-7)
+
+
+def test_the_range_ends_where_the_sensor_cannot_be_held() -> None:
+    device = grounded(Device(), 1e-2)
+    lowest, highest = held_range(modes(lump(device), DEGREE).modal, device)
+    step = 2 * NARROW * device.set_rise
+    for inside, outside in ((highest, highest + step), (lowest, lowest - step)):
+        state = steady(device, inside)
+        assert not any((state.cycles, state.sink_saturated, state.sensor_saturated))
+        beyond = steady(device, outside)
+        assert beyond.cycles or beyond.sensor_saturated or beyond.sink_saturated
+    assert held_range(modes(lump(device), DEGREE).modal, Device()) == (0.0, 310.5)
+    found = design.measurable_range(device, power=4e-3)
+    assert found.highest_K == highest
+    assert steady(device, found.lowest_K).sensor_power_W == pytest.approx(4e-3, rel=2e-3)
+
+
+def test_the_lead_that_the_papers_meter_tells() -> None:
+    found = of_device(Device(), device_checks.METER_POWER, device_checks.METER_RESISTANCE)
+    without = steady(Device())
+    by_power = steady(grounded(Device(), found.by_power_ohm))
+    assert without.sensor_power_W - by_power.sensor_power_W == pytest.approx(23e-9, rel=1e-4)
+    by_resistance = steady(grounded(Device(), found.by_resistance_ohm))
+    film = lump(Device())
+    step = (without.sensor_K - by_resistance.sensor_K) * film.resistance[1] * film.coefficient[1]
+    assert step == pytest.approx(60e-6, rel=1e-4)
+
+
+def test_where_no_steady_state_is_it_says_so() -> None:
+    device = grounded(Device(external=External(293.0, 280.0, 0.1), end_time=0.15), 1e-2)
+    assert steady(device).cycles
+    found = solve_accurate(device)
+    assert any("there is no steady state" in said for said in found.findings)
+    last = found.sensor_V[-200:]
+    assert np.ptp(last) > 0.5 * last.max()
+
+
+def test_the_papers_scheme_refuses_it() -> None:
+    with pytest.raises(SceneError, match=r"control\.ground_resistance = 0\.01 needs the accurate scheme"):
+        make(replace(grounded(Device(), 1e-2), end_time=0.01), "paper", None, False, False, lambda _: None)

@@ -1,0 +1,217 @@
+"""Data of a free scene: a bar whose tip and mean have series over time, held against 3D and against a user's model; its
+conductivity and the model's time constant fitted to them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import compare
+from compare import quantities
+from compare.against import Data
+from compare.testing import assert_traces_agree
+from scenes import load
+from scenes.errors import SceneError
+from scenes.uncertain import read
+from validate.cli import main
+from validate.inputs import probe_traces, propagation, sensitivities
+from validate.inputs.validation import validate
+
+K, LENGTH, HEAT, CAPACITY = 50.0, 1e-4, 1e12, 2500 * 800
+KEY = "material.film.thermal_conductivity"
+TIMES = np.linspace(5e-6, 5e-4, 80)
+
+
+def exact(k: float, times: np.ndarray) -> dict[str, np.ndarray]:
+    """Tip and mean of a bar of conductivity ``k`` (W/(m K)) that is heated throughout and cold at one end (K): the
+    steady parabola less its modes (Carslaw and Jaeger, 3.14). At rest where ``times`` are infinite."""
+    n = np.arange(400)
+    a = (n + 0.5) * np.pi
+    decay = np.exp(-np.outer(np.minimum(times, 1.0), a**2 * k / (CAPACITY * LENGTH**2)))
+    top = HEAT * LENGTH**2 / k
+    tip = 0.5 - decay @ (2 * (-1.0) ** n / a**3)
+    mean = 1 / 3 - decay @ (2 / a**4)
+    return {"tip": 300 + top * tip, "bar mean": 300 + top * mean}
+
+
+def lines(values: dict[str, np.ndarray]) -> str:
+    rows = zip(TIMES * 1e3, *values.values(), strict=True)
+    heads = ["time (ms)", *(f"{name} (K)" for name in values)]
+    return "\n".join([",".join(heads), *(",".join(f"{v:.9g}" for v in row) for row in rows)]) + "\n"
+
+
+def measured(values: dict[str, np.ndarray], times: np.ndarray, u: float) -> Data:
+    known = {name: np.full(len(times), u) for name in values}
+    return Data("mine.csv", "CSV", times, values, dict.fromkeys(values, "x"), u=known)
+
+
+@pytest.mark.parametrize("at_rest", [False, True])
+def test_the_interval_holds_the_truth_as_often_as_is_said(at_rest: bool, steady: Path, transient: Path) -> None:
+    """Bars whose conductivity is drawn from its own uncertainty, measured with noise: 3D has no error of its own, and
+    the interval of its error, which is -1 K where the data are 1 K too hot, holds that in 95 % of the cases, give or
+    take 1.5 % of 200. With half of the uncertainty of the inputs it would not."""
+    from fem3d.runs import scene as scene_run
+
+    scene = load(steady if at_rest else transient, ["run.accuracy=1e-4"])
+    times, u, relative = quantities.AT_REST if at_rest else TIMES, 0.5, 0.01
+    result = scene_run.solve(scene, whole=True)
+    slopes = probe_traces.of_3d(scene, sensitivities.of_free(scene, result, [KEY]))
+
+    def inside(percent: float, off: float, cases: int) -> dict[str, list[bool]]:
+        models: list[Any] = [("3D", result, propagation.u_input(read(scene, [f"{KEY}={percent}%"]), slopes))]
+        rng, found = np.random.default_rng(0), dict[str, list[bool]]()
+        for _ in range(cases):
+            truth = exact(K * (1 + relative * rng.standard_normal()), times)
+            for name, course in truth.items():
+                data = measured({name: course + u * rng.standard_normal(len(times)) + off}, times, u)
+                for s in validate(scene, data, models).statements:
+                    low, high = s.interval
+                    found.setdefault(f"{name} {s.where}", []).append(low < -off < high)
+        return found
+
+    for name, held in inside(100 * relative, 1.0, 200).items():
+        # The worst window's is one of all windows' that hold at once, and so holds at least as often.
+        assert 0.93 <= np.mean(held) <= (0.97 if name.endswith("end") else 1.0), name
+    assert np.mean(inside(50 * relative, 0.0, 50)["tip end"]) < 0.9
+
+
+def written(path: Path, times: np.ndarray, k: float, off: float = 0.0) -> Path:
+    """A file of exact traces, or of values at rest, with noise of 0.1 K and the mean off."""
+    rng, found = np.random.default_rng(4), exact(k, times)
+    noisy = {name: v + 0.1 * rng.standard_normal(len(times)) for name, v in found.items()}
+    noisy["bar mean"] = noisy["bar mean"] + off
+    rows = [f"{name}, {v[0] - 273.15:.9g} degC" for name, v in noisy.items()] if np.isinf(times[-1]) else []
+    path.write_text("\n".join(rows) if rows else lines(noisy))
+    return path
+
+
+def run(scene: Path, *more: str) -> tuple[int, dict[str, Any]]:
+    out = scene.parent / "run"
+    status = main(["solve", str(scene), "--no-figures", "--out", str(out), *more])
+    return status, json.loads((out / "summary.json").read_text())
+
+
+@pytest.mark.parametrize("at_rest", [False, True])
+def test_the_command(
+    at_rest: bool, steady: Path, transient: Path, model: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A mean that is measured 2 K too hot: 3D is off by -2 K, and of the lumped model its own error is found."""
+    scene = steady if at_rest else transient
+    file = written(scene.parent / "mine.csv", quantities.AT_REST if at_rest else TIMES, K, 2.0)
+    status, summary = run(scene, "--model", f"{model}:bar", "--against", str(file), "--data-uncertainty", "0.1K",
+                          "--uncertain", f"{KEY}=0.1%")  # fmt: skip
+    assert status == 0
+    said = capsys.readouterr().out
+    assert "your data less 3D" in said
+    assert max(map(len, said.splitlines())) <= 80
+    found = {(s["model"], s["quantity"], s["where"]): s for s in summary["validation"]["statements"]}
+    mean = found["3D", "bar mean", "end"]
+    assert mean["interval"][0] < -2 < mean["interval"][1]
+    assert mean["seen"]
+    assert not found["3D", "tip", "end"]["seen"]
+    # At rest the model's formula is the exact one; over time its one constant is not the bar's.
+    assert found["1D", "tip", "end"]["seen"] is not at_rest
+    checks = {check["id"]: check for check in summary["checks"]}
+    rise = 200 / 3 if at_rest else float(exact(K, TIMES)["bar mean"][-1]) - 300
+    assert checks["against_bar mean"]["difference"] == pytest.approx(2 / rise, abs=0.003)
+    # The mean of all rows at rest is in proportion to 1/k: 0.1 % of k is 0.1 % of what is measured of it.
+    if at_rest:
+        assert checks["against_bar mean"]["u_input"] == pytest.approx(1e-3 * (1 + 2 / rise), rel=0.01)
+    assert checks["against_tip"]["verdict"] == "agrees"
+
+
+def test_the_figure(transient: Path, steady: Path) -> None:
+    for scene, times in ((transient, TIMES), (steady, quantities.AT_REST)):
+        file = written(scene.parent / "mine.csv", times, K, 2.0)
+        out = scene.parent / "pictures"
+        compare.solve(scene, against=file, data_uncertainty="0.1K", out=out, figures=True)
+        assert (out / "validation.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("at_rest", [False, True])
+def test_a_key_is_fitted_in_3d(at_rest: bool, steady: Path, transient: Path) -> None:
+    scene = steady if at_rest else transient
+    file = written(scene.parent / "mine.csv", quantities.AT_REST if at_rest else TIMES, 43.0)
+    given = ["--against", str(file), "--data-uncertainty", "0.1K", "--calibrate", "film.thermal_conductivity"]
+    status, summary = run(scene, *given)
+    assert status == 0
+    found = summary["calibration"]["keys"][KEY]
+    assert found["start"] == K
+    assert found["interval"][0] < 43 < found["interval"][1]
+    assert found["relative_u"] < 0.002
+    assert summary["scene"]["material"][0]["thermal_conductivity"] == found["value"]
+
+
+MODEL = """
+import numpy as np
+
+def bar(scene, times):
+    own = scene["model"]["parameters"]
+    rise = own["top"] * (1.0 if times is None else 1 - np.exp(-times / own["tau"]))
+    return {"tip": 300 + rise}
+"""
+
+
+def test_parameters_of_the_model_are_fitted_with_it(transient: Path) -> None:
+    """Data of the model itself: its time constant and its end are found, whatever 3D has."""
+    (transient.parent / "own.py").write_text(MODEL)
+    text = transient.read_text() + '\n[model]\nfile = "own.py:bar"\n[model.parameters]\ntop = "80 K"\ntau = "0.1 ms"\n'
+    transient.write_text(text)
+    noise = 0.1 * np.random.default_rng(0).standard_normal(len(TIMES))
+    file = transient.parent / "mine.csv"
+    file.write_text(lines({"tip": 300 + 95 * (1 - np.exp(-TIMES / 1.7e-4)) + noise}))
+    keys = ["--calibrate", "model.parameters.top", "--calibrate", "model.parameters.tau"]
+    given = ["--model", "scene", "--against", str(file), "--data-uncertainty", "0.1K", *keys]
+    status, summary = run(transient, *given)
+    assert status == 0
+    for key, truth in (("model.parameters.top", 95.0), ("model.parameters.tau", 1.7e-4)):
+        found = summary["calibration"]["keys"][key]
+        assert found["interval"][0] < truth < found["interval"][1]
+        assert found["relative_u"] < 0.01
+    end = {(s["model"], s["where"]): s for s in summary["validation"]["statements"]}["1D", "end"]
+    assert not end["seen"]
+
+
+def test_the_assertion_and_declared_tolerances(transient: Path) -> None:
+    file = written(transient.parent / "mine.csv", TIMES, K, 5.0)
+    assert_traces_agree(transient, file, tip=0.01)
+    with pytest.raises(AssertionError, match="against_bar mean"):
+        assert_traces_agree(transient, file, tip=0.01, **{"bar mean": 0.02})
+    declared = transient.parent / "declared.toml"
+    declared.write_text(transient.read_text() + '\n[checks.tolerances]\n"against_bar mean" = 0.2\n')
+    assert compare.solve(declared, against=file).check("against_bar mean").verdict == "agrees"
+
+
+@pytest.mark.parametrize(("text", "more", "said"), [
+    ("time (ms),tipp (K)\n0,300\n1,301\n2,302\n", [], "none of its columns is a probe of the scene"),
+    ("time (ms),tip (A)\n0,1\n1,2\n2,3\n", [], "not a temperature"),
+    ("tip, 400 K\n", [], "a list of values of the steady state, and the scene is solved over time"),
+    ("time (ms),tip (K)\n0,350\n0.2,390\n0.4,395\n", [], "--set scene.initial_temperature=350"),
+    ("time (ms),tip (K)\n0,300\n0.2,390\n0.4,395\n", ["--calibrate", KEY], "give --data-uncertainty"),
+    ("time (ms),tip (K)\n0,300\n0.2,390\n0.4,395\n", ["--data-uncertainty", "1A"], "is one of no quantity"),
+    ("time (ms),tip (K)\n0,300\n0.2,390\n0.4,395\n",
+     ["--data-uncertainty", "1K", "--calibrate", "model.parameters.tau"], "give one with --model"),
+    ("time (ms),tip (K)\n0,300\n0.2,390\n0.4,395\n",
+     ["--data-uncertainty", "1K", "--calibrate", "model.parameters.tau", "--calibrate", KEY], "one kind in a run"),
+    ("time (ms),tip (K)\n0,300\n0.2,390\n0.4,395\n",
+     ["--data-uncertainty", "1K", "--calibrate", "film.conductivity"], "is no key"),
+])  # fmt: skip
+def test_refused(text: str, more: list[str], said: str, transient: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = transient.parent / "mine.csv"
+    file.write_text(text)
+    out = transient.parent / "run"
+    assert main(["solve", str(transient), "--against", str(file), "--out", str(out), *more]) == 2
+    message = capsys.readouterr().err
+    assert said in message
+    assert message.count("\n") == 1
+    assert not out.exists()
+
+
+def test_a_steady_scene_wants_values_at_rest(steady: Path) -> None:
+    file = written(steady.parent / "mine.csv", TIMES, K)
+    with pytest.raises(SceneError, match="no list of values of the steady state"):
+        compare.solve(steady, against=file)

@@ -1,0 +1,102 @@
+"""How the probes of a free scene, by 3D and by a user's own model, follow its keys in their own units: at the times of
+data, or in the steady state."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from scenes.errors import SceneError
+from scenes.model import AnyScene
+from scenes.result import Estimate, Result
+from scenes.varied import neighbour
+from validate.inputs.calibration import Modelled
+from validate.inputs.propagation import STEP, In_units
+from validate.inputs.sensitivities import Sensitivities, of_free
+from validate.models import Model
+from validate.models.slopes import follow
+
+
+def above(scene: AnyScene, key: str, over_time: bool) -> float:
+    """What the temperature that rises count from changes by with the logarithm of a key (K)."""
+    if over_time:
+        return (neighbour(scene, key, STEP).initial_temperature - scene.initial_temperature) / STEP
+    from fem3d.runs.scene_sensitivity import floor_of
+
+    return (floor_of(scene, neighbour(scene, key, STEP)) - floor_of(scene, scene)) / STEP
+
+
+def of_3d(scene: AnyScene, found: Sensitivities) -> In_units:
+    """Of 3D, which has slopes of rises."""
+    thermal = {probe.name for probe in scene.probes if probe.quantity == "temperature"}
+
+    def of(key: str, name: str, times: np.ndarray, values: np.ndarray) -> np.ndarray:
+        nothing = np.full(len(times), np.nan)
+        if np.isinf(times[-1]):
+            slope = found.steady.get(key, {}).get(name)
+            if slope is None or slope.fem3d is None:
+                return nothing
+            change = np.array([slope.fem3d.value * found.values[name].value])
+        else:
+            course = found.course
+            if course is None or name not in course.fem3d.get(key, {}):
+                return nothing
+            late = np.log(np.maximum(times, course.times[0]))
+            change = np.interp(late, np.log(course.times), course.fem3d[key][name])
+        return change + above(scene, key, not np.isinf(times[-1])) * (name in thermal)
+
+    return of
+
+
+def of_model(scene: AnyScene, model: Model) -> In_units:
+    """Of a user's own model, by differences."""
+    known: dict[tuple[str, bytes], dict[str, np.ndarray]] = {}
+
+    def of(key: str, name: str, times: np.ndarray, values: np.ndarray) -> np.ndarray:
+        at_rest, asked = np.isinf(times[-1]), (key, times.tobytes())
+        if asked not in known:
+            # A model over time is run up to the last time, which may be less than the run.
+            found = follow(model, scene, [key], None if at_rest else np.union1d(times, scene.end_time), lambda _: None)
+            known[asked] = found.slopes.get(key, {})
+        own = known[asked].get(name)
+        if own is None:
+            return np.full(len(times), np.nan)
+        if at_rest:
+            return np.atleast_1d(own)
+        return np.interp(times, np.union1d(times, scene.end_time), own)
+
+    return of
+
+
+def moved(scene: AnyScene, result: Result, slopes: In_units, key: str, step: float) -> Result:
+    """A result as it would be, to first order, with one key larger by a relative step."""
+    at_rest = np.array([np.inf])
+    steady = {
+        name: Estimate(float(e.value + step * slopes(key, name, at_rest, np.array([e.value]))[0]), e.error)
+        for name, e in result.steady.items()
+    }
+    traces = result.traces
+    if traces is not None:
+        values = {n: v + step * slopes(key, n, traces.time, v) for n, v in traces.values.items()}
+        traces = replace(traces, values=values)
+    return replace(result, steady=steady, traces=traces)
+
+
+def in_3d(scene: AnyScene, keys: Sequence[str], times: np.ndarray) -> Modelled:
+    """The probes in 3D and their derivatives by the logarithms of keys. Raises SceneError for a key that has none."""
+    from fem3d.runs import scene as scene_run
+
+    result = scene_run.solve(scene, lambda _: None, whole=True)
+    found = of_free(scene, result, keys)
+    left_out = next((key for key in keys if key in found.left_out), None)
+    if left_out is not None:
+        raise SceneError(f"--calibrate {left_out}: {found.left_out[left_out]}")
+    if np.isinf(times[-1]):
+        values = {name: np.array([e.value]) for name, e in result.steady.items()}
+    else:
+        values = {n: np.interp(times, result.over_time.time, v) for n, v in result.over_time.values.items()}
+    slopes = of_3d(scene, found)
+    by = {key: {name: np.nan_to_num(slopes(key, name, times, v)) for name, v in values.items()} for key in keys}
+    return values, by

@@ -1,0 +1,87 @@
+"""A scene as the Newton's method of the second path takes it, on a grid of degree 1 or 2 everywhere."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from skfem import Basis, ElementHex1, ElementHexS2, FacetBasis, MeshHex
+
+from meshes.grid import Grid
+from scenes.model import Boundary, Material, Scene
+from validate.verify import newton
+from validate.verify.newton import Electrode, Law, On, Part, Problem, State
+from validate.verify.reference import constant, facets, hexahedra, mean
+
+
+def base(scene: Scene, grid: Grid, finer: int = 0) -> tuple[Basis, np.ndarray, int]:
+    """The functions on the cells of a grid, which box owns each cell, and the order of integrals: as those of the
+    bricks, by one Gauss point more than the degree along each axis, or ``finer`` by so much."""
+    mesh, owner = hexahedra(grid)
+    (degree,) = set(np.concatenate(grid.degrees).tolist())
+    order = 2 * degree + 1 + finer
+    return Basis(mesh, (ElementHex1(), ElementHexS2())[degree - 1], intorder=order), owner, order
+
+
+def problem(scene: Scene, basis: Basis, owner: np.ndarray, order: int) -> Problem:
+    """A scene whose values don't vary in time (ValueError) on a `base`."""
+    parts = []
+    for number, box in enumerate(scene.boxes):
+        cells = np.flatnonzero(owner == number)
+        if len(cells):
+            m = box.material
+            parts.append(
+                Part(On(basis.with_elements(cells)), axes(m.thermal_conductivity), law(m.heat_capacity), resistivity(m),
+                     constant(box.heat_source))
+            )  # fmt: skip
+    held, faces, electrodes = [], [], []
+    for boundary in scene.boundaries:
+        value = constant(boundary.value)
+        if boundary.kind == "temperature":
+            held.append((_nodes(basis, boundary), value))
+        elif boundary.kind == "voltage":
+            electrodes.append(Electrode(_nodes(basis, boundary), value))
+        else:
+            leaving = (
+                newton.constant(-value)
+                if boundary.kind == "heat_flux"
+                else newton.cooled(value, constant(boundary.ambient))
+            )
+            faces.append((exposed(basis, boundary, order), leaving))
+    return Problem(basis.N, scene.initial_temperature, tuple(parts), tuple(held), tuple(faces), tuple(electrodes))
+
+
+def law(given: Any) -> Law:
+    """A property as a function of the temperature."""
+    return newton.constant(float(given))
+
+
+def axes(given: Any) -> tuple[Law, Law, Law]:
+    """A property along x, y and z."""
+    one = law(given)
+    return one, one, one
+
+
+def resistivity(material: Material) -> tuple[Law, Law, Law] | None:
+    if material.resistivity is None:
+        return None
+    one = newton.linear(material.resistivity, material.temperature_coefficient, material.reference_temperature)
+    return one, one, one
+
+
+def _nodes(basis: Basis, boundary: Boundary) -> np.ndarray:
+    found: np.ndarray = basis.get_dofs(facets=facets(basis.mesh, boundary)).flatten()
+    return found
+
+
+def exposed(basis: Basis, boundary: Boundary, order: int) -> On:
+    """The part of a flat box where one side is solid and the other is not."""
+    mesh: MeshHex = basis.mesh
+    outer = np.intersect1d(facets(mesh, boundary), mesh.boundary_facets())
+    return On(FacetBasis(mesh, basis.elem, facets=outer, intorder=order))
+
+
+def readings(scene: Scene, basis: Basis, state: State) -> dict[str, float]:
+    """The means that probes read: temperatures (K) and potentials (V)."""
+    fields = {"temperature": state.temperature, "potential": state.potential}
+    return {p.name: float(mean(basis, p) @ fields[p.quantity]) for p in scene.probes if p.quantity in fields}
