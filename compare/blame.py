@@ -244,12 +244,14 @@ def answered(
         split, reason = _ladder(sink, fem3d, one.model, levels)
     elif split is None:
         reason = "the 1D model differs nowhere beyond its tolerances"
-    said = f"{subject(one)} is {_steady_words(steady)} in the steady state{_blame(steady, split)}"
+    said = f"{subject(one)} says nothing of the peak and the ends in the steady state"
+    if steady:
+        said = f"{subject(one)} is {_steady_words(steady)} in the steady state{_blame(steady, split)}"
     if told:
         said += f". On the way {_on_the_way(told)}{_blame(told, split)}"
     elif over_time and all(claim.verdict == "agrees" for claim in (*steady, *over_time)):
-        most = max(claim.most for claim in over_time if claim.of in _PLACES)
-        farther = most > max(claim.most for claim in steady)
+        most = max((claim.most for claim in over_time if claim.of in _PLACES), default=0.0)
+        farther = most > max((claim.most for claim in steady), default=0.0)
         said += f", and {f'within {_bound(most)} of the final rise' if farther else 'no farther'} on the way"
     return f"{said}.", reason
 
@@ -277,6 +279,8 @@ def _value(found: Estimate) -> str:
 def _steady(sink: Sink, three: Result, one: Result) -> list[Claim]:
     found = []
     for place, (_, key, check) in _PLACES.items():
+        if key not in one.steady:
+            continue
         inputs = {"predicted": one.steady[key], "measured": three.steady[key]}
         difference, error = relative(*(estimate.value for estimate in inputs.values())), spread(relative, inputs)
         found.append(Claim(place, difference, error, judge(difference, sink.tolerance(check), error)))
@@ -303,8 +307,11 @@ def _told_apart(steady: Sequence[Claim], over_time: Iterable[Claim]) -> list[Cla
 
 def _ladder(sink: Sink, fem3d: Result, name: str, levels: Levels | None) -> tuple[Budget | None, str]:
     """The ladder's parts, and why there are none; its coarser models will do to tell which part is largest."""
+    from reduced1d.ladder import is_one
     from reduced1d.ladder.levels import Levels as Rough
 
+    if name not in PAPERS and not is_one(name):
+        return None, "the ladder of assumptions is between this program's own 1D models and 3D"
     try:
         return budget(sink, "paper" if name in PAPERS else name, fem3d, levels or Rough(sink, rough=True)), ""
     except ArithmeticError as error:

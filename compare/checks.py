@@ -21,7 +21,7 @@ from compare.made import made_checks
 from compare.sink_checks import SETTLED, at_rest, crossing_time, gap, resistances, rises_at
 from compare.verdict import PAPERS, Check, Comparison, Models, judged, relative, spread, unit_of
 from reduced1d.ladder.lumps import half_island
-from scenes.checks import DEFAULT_TOLERANCES, ISLAND_TOLERANCES, OF_THE_PAPER, OF_THE_SPANS
+from scenes.checks import DEFAULT_TOLERANCES, ISLAND_TOLERANCES, OF_THE_PAPER, OF_THE_REDUCTION, OF_THE_SPANS
 from scenes.formats import percent, quantity, signed
 from scenes.plan import Request
 from scenes.result import Estimate, Result
@@ -45,9 +45,25 @@ def evaluate(
     found = (
         judged(name, DEFINITIONS[name](models), sink, name in ISLAND_TOLERANCES)
         for name in made_checks(sink, request)
-        if single is not None or name not in OF_THE_SPANS
+        if (single is not None or name not in OF_THE_SPANS) and _answers(models, name)
     )
     return tuple(replace(check, own=not (another and check.id in OF_THE_PAPER)) for check in found)
+
+
+def _answers(models: Models, check: str) -> bool:
+    """Whether the 1D model, which may be one that leaves some quantities out, has what a check is of."""
+    if check not in OF_THE_REDUCTION:
+        return True
+    what, one = check.removeprefix("islands_").removesuffix("_over_time"), models.reduction()
+    key = _OF_FIGURES.get(check) or key_of(models.sink, what)
+    over_time = check.endswith("_over_time") or (check in _OF_FIGURES and check != "fig4")
+    return key.replace("_rise_K", "_K") in one.over_time.values if over_time else key in one.steady
+
+
+_OF_FIGURES = {
+    "fig4": "peak_rise_K", "fig6_peak": "peak_rise_K", "fig6_end": "end_rise_K", "fig7_current": "current_A",
+}  # fmt: skip
+"""The quantity that each check of the paper's figures holds against 3D's."""
 
 
 def key_of(sink: Sink, what: str) -> str:

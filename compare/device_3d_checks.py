@@ -14,6 +14,7 @@ from compare.made import made_3d_checks
 from compare.verdict import Check, Comparison, judged, relative
 from fem3d.device.runs import Solved
 from reduced1d.device.lumped import lump
+from reduced1d.device.shielding import of_device
 from reduced1d.device.stability import stability
 from reduced1d.sink import air_conductance
 from scenes.device import Device
@@ -208,6 +209,28 @@ def _claim_over_time(both: Both) -> Comparison:
     )  # fmt: skip
 
 
+def _shielding(both: Both) -> Comparison:
+    """The paper: with sink and sensor at one temperature no heat of the sensor is lost to the substrate, relative to
+    what is lost where the sink is off."""
+    found, errors = both.three.shielding
+    one, over_time = of_device(both.device), both.three.response
+    names = ("sensor_power_per_substrate_W_per_K", "sensor_power_per_substrate_sink_off_W_per_K")
+    (closed, off), known = (getattr(found, name) for name in names), errors[names[0]]
+    size = abs(off) or abs(found.sensor_power_per_outside_W_per_K) or 1.0
+    largest, when = over_time.largest
+    said = (
+        "paper: the sensor loses nothing to the substrate; in 3D a substrate 1 K warmer changes the sensor's power "
+        f"by {quantity(closed, 'W', 2)} to within {quantity(known, 'W', 1)}, with the sink off by "
+        f"{quantity(off, 'W', 4)}; 1 K outside by {quantity(found.sensor_power_per_outside_W_per_K, 'W', 6)}; the "
+        f"sink's by {quantity(found.sink_power_per_substrate_W_per_K, 'W', 4)}, in 1D by "
+        f"{quantity(one.sink_power_per_substrate_W_per_K, 'W', 4)}. Over time the loops take a while: the sensor's "
+        f"power is off by up to {quantity(largest, 'W', 3)}, {milliseconds(when)} after the substrate's step"
+    )
+    return Comparison(
+        "shielding", 0.0, closed, "W/K", -closed / size, known / size, said, relative_to="what it is with the sink off"
+    )
+
+
 DEFINITIONS: dict[str, Callable[[Both], Comparison]] = {
     "dev3d_sink_power": lambda both: _steady(both, "sink_power_W", "steady power, sink", "W"),
     "dev3d_sensor_power": lambda both: _steady(both, "sensor_power_W", "steady power, sensor", "W"),
@@ -223,6 +246,7 @@ DEFINITIONS: dict[str, Callable[[Both], Comparison]] = {
     "dev3d_sensor_gain": lambda both: _gain(both, "sensor"),
     "dev3d_claim_steady": _claim_steady,
     "dev3d_claim_over_time": _claim_over_time,
+    "dev3d_shielding": _shielding,
 }
 
 

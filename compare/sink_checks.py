@@ -254,7 +254,7 @@ def _on_the_way(models: Models, key: str, at: Largest, final: float) -> str:
     if key == "current_A":
         whole = "change" if sink.silicon.temperature_coefficient else "value"
     name = key.replace("_K", "_rise_K")
-    steady = gap(models, name)
+    steady = gap(models, name) if name in models.reduction().steady else 0.0
     when, of = quantity(at.time, "s", 3), f"a final {whole} of {quantity(final, unit)}"
     where = f"largest at {when}, {signed(at.distance, unit)} of {of}"
     if not models.papers():
@@ -280,8 +280,12 @@ def _on_the_way(models: Models, key: str, at: Largest, final: float) -> str:
 def _of_another(models: Models, name: str) -> str:
     """What can be said of any reduction: its steady gap, and where to look for the rest."""
     p = models.reduction()
-    remarks = "; ".join(p.details.get("warnings", ())) or "--why splits it by assumption"
-    return f"{p.model} is {signed(gap(models, name), unit_of(name))} off in the steady state; {remarks}"
+    if name not in p.steady:
+        return f"{p.model} says nothing of its steady state"
+    remarks = "; ".join(p.details.get("warnings", ()))
+    remarks = remarks or ("" if "silent" in p.details else "--why splits it by assumption")
+    said = f"{p.model} is {signed(gap(models, name), unit_of(name))} off in the steady state"
+    return f"{said}; {remarks}" if remarks else said
 
 
 def rises_at(models: Models, time: float, key: str) -> list[float]:

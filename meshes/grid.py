@@ -44,7 +44,10 @@ class Grid:
 
     def at(self, d: int, coordinate: float) -> int:
         """The breakpoint nearest to a coordinate."""
-        return int(np.abs(self.breaks[d] - coordinate).argmin())
+        breaks = self.breaks[d]
+        i = int(breaks.searchsorted(coordinate))
+        below = i == len(breaks) or (i > 0 and coordinate - breaks[i - 1] <= breaks[i] - coordinate)
+        return i - 1 if below else i
 
     def span(self, d: int, lower: float, upper: float) -> tuple[int, int]:
         """The breakpoints nearest to two coordinates."""

@@ -70,9 +70,10 @@ DEVICE_3D_TOLERANCES: dict[str, float] = {
     **dict.fromkeys(("dev3d_sink_gain", "dev3d_sensor_gain"), 0.05),
     "dev3d_claim_steady": 1e-4,
     "dev3d_claim_over_time": 0.05,
+    "dev3d_shielding": 1e-4,
 }
 """The same of the device in 3D: of steady values as of the sink's equations, of what is over time as of its figures.
-The claim is stated as exact: a ten-thousandth is what 3D is asked to know."""
+The claims are stated as exact: a ten-thousandth is what 3D is asked to know."""
 
 DEVICE_CHECKS = (*DEVICE_TOLERANCES, *DEVICE_3D_TOLERANCES)
 """The ids of every check that a device may have."""

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 from scenes.checks import DEVICE_3D_TOLERANCES, DEVICE_TOLERANCES, SLOPE_TOLERANCES
 from scenes.model import Boundary, Box, Material, Probe, Scene, Schedule
 from scenes.parameters import Parameters
 from scenes.sink import Sink, face
+
+SUBSTRATE = "substrate"
+"""What the names of the faces on the substrate, or of its bottom, start with."""
 
 GOLD = Material("gold", 318.0, 19320.0, 129.0, 2.23e-8, 3.768e-3, 293.0, valid_to=1337.0)
 PDMS = Material("pdms", 0.15, 970.0, 1460.0, valid_to=473.0)
@@ -94,7 +97,13 @@ class Device:
             boxes.append(Box(name, material, (-half, 0.0, height), (half, sink.length, height + thickness)))
             height += thickness
         beam, gold, polymer = given.boxes[0], boxes[1], boxes[2]
-        boundaries = [b for b in given.boundaries if b.kind != "voltage"]
+        # What the structure stands on is an input of its own, at room temperature throughout.
+        below = Schedule((0.0,), (sink.room_temperature,))
+        boundaries = [
+            replace(b, value=below) if b.name.startswith(SUBSTRATE) else b
+            for b in given.boundaries
+            if b.kind != "voltage"
+        ]
         for name, film, on in (("sink", beam, 0.0), ("sensor", gold, self.control.sample_time)):
             boundaries += [
                 Boundary(f"{name}-{side}", "voltage", *face(film, 1, side), Schedule((on, on), (0.0, 0.5 - side)))

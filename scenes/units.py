@@ -10,7 +10,7 @@ import re
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 from scenes.errors import did_you_mean, printable
 
@@ -98,6 +98,7 @@ def parse_quantity(text: str) -> tuple[float, Unit | None]:
     return (round(value + 273.15, 9) if unit.celsius else value), unit
 
 
+@lru_cache(maxsize=256)
 def parse_unit(text: str) -> Unit:
     """A unit such as "um", "W/(m K)", "W/m/K", "kg/m^3" or "1/K"; a slash divides by the one factor that follows it.
 

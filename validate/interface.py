@@ -200,7 +200,7 @@ def run(
     accuracy: float | None = None,
     overrides: Overrides = (),
     steady: bool = False,
-    reduction: str = "paper",
+    reduction: str | Path | Callable[..., Any] = "paper",
     why: bool = False,
     sensitivities: bool = False,
     air: bool = False,
@@ -215,20 +215,24 @@ def run(
     """Solve a sink in 3D and in 1D, and compare.
 
     ``scene`` is what ``scenes.load`` returns, or takes; ``voltage`` (V), ``accuracy`` and ``overrides`` change it.
-    ``reduction`` is the 1D model, ``why`` splits its difference by assumption, ``steady`` leaves out the transient,
+    ``reduction`` is the 1D model, one of this program's by its name or one of your own, a function f(scene, times) or
+    what `--reduction` takes; ``why`` splits its difference by assumption, ``steady`` leaves out the transient,
     ``sensitivities`` says how both models follow each key, ``air`` what leaving it out does, ``uncertain`` how well
     keys are known: {"sink.width": "1%"}, ``against`` is a file with traces of your own, of which ``columns`` may name
     some: {"peak": "T (K), Point 1"}, and which are known to ``data_uncertainty``: "0.5K". Only into the folder ``out``
     is anything written; ``figures`` and ``fields`` go there. Raises SceneError for bad input, ArithmeticError where the
     numerics fail (a thermal runaway names its voltage).
     """
-    from reduced1d.ladder import canonical
+    from validate.models import of_reduction
 
     sink = _scene(scene, Sink, overrides, {"drive.voltage": voltage, "run.accuracy": accuracy})
     if steady and against is not None:
         raise SceneError("against compares over time: leave out steady=True")
+    name, model = of_reduction(str(reduction) if isinstance(reduction, Path) else reduction)
+    if model and why:
+        raise SceneError("why splits the differences of this program's own 1D models: leave it out")
     request = Request(
-        transient=not steady, figures=figures, fields=fields, reduction=canonical(reduction), why=why,
+        transient=not steady, figures=figures, fields=fields, reduction=name, model=model, why=why,
         sensitivities=sensitivities, air=air, uncertain=_uncertain(sink, uncertain),
         data_uncertainty=(data_uncertainty,) if isinstance(data_uncertainty, str) else tuple(data_uncertainty),
     )  # fmt: skip

@@ -16,8 +16,8 @@ from fem3d.problems.current import Conductor, Pattern, law
 from fem3d.problems.heat import HeatProblem
 from fem3d.solution.reduced import Reduced
 from fem3d.solution.transient import Base, Krylov
-from scenes.device import Device
-from scenes.loop.modal import Modal
+from scenes.device import SUBSTRATE, Device
+from scenes.loop.modal import Inlet, Modal
 from scenes.model import Schedule
 
 FILMS = (("sink", "beam"), ("sensor", "gold"))
@@ -41,8 +41,13 @@ class Structure:
         """The channel of the outer temperature."""
         return self._channel("outside")
 
+    @property
+    def below(self) -> int:
+        """The channel of the substrate's temperature."""
+        return self._channel(SUBSTRATE)
+
     def _channel(self, boundary: str) -> int:
-        value = next(b.value for b in self.heat.domain.scene.boundaries if b.name == boundary)
+        value = next(b.value for b in self.heat.domain.scene.boundaries if b.name.startswith(boundary))
         assert isinstance(value, Schedule)
         return 1 + self.heat.inputs.schedules.index(value)
 
@@ -54,54 +59,59 @@ class Structure:
         return [conductor.pattern(conductor.solve(still, voltage)) for voltage in voltages]
 
     def base(self) -> Base:
-        """What the fields must hold: the responses to either film's power and to the outer temperature, the steady ones
-        exactly, the local heat of the latter among them."""
+        """What the fields must hold: the responses to either film's power, to the outer temperature and to the
+        substrate's, the steady ones exactly, the local heat of the latter among them."""
         heat, conductor, n, patterns = self.heat, self.conductor, self.heat.free, self.patterns
         none = np.zeros(heat.size)
-        lift = heat.lifts[self.outside]
+        lifts = [heat.lifts[channel] for channel in (self.outside, self.below)]
         loads = [conductor.joule_load(p.density, none) for p in patterns]
         steady = [heat.solve_steady(load[:n]) for load in loads]
         local = [
             conductor.joule_load(p.density, rise) - load
             for p, load in zip(patterns, loads, strict=True)
-            for rise in (*(heat.whole(u) for u in steady), lift)
+            for rise in (*(heat.whole(u) for u in steady), *lifts)
         ]
         fields = [*steady, *(heat.solve_steady(load[:n]) for load in local)]
-        return Base(heat, conductor, patterns, np.column_stack(fields), [*loads, heat.mass @ lift])
+        return Base(heat, conductor, patterns, np.column_stack(fields), [*loads, *(heat.mass @ lift for lift in lifts)])
 
     def modal(self, reduced: Reduced, patterns: Sequence[Pattern], accuracy: float) -> Modal:
         """The model of some fields."""
         rates, modes = np.linalg.eigh((reduced.stiffness + reduced.stiffness.T) / 2)
         modal = reduced.changed(modes)
         device, heat, root = self.device, self.heat, np.sqrt(self.copies)
-        outer = self.outside
-        resistance, coefficient, shape, external, covariance = [], [], [], [], []
+        channels = [self.outside, self.below]
+        resistance, coefficient, shape, covariance = [], [], [], []
+        external: list[np.ndarray] = []
         for e, (pattern, material) in enumerate(zip(patterns, (device.sink.silicon, device.gold), strict=True)):
             power = self.conductor.product(pattern.density, pattern.density)
             cold, warm = law(material, heat.domain.scene.initial_temperature)
             a = warm / cold
-            mean, outside = modal.warm[e, e] / (a * power), float(modal.cold[outer, e, e] / (a * power))
+            mean, given = modal.warm[e, e] / (a * power), modal.cold[channels, e, e] / (a * power)
             resistance.append(4 / (self.copies * power))  # 1 V is from an end to the middle
             coefficient.append(a)
             shape.append(mean / root)
-            external.append(outside)
+            external.append(given)
             own = modal.warm_load[e, e] / (a * power) - np.outer(mean, mean)
-            lifted = modal.cold_load[outer, e, e] / (a * power) - outside * mean
+            lifted = modal.cold_load[channels, e, e] / (a * power) - np.outer(given, mean)
             covariance.append((own / self.copies, lifted / root))
-        jump = root * modal.inertia[outer]
+        jump = root * modal.inertia[channels]
         film, allowed = [0, 1], DEPARTS * accuracy
         excited = _excited(rates, np.array(shape), jump)
         for e, (own, lifted) in enumerate(covariance):
             found = _departures(own, excited, np.array(shape[e]), allowed / (coefficient[e] * device.set_rise))
             shape += list(found)
-            external += list(np.linalg.lstsq(found.T, lifted, rcond=None)[0]) if len(found) else []
+            external += list(np.linalg.lstsq(found.T, lifted.T, rcond=None)[0]) if len(found) else []
             film += [e] * len(found)
         rows = self.polymer
         per_rise, per_rate = (self.copies / root * (r[:, : heat.free] @ modal.basis) for r in rows)
         inlets = np.array(shape)
+        outside, below = (
+            Inlet(rises, jumps, self.copies * rows[0] @ heat.lifts[channel])
+            for rises, jumps, channel in zip(np.array(external).T, jump, channels, strict=True)
+        )
         return Modal(
-            rates, inlets, np.array(film), np.array(resistance), np.array(coefficient), np.array(external), jump,
-            per_rise - per_rate * rates, self.copies * rows[0] @ heat.lifts[outer], per_rate @ inlets.T,
+            rates, inlets, np.array(film), np.array(resistance), np.array(coefficient), outside.external, outside.jump,
+            per_rise - per_rate * rates, outside.flux, per_rate @ inlets.T, below,
         )  # fmt: skip
 
     @cached_property
@@ -125,7 +135,7 @@ class Structure:
 
 
 def _excited(rates: np.ndarray, shape: np.ndarray, jump: np.ndarray) -> np.ndarray:
-    """(n, k): a root of the states' Gramian for both powers and the outer temperature, each with what brings its film
+    """(n, k): a root of the states' Gramian for both powers and the outer temperatures, each with what brings its film
     to a rise of 1 K. (Antoulas, Approximation of Large-Scale Dynamical Systems, 2005, section 4.3.)"""
     per_power = np.einsum("en,en->e", shape / rates, shape)
     inputs = np.vstack([shape / per_power[:, None], jump])

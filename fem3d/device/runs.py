@@ -11,6 +11,7 @@ from fem3d.device.solve import Model, model
 from scenes.device import Device
 from scenes.loop.ground import Shared
 from scenes.loop.result import Run, Runs, with_others
+from scenes.loop.shielding import Response, Shielding
 
 
 @dataclass(frozen=True)
@@ -19,6 +20,16 @@ class Solved:
 
     model: Model
     runs: Runs
+
+    @cached_property
+    def shielding(self) -> tuple[Shielding, dict[str, float]]:
+        """What the temperatures around do to both powers, with errors (`Model.shielding`)."""
+        return self.model.shielding(self.runs.base.device)
+
+    @cached_property
+    def response(self) -> Response:
+        """The response to a step of the substrate's temperature (`Model.response`)."""
+        return self.model.response(self.runs.base.device)
 
     @cached_property
     def ground(self) -> list[tuple[Shared, dict[str, float]]]:

@@ -16,10 +16,12 @@ from fem3d.spaces.domain import boxes
 from meshes import grading, symmetry
 from scenes.device import Device, External
 from scenes.errors import NumericsError
+from scenes.loop import shielding
 from scenes.loop.ground import NARROW, Shared, shared
 from scenes.loop.march import March, Resolution, march
 from scenes.loop.modal import Modal
 from scenes.loop.result import QUANTITIES, TOP, DeviceResult, Steady, device_result
+from scenes.loop.shielding import Response, Shielding
 from scenes.loop.stability import Stability, gains, plant, steady
 
 COARSEST = 1e-2
@@ -36,6 +38,8 @@ be small by chance. A quarter is what the regular part of such a solution was fo
 MOST_LEVELS = 12
 AHEAD = 6.0
 """A refinement aims that much below the accuracy: another level costs more than a few more unknowns."""
+ROUNDING = 1e-13
+"""Of a power: what a difference of two steady states, each iterated to that, may be off by."""
 STEPS = 1e-2  # the iteration for the powers between samples ends at this fraction of the accuracy
 
 
@@ -45,7 +49,8 @@ class Model:
 
     ``low`` is what the next lower space gives, ``left`` what is left of its distance for each quantity; ``lost`` is
     what fewer fields and nodes lose of each, relative to its size; ``nodes`` are those between samples. ``edges`` is
-    what is left of the distance of steady values, which singular edges decide. ``structures``: those of both spaces.
+    what is left of the distance of steady values, which singular edges decide. ``structures``: those of both spaces;
+    ``fewer`` is the fine model of fewer fields.
     """
 
     device: Device
@@ -57,6 +62,7 @@ class Model:
     edges: float
     details: dict[str, Any]
     structures: tuple[Structure, Structure]
+    fewer: Modal
 
     def steady(self, device: Device, external: float | None = None) -> Steady:
         """The steady state at an outer temperature (K; by default the final one)."""
@@ -81,6 +87,28 @@ class Model:
         return {
             q: self.edges * abs(getattr(one, q) - getattr(two, q)) + 1e-9 * abs(getattr(one, q)) for q in QUANTITIES
         }
+
+    def shielding(self, device: Device) -> tuple[Shielding, dict[str, float]]:
+        """What the temperatures around do to both powers in the steady state, with errors (W/K)."""
+        fine, low = (asdict(shielding.around(modal, device)) for modal in (self.fine, self.low))
+        power = max(self.steady(device).sink_power_W, self.steady(device).sensor_power_W)
+        rounding = ROUNDING * power / shielding.STEP
+        errors = {name: self.edges * abs(value - low[name]) + rounding for name, value in fine.items()}
+        return Shielding(**fine), errors
+
+    def response(self, device: Device) -> Response:
+        """Over time the response of both powers to a step of the substrate's temperature, with errors: what the lower
+        space, fewer fields and fewer nodes change of it."""
+        given = (self.fine, self.nodes), (self.low, self.nodes), (self.fewer, self.nodes), (self.fine, self.nodes - 2)
+        found, *others = shielding.response([Resolution(modal, nodes) for modal, nodes in given], device)
+
+        def error(film: str) -> float:
+            values = getattr(found, film)
+            space, *rest = (float(np.abs(getattr(other, film) - values).max()) for other in others)
+            return self.edges * space + sum(rest)
+
+        sensor, sink = error("sensor_power_W_per_K"), error("sink_power_W_per_K")
+        return replace(found, sensor_error=sensor, sink_error=sink)
 
     def ground(self, device: Device) -> list[tuple[Shared, dict[str, float]]]:
         """What a lead to ground that both films share does, each with its errors, in their units: the device's own, or
@@ -164,7 +192,8 @@ def model(device: Device, accuracy: float, say: Callable[[str], None] = lambda _
             degree = np.array([min(int(d.min()) for d in grid.degrees[:2])])
             edges = max(float(estimate.left(degree, np.array([4 * marks.sharpest]))[0]), 1.0)
             return Model(
-                device, fine.modal, low.modal, left, lost, nodes, edges, details, (structures[0], structures[1])
+                device, fine.modal, low.modal, left, lost, nodes, edges, details, (structures[0], structures[1]),
+                fine.fewer,
             )  # fmt: skip
         if space > accuracy / 2:
             grid = grids.refined(grid, given, fine, low, AHEAD * space / accuracy, marks)

@@ -33,7 +33,7 @@ class Dissection:
 
 class Ordering:
     """When the groups of a mesh's functions, those of one vertex, edge, facet or cell at ``places`` (groups, 3), are
-    eliminated: by nested dissection, found for the first matrix; it serves all others whose groups that one has too.
+    eliminated: by nested dissection, found for the first matrix; it serves all others that couple no other groups.
     """
 
     def __init__(self, places: np.ndarray) -> None:
@@ -75,7 +75,8 @@ class Ordering:
 class Factors:
     """Cholesky factors of a symmetric positive definite matrix, its unknowns being of ``groups`` (n,).
 
-    Raises NumericsError for a matrix that rounding leaves indefinite.
+    Raises NumericsError for a matrix that rounding leaves indefinite, ValueError for one that couples unknowns which
+    that of the ``ordering`` does not.
 
     The pieces of a dissection are eliminated one after the other, each in a dense matrix of its own unknowns and of
     those beyond, to which it hands on what is left of them (Duff and Reid, ACM Trans. Math. Softw. 9, 1983).
@@ -89,7 +90,7 @@ class Factors:
         sizes = np.bincount(rank, minlength=tree.starts[-1])
         first = np.concatenate([[0], np.cumsum(sizes)])
         ordered = part(matrix, self._order)
-        place = np.empty(len(rank), int)
+        place = np.zeros(len(rank), int)
         left: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         for piece, (start, end) in enumerate(pairwise(first[tree.starts].tolist())):
             groups_beyond = tree.beyond[piece]
@@ -104,7 +105,12 @@ class Factors:
                 np.repeat(np.arange(own), np.diff(ordered.indptr[start : end + 1])),
             )
             later = rows >= start
-            front[columns[later], place[rows[later]]] = ordered.data[entries][later]
+            rows, into = rows[later], np.append(np.arange(start, end), beyond)
+            at = place[rows]
+            # What has no place in this front has one in another, or none.
+            if not (at < len(into)).all() or (into[at] != rows).any():
+                raise ValueError("the matrix couples unknowns that the one of its ordering doesn't")
+            front[columns[later], at] = ordered.data[entries][later]
             # What stands apart leaves nothing to what joins the others.
             for j in (j for j in tree.joined[piece] if j in left):
                 _add(front, *left.pop(j), place)

@@ -30,7 +30,7 @@ from reduced1d.line import Line, reference
 from reduced1d.line import modes as modes_of
 from reduced1d.sink import lump as lump_sink
 from scenes.device import Device
-from scenes.loop.modal import Modal
+from scenes.loop.modal import Inlet, Modal
 from scenes.loop.result import Steady
 from scenes.loop.stability import controlled, named
 
@@ -141,6 +141,8 @@ def modes(lumped: Lumped, degree: int, grids: tuple[np.ndarray, np.ndarray] = GR
     w = np.zeros(line.size)
     w[outer] = 1.0
     w[free] = -scipy.linalg.solve(K, stiffness[free, outer], assume_a="pos")
+    below = np.zeros(line.size)
+    below[free] = scipy.linalg.solve(K, lumped.conductance * np.eye(line.size)[0][free], assume_a="pos")
     rates, phi = modes_of(mass[np.ix_(free, free)], K)
     into_polymer = -conductivity[-1] * line.at(cuts[0], -1.0)[1]
     content = line.integral(capacity * (np.arange(outer) < cuts[0]))
@@ -149,6 +151,7 @@ def modes(lumped: Lumped, degree: int, grids: tuple[np.ndarray, np.ndarray] = GR
         rates, phi[films], np.array([0, 1]), lumped.resistance, lumped.coefficient, w[films],
         phi.T @ (mass[np.ix_(free, free)] @ (w - _step(line, degree))[free]),
         (into_polymer[free] @ phi)[None], np.array([into_polymer @ w]), np.zeros((1, 2)),
+        Inlet(below[films], phi.T @ (mass[np.ix_(free, free)] @ below[free]), np.array([into_polymer @ below])),
     )  # fmt: skip
     return Modes(modal, content[free] @ phi, float(content @ w))
 

@@ -57,6 +57,11 @@ def canonical(text: str) -> str:
     return f"moments:{int(number) if colon else STATES}"
 
 
+def is_one(text: str) -> bool:
+    """Whether there is a reduction of this name, with or without a number of states."""
+    return text.partition(":")[0] in REDUCTIONS
+
+
 def describe(name: str) -> str:
     family, _, states = name.partition(":")
     return REDUCTIONS[family].replace("a few", states) if states else REDUCTIONS[family]

@@ -250,7 +250,6 @@ def quarter(sink: Sink, grading: Grading) -> Quarter:
     outline = grading.outline * min(healing, oxide, sink.oxide_length / 2)
     corner = grading.corner * narrow
     small = SLIVER * min(narrow, sink.oxide_length / 2, oxide)
-    longest = grading.longest * sink.length / 2
 
     def free(distance: float) -> float:
         return (grading.ratio - 1) * distance
@@ -258,16 +257,19 @@ def quarter(sink: Sink, grading: Grading) -> Quarter:
     def above(distance: float) -> float:
         return min(free(distance), max(outline, (grading.above - 1) * distance))
 
-    def beside(distance: float) -> float:
-        return min(free(distance), longest)
+    def beside(longest: float) -> Callable[[float], float]:
+        return lambda distance: min(free(distance), grading.longest * longest)
 
     x = _lines(
         [(0.0, None), (narrow, corner), (max(w, pad), None), (oxide, outline)], small,
         lambda at: above if at < oxide else free,
     )  # fmt: skip
     y = _lines(
-        [(-length, None), (-far, outline), (-near, outline), (0.0, corner), (sink.length / 2, None)], small,
-        lambda at: above if -far < at < -near else beside,
+        # The beam itself is no sliver, however short.
+        [(-length, None), (-far, outline), (-near, outline), (0.0, corner), (sink.length / 2, None)],
+        min(small, sink.length / 4),
+        # Cells beside the beam of a pad that is longer need not be as short as the beam's own.
+        lambda at: above if -far < at < -near else beside(max(sink.length / 2, length if at < 0 else 0.0)),
     )  # fmt: skip
     mesh = MeshQuad.init_tensor(x, y)
     cx, cy = mesh.p[:, mesh.t].mean(axis=1)

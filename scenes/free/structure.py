@@ -8,7 +8,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from scenes import physics
+from scenes import laws, physics
 from scenes.errors import listed, quoted
 from scenes.formats import area, percent, quantity
 from scenes.free import contacts
@@ -16,8 +16,11 @@ from scenes.free.cut import cut
 from scenes.free.grid import VOID, Grid, grid_of
 from scenes.kinds import CURRENT_CONTACT, HEAT_CONTACT
 from scenes.model import Boundary, Scene
+from scenes.units import TIME
 
 NARROW = 0.1  # of the thinner box beside it: a gap that is narrower is likely a slip, and is said
+HURRIED = 1e-2  # of the thinnest extent of any box: where heat diffuses no farther, layers at surfaces are all there is
+_MANY = 1_000  # boxes, of more of which not every two are held against one another
 MOST = 20  # bodies, boundaries and the like that one line names
 _LOST = 1e-6  # of a box's volume: less is rounding of its corners
 
@@ -33,6 +36,7 @@ def described(scene: Scene) -> list[tuple[str, str]]:
         lines.append(("conductors", _joined(_conductors(grid))))
     if scene.contacts:
         lines.append(("contacts", _joined(_contacts(grid))))
+    lines += [("end time", text) for text in _hurried(scene)]
     return [*lines, ("boundaries", _joined(_areas(grid)))]
 
 
@@ -46,7 +50,24 @@ def remarks(scene: Scene) -> list[str]:
         found.append(f"boxes lose volume to later ones, which win: {_joined(texts)}")
     if (where := cut(grid)) and not any(len(v) > 1 for v in grid.electrified()[1].values()):
         found.append(f"no current passes: {where}")
-    return found
+    return found + _hurried(scene)
+
+
+def _hurried(scene: Scene) -> list[str]:
+    """Of a run that is over before heat gets anywhere."""
+    if scene.steady or not physics.heat(scene):
+        return []
+    cold = [b.material.at(scene.initial_temperature) for b in scene.boxes]
+    fastest = max(max(laws.along(m.thermal_conductivity)) / (m.density * m.specific_heat) for m in cold)
+    reach = float(np.sqrt(fastest * scene.end_time))
+    thinnest = min(u - v for b in scene.boxes for u, v in zip(b.upper, b.lower, strict=True))
+    if reach >= HURRIED * thinnest:
+        return []
+    return [
+        f"heat diffuses {quantity(reach, 'm', 2)} in the {TIME.show(scene.end_time)} of run.end_time, and no box is "
+        f"thinner than {quantity(thinnest, 'm', 2)}: temperatures change in layers at surfaces alone, which take many "
+        "cells and much time"
+    ]
 
 
 def _bodies(grid: Grid) -> str:
@@ -82,7 +103,29 @@ def gaps(grid: Grid) -> list[str]:
             f"where the thinner one has {quantity(thin, 'm', 3)}, and nothing passes there: if they should touch, let "
             "their faces coincide"
         )
-    return found
+    return found + _across_edges(grid)
+
+
+def _across_edges(grid: Grid) -> list[str]:
+    """The same of boxes of two bodies that lie diagonally from one another, of which no axis passes both."""
+    boxes, labels = grid.scene.boxes, grid.parts(grid.solid)
+    body = np.zeros(len(boxes) + 1, int)
+    body[grid.owner] = labels
+    if labels.max() < 2 or len(boxes) > _MANY:
+        return []
+    lower, upper = np.array([b.lower for b in boxes]), np.array([b.upper for b in boxes])
+    apart = np.maximum(lower[:, None] - upper, lower - upper[:, None])
+    extents = upper - lower
+    near = apart < NARROW * np.minimum(extents[:, None], extents)
+    small = np.array(grid.small)
+    diagonal = (apart > -small).sum(axis=2) > 1
+    beside = near.all(axis=2) & diagonal & (apart > small).any(axis=2) & (body[:-1, None] != body[:-1])
+    return [
+        f"boxes {listed([boxes[a].name, boxes[b].name])} lie diagonally at "
+        f"{quantity(float(np.linalg.norm(apart[a, b].clip(0.0))), 'm', 3)} from one another, and nothing passes there: "
+        "if they should touch, let their faces coincide"
+        for a, b in np.argwhere(np.triu(beside)).tolist()
+    ]
 
 
 def losses(grid: Grid) -> list[str]:

@@ -99,8 +99,10 @@ class _Places:
 
     Of each place: ``film``, 0 for the sink and 1 for the sensor; ``mean``, the place that holds the film's mean rise at
     the same time; ``conductance`` and ``change``, 1/R at no rise and its relative change per kelvin, both zero for a
-    flow; ``unit``, what a unit of the outer rise adds. ``departs`` are the places of local departures; ``feed`` (flows,
-    places) is what the heats just before a sample add to its flows.
+    flow; ``unit``, what a unit of the outer rise adds, and ``still``, what is added besides; ``both`` (2, places), the
+    places that hold the mean rises of sink and sensor at the same time. ``ground`` (ohm) is the lead that both currents
+    share. ``departs`` are the places of local departures; ``feed`` (flows, places) is what the heats just before a
+    sample add to its flows.
     """
 
     def __init__(self, resolutions: Sequence[Resolution], ground: float) -> None:
@@ -110,7 +112,7 @@ class _Places:
         self.of = _slices(sizes)
         self.starts = np.array([[at.start, at.start + 1] for at in self.of])
         self.flows = np.array([np.arange(at.stop - k, at.stop) for at, k in zip(self.of, flows, strict=True)])
-        film, mean, departs, conductance, change, unit, feed = [], [], [], [], [], [], []
+        film, mean, departs, conductance, change, unit, still, feed = [], [], [], [], [], [], [], []
         both: list[list[int]] = [[], []]
         for at, m, k, r in zip(self.of, counts, flows, resolutions, strict=True):
             own, q = r.modal, r.nodes
@@ -128,12 +130,15 @@ class _Places:
             conductance.append(np.where(is_flow, 0.0, 1 / own.resistance[films]))
             change.append(np.where(is_flow, 0.0, own.coefficient[films]))
             unit.append(np.r_[own.external[response[: len(node)]], own.flux_external])
+            still.append(
+                np.r_[np.broadcast_to(own.offset, m)[response[: len(node)]], np.broadcast_to(own.flux_offset, k)]
+            )
             fed = np.zeros((k, len(films)))
             fed[:, m + np.arange(m) * q + q - 1] = own.feed
             feed.append(fed)
         self.film, self.mean, self.departs = np.concatenate(film), np.concatenate(mean), np.concatenate(departs)
         self.conductance, self.change = np.concatenate(conductance), np.concatenate(change)
-        self.unit, self.feed = np.concatenate(unit), block_diag(*feed)
+        self.unit, self.still, self.feed = np.concatenate(unit), np.concatenate(still), block_diag(*feed)
         self.voltage = self.film + 2 * np.repeat(np.arange(len(sizes)), sizes)
         self.both = np.array(both)
         self.ground = ground
@@ -194,7 +199,7 @@ def march(
             powers[places.start + m : places.start + m * (r.nodes + 1)] = np.repeat(heat, r.nodes)
         voltage = np.tile(settled[0].voltage, (len(resolutions), 1))
         outer = device.external.initial_temperature - device.sink.room_temperature
-    static, initial, before = outer * at.unit, b[:n], outer
+    static, initial, before = outer * at.unit + at.still, b[:n], outer
 
     for k, measure, step, length in table.stretches():
         key = length or table.sample_time
@@ -216,7 +221,7 @@ def march(
             # Just after the sample at its time.
             b = b - (step - outer) * jump
             stepped -= (step - outer) * jump[:n]
-            outer, static = step, step * at.unit
+            outer, static = step, step * at.unit + at.still
             free = _apply(t.readings, b, t.modal, t.places) + static
         powers, ratio = _powers(free, t.kernel, t.places, at, voltage.ravel(), ratio, tolerance)
         b = t.decay * b

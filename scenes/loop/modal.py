@@ -2,6 +2,8 @@
 
     db/dt = -rates b + shape^T u,      rises = shape b + external T,      b jumps by -jump dT with the outer rise T
 
+The substrate's temperature is another such input, and what does not change besides is an offset of the rises.
+
 The first two responses are the mean rises of sink and sensor, by which their resistances change (eq 7), and the heat
 u (W) of these is the electrical power V^2/R (eqs 6, 7). Any further ones are how a film's local temperature departs
 from its mean: heat is rho J^2 with the resistivity of the place, so that u_j = P a dT_j / (1 + a dT) there, which moves
@@ -15,10 +17,20 @@ start (known) and at Chebyshev points; its response at those points is a product
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class Inlet:
+    """A temperature that a model is given, per kelvin: the rises ``external`` (m,) that it keeps up, the heat flows
+    ``flux`` (k,) in W/K, and by what ``jump`` (n,) a step of it changes the modes."""
+
+    external: np.ndarray
+    jump: np.ndarray
+    flux: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +38,8 @@ class Modal:
     """``rates`` (n,) in 1/s, ascending; ``shape`` (m, n); ``film`` (m,): 0 where a response is of the sink, 1 of the
     sensor; ``resistance`` (ohm, no rise) and ``coefficient`` (1/K), (2,) each; ``external`` (m,) and ``jump`` (n,) as
     above. Heat flows (W), k of them: flux b + flux_external T + feed u, with ``flux`` (k, n) and ``feed`` (k, m).
+    ``substrate`` is that temperature as an input; ``offset`` (m,) and ``flux_offset`` (k,) are added to rises and
+    flows, none where they are left out.
     """
 
     rates: np.ndarray
@@ -38,6 +52,17 @@ class Modal:
     flux: np.ndarray
     flux_external: np.ndarray
     feed: np.ndarray
+    substrate: Inlet
+    offset: np.ndarray | float = 0.0
+    flux_offset: np.ndarray | float = 0.0
+
+    def above_substrate(self, outer: float) -> Modal:
+        """The model whose outer rise stays (K), and whose input is the substrate's temperature instead."""
+        given = self.substrate
+        return replace(
+            self, external=given.external, jump=given.jump, flux_external=given.flux,
+            offset=self.offset + outer * self.external, flux_offset=self.flux_offset + outer * self.flux_external,
+        )  # fmt: skip
 
     @property
     def count(self) -> int:

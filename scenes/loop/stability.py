@@ -124,22 +124,24 @@ def state_of(modal: Modal, device: Device, external: float | None = None) -> Sta
     room = device.sink.room_temperature
     outer = (device.external.final_temperature if external is None else external) - room
     per_heat = (modal.shape / modal.rates) @ modal.shape.T
+    unheated = modal.external * outer + modal.offset
     rise, own = np.zeros(modal.responses), np.eye(2)[modal.film]
     first = 0
     for _ in range(100):
         per_power = per_heat @ (modal.heat(np.ones(2), rise)[:, None] * own)
         conductance = np.linalg.inv(per_power[:2])
-        load = conductance @ modal.external[:2] * outer
+        load = conductance @ modal.external[:2] * outer + conductance @ np.broadcast_to(modal.offset, rise.shape)[:2]
         found = controlled(conductance, load, modal.resistance, modal.coefficient, device, first)
         # A film that cannot be held stays so: at the end of the range rounds would take turns.
         first = CHOICES.index((bool(found.held[0]), bool(found.held[1]))) if device.control.ground_resistance else 0
-        before, rise = rise, per_power @ found.power + modal.external * outer
+        before, rise = rise, per_power @ found.power + unheated
         if modal.responses == 2 or np.abs(rise - before).max() <= 1e-13 * max(abs(device.set_rise), np.abs(rise).max()):
             break
     else:
         raise ArithmeticError("the steady state of the device does not converge")
     heat = modal.heat(found.power, rise)
     flow = (modal.flux / modal.rates) @ (heat @ modal.shape) + modal.flux_external * outer + modal.feed @ heat
+    flow = flow + modal.flux_offset
     return replace(found, rise=rise, flow=flow)
 
 

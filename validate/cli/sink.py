@@ -35,7 +35,8 @@ OPTIONS = {
     **common.of_data('peak="T (K), Point 1", "end rise (K)=3", drive.voltage=Va', "peak"),
     "--steady": "",
     "--only {3d,1d}": "one model only",
-    "--reduction R": f"the 1D model: {_FIRST} (default), {', '.join(_BETWEEN)} or {_LAST}[:N]",
+    "--reduction R": f"the 1D model: {_FIRST} (default), {', '.join(_BETWEEN)} or {_LAST}[:N]; or one of your own, "
+    "FILE.py:FUNCTION, FILE.cir, FILE.fmu or FILE.csv",
     "--why": "split the 1D model's differences from 3D by the assumptions behind them",
     "--air": "up to which coefficient losses to the air may be left out, and what a lumped term gives",
     "--sensitivities": "how both models follow each key: d ln quantity / d ln key, 1D against 3D",
@@ -69,9 +70,9 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _request(arguments: argparse.Namespace, sink: Sink) -> Request:
     """What is asked for; SceneError where one thing leaves out another."""
-    from reduced1d.ladder import canonical
     from scenes.kinds import Quantity
     from scenes.units import TIME
+    from validate.models import of_reduction
 
     only, named, times, samples = arguments.only, arguments.reduction, arguments.field_times, arguments.monte_carlo
     sampling = f"--monte-carlo {printable(samples or '')}"
@@ -97,6 +98,10 @@ def _request(arguments: argparse.Namespace, sink: Sink) -> Request:
         ),
         (samples is not None and only, f"--monte-carlo compares both models: leave out --only {only}"),
     )
+    reduction, model = of_reduction(named or "paper")
+    own = f"--reduction {printable(named or '')} is judged against 3D as it is: leave out"
+    for option, given in (("--why", arguments.why), ("--only 1d", only == "1d"), ("--monte-carlo", samples)):
+        common.refuse((model and given, f"{own} {option}"))
     if samples is not None:
         from validate.monte_carlo import FEWEST, MOST
 
@@ -105,6 +110,6 @@ def _request(arguments: argparse.Namespace, sink: Sink) -> Request:
     return common.request(
         arguments, sink, sink.accuracy,
         models={None: ("fem3d", "reduced1d"), "3d": ("fem3d",), "1d": ("reduced1d",)}[only],
-        transient=not arguments.steady, reduction=canonical(named or "paper"), monte_carlo=samples or 0,
+        transient=not arguments.steady, reduction=reduction, model=model, monte_carlo=samples or 0,
         field_times=tuple(kind.read("--field-times", part.strip()) or 0.0 for part in stored),
     )  # fmt: skip

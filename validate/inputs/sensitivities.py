@@ -20,6 +20,7 @@ from scenes.varied import numbers, zeros
 
 if TYPE_CHECKING:
     from fem3d.device.solve import Model
+    from validate.models import Model as OwnModel
 
 QUANTITIES = {asked.steady: asked.called for asked in OF_A_SINK.values()}
 PREFIX = "slope_"
@@ -113,10 +114,13 @@ def _document(slope: Slope) -> dict[str, Any]:
     return found
 
 
-def of_sink(sink: Sink, fem3d: Result | None, reduced1d: Result | None, with_profile: bool = False) -> Sensitivities:
+def of_sink(
+    sink: Sink, fem3d: Result | None, reduced1d: Result | None, with_profile: bool = False, own: OwnModel | None = None
+) -> Sensitivities:  # fmt: skip
     """The sensitivities of what a run has solved; ``with_profile`` also that of fig5.
 
-    Those of reductions that stand on the plate are of the steady state alone: each costs a plate. Raises what
+    Those of reductions that stand on the plate are of the steady state alone: each costs a plate. A user's ``own``
+    model is followed by differences. Raises what
     `fem3d.runs.sink_sensitivity.of_sink` and `reduced1d.slopes.of_sink` raise.
     """
     keys = numbers(sink)
@@ -139,14 +143,20 @@ def of_sink(sink: Sink, fem3d: Result | None, reduced1d: Result | None, with_pro
         times = reduced1d.traces.time[1:]
     course1d: dict[str, dict[str, np.ndarray]] = {}
     if reduced1d is not None:
-        from reduced1d import slopes
+        if own is not None and fem3d is not None:
+            from validate.models.slopes import of_sink as slopes_of
 
-        over_time = times if reduced1d.model == "paper" else None
-        of_one, course1d = slopes.of_sink(sink, reduced1d.model, keys, over_time)
+            of_one, course1d, silent = slopes_of(own, sink, fem3d, reduced1d, times)
+            left_out |= silent
+        else:
+            from reduced1d import slopes
+
+            over_time = times if reduced1d.model == "paper" else None
+            of_one, course1d = slopes.of_sink(sink, reduced1d.model, keys, over_time)
         for key, values in of_one.items():
-            own = steady[key]
-            steady[key] = own | {
-                name: Slope(own[name].fem3d if name in own else None, value) for name, value in values.items()
+            before = steady[key]
+            steady[key] = before | {
+                name: Slope(before[name].fem3d if name in before else None, value) for name, value in values.items()
             }
     course = None if times is None else Course(times, course3d, errors, course1d)
     return Sensitivities(keys, steady, course, left_out, misfit=misfit)

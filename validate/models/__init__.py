@@ -55,6 +55,24 @@ class Model(Protocol):
     def over_time(self, asked: Asked, times: np.ndarray) -> Answer: ...
 
 
+def named(given: str | Callable[..., Any]) -> str:
+    """What a model is called before it is opened."""
+    return getattr(given, "__name__", type(given).__name__) if callable(given) else Path(given).name
+
+
+def of_reduction(given: str | Callable[..., Any]) -> tuple[str, str | Callable[..., Any]]:
+    """What a reduction of the sink is called, and the user's own model that it is, "" where it is this program's.
+    Raises SceneError for what is neither."""
+    from reduced1d.ladder import canonical, is_one
+
+    if not callable(given):
+        file = given.rpartition(":")[0] or given
+        if is_one(given) or Path(file).suffix.lower() not in _KINDS:
+            return canonical(given), ""
+        kind_of(given)
+    return named(given), given
+
+
 def kind_of(given: str) -> str:
     """The module of this package that opens what is given; SceneError where none does."""
     if given == "network":

@@ -8,12 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from compare.verdict import unit_of
 from scenes.errors import SceneError, did_you_mean, listed, quoted
 from scenes.expressions import Measure, measured
 from scenes.formats import quantity
 from scenes.free import as_dict
 from scenes.model import UNITS, AnyScene, OwnModel
 from scenes.result import Estimate, Result, Traces
+from scenes.sink import Sink
 from scenes.units import UnitError
 from validate.models import Answer, Asked, Model
 
@@ -26,6 +28,15 @@ SHORT = 1e-7
 """Of the run: intervals shorter than this are of a jump, and aren't halved."""
 MOST = 20_000
 """Times that a model is asked for at most."""
+
+
+def of_sink(sink: Sink, fem3d: Result) -> Asked:
+    """What a model of a sink is asked for: all that 3D has answered, by the names of summary.json and traces.csv."""
+    from scenes.loading import as_dict as of_parametric
+
+    over_time = () if fem3d.traces is None else fem3d.traces.values
+    steady = {name: unit_of(name) for name in fem3d.steady}
+    return Asked(sink.name, of_parametric(sink), steady, {name: unit_of(name) for name in over_time}, {}, {})
 
 
 def of_scene(scene: AnyScene) -> Asked:
@@ -76,7 +87,8 @@ def _at(key: str, found: Any) -> Any:
 def solve(
     model: Model, asked: Asked, fem3d: Result, accuracy: float, steady: bool, say: Callable[[str], None]
 ) -> Result:
-    """The model's own result: its steady state where 3D has one (``steady``), and its traces over the time of 3D's.
+    """The model's own result: its steady state where 3D has one (``steady``), and its traces over the time of 3D's, at
+    so many times that straight lines between them hold a part of the ``accuracy``; 0: at those of 3D.
 
     ``details`` say which quantities it says nothing of. Raises SceneError for an answer that is none: not by
     quantity, of another shape, not finite, or of nothing that is asked for.
@@ -84,11 +96,11 @@ def solve(
     say(f"asking {model.name}")
     found: dict[str, Estimate] = {}
     traces = None
-    if steady:
+    if steady and asked.steady:
         answer, errors = _checked(model, model.steady(asked), asked.steady, None)
         found = {name: Estimate(float(value), errors.get(name, 0.0)) for name, value in answer.items()}
     if fem3d.traces is not None:
-        traces = _over_time(model, asked, fem3d.traces, accuracy)
+        traces = (_over_time if accuracy else _at_its_times)(model, asked, fem3d.traces, accuracy)
     if not found and (traces is None or not traces.values):
         wanted = [*asked.steady] if steady else [*asked.over_time]
         raise SceneError(f"--model {model.name} says nothing of {listed(wanted)}: give at least one of them")
@@ -96,6 +108,12 @@ def solve(
     silent = [n for n in dict.fromkeys([*asked.steady, *asked.over_time]) if n in names and n not in found]
     silent = [n for n in silent if traces is None or n not in traces.values]
     return Result(model.name, found, traces, {"silent": silent})
+
+
+def _at_its_times(model: Model, asked: Asked, three: Traces, _: float) -> Traces:
+    """The model's traces at the times of 3D's."""
+    values, errors = _checked(model, model.over_time(asked, three.time), asked.over_time, three.time)
+    return Traces(three.time, values, {name: errors.get(name, 0.0) for name in values})
 
 
 def _over_time(model: Model, asked: Asked, three: Traces, accuracy: float) -> Traces:

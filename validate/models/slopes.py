@@ -9,14 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from scenes.errors import SceneError
-from scenes.model import AnyScene
-from scenes.varied import neighbour
-from validate.models import Model
+from scenes.result import Result
+from scenes.sink import Sink
+from scenes.varied import neighbour, numbers
+from validate.models import Asked, Model
 from validate.models.asked import of_scene
+from validate.models.asked import of_sink as asked_of_sink
 
 STEPS = (1e-3, 1e-2, 5e-2)
 """Parts of a key: the first is enough for a smooth model, the others are for noisy ones."""
@@ -37,13 +40,15 @@ class Followed:
 
 
 def follow(
-    model: Model, scene: AnyScene, keys: Iterable[str], times: np.ndarray | None, say: Callable[[str], None]
-) -> Followed:
+    model: Model, scene: Any, keys: Iterable[str], times: np.ndarray | None, say: Callable[[str], None],
+    asking: Callable[[Any], Asked] = of_scene,
+) -> Followed:  # fmt: skip
     """The slopes of a model by some keys of its scene, at some times (s), the last of which is the end of the run, or
-    in the steady state. Raises SceneError where the model has no answer beside the scene."""
+    in the steady state; ``asking`` says what it is asked of a scene. Raises SceneError where the model has no answer
+    beside the scene."""
 
     def at(key: str, step: float) -> dict[str, np.ndarray]:
-        asked = of_scene(neighbour(scene, key, step))
+        asked = asking(neighbour(scene, key, step))
         answer, _ = model.steady(asked) if times is None else model.over_time(asked, times)
         return {name: np.asarray(value, float) for name, value in answer.items()}
 
@@ -69,3 +74,34 @@ def follow(
             if not rough:
                 break
     return found
+
+
+def of_sink(
+    model: Model, sink: Sink, fem3d: Result, one: Result, times: np.ndarray | None
+) -> tuple[dict[str, dict[str, float]], dict[str, dict[str, np.ndarray]], dict[str, str]]:
+    """d ln quantity / d ln key of a model of a sink, by key and quantity: steady, and at ``times`` (s) of its traces,
+    of rises for temperatures; and why a key has none."""
+    keys = list(numbers(sink))
+
+    def followed(at: np.ndarray | None) -> Followed:
+        return follow(model, sink, keys, at, lambda _: None, lambda other: asked_of_sink(other, fem3d))
+
+    rest, over_time = followed(None), None
+    course: dict[str, dict[str, np.ndarray]] = {}
+    steady = {
+        key: {name: float(slope) / one.steady[name].value for name, slope in of.items() if one.steady[name].value}
+        for key, of in rest.slopes.items()
+    }
+    if times is not None and one.traces is not None:
+        every = np.union1d(times, sink.end_time)
+        over_time = followed(every)
+        for key, of in over_time.slopes.items():
+            room = (neighbour(sink, key, STEPS[0]).room_temperature - sink.room_temperature) / STEPS[0]
+            course[key] = {}
+            for name, slope in of.items():
+                thermal = name.endswith("_K")
+                rise = np.interp(every, one.traces.time, one.traces.values[name]) - sink.room_temperature * thermal
+                with np.errstate(divide="ignore", invalid="ignore"):
+                    own = np.where(rise != 0, (slope - room * thermal) / rise, 0.0)
+                course[key][name] = np.interp(times, every, own)
+    return {key: steady.get(key, {}) for key in keys}, course, rest.left_out | (over_time.left_out if over_time else {})

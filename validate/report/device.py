@@ -12,6 +12,7 @@ import numpy as np
 from compare.device_checks import METER_POWER, METER_RESISTANCE
 from compare.verdict import Check, relative
 from reduced1d.device.ground import of_device
+from reduced1d.device.shielding import of_device as of_shielding
 from reduced1d.device.stability import largest_eigenvalue, shown
 from scenes.formats import kelvin, milliseconds, percent, quantity
 from scenes.loop.result import BAND, QUANTITIES, Run, settling
@@ -33,6 +34,7 @@ FIGURES = {
     "figure12": "device_figures.responses",
     "figure13": "device_figures.characteristic",
     "figure14": "ground_figure.shared",
+    "shielding": "shielding_figure.over_time",
     "sensitivity": "analysis_figures.sensitivity",
 }
 FIELD_FIGURE = ""
@@ -102,7 +104,13 @@ def _in_3d(found: Sequence[Check]) -> str:
     if claim := by_id.get("dev3d_claim_steady"):
         kept = "is" if claim.verdict == "agrees" else "is not"
         said.append(f"the sensor's power {kept} the heat through the polymer's top in the steady state")
-    return f"{', and '.join(said)}." if said else ""
+    told = f"{', and '.join(said)}." if said else ""
+    if shielding := by_id.get("dev3d_shielding"):
+        told += (
+            f" A substrate 1 K warmer changes the sensor's power by {quantity(shielding.measured, 'W', 2)}, "
+            f"{percent(abs(shielding.difference))} of what it does with the sink off."
+        )
+    return told
 
 
 def _claims(outcome: Outcome[Device], contrary: Sequence[Check], named: bool) -> str:
@@ -244,8 +252,24 @@ def entries(outcome: Outcome[Device]) -> dict[str, Any]:
         "reduced1d": _run(outcome.runs.base),
         "checks": [check_document(check) for check in outcome.checks],
         "findings": list(outcome.runs.base.result.findings),
+        "shielding": _shielding_document(outcome),
         "ground": _ground_document(outcome),
         "design": None if outcome.design is None else asdict(outcome.design),
+    }
+
+
+def _shielding_document(outcome: Outcome[Device]) -> dict[str, Any] | None:
+    """What a kelvin more around does to both powers, in 3D with errors, and in 1D; and over time since the substrate's
+    step."""
+    solved = outcome.device_3d
+    if solved is None or "dev3d_shielding" not in {check.id for check in outcome.checks}:
+        return None
+    found, errors = solved.shielding
+    document: dict[str, Any] = {q: {"value": v, "error": errors[q]} for q, v in asdict(found).items()}
+    one = asdict(of_shielding(outcome.scene))
+    return document | {
+        "reduced1d": {q: {"value": v} for q, v in one.items()},
+        "over_time": asdict(solved.response),
     }
 
 

@@ -24,8 +24,8 @@ SCHEMA = 1
 RUN = Content(
     "a run of this program", "output", "--out",
     re.compile(
-        r"scene\.png|summary\.json|(traces|sensitivities)\.csv|(figure\w+|islands|islands_runs|air|why|sensitivity|validation)"
-        r"\.(png|svg)|fem3d\.(pvd|vtkhdf(\.part)?)|fem3d_\w+\.vtu|report\.html"
+        r"scene\.png|summary\.json|(traces|sensitivities)\.csv|(figure\w+|islands|islands_runs|air|why|sensitivity"
+        r"|shielding|validation)\.(png|svg)|fem3d\.(pvd|vtkhdf(\.part)?)|fem3d_\w+\.vtu|report\.html"
     ),
     "summary.json", ("schema", "plan"), (PICTURE,),
 )  # fmt: skip

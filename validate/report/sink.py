@@ -78,7 +78,9 @@ def quantities(outcome: Outcome[Sink], style: Style) -> Section:
         if three is not None:
             value, error, shown, places, factor = with_error(three.steady[key].value, three.steady[key].error, unit)
             cells.append(f"{value} {style.plus_minus} {error} {shown}")
-        if one is not None and three is not None:
+        if one is not None and key not in one.steady:
+            cells += ["", ""][: 1 + (three is not None)]
+        elif one is not None and three is not None:
             other = one.steady[key].value
             off = percent(relative(other, three.steady[key].value), sign=True)
             cells += [f"{other * factor:.{min(places, 4)}f} {shown}", off]
@@ -128,7 +130,8 @@ def stored(outcome: Outcome[Sink]) -> tuple[np.ndarray, float, Reduction | None]
     sink, request, one = outcome.scene, outcome.request, outcome.reduced1d
     times = stored_times(sink.end_time, request.field_times)
     # A row's spans are not painted: the model that is painted has one.
-    painted = None if one is None or sink.spans > 1 else of_result(sink, one)
+    # Nor is a user's own, of which only numbers are known.
+    painted = None if one is None or sink.spans > 1 or outcome.own is not None else of_result(sink, one)
     return times if request.transient else times[:0], sink.room_temperature, painted
 
 

@@ -102,6 +102,8 @@ def of_device(device: Device, request: Request) -> tuple[Step, ...]:
     found += _checks(device, request)
     if made := made_3d_checks(device, request):
         found.append(step("checks of 3D", ", ".join(made)))
+    if "dev3d_shielding" in made:
+        found.append(step("shielding", "what 1 K of the substrate does to both powers, steady and after a step"))
     found += _figures(DEVICE_FIGURES, left)
     found.append(step("traces.csv", "a row per controller sample"))
     found.append(step("designer's questions", "largest gains, range and resolution", design_reason(request)))
@@ -224,9 +226,11 @@ def _reduction(request: Request) -> Step:
     if "reduced1d" not in request.models:
         return Step("1D model", "skipped", "only the 3D model was asked for")
     when = "steady and at the 3D model's times" if "fem3d" in request.models else "steady and over time"
+    name = request.reduction
+    if request.model:
+        return step("1D model", f"{name}, {when if request.transient else 'steady only'}")
     from reduced1d.ladder import describe
 
-    name = request.reduction
     model = describe(name) if name == "paper" else f"{name}, {describe(name)}"
     return step("1D model", f"{model}, {when if request.transient else 'steady only'}")
 

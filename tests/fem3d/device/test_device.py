@@ -9,9 +9,11 @@ import pytest
 
 from fem3d.device.solve import model
 from reduced1d.device.accurate import solve_accurate
+from reduced1d.device.shielding import over_time
 from scenes.device import Device
+from scenes.loop.ground import grounded
 from scenes.loop.march import Resolution, march
-from tests.fem3d.device.full_order import simulate
+from tests.fem3d.device.full_order import above_a_warmer_substrate, simulate
 
 ACCURACY = 1e-3
 SAMPLES, STEPPED = 11, 7
@@ -87,3 +89,37 @@ def test_the_error_of_the_flow_holds_right_after_an_outer_step(states):
     after = run.time_s > 0.001
     off = np.abs(run.polymer_flux_W[after] - run.before.polymer_flux_W).max()
     assert run.errors["polymer_flux_W"] / 30 < off < run.errors["polymer_flux_W"]
+
+
+def test_the_sink_shields_the_sensor_from_the_substrate(states):
+    """A 3D solution by other means has 20 pW, -251.9 uW, -215.0 uW with the sink off, -150.000 uW outside."""
+    found, errors = states.shielding(Device())
+    closed = "sensor_power_per_substrate_W_per_K"
+    assert abs(found.sensor_power_per_substrate_W_per_K) + errors[closed] < 1e-10
+    assert errors[closed] > 1e-13
+    expected = {
+        "sink_power_per_substrate_W_per_K": -251.9e-6,
+        "sensor_power_per_substrate_sink_off_W_per_K": -215.0e-6,
+        "sensor_power_per_outside_W_per_K": -150.0e-6,
+    }
+    for name, value in expected.items():
+        assert getattr(found, name) == pytest.approx(value, rel=1e-3)
+        assert errors[name] < 1e-3 * abs(value)
+    # No air: what is at room temperature is the substrate alone.
+    assert found.sink_power_per_room_W_per_K == pytest.approx(found.sink_power_per_substrate_W_per_K, rel=1e-9)
+    shared, _ = states.shielding(grounded(Device(), 1e-3))
+    assert abs(shared.sensor_power_per_substrate_W_per_K) > 1e-6
+
+
+def test_a_warmer_substrate_over_time_is_that_of_every_unknown_stepped_on_another_mesh(states):
+    """The check's own mesh and steps leave 3e-4 of the largest change (with steps a third as long 2e-4 more)."""
+    samples = 9
+    full, found = above_a_warmer_substrate(Device(), -20.0, samples, steps=2), states.response(Device())
+    for film, values, error in (
+        (0, found.sink_power_W_per_K, found.sink_error), (1, found.sensor_power_W_per_K, found.sensor_error),
+    ):  # fmt: skip
+        tolerance = error + 5e-4 * np.abs(full).max()
+        assert np.abs(values[:samples] - full[:, film]).max() < tolerance
+        assert np.abs(over_time(Device()).sink_power_W_per_K[:samples] - full[:, 0]).max() > 10 * tolerance
+        # Sampled at other times the loops answer otherwise.
+        assert np.abs(values[1 : samples + 1] - full[:, film]).max() > 10 * tolerance

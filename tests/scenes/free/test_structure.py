@@ -73,6 +73,34 @@ def test_a_wide_gap_is_no_slip_and_bodies_that_touch_are_one() -> None:
     assert lines(document)["bodies"] == 'one: "beam", "foot" and "roof"'
 
 
+@pytest.mark.parametrize(
+    ("aside", "above", "said"), [(0.02, 0.01, "22.4 mm"), (0.0, 0.01, "10.0 mm"), (0.41, 0.01, "")]
+)
+def test_bodies_that_lie_diagonally_at_a_narrow_gap_are_said(aside: float, above: float, said: str) -> None:
+    """No axis passes both of them."""
+    document = roof(above)
+    document["box"][-1] |= {"lower": [4 + aside, 0, 1 + above], "upper": [8, 1, 1.5 + above]}
+    document["boundary"] = document["boundary"][:-2]
+    document["boundary"].append(flat("sky", [4 + aside, 0, 1.5 + above], [8, 1, 1.5 + above], temperature=300))
+    found = [text for text in remarks(scene(document)) if "diagonally" in text]
+    assert len(found) == bool(said)
+    assert all(f'"beam" and "roof" lie diagonally at {said} from one another' in text for text in found)
+    # Of one body nothing is said: heat goes another way.
+    document["box"].append({"name": "post", "material": "metal", "lower": [3, 0, 0], "upper": [5, 1, 1.5 + above]})
+    assert not [text for text in remarks(scene(document)) if "diagonally" in text]
+
+
+def test_a_run_that_is_over_before_heat_gets_anywhere_is_said() -> None:
+    """The thinnest box has 1 m, and metal a diffusivity of 1e-5 m2/s: 1 cm takes 10 s."""
+    document = beam()
+    document["material"][0] |= {"thermal_conductivity": 10, "density": 1000, "specific_heat": 1000}
+    document["material"][1] |= {"thermal_conductivity": 1, "density": 1000, "specific_heat": 1000}
+    for seconds, said in ((9.0, True), (11.0, False)):
+        document["run"] = {"end_time": seconds}
+        assert bool([text for text in remarks(scene(document)) if "heat diffuses" in text]) == said
+        assert ("end time" in lines(document)) == said
+
+
 def test_what_a_box_loses_to_a_later_one_is_said() -> None:
     document = beam()
     intruder = {"name": "intruder", "material": "oxide", "lower": [1, 0, 0.5], "upper": [3, 1, 1]}

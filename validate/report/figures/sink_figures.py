@@ -59,7 +59,7 @@ def profile(outcome: Outcome[Sink]) -> Figure:
     off = without_kinks(um, rise - fitted, error / 40)
     band(below, um, off, error, LINES["mean_K"])
     below.plot(um, off, color=LINES["mean_K"])
-    if one is not None:
+    if one is not None and {"end_rise_K", "peak_rise_K"} <= one.steady.keys():
         end, peak = one.steady["end_rise_K"].value, one.steady["peak_rise_K"].value
         if one.model in PAPERS:
             reduction = parabola(y, peak - end, end, sink.length)
@@ -124,6 +124,8 @@ def _against_time(
     for ax, times in zip(axes, dense, strict=True):
         for key in keys:
             for model in models:
+                if key not in model.over_time.values:
+                    continue
                 name = "3D" if model is three else "1D" if model.model in PAPERS else model.model
                 look: dict[str, Any] = {"lw": 2.0} if model is three else {"ls": (0, (5, 2.5)), "lw": 1.6}
                 values = shown(model, key, times)
@@ -174,7 +176,8 @@ def _marks(ax: Any, data: Data, key: str, times: np.ndarray, factor: float, zero
 def row(outcome: Outcome[Sink]) -> Figure:
     """The steady rise along the row in 3D and 1D, with the islands shaded; of a long row its outer spans below, and of
     one whose curves would run into each other the spans' tops alone above."""
-    sink, three, one = outcome.scene, outcome.solved, outcome.reduced1d
+    # A user's own model has numbers of the spans, of which not all need be there.
+    sink, three, one = outcome.scene, outcome.solved, None if outcome.own is not None else outcome.reduced1d
     checks = [check for check in outcome.checks if check.id in ("islands_peak_inner", "islands_equivalent")]
     text = f"Steady rise along {sink.spans} spans, {sink_text(sink)}"
     ends = [sink.row_length, *[start(sink, _OUTER) + sink.length] * (sink.spans > _MANY)]

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from scenes.errors import listed
 from scenes.formats import sink_text
 from scenes.model import AnyScene, Probe
 from scenes.physics import refuse_laws
@@ -47,7 +48,7 @@ def _refuse(sink: Sink, request: Request) -> None:
     """SceneError for a reduction, or sensitivities, that there are not of this sink."""
     from reduced1d.ladder import refuse
 
-    if "reduced1d" in request.models:
+    if "reduced1d" in request.models and not request.model:
         refuse(sink, request.reduction)
     if inputs.differentiated(request):
         refuse_laws((sink.silicon, sink.oxide), "a sensitivity")
@@ -74,7 +75,7 @@ def answer(run: Run, data: Data | None) -> Outcome[Sink]:
     with clock.stage("checks"):
         from validate.run import hottest
 
-        hot = hottest.of_sink(sink, outcome.fem3d, outcome.reduced1d)
+        hot = hottest.of_sink(sink, outcome.fem3d, None if outcome.own is not None else outcome.reduced1d)
     with clock.stage("answer"):
         said, reason = answered(sink, outcome.fem3d, outcome.reduced1d, outcome.checks, outcome.why, levels)
     steps = noted(outcome.plan, [Step(plans.BLAME, "skipped", reason)] if reason else [])
@@ -100,7 +101,11 @@ def _compared(
     sink, request, clock, say = run.scene, run.request, run.clock, run.say
     solver_steps: tuple[Step, ...] = (plans.ONLY_1D,)
     outcome = Outcome(sink, request, ())
-    fem3d = reduced1d = single = None
+    fem3d = reduced1d = single = own = None
+    if request.model:
+        from validate.models import asked, opened
+
+        own = opened(request.model)
     if "fem3d" in request.models:
         with clock.stage("imports"):
             from fem3d.runs.sink import solve as solve_3d
@@ -118,7 +123,10 @@ def _compared(
         solver_steps = tuple(fem3d.details["plan"])
     if "reduced1d" in request.models:
         with clock.stage("reduced1d"):
-            reduced1d = _reduction(sink, request, fem3d, levels)
+            if own is None:
+                reduced1d = _reduction(sink, request, fem3d, levels)
+            elif fem3d is not None:
+                reduced1d = asked.solve(own, asked.of_sink(sink, fem3d), fem3d, 0.0, True, say)
     if fem3d is not None:
         from compare.checks import evaluate, varied
 
@@ -134,13 +142,19 @@ def _compared(
                 if single is not None:
                     outcome = replace(outcome, varied=varied(sink, request.reduction, single, say))
     warnings = tuple(text for model in (fem3d, reduced1d) if model for text in model.details.get("warnings", ()))
+    if own is not None and fem3d is not None:
+        from compare.made import made_checks
+
+        made = {check.id for check in outcome.checks}
+        if left := [check for check in made_checks(sink, request) if check not in made]:
+            warnings += (f"{own.name} says nothing of what {listed(left)} are of: they are not made",)
     steps = plans.of_sink(sink, request, solver_steps, data)
-    return replace(outcome, plan=steps, fem3d=fem3d, reduced1d=reduced1d, warnings=warnings)
+    return replace(outcome, plan=steps, fem3d=fem3d, reduced1d=reduced1d, warnings=warnings, own=own)
 
 
 def _levels(sink: Sink, request: Request) -> Levels | None:
     """The plate, where any of what is asked for stands on it; it is solved when first used."""
-    if request.reduction == "paper" and not request.why:
+    if request.model or (request.reduction == "paper" and not request.why):
         return None
     from reduced1d.ladder.levels import Levels
 
@@ -169,7 +183,8 @@ def quantities(outcome: Outcome[Sink]) -> dict[str, tuple[str, str]]:
 def sensitivities(outcome: Outcome[Sink], keys: Sequence[str] | None) -> Sensitivities:
     from validate.inputs.sensitivities import of_sink
 
-    return of_sink(outcome.scene, outcome.fem3d, outcome.reduced1d, outcome.request.uncertain is not None)
+    with_profile = outcome.request.uncertain is not None
+    return of_sink(outcome.scene, outcome.fem3d, outcome.reduced1d, with_profile, outcome.own)
 
 
 def steady(outcome: Outcome[Sink], found: Sensitivities) -> tuple[Estimates | None, Estimates | None]:

@@ -1,0 +1,98 @@
+"""A model of one's own of the sink: where it is the paper's, it is judged as the paper's is."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import compare
+from reduced1d.sink import solve
+from scenes.errors import SceneError
+from scenes.loading import from_dict
+from validate.cli import main
+
+OF_ONE = ("fig4", "fig6_peak", "fig6_end", "fig7_current")
+
+
+def papers(scene: dict[str, Any], times: np.ndarray | None) -> dict[str, Any]:
+    """The paper's own model, as a function that knows the sink as plain numbers."""
+    found = solve(from_dict(scene), steady_only=times is None, times=times)
+    if times is None:
+        return {name: found.steady[name].value for name in ("peak_rise_K", "end_rise_K", "current_A")}
+    return {name: found.over_time.values[name] for name in ("peak_K", "end_K", "current_A")}
+
+
+def hotter(scene: dict[str, Any], times: np.ndarray | None) -> dict[str, Any]:
+    """Its steady peak alone, 5 % larger."""
+    return {} if times is not None else {"peak_rise_K": 1.05 * papers(scene, times)["peak_rise_K"]}
+
+
+def test_the_papers_model_as_a_function_is_judged_as_the_papers(tmp_path: Path) -> None:
+    own = compare.run("sink", reduction=papers, accuracy=1e-2, sensitivities=True, uncertain={"sink.width": "1%"})
+    paper = compare.run("sink", accuracy=1e-2, sensitivities=True, uncertain={"sink.width": "1%"})
+    for check in OF_ONE:
+        one, other = own.check(check), paper.check(check)
+        assert one.difference == pytest.approx(other.difference, rel=1e-9)
+        assert one.verdict == other.verdict
+        # Slopes by differences over 1e-3 are off by their square.
+        assert one.u_input == pytest.approx(other.u_input, rel=1e-3)
+    slopes = []
+    for found in (own, paper):
+        assert found.sensitivities is not None
+        slopes.append(found.sensitivities.steady["sink.width"]["end_rise_K"].reduced1d)
+    assert slopes[0] == pytest.approx(slopes[1], rel=1e-4)
+    assert own.answer.startswith("The 1D model papers is 6.6 % low at the peak and 30 % low at the ends")
+    assert own.outcome.scene.expected_to_differ is None
+
+
+def test_a_model_of_one_number(tmp_path: Path) -> None:
+    """Checks of what it doesn't say are not made, pictures and files are."""
+    out = tmp_path / "run"
+    found = compare.run("sink", reduction=hotter, accuracy=1e-2, out=out, figures=True)
+    known = compare.run("sink", accuracy=1e-2, steady=True)
+    assert found.check("fig4").difference == pytest.approx(1.05 * (1 + known.check("fig4").difference) - 1, abs=1e-9)
+    assert [check for check in OF_ONE if check in found.checks] == ["fig4"]
+    assert any('"fig6_peak", "fig6_end"' in text for text in found.outcome.warnings)
+    assert (out / "figure6.png").exists()
+    summary = json.loads((out / "summary.json").read_text())
+    assert list(summary["reduced1d"]["steady"]) == ["peak_rise_K"]
+
+
+def test_a_table_of_values(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Traces in a CSV, and rows in the steady state."""
+    (tmp_path / "rest.csv").write_text("peak_rise_K, 20 K\n")
+    given = ["sink", "--reduction", str(tmp_path / "rest.csv"), "--steady", "--accuracy", "1e-2", "--no-figures"]
+    assert main([*given, "--out", str(tmp_path / "a")]) == 0
+    summary = json.loads((tmp_path / "a" / "summary.json").read_text())
+    check = next(check for check in summary["checks"] if check["id"] == "fig4")
+    assert check["predicted"] == 20.0
+    assert "rest.csv is 1.6" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("reduction", "more", "said"), [
+    ("own.py:sink", ["--why"], "leave out --why"),
+    ("own.py:sink", ["--only", "1d"], "leave out --only 1d"),
+    ("own.py:sink", ["--monte-carlo", "20", "--uncertain", "width=1%"], "leave out --monte-carlo"),
+    ("own.py:other", [], "has no function"), ("none.py:sink", [], "is no file"), ("network", [], "no reduction"),
+    ("own.py:wrong", ["--accuracy", "1e-2"], "line 5: ZeroDivisionError"),
+])  # fmt: skip
+def test_refused(
+    reduction: str, more: list[str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    Path("own.py").write_text("def sink(scene, times):\n    return {}\n\ndef wrong(scene, times):\n    return 1 / 0\n")
+    assert main(["sink", "--reduction", reduction, "--no-figures", "--out", "run", *more]) == 2
+    message = capsys.readouterr().err
+    assert said in message
+    assert message.count("\n") == 1
+    assert not Path("run").exists()
+
+
+def test_a_function_is_asked_not_guessed() -> None:
+    with pytest.raises(SceneError, match="says nothing of"):
+        compare.run("sink", reduction=lambda scene, times: {}, accuracy=1e-2, steady=True)

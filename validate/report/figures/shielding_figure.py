@@ -1,0 +1,46 @@
+"""How well the active sink shields the sensor: both powers after a step of the substrate's temperature."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from reduced1d.device.shielding import over_time as in_1d
+from scenes.device import Device
+from validate.report.checks import drawn, with_mu
+from validate.report.figures import INK, LAYERS
+from validate.report.figures.drawing import legend, new_figure
+from validate.run.outcome import Outcome
+
+IN_1D: dict[str, Any] = {"color": "black", "lw": 0.9, "ls": ":", "drawstyle": "steps-post"}
+SETTLED = 0.02
+"""The part of the sink's last change within which both powers stay from the end of what is shown on."""
+
+
+def over_time(outcome: Outcome[Device]) -> Figure:
+    """What has been added to the powers of sensor and sink since the substrate became 1 K warmer, in 3D and 1D."""
+    device = outcome.scene
+    assert outcome.device_3d is not None
+    checks = [drawn(check) for check in outcome.checks if check.id == "dev3d_shielding"]
+    figure = new_figure(9.5, 4.6, "Shielding: the substrate 1 K warmer from time 0 on", checks, bottom=0.95, left=0.95)
+    three, one = outcome.device_3d.response, in_1d(device)
+    time = three.time_s * 1e3
+    last = three.sink_power_W_per_K[-1]
+    off = np.maximum(np.abs(three.sink_power_W_per_K - last), np.abs(three.sensor_power_W_per_K))
+    late = np.flatnonzero(off > SETTLED * abs(last))
+    until = 1.5 * float(time[late[-1]]) if len(late) else float(time[-1])
+    shown = time <= max(until, float(time[min(30, len(time) - 1)]))
+    ax = figure.subplots()
+    for film in ("sensor", "sink"):
+        own, other = (getattr(model, f"{film}_power_W_per_K")[: len(time)] * 1e6 for model in (three, one))
+        ax.plot(time[shown], own[shown], color=LAYERS[film], lw=1.9, label=f"{film}, 3D", drawstyle="steps-post")
+        ax.plot(time[shown], other[shown], label="the same in 1D" if film == "sink" else None, **IN_1D)
+    steady, _ = outcome.device_3d.shielding
+    without = steady.sensor_power_per_substrate_sink_off_W_per_K * 1e6
+    ax.axhline(without, color=LAYERS["sensor"], ls="--", lw=1.2, label="sensor with the sink off, steady")
+    ax.axhline(0.0, color=INK, lw=0.8)
+    ax.set(xlabel="time since the step (ms)", ylabel=with_mu("change of the power (uW/K)"))
+    legend(figure, ax)
+    return figure
