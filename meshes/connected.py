@@ -34,7 +34,7 @@ def anchored(scene: Scene) -> bool:
 
 
 @lru_cache(maxsize=16)
-def _electrified(scene: Scene) -> tuple[np.ndarray, dict[int, set[Value]]]:
+def _electrified(scene: Scene) -> tuple[np.ndarray, dict[int, set[Value | str]]]:
     return grid_of(scene).electrified()
 
 
@@ -48,4 +48,5 @@ def still(scene: Scene) -> tuple[tuple[np.ndarray, Value], ...]:
     """Cells (nx, ny, nz of `coarsest`) of each conducting part that touches electrodes of one voltage only, and that
     voltage: no current passes, and it has their potential."""
     labels, voltages = _electrified(scene)
-    return tuple((labels == label, next(iter(found))) for label, found in voltages.items() if len(found) == 1)
+    alone = ((label, next(iter(found))) for label, found in voltages.items() if len(found) == 1)
+    return tuple((labels == label, value) for label, value in alone if not isinstance(value, str))

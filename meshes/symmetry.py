@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -106,12 +107,14 @@ def _untouched(scene: Any) -> tuple[dict[str, Flow], Readings]:
 
 @dataclass(frozen=True)
 class _Mirror:
-    """A mirror plane across an axis, with the potential of it where it is odd. Lengths below ``small`` are nothing."""
+    """A mirror plane across an axis, with the potential of it where it is odd; ``half`` is then what drives the one
+    electrode of two whose potentials are not all given, in their places. Lengths below ``small`` are nothing."""
 
     axis: int
     middle: float
     small: float
     level: Value | None = None
+    half: tuple[Value, float] | None = None
 
     @staticmethod
     def of(scene: Scene, axis: int) -> _Mirror | None:
@@ -123,17 +126,37 @@ class _Mirror:
             and (not scene.contacts or mirror._keeps_contacts(scene))
         )  # fmt: skip
         electrodes = [b for b in scene.boundaries if b.kind == "voltage"]
-        pairs = [(b.value, c.value) for b in electrodes for c in electrodes if mirror.maps(b, c)]
+        twins = [(b, c) for b in electrodes for c in electrodes if mirror.maps(b, c)]
+        pairs = [(b.value, c.value) for b, c in twins]
         if not fits or len(pairs) != len(electrodes):
             return None
-        if all(a == b for a, b in pairs):
+        alike = all(b.series_resistance == c.series_resistance for b, c in twins)
+        if alike and all(a == b for a, b in pairs):
             return mirror
+        if any(b.series_resistance for b in electrodes):
+            return mirror._between(scene, electrodes)
         # A largest potential on one side is a smallest one on the other.
         if any(p.quantity == "potential" and p.reduce != "mean" for p in scene.probes):
             return None
         sums = {_sum(a, b) for a, b in pairs}
         total = sums.pop()
         return None if sums or total is None else replace(mirror, level=_times(0.5, total))
+
+    def _between(self, scene: Scene, electrodes: list[Boundary]) -> _Mirror | None:
+        """The plane between two electrodes that map onto each other, which is at half of the potentials' sum, whatever
+        that is: the current is odd, and the plane's potential is called zero. Where it matters what that is, None."""
+        if len(electrodes) != 2 or self.maps(electrodes[0], electrodes[0]):
+            return None
+        if any(p.quantity == "potential" for p in scene.probes):
+            return None
+        # What drives the electrode that is kept, the lower one, through half of the circuit.
+        low, high = sorted(electrodes, key=lambda b: b.lower[self.axis])
+        if inf in (low.series_resistance, high.series_resistance):
+            current = low.value if low.series_resistance == inf else _times(-1.0, high.value)
+            return replace(self, level=0.0, half=(current, inf))
+        across = _sum(low.value, _times(-1.0, high.value))
+        resistance = (low.series_resistance + high.series_resistance) / 2
+        return None if across is None else replace(self, level=0.0, half=(_times(0.5, across), resistance))
 
     def image(self, item: Item) -> Corners:
         """The corners of a box's mirror image."""
@@ -214,7 +237,7 @@ class _Mirror:
     def cut(self, scene: Scene) -> tuple[Scene, dict[str, Flow], Readings]:
         """The lower side of a scene, which kept boundary stands for each, and how each probe is read."""
         boxes = [replace(b, lower=c[0], upper=c[1]) for b in scene.boxes if (c := self._below(b))]
-        kept = {b.name: replace(b, lower=c[0], upper=c[1]) for b in scene.boundaries if (c := self._below(b))}
+        kept = {b.name: self._driven(b, c) for b in scene.boundaries if (c := self._below(b))}
         flows = {}
         for b in scene.boundaries:
             if b.name in kept:
@@ -233,6 +256,19 @@ class _Mirror:
             probes.append(replace(probe, lower=lower, upper=upper, box=self._side(scene, probe) or ""))
         read = {probe.name: self._reading(probe, scene) for probe in scene.probes}
         return replace(scene, boxes=tuple(boxes), boundaries=tuple(kept.values()), probes=tuple(probes)), flows, read
+
+    def _driven(self, b: Boundary, corners: Corners) -> Boundary:
+        """What is left of a boundary: of an electrode of unknown potential that is cut in two one half, with half of
+        the current and twice the resistance."""
+        found = replace(b, lower=corners[0], upper=corners[1])
+        if b.kind == "voltage" and self.half is not None:
+            return replace(found, value=self.half[0], series_resistance=self.half[1])
+        if not b.series_resistance or not self._reaches_over(b):
+            return found
+        current = b.series_resistance == inf
+        return replace(
+            found, value=_times(0.5, b.value) if current else b.value, series_resistance=2 * b.series_resistance
+        )  # fmt: skip
 
     def _reading(self, probe: Probe, scene: Scene) -> tuple[float, tuple[Value, ...]]:
         """What a probe reads in the whole: a factor of what it reads in the part, and a value to add."""

@@ -8,6 +8,7 @@ corners; it is checked against the mesh itself only when that has been read (`me
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -112,9 +113,11 @@ class Boundary:
 
     ``kind`` and ``value``: "temperature" in K, "heat_flux" in W/m2 into the solid, "convection" the coefficient in
     W/(m2 K) towards ``ambient`` in K, "voltage" in V. All but the coefficient may vary in time. A flux or a convection
-    acts where one side of the flat box is solid and the other is not. A temperature behind a ``contact_resistance``
-    (m2 K/W; 0: a perfect contact) is a convection whose coefficient is one over that; one of a voltage is in ohm m2,
-    and all the Joule heat that it makes enters the face.
+    acts where one side of the flat box is solid and the other is not. A voltage may stand behind a
+    ``series_resistance`` (ohm): then the electrode's potential is one unknown. Where that is infinite the ``value`` is
+    the current (A) into the solid. A temperature behind a ``contact_resistance`` (m2 K/W; 0: a perfect contact) is a
+    convection whose coefficient is one over that; that of a voltage is in ohm m2, and all the Joule heat that it makes
+    enters the face.
     """
 
     name: str
@@ -124,6 +127,7 @@ class Boundary:
     value: Value
     ambient: Value = 293.0
     contact_resistance: float = 0.0
+    series_resistance: float = 0.0
 
     @property
     def key(self) -> str:
@@ -132,7 +136,10 @@ class Boundary:
 
 
 def key_of(boundary: Boundary | GroupBoundary) -> str:
-    """What a file calls the condition of a boundary: of one behind a contact resistance, the temperature."""
+    """What a file calls the condition of a boundary: of one behind a contact resistance, the temperature; of a voltage
+    behind an infinite one the current."""
+    if boundary.series_resistance == math.inf:
+        return "current"
     return "temperature" if boundary.kind == "convection" and boundary.contact_resistance else boundary.kind
 
 
@@ -284,6 +291,7 @@ class GroupBoundary:
     value: Value
     ambient: Value = 293.0
     contact_resistance: float = 0.0
+    series_resistance: float = 0.0
 
     @property
     def key(self) -> str:

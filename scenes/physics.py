@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Collection, Iterable
 from itertools import pairwise
 
 from scenes import laws
-from scenes.errors import SceneError, quoted
+from scenes.errors import SceneError, listed, quoted
 from scenes.model import AnyScene, Boundary, GroupBoundary, Material, Schedule, Value, is_zero, values
 
 HEAT_KEYS = ("thermal_conductivity", "density", "specific_heat")
@@ -92,6 +93,40 @@ def refuse_laws(used: Iterable[Material], what: str) -> None:
                     f"{key} of {quoted(material.name)} {kind}, and {what} takes one number: give one value there, or "
                     "ask for the 3D solution alone"
                 )
+
+
+def potential_of(boundary: Boundary | GroupBoundary) -> Value | str:
+    """What tells the potential of an electrode without any current: its voltage, or where its current is given a name
+    of its own."""
+    return f"that of {boundary.name}" if boundary.series_resistance == math.inf else boundary.value
+
+
+def refuse_terminals(scene: AnyScene, what: str) -> None:
+    """Refuses, for ``what`` takes voltages alone, a given current and a series resistance."""
+    for b in scene.boundaries:
+        if b.series_resistance:
+            has = "gives a current" if b.key == "current" else "has a series_resistance"
+            raise SceneError(
+                f"boundary {quoted(b.name)} {has}, and {what} takes voltages alone: give its voltage without, or ask "
+                "for the 3D solution alone"
+            )
+
+
+def refuse_ungrounded(boundaries: Iterable[Boundary | GroupBoundary], touched: Iterable[Collection[str]]) -> None:
+    """Refuses a given current in a conductor where no electrode has a voltage; ``touched`` are the names of the
+    electrodes of each conductor."""
+    currents = {b.name for b in boundaries if b.kind == "voltage" and b.key == "current"}
+    for names in touched:
+        if names and currents.issuperset(names):
+            what = (
+                f"boundary {quoted(min(names))} gives a current"
+                if len(names) == 1
+                else (f"boundaries {listed(sorted(names))} give currents")
+            )
+            raise SceneError(
+                f"{what}, and no electrode of that conductor has a voltage to count from: give one a voltage, such as "
+                '"0 V"'
+            )
 
 
 def refuse_both(label: str, material: Material) -> None:

@@ -247,6 +247,8 @@ THERMAL_CONTACT = Dimension("a thermal contact resistance", "m2 K/W", "1e-7 m2 K
 ELECTRICAL_CONTACT = Dimension("an electrical contact resistance", "ohm m2", "1e-12 ohm m2")
 HEAT_FLUX = Dimension("a heat flux", "W/m2", "100 W/m2")
 HEAT_SOURCE = Dimension("a heat source", "W/m3", "1e9 W/m3")
+CURRENT = Dimension("a current", "A", "3 mA", prefixed=True)
+RESISTANCE = Dimension("a resistance", "ohm", "100 ohm")
 POWER = Dimension("a power", "W", "3 mW")
 
 DIMENSIONS = tuple(found for found in list(globals().values()) if isinstance(found, Dimension))

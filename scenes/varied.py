@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 
 from scenes import laws, physics
 from scenes.following import number_of
-from scenes.free.document import HEAT_SOURCE, LISTS
+from scenes.free.document import HEAT_SOURCE, LISTS, SERIES
 from scenes.keys import TYPES, type_of
 from scenes.kinds import CURRENT_CONTACT, HEAT_CONTACT, KELVIN, Convection, Quantity, Varying
 from scenes.model import AnyScene, Material, Scene, Schedule, Value, values
@@ -212,12 +212,12 @@ def _with_material(scene: AnyScene, material: Material, key: str) -> Callable[[f
 def _conditions(scene: AnyScene) -> Iterator[tuple[str, Number]]:
     boundaries: tuple[Any, ...] = scene.boundaries
     for i, boundary in enumerate(boundaries):
-        kind, key = LISTS["boundary"][boundary.kind], f"boundary.{boundary.name}.{boundary.kind}"
+        kind, key = LISTS["boundary"][boundary.key], f"boundary.{boundary.name}.{boundary.key}"
         if boundary.contact_resistance:
             per_area = CURRENT_CONTACT if boundary.kind == "voltage" else HEAT_CONTACT
             resistance = Number(boundary.contact_resistance, per_area, _with_contact(scene, i))
             yield f"boundary.{boundary.name}.contact_resistance", resistance
-        if boundary.key != boundary.kind:
+        if boundary.kind == "convection" and boundary.contact_resistance:
             given = Number(_largest(boundary.ambient), KELVIN, _with_item(scene, "boundaries", i, "ambient"))
             yield f"boundary.{boundary.name}.{boundary.key}", given
             continue
@@ -229,6 +229,9 @@ def _conditions(scene: AnyScene) -> Iterator[tuple[str, Number]]:
             assert isinstance(kind, Varying)
             own = kind.quantity
         yield key, Number(_largest(boundary.value), own, _with_item(scene, "boundaries", i, "value"))
+        if 0 < boundary.series_resistance < inf:
+            more = _with_item(scene, "boundaries", i, "series_resistance")
+            yield f"boundary.{boundary.name}.series_resistance", Number(boundary.series_resistance, SERIES, more)
 
 
 def _with_contact(scene: Any, number: int) -> Callable[[float], Any]:

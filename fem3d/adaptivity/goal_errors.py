@@ -263,10 +263,8 @@ def joule_parts(
     for k, (upper, density) in enumerate(zip(given.conductors[1:], densities, strict=True)):
         assert upper is not None
         pairs = zip(duals.values(), stills, strict=True)
-        flows = np.array([own.on.flow(own.on.value(dual[k] - still) * density)[upper.free] for dual, still in pairs])
-        w = np.zeros((len(flows), space.size))
-        w[:, upper.free] = upper.solve_cold(flows)
-        seen.append(w)
+        flows = np.array([own.on.flow(own.on.value(dual[k] - still) * density) for dual, still in pairs])
+        seen.append(upper.respond(flows))
     found = {}
     for i, name in enumerate(duals):
         products = [w[i] * residual / scales[name] for w, residual in zip(seen, residuals, strict=True)]
@@ -361,8 +359,7 @@ def _potentials(study: Study, given: Problems, scales: Mapping[str, float]) -> d
         products = []
         for phi, upper in zip(lower, given.conductors[1:], strict=True):
             assert upper is not None
-            dual = np.zeros(space.size)
-            dual[upper.free] = upper.solve_cold(row[upper.free])
+            dual = upper.respond(row)
             products.append((dual * (own.matrix @ phi.T).T).sum(axis=0) / scales[name])
         found[name] = parts_of(space, free_functions(given), products, dual * sizes)
     return found

@@ -19,6 +19,7 @@ from fem3d.problems.heat import HeatProblem
 from fem3d.problems.kept import Kept
 from fem3d.problems.paths import Paths, crossings
 from fem3d.problems.reactions import SharedReactions
+from fem3d.problems.terminals import Terminal, packed, unpacked
 from fem3d.spaces.integrals import Cells, Faces
 from scenes.errors import NumericsError
 from scenes.model import Material
@@ -26,6 +27,8 @@ from scenes.model import Material
 SAME = 1e-9  # relative size below which a current field is taken for a sum of others
 # Error of a potential over that of its first guess, in the energy norm, unless a looser one is asked for.
 SOLVED = 1e-12
+Influence = tuple[np.ndarray, np.ndarray, dict[str, float]]
+"""What `Conductor.influence` returns."""
 Section = list[tuple[Faces, Faces, float, np.ndarray, np.ndarray]]
 """Faces inside a conductor by the functions of the potential and by those of the temperature, half the sign of their
 normal, and the law of the resistivity (facets, 1) there."""
@@ -65,7 +68,8 @@ class Conductor:
     """The ``cells`` that carry current and, after these in all that is known by rows, the facets of the contacts that
     it crosses (`fem3d.problems.paths`); ``free`` (n,) are the functions that the potential is sought of, ``cold`` and
     ``warm`` (rows, 1) the resistivity at the initial temperature (ohm m) and its change per kelvin, ``voltages``
-    (channels, functions) the given ones.
+    (channels, functions) the given ones; of an electrode among ``terminals`` the value is the voltage behind its
+    resistance, or its current (A).
 
     ``matrix`` is that of the initial temperature. ``electrodes``: for each its part (functions,) of the currents that
     enter. ``sections``: the current probes inside. ``stands_for`` (rows, 1): how many such cells in series each one
@@ -87,6 +91,7 @@ class Conductor:
     names: np.ndarray
     ordering: Ordering
     solved: float = SOLVED
+    terminals: tuple[Terminal, ...] = ()
     kept: Kept = field(init=False, default_factory=Kept)
 
     def lower(self, level: int, heat: HeatProblem) -> Conductor:
@@ -121,14 +126,77 @@ class Conductor:
         solve = self.kept.get("solve_cold", lambda: Factors(part(self.matrix, self.free), groups, self.ordering).solve)
         return solve
 
+    def respond(self, charge: np.ndarray) -> np.ndarray:
+        """(..., functions): the potentials of the cold conductor for charges (..., functions), all given voltages and
+        currents being zero. Terminals have what their unit functions see of the charges."""
+        found = np.zeros_like(charge)
+        found[..., self.free] = self.solve_cold(charge[..., self.free])
+        if not self.terminals:
+            return found
+        shapes, inverse = self._floating
+        # A row of the whole problem, tested with a shape: the free functions drop out.
+        seen = charge.copy()
+        seen[..., self._given_functions] = 0.0
+        own = np.stack([charge @ t.unit for t in self.terminals], axis=-1)
+        return found + (seen @ shapes.T + own) @ inverse @ shapes
+
+    @property
+    def _floating(self) -> tuple[np.ndarray, np.ndarray]:
+        """The potentials (terminals, functions) of the cold conductor with one terminal at 1 V and all else earthed,
+        and the inverse of the matrix of currents (A/V) that enter the terminals then and pass their resistances."""
+
+        def found() -> tuple[np.ndarray, np.ndarray]:
+            shapes = np.array([t.unit for t in self.terminals])
+            charge = (self.matrix @ shapes.T).T
+            shapes[:, self.free] = -self.solve_cold(charge[:, self.free])
+            matrix = shapes @ (self.matrix @ shapes.T) + np.diag([t.conductance for t in self.terminals])
+            return shapes, np.linalg.inv(matrix)
+
+        known: tuple[np.ndarray, np.ndarray] = self.kept.get("floating", found)
+        return known
+
+    @cached_property
+    def _given_functions(self) -> np.ndarray:
+        """(functions,): those that aren't free."""
+        found = np.ones(self.voltages.shape[1], bool)
+        found[self.free] = False
+        return found
+
+    def _earthed(self, voltage: np.ndarray) -> np.ndarray:
+        """Given voltages (functions,) with terminals at zero."""
+        found = voltage.copy()
+        for t in self.terminals:
+            found[t.unit > 0] = 0.0
+        return found
+
+    def _charge(self, voltage: np.ndarray) -> np.ndarray:
+        """(functions,): the charges with which the cold conductor answers given values, from `_earthed` ones on."""
+        charge = -(self.matrix @ self._earthed(voltage))
+        for t in self.terminals:
+            charge[t.at] += float(t.load(voltage))
+        return charge
+
     @cached_property
     def cold_potentials(self) -> np.ndarray:
         """(channels, functions): the potentials at the initial temperature, per unit of each channel."""
-        found = self.voltages.copy()
-        for phi in found:
-            if phi.any():
-                phi[self.free] = -self.solve_cold((self.matrix @ phi)[self.free])
+        return np.array([self._earthed(v) + self.respond(self._charge(v)) if v.any() else v for v in self.voltages])
+
+    @cached_property
+    def supplied_at(self) -> np.ndarray:
+        """(channels, functions): the potentials at which currents are supplied: the cold ones, but the voltages behind
+        the resistances of terminals, and nothing where the current is given."""
+        found = self.cold_potentials.copy()
+        for t in self.terminals:
+            source = np.where(np.isinf(t.resistance), 0.0, self.voltages[:, t.at])
+            found += np.outer(source - found[:, t.at], t.unit)
         return found
+
+    @property
+    def by_current(self) -> bool:
+        """Whether given currents alone drive it."""
+        given = [t for t in self.terminals if np.isinf(t.resistance)]
+        on = np.any([t.unit > 0 for t in given], axis=0) if given else np.zeros(self.voltages.shape[1], bool)
+        return bool(given) and not self.voltages[:, ~on].any()
 
     @property
     def preconditioner(self) -> Callable[[np.ndarray], np.ndarray]:
@@ -136,22 +204,25 @@ class Conductor:
         solve: Callable[[np.ndarray], np.ndarray] = self.kept.get("preconditioner", lambda: self.solve_cold)
         return solve
 
-    def influence(self, row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def influence(self, row: np.ndarray) -> Influence:
         """What a row (functions,) reads off the potential of any current density J, without solving for it.
 
         With w the solution for the row as a source, in the cold conductor between earthed electrodes, and D its current
-        density sigma grad w (reciprocity): row @ phi = shares @ g - integral rho J . D. Returns shares (channels,), D.
+        density sigma grad w (reciprocity): row @ phi = shares @ g - integral rho J . D - sum_e w_e I_e, over terminals
+        behind a resistance, I_e being the current into each. Returns shares (channels,), D, and w_e by their names.
         """
-        w = np.zeros(len(row))
-        w[self.free] = self.solve_cold(row[self.free])
+        w = self.respond(row)
         density = self.on.gradient(w) / self.cold
         left = row - self.on.flow(density)
         left[self.free] = 0.0
-        shares: np.ndarray = self.voltages @ left
-        return shares, density
+        for t in self.terminals:
+            # What is left there flows through the resistance: its share of the voltage behind it.
+            left[t.unit > 0] = 0.0
+            left[t.at] = w[t.at] * t.conductance
+        return self.voltages @ left, density, {t.name: float(w[t.at]) for t in self.terminals if t.conductance}
 
     @cached_property
-    def influences(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    def influences(self) -> dict[str, Influence]:
         """`influence` of each probe of a mean potential that lies in the conductor."""
         domain, found = self.heat.domain.electric, {}
         mine = domain.space.of(self.cells)
@@ -171,7 +242,7 @@ class Conductor:
 
         Raises NumericsError where the resistivity is not positive.
         """
-        free, start = self.free, voltage.copy()
+        free, start = self.free, self._earthed(voltage)
         resistivity = self.resistivity(rise)
         if not (resistivity > 0).all():
             raise NumericsError("the resistivity is not positive at the temperatures that are reached")
@@ -179,24 +250,44 @@ class Conductor:
         def charge(phi: np.ndarray) -> np.ndarray:
             return self.on.flow(self.on.gradient(phi) / resistivity)
 
-        def inner(v: np.ndarray) -> np.ndarray:
-            whole = np.zeros(len(start))
-            whole[free] = v
-            return charge(whole)[free]
+        ends = self.terminals
+        leak = np.concatenate([np.zeros(len(free)), [t.conductance for t in ends]])
+        loads = np.concatenate([np.zeros(len(free)), [t.load(voltage) for t in ends]])
 
-        start[free] = -self.solve_cold((self.matrix @ voltage)[free]) if guess is None else guess[free]
+        def inner(v: np.ndarray) -> np.ndarray:
+            return packed(ends, free, charge(unpacked(ends, free, v, len(start)))) + leak * v
+
+        def near(v: np.ndarray) -> np.ndarray:
+            if not ends:
+                return self.preconditioner(v)
+            charges = np.zeros(len(start))
+            charges[free] = v[: len(free)]
+            for t, own in zip(ends, v[len(free) :], strict=True):
+                charges[t.at] = own
+            return self._unknowns(self.respond(charges))
+
+        first = self.respond(self._charge(voltage)) if guess is None else guess
+        start += unpacked(ends, free, self._unknowns(first), len(start))
         steps = self._steps(resistivity / self.cold)
         if steps:
-            size = (len(free), len(free))
-            operator, inverse = (LinearOperator(size, f, dtype=float) for f in (inner, self.preconditioner))
-            start[free] += cg(operator, -charge(start)[free], rtol=0.0, atol=0.0, maxiter=steps, M=inverse)[0]
+            size = (len(leak), len(leak))
+            operator, inverse = (LinearOperator(size, f, dtype=float) for f in (inner, near))
+            right = loads - leak * self._unknowns(start) - packed(ends, free, charge(start))
+            more = cg(operator, right, rtol=0.0, atol=0.0, maxiter=steps, M=inverse)[0]
+            start += unpacked(ends, free, more, len(start))
         density = -self.on.gradient(start) / resistivity
         through = {name: self._through(section, start, rise) for name, section in self.sections.items()}
         return Potential(start, density, -self.on.flow(density), through)
 
+    def _unknowns(self, potential: np.ndarray) -> np.ndarray:
+        """The unknowns of a potential (functions,): of the free functions, then of the terminals."""
+        return np.concatenate([potential[self.free], [potential[t.at] for t in self.terminals]])
+
     def _steps(self, ratio: np.ndarray) -> int:
         """How many steps of conjugate gradients the spread of a resistivity over the cold one asks for."""
-        root = float(np.sqrt(ratio.max() / ratio.min()))
+        # The resistances of terminals are what they are when cold.
+        fixed = [1.0] if any(t.conductance for t in self.terminals) else []
+        root = float(np.sqrt(max([float(ratio.max()), *fixed]) / min([float(ratio.min()), *fixed])))
         shrinks = (root - 1) / (root + 1)
         return int(np.ceil(np.log(self.solved / 2) / np.log(shrinks))) if shrinks > 1e-15 else 0
 
@@ -215,7 +306,7 @@ class Conductor:
         the cold potential. It counts in fields that are small differences of others: of the power that these take, the
         electrodes alone would give a part that is wrong by as much as the solve over the difference.
         """
-        supply = self.cold_potentials @ potential.reaction
+        supply = self.supplied_at @ potential.reaction
         reaction = potential.reaction.copy()
         reaction[self.free] = 0.0
         currents = {name: float(own @ reaction) for name, own in self.electrodes.items()}
@@ -290,6 +381,11 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
         voltages[:, own] = np.outer(domain.inputs.split(b.value), space.unit[own])
         fixed |= own
     mine = space.of(cells)
+    terminals = tuple(
+        Terminal(b.name, own, int(np.flatnonzero(own)[0]), b.series_resistance)
+        for b, face in zip(electrodes, faces, strict=True)
+        if b.series_resistance and (own := np.where(face.functions, space.unit, 0.0)).any()
+    )
     parts = SharedReactions.of([b.name for b in electrodes], [b.value for b in electrodes], faces, space.unit).shares
     sections: dict[str, Section] = {}
     for probe in scene.probes:
@@ -315,5 +411,5 @@ def find(heat: HeatProblem, solved: float = SOLVED) -> Conductor | None:
         names = np.concatenate([names, np.repeat([c.name for c in crossed], counts)])
     return Conductor(
         heat, cells, on, np.flatnonzero(mine & ~fixed & space.nested[-1]), cold, warm, voltages, parts,
-        sections, csc_array(matrix), copies, names, Ordering(space.places), solved,
+        sections, csc_array(matrix), copies, names, Ordering(space.places), solved, terminals,
     )  # fmt: skip

@@ -30,15 +30,25 @@ def study(scene: AnyScene, part: Symmetry) -> Study:
     """What is to be found of a scene; of the field on a mesh file nothing is known to bound the error."""
     probes: dict[str, Probe | GroupProbe] = {p.name: p for p in scene.probes}
     thermal = tuple(n for n, p in probes.items() if p.quantity == "temperature")
-    voltages = _spread(b.value for b in scene.boundaries if b.kind == "voltage")
     return Study(
-        part, scene.accuracy, max(voltages, default=0.0) - min(voltages, default=0.0), scene.end_time,
+        part, scene.accuracy, _drive(scene), scene.end_time,
         _earliest(scene), scene.output_times,
         goals={n: n for n in probes}, trace_goals={n: n for n in probes}, rises=thermal, trace_rises=thermal, ratios={},
         steady=lambda out: values(scene, out), traces=lambda out: values(scene, out),
         steady_scales=lambda out: scales(scene, out), trace_scales=lambda out: scales(scene, out),
         field=FIELD if isinstance(scene, Scene) else None,
     )  # fmt: skip
+
+
+def _drive(scene: AnyScene) -> float:
+    """The largest difference of the voltages (V), or where none differ the largest current (A): it names the drive."""
+    return _span(scene, "voltage") or _span(scene, "current")
+
+
+def _span(scene: AnyScene, key: str) -> float:
+    """The largest difference of the given voltages, or the largest given current."""
+    given = _spread(b.value for b in scene.boundaries if b.kind == "voltage" and b.key == key)
+    return max(map(abs, given), default=0.0) if key == "current" else max(given, default=0.0) - min(given, default=0.0)
 
 
 def _earliest(scene: AnyScene) -> float:
@@ -78,8 +88,8 @@ def scales(scene: AnyScene, out: Outputs) -> dict[str, float]:
     made = _largest(out["power"]), _largest(out["generated"])
     through = max(through, *made, _least_conductance(scene) * rise)
     current = max((_largest(v) for n, v in out.items() if n.startswith("current:")), default=0.0)
-    voltages = _spread(b.value for b in scene.boundaries if b.kind == "voltage")
-    span = max(voltages, default=0.0) - min(voltages, default=0.0)
+    # Under given currents the potentials span what the power says.
+    span = max(_span(scene, "voltage"), _largest(out["power"]) / (current or 1.0) if _span(scene, "current") else 0.0)
 
     def scale(probe: Probe | GroupProbe) -> float:
         own = _largest(out[f"probe:{probe.name}"])

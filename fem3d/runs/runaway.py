@@ -52,12 +52,12 @@ def until(
     except RunawayInTimeError as known:
         said = str(known)
     limit = _limit(scene, runaway.time)
-    most = f"; the largest voltage with a steady state is {limit:.4g} V" if np.isfinite(limit) else ""
-    return kept, result, f"{said}; it is solved up to {TIME.show(end)}{most}"
+    return kept, result, f"{said}; it is solved up to {TIME.show(end)}{limit}"
 
 
-def _limit(scene: AnyScene, time: float) -> float:
-    """The largest voltage with a steady state under what holds at a ``time`` (s); infinite where it isn't known."""
+def _limit(scene: AnyScene, time: float) -> str:
+    """The largest voltage, or given current, with a steady state under what holds at a ``time`` (s), as the end of a
+    sentence; nothing where it isn't known."""
 
     def then(value: Value) -> float:
         return float(channels.value(value, np.array([time]))[0])
@@ -71,7 +71,7 @@ def _limit(scene: AnyScene, time: float) -> float:
     try:
         scene_run.solve(replace(scene, **given, steady=True, output_times=(), accuracy=ROUGH))
     except RunawayError as error:
-        return error.limit
+        return f"; {str(error).rpartition('; ')[2]}" if np.isfinite(error.limit) else ""
     except NumericsError:
-        pass
-    return float("inf")
+        return ""
+    return ""

@@ -15,6 +15,7 @@ import numpy as np
 
 from fem3d.solution.reduced import Reduced
 
+BELOW = 1 - 1e-9  # a fraction of the drive below which the drive that is asked for isn't reached
 GROWTH = 1.05  # factor on the current from trial to trial
 
 
@@ -46,17 +47,20 @@ def find(reduced: Reduced) -> OperatingPoint:
             ahead, beta_next = top, beta_top
         beta_before = beta_high
         low, high, beta_low, beta_high = high, ahead, beta_high, beta_next
-    return _root(reduced, beta_low, beta_high, low, high)
+    point = _root(reduced, beta_low, beta_high, low, high)
+    # Given currents end where the heat feeds itself, with no more of them than that.
+    return point._replace(folded=True) if np.isinf(high.fraction) and point.fraction < BELOW else point
 
 
 def at_current(reduced: Reduced, beta: float, near: OperatingPoint | None = None) -> OperatingPoint:
     """The state at beta times the current that the cold conductor would carry; fraction inf where there is none."""
-    supply = reduced.supply[0]
-    cold_power = float(supply @ np.linalg.solve(reduced.cold[0], supply))
+    cold = reduced.carried(reduced.cold[0])
+    supply = reduced.cold[0] @ cold
+    cold_power = float(supply @ cold)
     a = np.zeros(reduced.states) if near is None else near.a
 
     def carried(a: np.ndarray) -> tuple[np.ndarray, float]:
-        shape = np.linalg.solve(reduced.dissipation(a), supply)
+        shape = reduced.carried(reduced.dissipation(a))
         fraction = beta * cold_power / float(supply @ shape)
         return fraction * shape, fraction
 
@@ -81,7 +85,7 @@ def _root(
 ) -> OperatingPoint:
     """Fraction one between two currents, by bisection until it is finite and then by the Illinois method."""
     f_low, f_high = low.fraction - 1.0, high.fraction - 1.0
-    point, side = high, 0
+    point, below, side = high, low, 0
     for _ in range(200):
         if np.isinf(f_high) or not np.isfinite(f_high):
             beta = (beta_low + beta_high) / 2
@@ -96,10 +100,10 @@ def _root(
             f_low = f_low / 2 if side == 1 else f_low
             side = 1
         else:
-            beta_low, f_low = beta, f
+            below, beta_low, f_low = point, beta, f
             f_high = f_high / 2 if side == -1 else f_high
             side = -1
-    return point
+    return point if np.isfinite(point.fraction) else below
 
 
 def _fold(reduced: Reduced, beta_low: float, beta_high: float) -> tuple[OperatingPoint, float]:

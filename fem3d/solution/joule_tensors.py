@@ -17,9 +17,9 @@ Split = tuple[np.ndarray, np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class JouleHeat:
-    """For m current fields and r temperature fields: ``cold`` (channels, m, m) and ``warm`` (m, m, r), the heat of each
-    pair at the initial temperature and what each field adds to it; ``cold_load`` (channels, m, m, r) and ``warm_load``
-    (m, m, r, r), the same tested with each field.
+    """For m current fields and r temperature fields: ``cold`` (channels, m, m) and ``warm`` (m, m, r), the heat of
+    each pair at the initial temperature, with that in resistances before electrodes, and what each field adds to it;
+    ``cold_load`` (channels, m, m, r) and ``warm_load`` (m, m, r, r), the same of solids, tested with each field.
 
     ``in_box``: cold and warm of each conducting box alone; ``at_held``: those that fall to the nodes of a boundary of
     given temperature. ``potentials`` of probes: their shares (channels,) of the voltages, and what each current field
@@ -76,12 +76,18 @@ def of_pairs(conductor: Conductor, basis: np.ndarray, patterns: Sequence[Pattern
         for boundary, v in held.items():
             for total, part in zip(heats.at_held[boundary], body.heat(products * v[cells].ravel()), strict=True):
                 total += part
-        for probe, (shares, density) in conductor.influences.items():
+        for probe, (shares, density, _) in conductor.influences.items():
             cold, warm = body.heat(np.einsum("idx,dx->ix", currents, density[:, cells].reshape(len(density), -1)))
             none = shares, np.zeros((channels, m)), np.zeros((m, r))
             _, drop, warm_drop = heats.potentials.setdefault(probe, none)
             drop += copies * cold
             warm_drop += copies * warm
+    for t in conductor.terminals:
+        if t.conductance:
+            through = np.array([p.currents[t.name] for p in patterns])
+            heats.cold[0] += t.resistance * np.outer(through, through)
+            for probe, (_, _, of_terminals) in conductor.influences.items():
+                heats.potentials[probe][1][0] += of_terminals[t.name] * through
     return heats
 
 

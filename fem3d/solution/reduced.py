@@ -33,7 +33,8 @@ class Reduced(JouleHeat):
     orthonormal in the mass matrix, so M is the identity.
 
     The inputs' channels come first: ``source`` (channels, r), ``supply`` (channels, m). ``inertia`` (channels, r): M of
-    the lifts, tested with each field.
+    the lifts, tested with each field. Where currents are given, the coefficients c are such that ``drawn`` (k, m) @ c
+    is what the inputs make of ``given`` (channels, k): the least dissipation among these.
     """
 
     basis: np.ndarray
@@ -41,6 +42,8 @@ class Reduced(JouleHeat):
     source: np.ndarray
     inertia: np.ndarray
     supply: np.ndarray
+    drawn: np.ndarray
+    given: np.ndarray
 
     @property
     def states(self) -> int:
@@ -67,13 +70,25 @@ class Reduced(JouleHeat):
         """(..., m): the coefficients c of the current fields at states a (..., r) and inputs g; NaN where the
         resistances are not positive, as no current answers a voltage there."""
         matrix, supply = self.dissipation(a, g), _at(self.supply, g)
-        if matrix.shape[-1] == 1:
+        if matrix.shape[-1] == 1 and not len(self.drawn):
             return supply / np.where(matrix > 0, matrix, np.nan)[..., 0]
         try:
             np.linalg.cholesky(matrix)
         except np.linalg.LinAlgError:
             return np.full(matrix.shape[:-1], np.nan)
-        return np.linalg.solve(matrix, np.broadcast_to(supply, matrix.shape[:-1])[..., None])[..., 0]
+        return self.carried(matrix, g)
+
+    def carried(self, matrix: np.ndarray, g: np.ndarray | None = None) -> np.ndarray:
+        """(..., m): the coefficients for a matrix A (..., m, m) of the resistances, whatever its sign: A c - drawn^T u
+        = supply with drawn c = given, u being the unknown potentials of electrodes."""
+        (k, m), supply, given = self.drawn.shape, _at(self.supply, g), _at(self.given, g)
+        if not k:
+            return np.linalg.solve(matrix, np.broadcast_to(supply, matrix.shape[:-1])[..., None])[..., 0]
+        whole = np.zeros((*matrix.shape[:-2], m + k, m + k))
+        whole[..., :m, :m], whole[..., :m, m:], whole[..., m:, :m] = matrix, self.drawn.T, self.drawn
+        right = [np.broadcast_to(v, (*matrix.shape[:-2], v.shape[-1])) for v in (supply, given)]
+        found: np.ndarray = np.linalg.solve(whole, np.concatenate(right, axis=-1)[..., None])[..., :m, 0]
+        return found
 
     def joule(self, a: np.ndarray, c: np.ndarray, g: np.ndarray | None = None) -> np.ndarray:
         """(..., r): the Joule heat tested with each temperature field."""
@@ -130,7 +145,26 @@ def on_basis(
     if stiffness is None:
         stiffness = basis.T @ (heat.inner_stiffness @ basis)
     supply = np.array([p.supply for p in patterns]).reshape(-1, channels).T
-    return Reduced(**parts, basis=basis, stiffness=stiffness, source=source, inertia=inertia, supply=supply)
+    drawn, given = _given_currents(conductor, patterns, channels)
+    return Reduced(
+        **parts, basis=basis, stiffness=stiffness, source=source, inertia=inertia, supply=supply, drawn=drawn,
+        given=given,
+    )  # fmt: skip
+
+
+def _given_currents(
+    conductor: Conductor | None, patterns: Sequence[Pattern], channels: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """`Reduced.drawn` and `Reduced.given`: sums of the given currents that the fields draw independently. The fields
+    have all their channels' currents, so that those that depend on others are given alike."""
+    ends = [t for t in (conductor.terminals if conductor else ()) if not t.conductance]
+    if conductor is None or not ends or not patterns:
+        return np.empty((0, len(patterns))), np.empty((channels, 0))
+    drawn = np.array([[p.currents[t.name] for p in patterns] for t in ends])
+    given = np.array([conductor.voltages[:, t.at] for t in ends]).T
+    u, sizes, v = np.linalg.svd(drawn, full_matrices=False)
+    kept = sizes > DEPENDENT * sizes[0]
+    return sizes[kept, None] * v[kept], given @ u[:, kept]
 
 
 def orthonormal(heat: HeatProblem, fields: np.ndarray) -> np.ndarray:

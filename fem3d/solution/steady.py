@@ -94,7 +94,7 @@ def coupled(
     given, lift, volts = heat.loads[0], heat.lifts[0], conductor.voltages[0]
     cold, fields = first_guess(heat, conductor)
     latest, patterns = cold, [conductor.pattern(cold)]
-    follows, change, moved = conductor.warms and follow is not False, 0.0, np.inf
+    follows, change, moved, limit = conductor.warms and follow is not False, 0.0, np.inf, 0.0
     for step in range(1, MOST_STEPS + 1):
         reduced = project(heat, conductor, fields, patterns)
         point = continuation.find(reduced)
@@ -121,14 +121,20 @@ def coupled(
         before, moved = moved, _largest(answer - start) / (_largest(answer) or 1.0)
         if converged(moved, before, accuracy) or (point.folded and moved < FOLD_KNOWN):
             break
+        # Where a given current has its limit the rise has none, and only the limit itself settles.
+        limit, known = point.fraction, limit
+        if point.folded and conductor.by_current and abs(limit - known) < FOLD_KNOWN * limit:
+            break
         fields = np.column_stack([fields, answer - start])
     else:
-        raise ConvergenceError(f"the coupled steady state does not converge at {voltage:g} V")
+        unit = "A" if conductor.by_current else "V"
+        raise ConvergenceError(f"the coupled steady state does not converge at {voltage:g} {unit}")
     if point.folded:
+        what, unit, why = ("current", "A", "rises") if conductor.by_current else ("voltage", "V", "falls")
         limit = point.fraction * abs(voltage)
         raise RunawayError(
-            f"thermal runaway: at {voltage:g} V no steady state exists, because the resistance falls as it heats; "
-            f"the largest voltage with a steady state is {limit:.4g} V", limit,
+            f"thermal runaway: at {voltage:g} {unit} no steady state exists, because the resistance {why} as it heats; "
+            f"the largest {what} with a steady state is {limit:.4g} {unit}", limit,
         )  # fmt: skip
     # A pattern that isn't followed is the cold one, at the current that the warmer resistance lets through.
     scale = 1.0 if follows else float(point.c[0])
@@ -175,10 +181,10 @@ def _currents_alone(heat: HeatProblem, conductor: Conductor) -> SteadyState:
     """The currents at the initial temperature, where nothing thermal is asked for."""
     still = np.zeros(heat.size)
     cold = conductor.solve(still, conductor.voltages[0])
-    pattern = conductor.pattern(cold)
+    pattern, power = conductor.pattern(cold), float(cold.potential @ cold.reaction)
     joule = conductor.joule(cold.density, still)
     return SteadyState(
-        heat, conductor, still, heat.loads[0], joule, pattern.currents, float(pattern.supply[0]), cold.potential,
+        heat, conductor, still, heat.loads[0], joule, pattern.currents, power, cold.potential,
         np.empty((heat.free, 0)), [pattern], 0.0, False, 1, density=cold.density,
     )  # fmt: skip
 

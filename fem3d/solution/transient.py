@@ -143,6 +143,9 @@ class Krylov:
 # Of the cold resistivity, below which the heating counts as run away: where current has a way round,
 # it grows beyond all bounds within the next ten thousandth of the time, elsewhere the heat falls with the resistivity.
 LEAST = 1e-2
+# Of the cold resistivity, above which a given current counts as run away: it heats the more the hotter the conductor
+# is, and the heat grows by the same factor in equal times, to numbers that no computer has.
+MOST = 1 / LEAST
 # Of the cold resistivity: as long as it is larger at all vertices, it is larger than the least between them, of fields
 # that hold what they should.
 ENOUGH = 0.8
@@ -203,7 +206,10 @@ class _Resistivity:
         heat, own = self._base.heat, self._base.conductor
         assert own is not None
         g = heat.inputs.at(np.array([time]))[0]
-        if (1 + np.concatenate([state, g]) @ self._change).min(initial=1.0) > ENOUGH:
+        ratio = 1 + np.concatenate([state, g]) @ self._change
+        if own.terminals and ratio.max(initial=1.0) > MOST:
+            return False
+        if ratio.min(initial=1.0) > ENOUGH:
             return True
         rise = heat.whole(self._modal.basis @ state) + g @ heat.lifts
         return bool((own.resistivity(rise) > LEAST * own.cold).all())

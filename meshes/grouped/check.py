@@ -128,8 +128,14 @@ def boundaries(placed: Placed) -> None:
             raise SceneError(f"boundary {quoted(b.name)}.{b.key} {why}")
         if b.kind in ("voltage", "temperature"):
             fixed.append((b, facets, np.unique(placed.mesh.mesh.facets[:, facets])))
+    physics.refuse_ungrounded(placed.scene.boundaries, placed.joined().values())
     for i, (a, facets_a, nodes_a) in enumerate(fixed):
         for b, facets_b, nodes_b in fixed[:i]:
+            if (a.series_resistance or b.series_resistance) and a.kind == b.kind and np.isin(nodes_a, nodes_b).any():
+                raise SceneError(
+                    f"boundaries {quoted(b.name)} and {quoted(a.name)} touch on a conductor, and the potential of one "
+                    "is not given: leave a gap between them"
+                )
             if a.kind != b.kind or a.value == b.value:
                 continue
             if a.kind == "voltage" and np.isin(nodes_a, nodes_b).any():

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from meshes.grouped.model import GroupedMesh
+from scenes import physics
 from scenes.model import GroupBoundary, GroupProbe, Material, MeshScene, Value
 
 
@@ -71,15 +72,29 @@ class Placed:
         return found - {0}
 
     @cached_property
+    def _parts(self) -> tuple[np.ndarray, list[GroupBoundary]]:
+        """(cells,): the number of each part of the conductors, which ends at electrodes; and these."""
+        electrodes = [b for b in self.scene.boundaries if b.kind == "voltage"]
+        cuts = np.concatenate([np.empty(0, int), *(self.acting(b) for b in electrodes)])
+        return self.mesh.parts(self.conducting, cuts), electrodes
+
+    def joined(self) -> dict[int, set[str]]:
+        """The names of the electrodes that each part of the conductors touches."""
+        (parts, electrodes), found = self._parts, dict[int, set[str]]()
+        for b in electrodes:
+            for part in self.touched(parts, [b]):
+                found.setdefault(part, set()).add(b.name)
+        return found
+
+    @cached_property
     def conductors(self) -> tuple[np.ndarray, tuple[tuple[np.ndarray, Value], ...]]:
         """The cells (cells,) of conductors that touch electrodes of two voltages, and those of each that touches one
         only, with its voltage; a conductor ends at its electrodes."""
-        electrodes = [b for b in self.scene.boundaries if b.kind == "voltage"]
-        cuts = np.concatenate([np.empty(0, int), *(self.acting(b) for b in electrodes)])
-        parts = self.mesh.parts(self.conducting, cuts)
-        voltages: dict[int, set[Value]] = {}
+        parts, electrodes = self._parts
+        voltages: dict[int, set[Value | str]] = {}
         for b in electrodes:
             for part in self.touched(parts, [b]):
-                voltages.setdefault(part, set()).add(b.value)
+                voltages.setdefault(part, set()).add(physics.potential_of(b))
         live = np.isin(parts, [part for part, found in voltages.items() if len(found) > 1])
-        return live, tuple((parts == p, next(iter(found))) for p, found in voltages.items() if len(found) == 1)
+        alone = ((part, next(iter(found))) for part, found in voltages.items() if len(found) == 1)
+        return live, tuple((parts == part, value) for part, value in alone if not isinstance(value, str))

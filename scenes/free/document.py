@@ -40,8 +40,11 @@ CONDITIONS: dict[str, k.Varying | k.Convection] = {
     "heat_flux": k.Varying(k.Quantity(d.HEAT_FLUX, 0.0, 1e15, signed=True)),
     "convection": k.Convection(k.Quantity(d.CONVECTION_COEFFICIENT, 0.0, 1e12), k.Varying(k.KELVIN)),
     "voltage": k.Varying(k.Quantity(d.VOLTAGE, 0.0, 1e6, signed=True)),
+    "current": k.Varying(k.Quantity(d.CURRENT, 0.0, 1e6, signed=True)),
 }
 """What a boundary may have, of which it has one."""
+SERIES = k.Quantity(d.RESISTANCE, 1e-9, 1e15)
+"""Of a voltage's series resistance: beyond it a current is given."""
 
 CONTACT_RESISTANCE = k.ContactResistance((k.HEAT_CONTACT, k.CURRENT_CONTACT))
 """Beside a boundary's temperature or voltage."""
@@ -90,6 +93,7 @@ LISTS: dict[str, dict[str, k.Kind]] = {
         "upper": POINT,
         **CONDITIONS,
         "contact_resistance": CONTACT_RESISTANCE,
+        "series_resistance": SERIES,
     },
     "probe": {
         "name": k.LABEL,
@@ -127,7 +131,13 @@ ON_MESH = Schema(
     {
         "material": {**LISTS["material"], "groups": k.GroupNames()},
         "source": {"name": k.LABEL, "group": k.GROUP, "heat_source": HEAT_SOURCE},
-        "boundary": {"name": k.LABEL, "group": k.GROUP, **CONDITIONS, "contact_resistance": CONTACT_RESISTANCE},
+        "boundary": {
+            "name": k.LABEL,
+            "group": k.GROUP,
+            **CONDITIONS,
+            "contact_resistance": CONTACT_RESISTANCE,
+            "series_resistance": SERIES,
+        },
         "probe": {key: kind for key, kind in LISTS["probe"].items() if key not in _OF_BOXES} | {"group": k.GROUP},
     },
     {"material": ("name",), "source": ("group", "heat_source"), "boundary": ("group",), "probe": ("name",)},
@@ -270,6 +280,16 @@ def _condition(item: Item) -> dict[str, Any]:
     (kind,) = kinds
     value, ambient = item.values[kind] if kind == "convection" else (item.values[kind], 293.0)
     found = {"kind": kind, "value": value, "ambient": ambient}
+    series = item.values.get("series_resistance")
+    if series is not None and kind != "voltage":
+        raise SceneError(
+            f"{item.label}.series_resistance = {series:g} ohm stands beside a {kind}: give it beside a voltage, or "
+            "leave it out"
+        )
+    if kind == "current":
+        found |= {"kind": "voltage", "series_resistance": math.inf}
+    elif series:
+        found["series_resistance"] = series
     given = item.values.get("contact_resistance")
     return found if given is None else found | _behind(item.label, kind, value, given)
 
@@ -402,8 +422,10 @@ def _of_condition(b: m.Boundary | m.GroupBoundary) -> dict[str, Any]:
     if b.key == "convection":
         return {"convection": CONDITIONS["convection"].write((b.value, b.ambient))}
     given = b.ambient if b.kind == "convection" else b.value
-    contact = {"contact_resistance": b.contact_resistance} if b.contact_resistance else {}
-    return {b.key: CONDITIONS[b.key].write(given)} | contact
+    beside = {"contact_resistance": b.contact_resistance} if b.contact_resistance else {}
+    if 0 < b.series_resistance < math.inf:
+        beside["series_resistance"] = b.series_resistance
+    return {b.key: CONDITIONS[b.key].write(given)} | beside
 
 
 def _where(item: m.Box | m.Boundary | m.Probe | m.GroupBoundary | m.GroupProbe) -> dict[str, Any]:

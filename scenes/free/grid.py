@@ -15,6 +15,7 @@ import numpy as np
 from scenes.errors import SceneError
 from scenes.free.crowding import crowding
 from scenes.model import Boundary, Point, Probe, Scene, Value
+from scenes.physics import potential_of
 
 VOID = -1
 ROUNDING = 1e-9
@@ -175,14 +176,23 @@ class Grid:
         acts = self.acting(sheet, boundary.kind)
         return {*beside.below[acts].tolist(), *beside.above[acts].tolist()} - {0, VOID}
 
-    def electrified(self) -> tuple[np.ndarray, dict[int, set[Value]]]:
-        """A label for each cell of a conductor, electrodes being cuts, and the voltages at the cells of each label."""
+    def electrified(self) -> tuple[np.ndarray, dict[int, set[Value | str]]]:
+        """A label for each cell of a conductor, electrodes being cuts, and the voltages at the cells of each label, as
+        `scenes.physics.potential_of` has them."""
         electrodes = [b for b in self.scene.boundaries if b.kind == "voltage"]
-        labels, voltages = self.parts(self.conducting, electrodes), dict[int, set[Value]]()
+        labels, voltages = self.parts(self.conducting, electrodes), dict[int, set[Value | str]]()
         for b in electrodes:
             for label in self.parts_at(labels, b):
-                voltages.setdefault(label, set()).add(b.value)
+                voltages.setdefault(label, set()).add(potential_of(b))
         return labels, voltages
+
+    def joined(self) -> dict[int, set[str]]:
+        """The names of the electrodes that each label of `electrified` touches."""
+        labels, found = self.electrified()[0], dict[int, set[str]]()
+        for b in self.scene.boundaries:
+            for label in self.parts_at(labels, b) if b.kind == "voltage" else ():
+                found.setdefault(label, set()).add(b.name)
+        return found
 
     @cached_property
     def fixed(self) -> np.ndarray:

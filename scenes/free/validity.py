@@ -101,6 +101,14 @@ def _check_boundaries(grid: Grid) -> None:
                     "surface of one, or leave the resistance out"
                 )
         sheets.append((b, sheet, acts))
+    for b, sheet, acts in sheets:
+        for other, of_other, its in sheets:
+            both = b.series_resistance and b is not other and other.kind == "voltage"
+            if both and sheet.corners(acts) & of_other.corners(its):
+                raise SceneError(
+                    f"boundaries {quoted(b.name)} and {quoted(other.name)} touch on a conductor, and the potential "
+                    "of one is not given: leave a gap between them"
+                )
     # Where electrodes of different voltage touch, though but at an edge, an infinite current would flow; different
     # temperatures may lie side by side.
     for one, other in _contradicting(sheets, "voltage", Sheet.corners):
@@ -270,6 +278,7 @@ def _check_parts(grid: Grid) -> None:
                 raise SceneError(f"{called} {why[0].split('|')[len(names) > 1]}: {why[1]}")
 
     electric = physics.electric(scene)
+    physics.refuse_ungrounded(scene.boundaries, grid.joined().values())
     labels = grid.parts(grid.solid)
     hot = np.array([*(not is_zero(box.heat_source) for box in scene.boxes), False])
     heated = set(np.unique(labels[hot[grid.owner]]).tolist())

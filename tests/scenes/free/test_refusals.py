@@ -83,6 +83,42 @@ AIR = {"coefficient": 5, "ambient": 300}
 MEETING = add("boundary", flat("side", [0, 0, -1], [0, 1, -0.5], temperature=300))
 
 REFUSED: dict[str, tuple[Callable[[Document], None], tuple[str, ...]]] = {
+    "two given currents": (
+        both(drop("boundary", 1, "voltage"), drop("boundary", 2, "voltage"), put("boundary", 1, current="3 mA"),
+             put("boundary", 2, current="-3 mA")),
+        ('boundaries "left" and "right" give currents', "no electrode of that conductor has a voltage", '"0 V"'),
+    ),
+    "a current alone": (
+        both(drop("boundary", 1, "voltage"), put("boundary", 1, current="3 mA"), drop("boundary", 2, "voltage"),
+             put("boundary", 2, heat_flux=5)),
+        ('boundary "left" gives a current', "no electrode of that conductor has a voltage"),
+    ),
+    "a current in volts": (
+        both(drop("boundary", 1, "voltage"), put("boundary", 1, current="3 V")),
+        ('boundary "left".current = "3 V"', "a voltage, not a current", '"3 mA"'),
+    ),
+    "a voltage and a current": (put("boundary", 1, current=1), ("has voltage and current", "exactly one")),
+    "resistance and current": (
+        both(drop("boundary", 1, "voltage"), put("boundary", 1, current=1, series_resistance=5)),
+        ('boundary "left".series_resistance = 5 ohm stands beside a current', "beside a voltage"),
+    ),
+    "resistance of a film": (
+        put("boundary", 0, series_resistance=5), ("series_resistance = 5 ohm stands beside a temperature",),
+    ),
+    "no series resistance": (
+        put("boundary", 1, series_resistance=0), ('"left".series_resistance = 0 is out of range', "from 1e-9 ohm"),
+    ),
+    "a negative one": (put("boundary", 1, series_resistance="-5 ohm"), ("series_resistance", "out of range")),
+    "a resistance in volts": (
+        put("boundary", 1, series_resistance="5 V"), ("a voltage, not a resistance", '"100 ohm"'),
+    ),
+    "a current beside a voltage": (
+        add("boundary", flat("top", [0, 0, 1], [1, 1, 1], current=1)),
+        ('boundaries "top" and "left" touch on a conductor', "potential of one is not given", "leave a gap"),
+    ),
+    "a current into an insulator": (
+        add("boundary", flat("foot", [0.2, 0, -1], [0.2, 1, -0.5], current=1)), ("touches nothing that conducts",),
+    ),
     "unknown table": (lambda d: d.update(boxes=[]), ("unknown table boxes", 'did you mean "box"?')),
     "unknown key": (put("boundary", 1, voltge=1), ('boundary "left".voltge = 1', 'did you mean "voltage"?')),
     "single bracket": (lambda d: d.update(box=d["box"][0]), ("box must be a list of tables", "[[box]]")),

@@ -4,6 +4,7 @@ probes, each with its name."""
 from __future__ import annotations
 
 import re
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from matplotlib.patches import Patch
 
 from scenes import physics
 from scenes.formats import cut
-from scenes.free.document import CONDITIONS, HEAT_SOURCE
+from scenes.free.document import CONDITIONS, HEAT_SOURCE, SERIES
 from scenes.kinds import CURRENT_CONTACT, HEAT_CONTACT, Convection, Quantity, Varying
 from scenes.model import Boundary, Material, Point, Probe, Scene, Schedule, Value, values
 from scenes.units import THERMAL_CONDUCTIVITY
@@ -178,7 +179,8 @@ def _condition(boundary: Boundary) -> str:
     if isinstance(kind, Convection):
         return f"{_value(boundary.value, kind.coefficient)} to {_value(boundary.ambient, kind.ambient.quantity)}"
     assert isinstance(kind, Varying)
-    return _value(boundary.value, kind.quantity)
+    behind = f" behind {SERIES.show(boundary.series_resistance)}" if 0 < boundary.series_resistance < inf else ""
+    return _value(boundary.value, kind.quantity) + behind
 
 
 def _value(value: Value, kind: Quantity) -> str:

@@ -47,6 +47,7 @@ def _refuse(scene: AnyScene, request: Request) -> None:
     """SceneError for sensitivities that there are not of this scene."""
     if inputs.differentiated(request):
         physics.refuse_laws(physics.materials(scene), "a sensitivity")
+        physics.refuse_terminals(scene, "a sensitivity")
 
 
 def exported(scene: AnyScene, request: Request) -> AnyScene:
